@@ -28,6 +28,8 @@ pub use options::{BYTES_PER_BYTE, StepError, StepOptions};
 mod budget;
 mod sections;
 mod table;
+mod pieces;
+mod mend;
 mod text;
 mod units;
 mod place;

@@ -1,6 +1,7 @@
 //! A file's bytes -> a model, by the steps of this folder.
 
 use super::options::{BYTES_PER_BYTE, StepError, StepOptions};
+use super::pieces::PIECE;
 use super::product::StructureBuilder;
 use super::reader::Reader;
 use super::style::Styles;
@@ -78,9 +79,14 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
 /// # Errors
 /// As [`read`], and [`StepError::Cancelled`].
 pub fn read_controlled(bytes: &[u8], options: &StepOptions, control: &Control) -> Result<Model, StepError> {
+    read_in_pieces(bytes, options, control, PIECE)
+}
+
+/// As [`read_controlled`], with a length of the pieces in which the syntax is parsed.
+fn read_in_pieces(bytes: &[u8], options: &StepOptions, control: &Control, piece: usize) -> Result<Model, StepError> {
     check_size(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
-    let table = text::parse(bytes, options, control, &mut diagnostics)?;
+    let table = text::parse(bytes, options, control, piece, &mut diagnostics)?;
     let proceed = || if control.is_cancelled() { Err(StepError::Cancelled) } else { Ok(()) };
     proceed()?;
     let contexts = Contexts::read(&table);
@@ -175,3 +181,6 @@ fn within(table: &Table, options: &StepOptions) -> Result<(), StepError> {
 fn of_file(what: StepOutcome) -> Diagnostic {
     Diagnostic::new(Severity::Warning, what)
 }
+
+#[cfg(test)]
+mod tests;

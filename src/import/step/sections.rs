@@ -8,6 +8,7 @@
 use crate::model::{Severity, StepOutcome};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Sections that may lie between header and data.
 const BEFORE_DATA: [&[u8]; 3] = [b"ANCHOR", b"REFERENCE", b"SIGNATURE"];
@@ -110,9 +111,9 @@ pub(super) fn cut_behind_end(text: &mut Vec<u8>, at: usize) -> Option<Done> {
     Some(if signed { (Severity::Note, StepOutcome::Signature) } else { (Severity::Warning, StepOutcome::BehindEnd) })
 }
 
-/// Converts edition 3 text to plain text: joins several data sections and unsets named values. `None` if the text has
-/// neither.
-pub(super) fn settle(text: &mut [u8]) -> Option<Vec<Done>> {
+/// Converts edition 3 text to plain text: joins several data sections and unsets named values. Returns what was done, and
+/// the range that holds all changes. `None` if the text has neither.
+pub(super) fn settle(text: &mut [u8]) -> Option<(Vec<Done>, Range<usize>)> {
     let mut done = Vec::new();
     let data = data_section(text)?;
     let joints = joints(text, data);
@@ -131,7 +132,9 @@ pub(super) fn settle(text: &mut [u8]) -> Option<Vec<Done>> {
         let what = StepOutcome::ForeignValues { count: values.len(), form: "@n, #NAME" };
         done.push((Severity::Warning, what));
     }
-    (!done.is_empty()).then_some(done)
+    let changed = || joints.iter().chain(&values);
+    let range = changed().map(|(from, _)| *from).min()?..changed().map(|(_, to)| *to).max()?;
+    Some((done, range))
 }
 
 /// The text between adjacent data sections, and the parameters of the first one.
@@ -173,7 +176,7 @@ fn names_of_values(text: &[u8], data: usize) -> Vec<(usize, usize)> {
 }
 
 /// Positions from `at` on outside strings, comments and resources (`<…>`).
-fn words(text: &[u8], at: usize) -> impl Iterator<Item = usize> + '_ {
+pub(super) fn words(text: &[u8], at: usize) -> impl Iterator<Item = usize> + '_ {
     places(text, at, true)
 }
 
@@ -213,7 +216,7 @@ fn behind(text: &[u8], at: usize) -> usize {
 }
 
 /// Whether the whole word `word` starts at `at`, in any case.
-fn has_word(text: &[u8], at: usize, word: &[u8]) -> bool {
+pub(super) fn has_word(text: &[u8], at: usize, word: &[u8]) -> bool {
     let end = at + word.len();
     let same = text.get(at..end).is_some_and(|found| found.eq_ignore_ascii_case(word));
     same && !text.get(end).is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_' || *b == b'-')

@@ -1,0 +1,149 @@
+//! The length of the pieces in which the syntax is parsed, and the number of threads, change nothing.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use super::read_in_pieces;
+use crate::control::Control;
+use crate::import::step::StepOptions;
+use crate::sequence::random::SplitMix;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// STEP files of a folder of the checkout, with their texts.
+fn texts(folder: &str) -> Vec<(PathBuf, Vec<u8>)> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let Ok(entries) = fs::read_dir(&path) else {
+        println!("skipped: no files at {}", path.display());
+        return Vec::new();
+    };
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|ending| ending == "step" || ending == "stp"));
+    paths.sort();
+    paths.into_iter().map(|path| (path.clone(), fs::read(path).unwrap())).collect()
+}
+
+/// The model with its diagnostics, or the error, as text.
+fn outcome(text: &[u8], piece: usize, pool: &ThreadPool) -> String {
+    // Few instances, so that mutants with assemblies in assemblies do not take long.
+    let options = StepOptions::DEFAULT.with_max_instances(10_000);
+    format!("{:?}", pool.install(|| read_in_pieces(text, &options, &Control::default(), piece)))
+}
+
+struct Pools([ThreadPool; 2]);
+
+impl Pools {
+    fn new() -> Self {
+        Self([1, 2].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().unwrap()))
+    }
+
+    fn assert_same(&self, text: &[u8], name: &str) {
+        let [one, two] = &self.0;
+        let whole = outcome(text, usize::MAX, one);
+        for (piece, pool) in [(1, two), (1000, one), (1000, two), (super::PIECE, two)] {
+            let other = outcome(text, piece, pool);
+            if whole != other {
+                let at = whole.bytes().zip(other.bytes()).position(|(a, b)| a != b).unwrap_or(0).saturating_sub(80);
+                let [whole, other] = [&whole, &other].map(|all| all.chars().skip(at).take(400).collect::<String>());
+                panic!("{name}: whole\n{whole}\nin pieces of {piece}\n{other}\n{}", String::from_utf8_lossy(text));
+            }
+        }
+    }
+}
+
+const INSERTED: [&[u8]; 24] = [
+    b"'",
+    b"''",
+    b"(",
+    b")",
+    b";",
+    b"=",
+    b"#",
+    b"<",
+    b">",
+    b"@",
+    b"\\",
+    b"/*",
+    b"*/",
+    b"\"",
+    b",,",
+    b"ENDSEC;",
+    b"\xE9",
+    "é".as_bytes(),
+    b"#1=",
+    b"END-ISO-10303-21;",
+    b"/* ; #1=A(' */",
+    b"ENDSEC;DATA;",
+    b"DATA",
+    b"SIGNATURE;",
+];
+
+const INSTANCES: [&[u8]; 6] = [
+    b"\n#99999999=DESCRIPTIVE_REPRESENTATION_ITEM('a;\n#1=B(2);','<b>;');",
+    b"#99999998=A(,,'\\X2\\zz');",
+    b"\n#99999997=A('\xE9');#99999997=A('\xC3\xA9');",
+    b"\n#99999996=A(((((1)))),?);",
+    b"\n#99999995=A(1)",
+    b"/* #99999994=A(1); */ #99999993=A(@3,#PI);",
+];
+
+/// The text with a few edits: cut short, bytes changed, inserted, deleted, instances repeated or added.
+fn mutant(text: &[u8], random: &mut SplitMix) -> Vec<u8> {
+    let mut text = text.to_vec();
+    let mut below = |count: usize| usize::try_from(random.below(count.max(1) as u64)).unwrap();
+    for _ in 0..=below(3) {
+        let at = below(text.len());
+        let behind = |text: &[u8], at: usize| {
+            text[at..].iter().position(|b| *b == b';').map_or(text.len(), |length| at + length + 1)
+        };
+        match below(12) {
+            0 => text.truncate(at),
+            1 | 2 => text[at] ^= 1 << below(8),
+            3 => {
+                let to = (at + below(60)).min(text.len());
+                text.drain(at..to);
+            }
+            4 | 5 => {
+                let from = text[..at].iter().rposition(|b| *b == b';').map_or(0, |i| i + 1);
+                let instance = text[from..behind(&text, at)].to_vec();
+                let to = behind(&text, below(text.len()));
+                text.splice(to..to, instance);
+            }
+            6 | 7 => {
+                let to = behind(&text, at);
+                text.splice(to..to, INSTANCES[below(INSTANCES.len())].iter().copied());
+            }
+            8 => text.retain(|b| *b != b'\n'),
+            _ => {
+                text.splice(at..at, INSERTED[below(INSERTED.len())].iter().copied());
+            }
+        }
+        if text.is_empty() {
+            break;
+        }
+    }
+    text
+}
+
+#[test]
+fn files_read_the_same_in_pieces() {
+    let pools = Pools::new();
+    for folder in ["tests/data", "tests/fuzz/seeds", "../shared/corpus", "../shared/corpus-closed", "../shared/attack"]
+    {
+        for (path, text) in texts(folder).iter().filter(|(_, text)| text.len() < 1 << 22) {
+            pools.assert_same(text, &path.display().to_string());
+        }
+    }
+}
+
+#[test]
+fn mutants_read_the_same_in_pieces() {
+    let pools = Pools::new();
+    let mut random = SplitMix(1);
+    for (folder, count) in [("tests/data", 20), ("tests/fuzz/seeds", 100), ("../shared/corpus", 8)] {
+        for (path, text) in texts(folder).iter().filter(|(_, text)| text.len() < 1 << 20) {
+            for k in 0..count {
+                pools.assert_same(&mutant(text, &mut random), &format!("{}, mutant {k}", path.display()));
+            }
+        }
+    }
+}
