@@ -7,13 +7,14 @@
 //! known: a repeated number among them comes first. Pieces that a repair does not change are not parsed again.
 
 use super::options::StepError;
-use super::sections::{find, has_word, words};
+use super::sections::{find, has_word};
+use super::table::{Row, Rows, discard};
 use crate::control::Control;
 use rayon::prelude::*;
 use std::io::Read as _;
 use std::ops::Range;
 use std::sync::Mutex;
-use step_io::parser::{self, RawEntity, Span};
+use step_io::parser::{self, Span};
 use step_io::{Error, ParseWarning};
 
 /// Length of a piece, bytes. Cancelling takes effect between pieces, which take about 5 ms.
@@ -34,8 +35,7 @@ struct Piece {
 }
 
 struct Parsed {
-    /// Ordered by number.
-    rows: Vec<RawEntity>,
+    rows: Rows,
     /// The first [`LISTED_WARNINGS`] of all `warned`.
     warnings: Vec<ParseWarning>,
     warned: usize,
@@ -58,7 +58,7 @@ impl Piece {
             let warned = warnings.len();
             warnings.truncate(LISTED_WARNINGS);
             warnings.shrink_to_fit();
-            Parsed { rows: graph.entities.into_values().collect(), warnings, warned }
+            Parsed { rows: Rows::new(graph.entities), warnings, warned }
         }));
     }
 
@@ -66,8 +66,8 @@ impl Piece {
         matches!(self.parsed, Some(Ok(_)))
     }
 
-    fn rows(&self) -> &[RawEntity] {
-        self.parsed.as_ref().and_then(|parsed| parsed.as_ref().ok()).map_or(&[], |parsed| &parsed.rows)
+    fn rows(&self) -> &[Row] {
+        self.parsed.as_ref().and_then(|parsed| parsed.as_ref().ok()).map_or(&[], |parsed| &parsed.rows.list)
     }
 
     /// Position in the text of a byte that the parser counts from the start of the frame.
@@ -79,8 +79,7 @@ impl Piece {
 
 /// What the parser makes of a whole text.
 pub(super) struct Joined {
-    /// Ordered by number.
-    pub(super) rows: Vec<RawEntity>,
+    pub(super) rows: Rows,
     /// Messages of the first [`LISTED_WARNINGS`] repairs by the parser, of all `warned`.
     pub(super) warnings: Vec<String>,
     pub(super) warned: usize,
@@ -96,10 +95,10 @@ pub(super) struct Pieces<'a> {
     control: &'a Control,
 }
 
-/// The instances of half a file take as long to free as a piece to parse ten times over.
+/// A read that is cancelled leaves up to a whole file's instances.
 impl Drop for Pieces<'_> {
     fn drop(&mut self) {
-        std::mem::take(&mut self.list).into_par_iter().for_each(drop);
+        discard(std::mem::take(&mut self.list));
     }
 }
 
@@ -228,27 +227,21 @@ impl<'a> Pieces<'a> {
     /// The first instance in the file whose number an earlier one has, among the first `count` pieces.
     fn repeated(&self, text: &[u8], count: usize) -> Option<Error> {
         let pieces = &self.list[..count];
-        let bounds = pieces.iter().filter_map(|p| Some((p.rows().first()?.id(), p.rows().last()?.id())));
+        let bounds = pieces.iter().filter_map(|p| Some((p.rows().first()?.id, p.rows().last()?.id)));
         if bounds.clone().zip(bounds.skip(1)).all(|((_, last), (first, _))| last < first) {
             return None;
         }
-        let numbers =
-            pieces.iter().enumerate().flat_map(|(k, piece)| piece.rows().iter().map(move |row| (row.id(), k)));
+        let numbers = pieces.iter().enumerate().flat_map(|(k, piece)| piece.rows().iter().map(move |row| (row.id, k)));
         let mut numbers: Vec<(u64, usize)> = numbers.collect();
         numbers.par_sort_unstable();
-        let span = |(id, k): (u64, usize)| {
-            let rows = pieces[k].rows();
-            rows.binary_search_by_key(&id, RawEntity::id).ok().map(|row| rows[row].span())
+        let place = |(id, k): (u64, usize)| {
+            let row = pieces[k].rows().binary_search_by_key(&id, |row| row.id).ok()?;
+            Some(pieces[k].place(u64::from(pieces[k].rows()[row].at)))
         };
         let repeats = numbers.windows(2).filter(|pair| pair[0].0 == pair[1].0);
-        let placed = repeats.filter_map(|pair| Some((pieces[pair[1].1].place(span(pair[1])?.start), pair)));
-        let (_, pair) = placed.min_by_key(|(at, _)| *at)?;
-        let line = |of: (u64, usize)| {
-            let mut span = span(of)?;
-            self.move_span(text, of.1, &mut span);
-            Some(span.line)
-        };
-        Some(Error::DuplicateEntityId { id: pair[0].0, line: line(pair[1])?, first_line: line(pair[0])? })
+        let (at, pair) = repeats.filter_map(|pair| Some((place(pair[1])?, pair))).min_by_key(|(at, _)| *at)?;
+        let line = |at| u32::try_from(lines(&text[..at])).map_or(u32::MAX, |lines| lines.saturating_add(1));
+        Some(Error::DuplicateEntityId { id: pair[0].0, line: line(at), first_line: line(place(pair[0])?) })
     }
 
     /// Moves a span that the parser counts in the frame of piece `k` to where it is in the text.
@@ -262,12 +255,11 @@ impl<'a> Pieces<'a> {
             *at = piece.place(*at) as u64;
         }
         let start = piece.range.start;
-        let lines = text[..start].iter().filter(|b| **b == b'\n').count();
         // The head of the frame is a line.
         if span.line == 2 {
             span.column = span.column.saturating_add(self.column(text, start));
         }
-        span.line = (span.line - 2).saturating_add(1).saturating_add(u32::try_from(lines).unwrap_or(u32::MAX));
+        span.line = (span.line - 1).saturating_add(u32::try_from(lines(&text[..start])).unwrap_or(u32::MAX));
     }
 
     /// Number of characters before `start`, where a piece starts, in its line.
@@ -287,7 +279,7 @@ impl<'a> Pieces<'a> {
     }
 
     /// All instances, and what the parser repaired.
-    pub(super) fn join(mut self, text: &[u8]) -> Result<Joined, StepError> {
+    pub(super) fn join(mut self, text: &[u8]) -> Joined {
         let mut warnings = Vec::new();
         let mut warned = 0;
         for k in 0..self.list.len() {
@@ -300,22 +292,34 @@ impl<'a> Pieces<'a> {
                 warnings.push(warning.to_string());
             }
         }
-        let mut rows = Vec::with_capacity(self.list.iter().map(|piece| piece.rows().len()).sum());
-        for piece in &mut self.list {
-            if let Some(Ok(mut parsed)) = piece.parsed.take() {
-                rows.append(&mut parsed.rows);
-            }
-        }
-        if !rows.is_sorted_by_key(RawEntity::id) {
-            rows.par_sort_unstable_by_key(RawEntity::id);
-        }
-        Ok(Joined { rows, warnings, warned })
+        let count = self.list.iter().map(|piece| piece.rows().len()).sum();
+        let parsed = self.list.iter_mut().filter_map(|piece| piece.parsed.take()?.ok());
+        let rows = Rows::joined(parsed.map(|parsed| parsed.rows), count);
+        Joined { rows, warnings, warned }
     }
 }
 
 /// After the record that starts at `at`: after its `;`. `None` if the text ends before.
-fn record_end(text: &[u8], at: usize) -> Option<usize> {
-    words(text, at).find(|i| text[*i] == b';').map(|i| i + 1)
+///
+/// What may hold a `;` is skipped as the parser does it. Resources (`<…>`) are among that where repairs leave them.
+fn record_end(text: &[u8], mut at: usize) -> Option<usize> {
+    loop {
+        at += text[at..].iter().position(|b| matches!(b, b';' | b'\'' | b'/' | b'<'))?;
+        let (open, close): (usize, &[u8]) = match text[at] {
+            b';' => return Some(at + 1),
+            b'<' => (1, b">"),
+            b'/' if text.get(at + 1) == Some(&b'*') => (2, b"*/"),
+            b'/' => (1, b""),
+            // A doubled quote ends a string and opens the next one.
+            _ => (1, b"'"),
+        };
+        at += open;
+        if let [byte] = close {
+            at += text[at..].iter().position(|b| b == byte)? + 1;
+        } else if !close.is_empty() {
+            at += find(&text[at..], close)? + close.len();
+        }
+    }
 }
 
 /// The first position from `at` on that is not white space or a comment.
@@ -328,6 +332,10 @@ fn first_word(text: &[u8], mut at: usize) -> usize {
         let Some(end) = find(&text[at + 2..], b"*/") else { return text.len() };
         at += end + 4;
     }
+}
+
+fn lines(text: &[u8]) -> usize {
+    text.iter().filter(|b| **b == b'\n').count()
 }
 
 fn span_of(error: &mut Error) -> Option<&mut Span> {

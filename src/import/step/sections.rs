@@ -176,7 +176,7 @@ fn names_of_values(text: &[u8], data: usize) -> Vec<(usize, usize)> {
 }
 
 /// Positions from `at` on outside strings, comments and resources (`<…>`).
-pub(super) fn words(text: &[u8], at: usize) -> impl Iterator<Item = usize> + '_ {
+fn words(text: &[u8], at: usize) -> impl Iterator<Item = usize> + '_ {
     places(text, at, true)
 }
 

@@ -71,7 +71,7 @@ pub(super) fn parse(
         changed = mended.changed;
         cuts += 1;
     }
-    let Joined { rows, warnings, warned } = pieces.join(&text)?;
+    let Joined { rows, warnings, warned } = pieces.join(&text);
     let more = warned - warnings.len();
     let repaired = |message| file_note(Severity::Note, StepOutcome::SyntaxRepaired { message });
     diagnostics.extend(warnings.into_iter().map(repaired));
