@@ -1,6 +1,8 @@
 //! Syntax errors -> text without them. What is wrong is blanked, cut off or replaced, so that lines keep their numbers.
 
+use super::options::{StepError, proceed};
 use super::sections::{Done, cut_behind_end, data_section, settle};
+use crate::control::Control;
 use crate::model::{Severity, StepOutcome, SyntaxCut};
 use std::ops::Range;
 use step_io::Error;
@@ -12,13 +14,13 @@ pub(super) struct Mended {
 }
 
 /// Changes the text so that the parser gets past `error`. `None` if there is no remedy.
-pub(super) fn mend(text: &mut Vec<u8>, error: &Error) -> Option<Mended> {
+pub(super) fn mend(text: &mut Vec<u8>, error: &Error, control: &Control) -> Result<Option<Mended>, StepError> {
     // Syntax that a later edition allows is not an error.
     if let Some((done, changed)) = settle(text) {
-        return Some(Mended { done, changed });
+        return Ok(Some(Mended { done, changed }));
     }
-    let (done, changed) = cut(text, error)?;
-    Some(Mended { done: vec![done], changed })
+    proceed(control)?;
+    Ok(cut(text, error).map(|(done, changed)| Mended { done: vec![done], changed }))
 }
 
 /// Cuts out the text at which the parser stopped.

@@ -1,5 +1,6 @@
 //! Options of the STEP reader, and why it rejects a file.
 
+use crate::control::Control;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -12,8 +13,7 @@ pub struct StepOptions {
     pub fit_tolerance: f64,
     /// Maximum length of a file, bytes. Default 2 GiB.
     pub max_bytes: u64,
-    /// Maximum number of syntax errors that are cut out before the file is rejected. Each costs another pass over the
-    /// text. Default 16.
+    /// Maximum number of syntax errors that are cut out before the file is rejected. Default 16.
     pub max_syntax_repairs: usize,
     /// Maximum number of instances (`#n=…`) in a file. Default 50 million.
     pub max_entities: u64,
@@ -158,6 +158,11 @@ pub enum StepError {
         /// How many errors were cut out before.
         repairs: usize,
     },
+}
+
+/// Fails once the work is cancelled.
+pub(super) fn proceed(control: &Control) -> Result<(), StepError> {
+    if control.is_cancelled() { Err(StepError::Cancelled) } else { Ok(()) }
 }
 
 impl fmt::Display for StepError {

@@ -6,8 +6,8 @@
 //! moved to where the piece lies. An error is final only in a piece of one record, as then all instances before it are
 //! known: a repeated number among them comes first. Pieces that a repair does not change are not parsed again.
 
-use super::options::StepError;
-use super::sections::{find, has_word};
+use super::options::{StepError, proceed};
+use super::sections::{find, has_word, next};
 use super::table::{Row, Rows, discard};
 use crate::control::Control;
 use rayon::prelude::*;
@@ -132,7 +132,7 @@ impl<'a> Pieces<'a> {
     /// when a record is blanked.
     fn starts(&mut self, text: &[u8]) -> Result<Vec<usize>, StepError> {
         let mut starts = vec![0];
-        let (mut at, mut next) = (0, self.size);
+        let (mut at, mut due) = (0, self.size);
         self.data = text.len();
         while let Some(end) = record_end(text, at) {
             if self.data == text.len() {
@@ -143,17 +143,13 @@ impl<'a> Pieces<'a> {
                 break;
             }
             at = end;
-            if at >= next && at >= self.data && at < text.len() {
+            if at >= due && at >= self.data && at < text.len() {
                 starts.push(at);
-                next = (at / self.size).saturating_add(1).saturating_mul(self.size);
-                self.proceed()?;
+                due = (at / self.size).saturating_add(1).saturating_mul(self.size);
+                proceed(self.control)?;
             }
         }
         Ok(starts)
-    }
-
-    fn proceed(&self) -> Result<(), StepError> {
-        if self.control.is_cancelled() { Err(StepError::Cancelled) } else { Ok(()) }
     }
 
     /// Parses what is not parsed yet. Returns the first error of the text, as the parser finds it in the whole.
@@ -197,9 +193,7 @@ impl<'a> Pieces<'a> {
         let control = self.control;
         self.list.par_iter_mut().filter(|piece| piece.parsed.is_none()).try_for_each(|piece| {
             let _turn = (piece.range.len() > LONG).then(|| one_at_a_time.lock());
-            if control.is_cancelled() {
-                return Err(StepError::Cancelled);
-            }
+            proceed(control)?;
             piece.parse(text);
             Ok(())
         })
@@ -302,24 +296,8 @@ impl<'a> Pieces<'a> {
 /// After the record that starts at `at`: after its `;`. `None` if the text ends before.
 ///
 /// What may hold a `;` is skipped as the parser does it. Resources (`<…>`) are among that where repairs leave them.
-fn record_end(text: &[u8], mut at: usize) -> Option<usize> {
-    loop {
-        at += text[at..].iter().position(|b| matches!(b, b';' | b'\'' | b'/' | b'<'))?;
-        let (open, close): (usize, &[u8]) = match text[at] {
-            b';' => return Some(at + 1),
-            b'<' => (1, b">"),
-            b'/' if text.get(at + 1) == Some(&b'*') => (2, b"*/"),
-            b'/' => (1, b""),
-            // A doubled quote ends a string and opens the next one.
-            _ => (1, b"'"),
-        };
-        at += open;
-        if let [byte] = close {
-            at += text[at..].iter().position(|b| b == byte)? + 1;
-        } else if !close.is_empty() {
-            at += find(&text[at..], close)? + close.len();
-        }
-    }
+fn record_end(text: &[u8], at: usize) -> Option<usize> {
+    Some(next(text, at, b';', true)? + 1)
 }
 
 /// The first position from `at` on that is not white space or a comment.

@@ -1,6 +1,6 @@
 //! A file's bytes -> a model, by the steps of this folder.
 
-use super::options::{BYTES_PER_BYTE, StepError, StepOptions};
+use super::options::{BYTES_PER_BYTE, StepError, StepOptions, proceed};
 use super::pieces::PIECE;
 use super::product::StructureBuilder;
 use super::reader::Reader;
@@ -73,8 +73,8 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     read_controlled(bytes, options, &Control::default())
 }
 
-/// As [`read`], with progress and cancellation between parts and within them. The syntax is parsed before the first
-/// part, in one piece.
+/// As [`read`], with progress and cancellation between parts and within them. Progress starts when the syntax is parsed;
+/// cancelling stops that, too, between pieces of the text.
 ///
 /// # Errors
 /// As [`read`], and [`StepError::Cancelled`].
@@ -87,15 +87,14 @@ fn read_in_pieces(bytes: &[u8], options: &StepOptions, control: &Control, piece:
     check_size(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
     let table = text::parse(bytes, options, control, piece, &mut diagnostics)?;
-    let proceed = || if control.is_cancelled() { Err(StepError::Cancelled) } else { Ok(()) };
-    proceed()?;
+    proceed(control)?;
     let contexts = Contexts::read(&table);
     let styles = Styles::read(&table);
     let structure = StructureBuilder::build(&table, &contexts, &styles, options);
-    proceed()?;
+    proceed(control)?;
     let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
     tree.expand();
-    proceed()?;
+    proceed(control)?;
     if tree.visits > options.max_instances {
         return Err(StepError::TooManyInstances { limit: options.max_instances });
     }

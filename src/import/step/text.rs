@@ -3,7 +3,7 @@
 
 use super::budget::ReadBudget;
 use super::mend::mend;
-use super::options::{BYTES_PER_BYTE, StepError, StepOptions};
+use super::options::{BYTES_PER_BYTE, StepError, StepOptions, proceed};
 use super::pieces::{Joined, Pieces};
 use super::sections::{end_of_signed, find, without_extra, without_resources};
 use super::table::Table;
@@ -14,6 +14,8 @@ use std::borrow::Cow;
 const MAGIC: &[u8] = b"ISO-10303-21";
 /// Number of bytes in which the magic must appear. A byte order mark or a comment may precede it.
 pub(super) const MAGIC_WITHIN: usize = 4096;
+/// Number of bytes that are counted between two looks whether reading is cancelled.
+const STRETCH: usize = 1 << 20;
 
 /// Where the text starts, from the first [`MAGIC_WITHIN`] bytes of a file.
 pub(super) fn magic(bytes: &[u8]) -> Result<usize, StepError> {
@@ -30,11 +32,11 @@ pub(super) fn parse(
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Table, StepError> {
     let start = magic(bytes)?;
-    let entities = entities_in(bytes, options.max_entities);
+    let entities = entities_in(bytes, options.max_entities, control)?;
     if entities > options.max_entities {
         return Err(StepError::TooManyEntities { entities, limit: options.max_entities });
     }
-    let needed = memory_for(bytes, options.max_memory);
+    let needed = memory_for(bytes, options.max_memory, control)?;
     if needed > options.max_memory {
         return Err(StepError::TooMuchMemory { needed, limit: options.max_memory });
     }
@@ -66,7 +68,7 @@ pub(super) fn parse(
         if cuts == options.max_syntax_repairs {
             return Err(refused());
         }
-        let mended = mend(text.to_mut(), &error).ok_or_else(refused)?;
+        let mended = mend(text.to_mut(), &error, control)?.ok_or_else(refused)?;
         diagnostics.extend(mended.done.into_iter().map(|(severity, what)| file_note(severity, what)));
         changed = mended.changed;
         cuts += 1;
@@ -85,7 +87,7 @@ pub(super) fn parse(
 ///
 /// Most files take less than [`BYTES_PER_BYTE`]. Lists of one digit take 47 bytes per byte, those of blanks 150. The
 /// parser holds 32 bytes per item of a list, and twice that again while it reads the longest one.
-fn memory_for(bytes: &[u8], limit: u64) -> u64 {
+fn memory_for(bytes: &[u8], limit: u64, control: &Control) -> Result<u64, StepError> {
     /// No byte takes more.
     const MOST: u64 = 210;
     const TEXT: u64 = 2;
@@ -98,50 +100,56 @@ fn memory_for(bytes: &[u8], limit: u64) -> u64 {
     const QUOTE: u64 = 4;
     let length = bytes.len() as u64;
     if length.saturating_mul(MOST) <= limit {
-        return length * BYTES_PER_BYTE;
+        return Ok(length * BYTES_PER_BYTE);
     }
     let (mut items, mut longest) = (0, 0);
     let (mut other, mut before) = (0, b' ');
-    for &byte in bytes {
-        let after_comma = before == b',';
-        match byte {
-            b' ' | b'\n' | b'\r' | b'\t' => continue,
-            b',' => {
-                items += 1;
-                other += ITEM + if after_comma || before == b'(' { BLANK } else { 0 };
+    for stretch in bytes.chunks(STRETCH) {
+        proceed(control)?;
+        for &byte in stretch {
+            let after_comma = before == b',';
+            match byte {
+                b' ' | b'\n' | b'\r' | b'\t' => continue,
+                b',' => {
+                    items += 1;
+                    other += ITEM + if after_comma || before == b'(' { BLANK } else { 0 };
+                }
+                b'(' => other += if before.is_ascii_alphanumeric() || before == b'_' { KEYWORD } else { LIST },
+                b')' if after_comma => other += BLANK,
+                b'\'' => other += QUOTE,
+                b'=' => other += ENTITY,
+                b';' => (items, longest) = (0, longest.max(items)),
+                _ => {}
             }
-            b'(' => other += if before.is_ascii_alphanumeric() || before == b'_' { KEYWORD } else { LIST },
-            b')' if after_comma => other += BLANK,
-            b'\'' => other += QUOTE,
-            b'=' => other += ENTITY,
-            b';' => (items, longest) = (0, longest.max(items)),
-            _ => {}
+            before = byte;
         }
-        before = byte;
     }
-    (TEXT * length + other + LONGEST * longest.max(items)).max(length * BYTES_PER_BYTE)
+    Ok((TEXT * length + other + LONGEST * longest.max(items)).max(length * BYTES_PER_BYTE))
 }
 
 /// Counts the instances of a text before parsing: every `=` that follows `#` and a number, in strings too. 0 for a text
 /// that is too short to have more than `limit`.
-fn entities_in(bytes: &[u8], limit: u64) -> u64 {
+fn entities_in(bytes: &[u8], limit: u64, control: &Control) -> Result<u64, StepError> {
     /// As in `#1=A();`
     const SHORTEST: u64 = 7;
     if bytes.len() as u64 / SHORTEST <= limit {
-        return 0;
+        return Ok(0);
     }
     let (mut count, mut in_number) = (0, false);
-    for byte in bytes {
-        match byte {
-            b'#' => in_number = true,
-            b'0'..=b'9' | b' ' | b'\t' | b'\r' | b'\n' => {}
-            _ => {
-                count += u64::from(in_number && *byte == b'=');
-                in_number = false;
+    for stretch in bytes.chunks(STRETCH) {
+        proceed(control)?;
+        for byte in stretch {
+            match byte {
+                b'#' => in_number = true,
+                b'0'..=b'9' | b' ' | b'\t' | b'\r' | b'\n' => {}
+                _ => {
+                    count += u64::from(in_number && *byte == b'=');
+                    in_number = false;
+                }
             }
         }
     }
-    count
+    Ok(count)
 }
 
 fn file_note(severity: Severity, what: StepOutcome) -> Diagnostic {
