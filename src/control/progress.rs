@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Stage {
-    /// Reading. Counts parts.
+    /// Reading. Counts parts, once the syntax is parsed.
     Read,
     /// Preparing. Counts faces, each part once.
     Prepare,
@@ -71,7 +71,7 @@ impl Control {
         Self(Arc::new(Shared { observer: Some(Box::new(observer)), ..Shared::default() }))
     }
 
-    /// Asks the work to stop. It ends with an error after the part, face or tile in hand.
+    /// Asks the work to stop. It ends with an error after the piece of text, part, face or tile in hand.
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);
     }

@@ -139,8 +139,8 @@ fn next_ink(text: &[u8], after: usize) -> Option<u8> {
     text[after + 1..].iter().copied().find(|b| !b.is_ascii_whitespace())
 }
 
-/// Repairs a text that stops in the data section: cuts the unfinished instance and closes section and file. Returns where
-/// the old text ends.
+/// Repairs a text that stops in the data section: cuts the unfinished instance and closes section and file. Returns
+/// where the old text ends.
 fn close(text: &mut Vec<u8>) -> Option<usize> {
     const END: &[u8] = b"\nENDSEC;\nEND-ISO-10303-21;\n";
     let data = data_section(text)?;

@@ -1,10 +1,11 @@
 //! The text of a file -> the instances of its data section, parsed in pieces on all threads.
 //!
-//! The parser reads a text record by record, up to each `;` outside strings and comments, and an instance that it accepts
-//! is one record. So the text can be cut after any record of the data section: each piece is parsed between a header and
-//! an end of its own, and gives what the parser would make of that stretch of the whole text. Positions in errors are
-//! moved to where the piece lies. An error is final only in a piece of one record, as then all instances before it are
-//! known: a repeated number among them comes first. Pieces that a repair does not change are not parsed again.
+//! The parser reads a text record by record, up to each `;` outside strings and comments, and an instance that it
+//! accepts is one record. So the text can be cut after any record of the data section: each piece is parsed between a
+//! header and an end of its own, and gives what the parser would make of that stretch of the whole text. Positions in
+//! errors and warnings are moved to where the piece lies. An error is final only in a piece of one record: all
+//! instances before it are known then, and a repeated number among them comes first. Pieces that a repair does not
+//! change are not parsed again.
 
 use super::options::{StepError, proceed};
 use super::sections::{find, has_word, next};
@@ -21,7 +22,8 @@ use step_io::{Error, ParseWarning};
 pub(super) const PIECE: usize = 128 << 10;
 /// Number of repaired syntax errors that get a note each.
 pub(super) const LISTED_WARNINGS: usize = 8;
-/// Pieces longer than this are parsed one at a time: the parser holds their longest list three times.
+/// Pieces longer than this are parsed one at a time: the parser holds their longest list three times, and the bound
+/// on memory counts that once.
 const LONG: usize = 8 * PIECE;
 
 const HEAD: &[u8] = b"ISO-10303-21;HEADER;FILE_DESCRIPTION();FILE_NAME();FILE_SCHEMA(());ENDSEC;DATA;\n";
@@ -128,7 +130,7 @@ impl<'a> Pieces<'a> {
         Ok(())
     }
 
-    /// Where pieces start: at the first record on or after each multiple of their length, so that most stay where they are
+    /// Where pieces start: at the first record on or after each multiple of their length. So most stay where they are
     /// when a record is blanked.
     fn starts(&mut self, text: &[u8]) -> Result<Vec<usize>, StepError> {
         let mut starts = vec![0];

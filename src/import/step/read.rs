@@ -73,8 +73,8 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     read_controlled(bytes, options, &Control::default())
 }
 
-/// As [`read`], with progress and cancellation between parts and within them. Progress starts when the syntax is parsed;
-/// cancelling stops that, too, between pieces of the text.
+/// As [`read`], with progress and cancellation. The syntax is parsed in pieces before the first progress is reported.
+/// Cancelling takes effect between these pieces, between parts and within them.
 ///
 /// # Errors
 /// As [`read`], and [`StepError::Cancelled`].

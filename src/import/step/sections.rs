@@ -111,8 +111,8 @@ pub(super) fn cut_behind_end(text: &mut Vec<u8>, at: usize) -> Option<Done> {
     Some(if signed { (Severity::Note, StepOutcome::Signature) } else { (Severity::Warning, StepOutcome::BehindEnd) })
 }
 
-/// Converts edition 3 text to plain text: joins several data sections and unsets named values. Returns what was done, and
-/// the range that holds all changes. `None` if the text has neither.
+/// Converts edition 3 text to plain text: joins several data sections and unsets named values. Returns what was done,
+/// and the range that holds all changes. `None` if the text has neither.
 pub(super) fn settle(text: &mut [u8]) -> Option<(Vec<Done>, Range<usize>)> {
     let mut done = Vec::new();
     let data = data_section(text)?;
