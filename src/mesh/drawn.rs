@@ -73,6 +73,11 @@ impl DrawnTiles {
         if self.is_everything() { u64::MAX } else { self.words[self.row(view, instance)][k] }
     }
 
+    /// All words of an instance in a view, as [`word`](Self::word) has them. Empty if everything is drawn.
+    pub(crate) fn words(&self, view: usize, instance: usize) -> &[u64] {
+        if self.is_everything() { &[] } else { &self.words[self.row(view, instance)] }
+    }
+
     /// Adds a tile of an instance to a view.
     ///
     /// # Panics

@@ -162,17 +162,30 @@ impl Engine {
     }
 
     /// Makes a frame of views. `None` if it was cancelled.
-    pub(super) fn make(&mut self, views: &[View], control: &Control) -> Option<FinishedFrame> {
+    ///
+    /// `moved`: the instances, if any of them moved, came or went since the last frame.
+    pub(super) fn make(
+        &mut self,
+        moved: Option<Vec<SceneInstance>>,
+        views: &[View],
+        control: &Control,
+    ) -> Option<FinishedFrame> {
         let _span = tracing::debug_span!("make").entered();
         self.rests = false;
         let mut laps = Laps::start();
+        let has_moved = moved.is_some();
+        if let Some(moved) = moved {
+            self.instances = moved;
+        }
         let Self { prepared, jobs, instances, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
             planner: Planner::new(Arc::clone(prepared), &self.planner),
             residency: Residency::new(prepared),
         });
         // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
-        self.levels.assign(instances, views);
+        if self.levels.assign(instances, views) || has_moved {
+            residency.moved();
+        }
         let plan = Arc::clone(planner.plan_on(&**jobs, instances, views));
         let changes = planner.changes();
         residency.outdate(prepared, changes);
@@ -224,7 +237,7 @@ impl Engine {
         let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred } = frame;
         let Some(Live { residency, .. }) = &mut self.live else { return Ok(FrameReport::default()) };
         let still = deliveries.is_empty() && !due.whole && due.forgotten.is_empty();
-        if still && residency.shows(&plan.drawn, &scene.instances) {
+        if still && residency.shows(&plan.drawn) {
             self.rests = true;
             return Ok(FrameReport { planned_in, deferred, ..self.unchanged() });
         }
@@ -243,7 +256,7 @@ impl Engine {
             }
         };
         self.owners.forget(due.forgotten.iter().map(|&(part, tile, _)| (part, tile)));
-        residency.committed(&due, &triangles, &plan.drawn, &scene.instances);
+        residency.committed(&due, &triangles, &plan.drawn);
         self.rests = true;
         self.crew.recycle(batches);
         Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })

@@ -6,7 +6,6 @@ use crate::mesh::{DrawnTiles, SceneInstance, tiles_of_word};
 use crate::model::{EdgeId, FaceId, PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
-use glam::DAffine3;
 use std::collections::BTreeSet;
 
 /// State of a part's tiles, one bit each.
@@ -22,6 +21,10 @@ struct PartTiles {
     /// Triangle count of each tile, when it was last sent.
     triangles: Vec<u32>,
     tiles: usize,
+    /// Whether `drawn` has any tile.
+    is_drawn: bool,
+    /// Whether tiles turned stale since the last committed frame.
+    is_outdated: bool,
 }
 
 /// Frames between evictions. Tiles that were not drawn in the last two epochs may be evicted.
@@ -39,12 +42,15 @@ impl PartTiles {
             drawn: words,
             triangles: vec![0; part.tiles.len()],
             tiles: part.tiles.len(),
+            is_drawn: false,
+            is_outdated: true,
         };
         new.forget();
         new
     }
 
     fn forget(&mut self) {
+        self.is_outdated = true;
         self.present.fill(0);
         self.stale.fill(u64::MAX);
         if let Some(last) = self.stale.last_mut()
@@ -62,15 +68,12 @@ pub(super) struct Residency {
     edges: BTreeSet<(PartId, EdgeId)>,
     /// Whether the next frame must be a whole one.
     whole: bool,
-    /// The drawn tiles of the last committed frame, and the instances' placements.
+    /// The drawn tiles of the last committed frame.
     shown: DrawnTiles,
-    placed: Vec<(PartId, DAffine3)>,
+    /// Whether instances have moved since, or have other LODs.
+    has_moved: bool,
     /// Frames in the current epoch.
     frames: u32,
-}
-
-fn placed(instances: &[SceneInstance]) -> impl Iterator<Item = (PartId, DAffine3)> + '_ {
-    instances.iter().map(|instance| (instance.part, instance.transform))
 }
 
 /// The content of a frame.
@@ -89,7 +92,7 @@ pub(super) struct Due {
 impl Residency {
     pub(super) fn new(prepared: &Prepared) -> Self {
         let (edges, shown) = (BTreeSet::new(), DrawnTiles::default());
-        let mut new = Self { parts: Vec::new(), edges, whole: true, shown, placed: Vec::new(), frames: 0 };
+        let mut new = Self { parts: Vec::new(), edges, whole: true, shown, has_moved: true, frames: 0 };
         new.add_parts(prepared);
         new
     }
@@ -110,7 +113,9 @@ impl Residency {
     /// Marks what the plan changed as stale.
     pub(super) fn outdate(&mut self, prepared: &Prepared, changes: &PlanChanges) {
         for &(part, TileId(tile)) in &changes.tiles {
-            self.parts[part.index()].stale[tile as usize >> 6] |= 1 << (tile & 63);
+            let part = &mut self.parts[part.index()];
+            part.stale[tile as usize >> 6] |= 1 << (tile & 63);
+            part.is_outdated = true;
         }
         let of_model = |&&(part, edge): &&(PartId, RowId)| edge.index() < prepared.parts[part.index()].brep_edges;
         self.edges.extend(changes.edges.iter().filter(of_model).map(|&(part, edge)| (part, EdgeId(edge.0))));
@@ -118,20 +123,23 @@ impl Residency {
 
     /// What the sink needs in order to draw `drawn`. Counts one frame of the epoch.
     pub(super) fn due(&mut self, prepared: &Prepared, instances: &[SceneInstance], drawn: &DrawnTiles) -> Due {
-        for part in &mut self.parts {
+        // Costs follow what is drawn and what changes: most parts of a large scene are neither.
+        for part in self.parts.iter_mut().filter(|part| part.is_drawn) {
             part.drawn.fill(0);
+            part.is_drawn = false;
         }
         for view in 0..drawn.views() {
             for (i, instance) in instances.iter().enumerate() {
                 let Some(part) = self.parts.get_mut(instance.part.index()) else { continue };
-                for (k, word) in part.drawn.iter_mut().enumerate() {
-                    *word |= drawn.word(view, i, k);
+                for (word, &more) in part.drawn.iter_mut().zip(drawn.words(view, i)) {
+                    *word |= more;
+                    part.is_drawn |= more != 0;
                 }
             }
         }
         self.age();
         let mut due = Due { whole: self.whole, ..Due::default() };
-        for (p, part) in self.parts.iter().enumerate() {
+        for (p, part) in self.parts.iter().enumerate().filter(|(_, part)| part.is_drawn || part.is_outdated) {
             for (k, (&stale, &drawn)) in part.stale.iter().zip(&part.drawn).enumerate() {
                 due.tiles.extend(tiles_of_word(stale & drawn, k).map(|tile| (PartId::new(p), tile)));
                 let face = |tile: TileId| prepared.parts[p].tiles[tile.0 as usize].face;
@@ -146,7 +154,7 @@ impl Residency {
     /// At the end of an epoch, marks tiles stale that were not drawn for two epochs, if too much is resident. That
     /// evicts them.
     fn age(&mut self) {
-        for part in &mut self.parts {
+        for part in self.parts.iter_mut().filter(|part| part.is_drawn) {
             part.recent[0].iter_mut().zip(&part.drawn).for_each(|(recent, drawn)| *recent |= drawn);
         }
         self.frames += 1;
@@ -162,6 +170,7 @@ impl Residency {
         let held: u64 = self.parts.iter().map(|part| sum(part, &part.present)).sum();
         for part in &mut self.parts {
             if held > KEPT * drawn {
+                part.is_outdated = true;
                 let recent = part.recent[0].iter().zip(&part.recent[1]).map(|(now, before)| now | before);
                 part.stale
                     .iter_mut()
@@ -174,27 +183,25 @@ impl Residency {
         }
     }
 
+    /// Tells that instances moved, came, went, or have other LODs.
+    pub(super) fn moved(&mut self) {
+        self.has_moved = true;
+    }
+
     /// Whether the last committed frame had the same drawn tiles and the same placements.
-    pub(super) fn shows(&self, drawn: &DrawnTiles, instances: &[SceneInstance]) -> bool {
-        self.shown == *drawn && self.placed.iter().copied().eq(placed(instances))
+    pub(super) fn shows(&self, drawn: &DrawnTiles) -> bool {
+        !self.has_moved && self.shown == *drawn
     }
 
     /// Records that `due` was committed. `made` lists the triangle count of each tile.
-    pub(super) fn committed(
-        &mut self,
-        due: &Due,
-        made: &[(PartId, TileId, u32)],
-        drawn: &DrawnTiles,
-        instances: &[SceneInstance],
-    ) {
-        self.whole = false;
+    pub(super) fn committed(&mut self, due: &Due, made: &[(PartId, TileId, u32)], drawn: &DrawnTiles) {
+        (self.whole, self.has_moved) = (false, false);
         for &(part, TileId(tile), triangles) in made {
             self.parts[part.index()].triangles[tile as usize] = triangles;
         }
         self.edges.clear();
         self.shown.clone_from(drawn);
-        self.placed.clear();
-        self.placed.extend(placed(instances));
+        self.parts.iter_mut().for_each(|part| part.is_outdated = false);
         for &(part, TileId(tile)) in &due.tiles {
             let (part, word, bit) = (&mut self.parts[part.index()], tile as usize >> 6, 1 << (tile & 63));
             part.stale[word] &= !bit;

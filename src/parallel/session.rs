@@ -299,7 +299,7 @@ impl Session {
     /// Begins a frame of views: a job plans and makes it. Returns at once. Cancels an unfinished frame, whose changes
     /// become part of this one. If the sink shows these views already, there is nothing to begin, and no job is spawned.
     ///
-    /// Cost on this thread: a copy of the instances and of the views; one comparison of the views if nothing changed.
+    /// Cost on this thread: a copy of the views, and of the instances if any of them moved, came or went.
     ///
     /// # Errors
     /// When a view is invalid: nothing changes, and a frame that was begun goes on. After an internal error: the session
@@ -316,28 +316,24 @@ impl Session {
             return Ok(());
         }
         self.cancel();
-        self.moved = false;
+        let moved = std::mem::take(&mut self.moved).then(|| self.scene.instances.clone());
         let (control, views) = (Control::default(), views.to_vec());
         let watched = control.clone();
-        let make = move |mut engine: Box<Engine>| {
-            let frame = engine.make(&views, &watched);
+        let make = move |mut engine: Box<Engine>, moved| {
+            let frame = engine.make(moved, &views, &watched);
             Ok((engine, frame))
         };
         let flight = match std::mem::replace(&mut self.engine, EngineState::Lost(String::new())) {
-            EngineState::Idle(mut engine, _) => {
-                engine.instances.clone_from(&self.scene.instances);
-                Flight::start(&*self.jobs, move || make(engine))
-            }
-            EngineState::Busy(before, _) => {
-                let mut instances = self.scene.instances.clone();
-                Flight::start(&*self.jobs, move || {
-                    let (mut engine, frame) = before.land().flatten()?;
-                    frame.into_iter().for_each(|frame| engine.discard(frame));
+            EngineState::Idle(engine, _) => Flight::start(&*self.jobs, move || make(engine, moved)),
+            EngineState::Busy(before, _) => Flight::start(&*self.jobs, move || {
+                let (mut engine, frame) = before.land().flatten()?;
+                frame.into_iter().for_each(|frame| engine.discard(frame));
+                let moved = moved.map(|mut instances| {
                     select_as(&mut instances, &engine.instances);
-                    engine.instances = instances;
-                    make(engine)
-                })
-            }
+                    instances
+                });
+                make(engine, moved)
+            }),
             EngineState::Lost(why) => {
                 self.engine = EngineState::Lost(why.clone());
                 return Err(FrameError::Lost { why });

@@ -64,9 +64,9 @@ impl PartBoxes {
         boxes(part).map(|tile| (tile.high - tile.low).max_element()).fold(0.0, f64::max)
     }
 
-    /// Whether any tile may be in the view frustum.
-    pub(crate) fn may_be_seen_by(&self, sight: &PartCamera) -> bool {
-        sight.look(&self.whole).is_some()
+    /// The bounding box of all tiles.
+    pub(crate) fn around_all(&self) -> &BoundingBox {
+        &self.whole
     }
 
     /// Calls `each` with the tiles of a range that are in the view frustum, ascending. `cull_back_faces` skips

@@ -104,9 +104,10 @@ impl Levels {
     /// Where there are more bands than LODs, the coarser bands share an LOD, at the tolerance of the finest of them.
     /// The result depends on the views and on earlier assignments. Cost: about 20 ns per view and instance, for parts
     /// with several LODs.
-    pub fn assign(&mut self, instances: &mut [SceneInstance], views: &[View]) {
+    /// Returns whether any of them changed.
+    pub fn assign(&mut self, instances: &mut [SceneInstance], views: &[View]) -> bool {
         if self.parts.iter().all(|part| part.rows.len() == 1) {
-            return;
+            return false;
         }
         let lenses: Vec<_> = views.iter().filter_map(|view| Some((view, view.usable_lens()?))).collect();
         let mut wanted: Vec<Vec<i32>> = vec![Vec::new(); self.parts.len()];
@@ -116,6 +117,9 @@ impl Levels {
                 continue;
             }
             let seen = lenses.iter().filter_map(|&(view, lens)| {
+                if !view.may_show(lens, &levels.place, &instance.transform) {
+                    return None;
+                }
                 let seen = view.sight(lens, instance).look(&levels.place)?;
                 Some(seen.most / view.deviation_px)
             });
@@ -130,12 +134,15 @@ impl Levels {
             wanted.dedup();
             levels.serve(wanted);
         }
+        let mut changed = false;
         for ((part, band), instance) in self.instances.iter().zip(instances) {
             let levels = &self.parts[part.index()];
             if let Some(row) = band.and_then(|band| levels.row(band)) {
+                changed |= instance.part != row;
                 instance.part = row;
             }
         }
+        changed
     }
 }
 

@@ -159,8 +159,10 @@ impl Planner {
             return &self.pages.last;
         }
         let _span = tracing::debug_span!("plan").entered();
-        self.placed.clear();
-        self.placed.extend(placed);
+        if has_moved {
+            self.placed.clear();
+            self.placed.extend(placed);
+        }
         self.seen.clear();
         self.seen.extend_from_slice(views);
         self.agree_on(views);
@@ -205,7 +207,7 @@ impl Planner {
         }
     }
 
-    /// The instances of each part as the views see them, and whether any view is invalid.
+    /// The instances of each part that the views may show, and whether any view is invalid.
     fn sights(&self, instances: &[SceneInstance], views: &[View]) -> (Vec<Vec<InstanceSight>>, bool) {
         let mut sights: Vec<Vec<InstanceSight>> = vec![Vec::new(); self.rates.parts.len()];
         let mut unusable = false;
@@ -215,7 +217,9 @@ impl Planner {
                 continue;
             };
             for (i, instance) in instances.iter().enumerate() {
-                if let Some(sights) = sights.get_mut(instance.part.index()) {
+                let Some(part) = self.rates.parts.get(instance.part.index()) else { continue };
+                if view.may_show(lens, part.boxes.around_all(), &instance.transform) {
+                    let sights = &mut sights[instance.part.index()];
                     let sight = view.sight(lens, instance).weighed(1.0 / view.deviation_px);
                     sights.push(InstanceSight { view: v, instance: i, sight });
                 }
@@ -229,7 +233,7 @@ impl Planner {
         let mut ranges: Vec<VisibleTiles> = Vec::new();
         for (part, (rates, sights)) in own(&mut self.rates).parts.iter_mut().zip(&*draft.sights).enumerate() {
             // Most parts of a large scene are neither in the picture nor were in it.
-            if !rates.seen.shows_any() && !sights.iter().any(|s| rates.boxes.may_be_seen_by(&s.sight)) {
+            if sights.is_empty() && !rates.seen.shows_any() {
                 continue;
             }
             let of_range = |(range, seen): (usize, &mut SeenRange)| {

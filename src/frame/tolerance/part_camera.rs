@@ -8,7 +8,7 @@
 use crate::mesh::SceneInstance;
 use crate::prepare::internals::BoundingBox;
 use crate::view::{Projection, View};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 /// Least depth at which a box is planned, as a fraction of half its diagonal; it also applies to boxes around the
 /// camera. Without it the cost of a box would be unbounded, for surface that the camera is about to pass.
@@ -167,6 +167,35 @@ impl View {
         self.lens()
     }
 
+    /// Whether a box of an instance may be in the view frustum: by the sphere around it, in a fraction of the time of
+    /// [`sight`](Self::sight). Never false if [`PartCamera::look`] finds it there.
+    pub(crate) fn may_show(
+        &self,
+        (axes, lens): ([DVec3; 3], SightLens),
+        place: &BoundingBox,
+        transform: &DAffine3,
+    ) -> bool {
+        /// Share of the radius by which the sphere is enlarged, for scales that are not quite uniform.
+        const UNEVEN: f64 = 1e-3;
+        /// Share of the distance from the eye, for rounding.
+        const ROUNDING: f64 = 1e-9;
+        let centre = transform.transform_point3(0.5 * (place.low + place.high)) - self.camera.eye;
+        let scale = transform.matrix3.x_axis.length_squared().max(transform.matrix3.y_axis.length_squared()).sqrt();
+        let radius = 0.5 * place.high.distance(place.low) * scale;
+        let radius = radius * (1.0 + UNEVEN) + ROUNDING * centre.length();
+        let [x, y, z] = axes.map(|axis| axis.dot(centre));
+        let off = match lens {
+            SightLens::Orthographic { sides, .. } => x.abs() - radius > sides[0] || y.abs() - radius > sides[1],
+            SightLens::Perspective { slopes, .. } => {
+                // The distance from the plane of a side is this over the length of the plane's normal.
+                let beyond = |x: f64, slope: f64| x.abs() - slope * z > radius * (1.0 + slope * slope).sqrt();
+                z < -radius || beyond(x, slopes[0]) || beyond(y, slopes[1])
+            }
+        };
+        // Of a box that is empty or not finite, nothing is known.
+        !off
+    }
+
     /// This camera in the coordinates of an instance.
     pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> PartCamera {
         let (back, from) = (instance.transform.inverse(), self.camera.eye);
@@ -186,9 +215,10 @@ impl View {
 mod tests {
     use super::*;
     use crate::sequence::judge;
+    use crate::sequence::random::SplitMix;
     use crate::view::Camera;
     use arbitrary::Unstructured;
-    use glam::DAffine3;
+    use glam::DQuat;
 
     const CAMERA: Camera = Camera {
         eye: DVec3::new(0.0, 0.0, 100.0),
@@ -243,6 +273,26 @@ mod tests {
             Ok(())
         };
         judge!(5_000, 600, |bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
+    }
+
+    #[test]
+    fn no_sphere_hides_a_box_that_is_seen() {
+        let (mut hidden, mut shown, mut draw) = (0, 0, SplitMix(3));
+        for _ in 0..10_000 {
+            let mut vector = |size: f64| DVec3::from([0; 3].map(|_| draw.range(-size, size)));
+            let (centre, half) = (vector(100.0), vector(1.0).abs());
+            let place = BoundingBox { low: centre - half, high: centre + half };
+            let (turn, scale) = (DQuat::from_scaled_axis(vector(3.0)), DVec3::splat(1.5 + vector(1.0).x));
+            let placed = DAffine3::from_scale_rotation_translation(scale, turn, vector(300.0));
+            for projection in [CAMERA.projection, Projection::Orthographic { height: 150.0 }] {
+                let view = View { camera: Camera { projection, ..CAMERA }, ..VIEW };
+                let may = view.may_show(view.lens().expect("a valid view"), &place, &placed);
+                let is_seen = sight(&view, placed).look(&place).is_some();
+                assert!(may || !is_seen, "{place:?} {placed:?}");
+                (hidden, shown) = (hidden + usize::from(!may), shown + usize::from(is_seen));
+            }
+        }
+        assert!(hidden > 1000 && shown > 1000, "{hidden} {shown}");
     }
 
     #[test]
