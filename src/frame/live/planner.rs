@@ -143,7 +143,8 @@ impl Planner {
     /// Views that are invalid (see [`plan_for_view`](crate::frame::plan_for_view())), or allow no error at all, draw
     /// nothing and do not count; instances of unknown parts are skipped.
     ///
-    /// Cost: about 20 ns per tile, instance and view, and a few microseconds per tile and edge that changes. If nothing
+    /// Cost: about 20 ns per view, instance and tile of the parts in the picture, less than that per other instance, and
+    /// a few microseconds per tile and edge that changes. If nothing
     /// moved, one comparison of the arguments with the last ones.
     pub fn plan(&mut self, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
         self.plan_on(&Alone, instances, views)
