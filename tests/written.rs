@@ -13,6 +13,7 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use random::SplitMix;
 use std::sync::Arc;
 use std::time::Duration;
+use trimtess::control::Control;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{
     Batch, IndexFormat, MemorySink, NormalFormat, PositionFormat, SceneInstance, TileMesh, VertexLayout, WrittenTile,
@@ -357,4 +358,17 @@ fn a_view_that_is_shown_allocates_nothing() {
         }
     });
     assert_eq!(spent.count_total, 0);
+}
+
+#[test]
+fn no_room_is_lost_when_an_observer_panics() {
+    let prepared = shape("brake-hub");
+    let plan = Arc::new(plan(&prepared, &tolerance(&prepared, 1e-2)));
+    let (mut session, mut sink) = writing(&prepared, 2, VertexLayout::COMPACT);
+    let control = Control::observed_by(|progress| assert!(progress.done < 5, "an observer"));
+    let frame = || session.frame_controlled(&plan, &control, &mut sink).map(|_| ());
+    assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(frame)).is_err());
+    assert_eq!((sink.calls, sink.memory.used()), (0, 0));
+    session.frame(&plan, &mut sink).unwrap();
+    assert_eq!(sink.memory.used(), sink.tiles.len());
 }

@@ -93,7 +93,7 @@ pub(super) fn commit(
     let mut laps = Laps::start();
     let mut report = FrameReport::default();
     let (mut rows, mut rungs, mut fills) = (Rows::default(), Vec::new(), Vec::new());
-    for delivery in deliveries {
+    for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
         report.workers.push(delivery.metrics);
@@ -102,7 +102,7 @@ pub(super) fn commit(
         rungs.extend(delivery.rungs);
         fills.extend(delivery.fills);
         rows.batches.extend(delivery.batches);
-        rows.written.extend(delivery.written);
+        rows.written.extend(delivery.written.take());
         rows.lines.extend(delivery.lines);
     }
     let made = rows.batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()).count();
@@ -182,13 +182,6 @@ pub(super) fn refusal(deliveries: &mut [Delivery]) -> Option<FrameError> {
         NotWritten::Sink(error) => FrameError::Sink(error),
         NotWritten::Grid(error) => FrameError::Grid(error),
     })
-}
-
-/// Gives back the room of tiles that the sink never hears of.
-pub(super) fn release(writer: Option<&Writer>, deliveries: &[Delivery]) {
-    if let Some(writer) = writer {
-        deliveries.iter().for_each(|delivery| writer.release(&delivery.written));
-    }
 }
 
 /// Sums the fills of tiles by face, in the order of the tiles: areas round the same for any number of workers.

@@ -1,7 +1,7 @@
 //! What a frame of views changes in a session: plans, residency, tile caches. The job that makes a frame has all of it,
 //! and gives it back.
 
-use super::commit::{Feed, FrameReport, commit, refusal, release};
+use super::commit::{Feed, FrameReport, commit, refusal};
 use super::crew::{Crew, Work};
 use super::error::FrameError;
 use super::handoff::{Delivery, Hand, Watch};
@@ -211,7 +211,6 @@ impl Engine {
 
     /// Drops a frame that was not committed. Its changes become part of the next one.
     pub(super) fn discard(&mut self, frame: FinishedFrame) {
-        release(self.writer.as_deref(), &frame.deliveries);
         // How far the workers got is a matter of timing and must not affect later frames.
         self.owners.forget(frame.due.tiles.into_iter());
     }
@@ -245,7 +244,7 @@ impl Engine {
         self.owners.book(&self.prepared, times);
         let batches = deliveries.iter().flat_map(|delivery| &delivery.batches);
         let batches = batches.map(|b| (b.part, b.tile, b.mesh.triangles.len() as u32));
-        let written = deliveries.iter().flat_map(|delivery| &delivery.written);
+        let written = deliveries.iter().flat_map(|delivery| delivery.written.tiles());
         let triangles: Vec<_> = batches.chain(written.map(|t| (t.part, t.tile, t.triangles))).collect();
         let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
         let (report, batches) = match commit(deliveries, (scene, self.writer.as_deref()), feed, sink) {
@@ -298,7 +297,6 @@ pub(super) fn whole_frame(
     let mut deliveries = crew.make(jobs, order, Work::All(parts));
     let cancelled = watch.is_cancelled().then_some(FrameError::Cancelled);
     if let Some(error) = cancelled.or_else(|| refusal(&mut deliveries)) {
-        release(writer.map(|writer| &**writer), &deliveries);
         return Err(error);
     }
     let made_in = laps.lap();

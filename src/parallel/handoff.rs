@@ -1,9 +1,10 @@
 //! What workers are asked for, and what they deliver.
 
 use super::metrics::WorkerMetrics;
+use super::writer::Rooms;
 use crate::control::{Control, Stage};
 use crate::frame::{Degradation, Rung};
-use crate::mesh::{Batch, EdgeLine, NotWritten, WrittenTile};
+use crate::mesh::{Batch, EdgeLine, NotWritten};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -73,7 +74,7 @@ pub(super) struct Delivery {
     /// Batches, ascending by (part, tile). For whole frames, only those with triangles.
     pub(super) batches: Vec<Batch>,
     /// The same tiles instead, if they are in the sink's memory.
-    pub(super) written: Vec<WrittenTile>,
+    pub(super) written: Rooms,
     /// The tile that could not be written. The worker stopped there.
     pub(super) refused: Option<(PartId, TileId, NotWritten)>,
     /// Time of each tile, if they were measured.

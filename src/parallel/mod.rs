@@ -8,10 +8,10 @@ mod cores;
 mod metrics;
 pub use metrics::{WorkerMetrics, balance};
 
+mod writer;
+
 mod handoff;
 pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
-
-mod writer;
 
 mod error;
 pub use error::{FrameError, InstanceError, StartError};

@@ -3,7 +3,7 @@
 
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, Watch};
 use super::metrics::{Laps, Processor};
-use super::writer::Writer;
+use super::writer::{Rooms, Writer};
 use crate::frame::internals::TileOutcome;
 use crate::frame::{Reuse, Rung};
 use crate::math::BitMix;
@@ -107,7 +107,7 @@ impl<S: Stages> Worker<S> {
         let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
         let mut delivery = self.make(order, &hand.tiles[..tiles], &hand.edges[..edges], None);
         delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
-        delivery.written.retain(|tile| tile.triangles > 0);
+        delivery.written.drop_empty();
         delivery
     }
 
@@ -121,7 +121,7 @@ impl<S: Stages> Worker<S> {
         some: Option<bool>,
     ) -> Delivery {
         let _span = tracing::debug_span!("worker", number = self.number).entered();
-        let mut delivery = Delivery::default();
+        let mut delivery = Delivery { written: Rooms::of(writer.as_ref()), ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
         for &(part, tile, face) in tiles {

@@ -5,6 +5,7 @@ use crate::mesh::{NotWritten, PartGrid, Scene, TileMemory, TileMesh, VertexLayou
 use crate::model::{FaceId, PartId, TileId};
 use crate::prepare::Prepared;
 use glam::{Vec2, Vec3};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 /// Writes tiles in one layout into one memory.
@@ -64,5 +65,47 @@ impl Writer {
     /// Gives back the room of tiles that their sink never hears of.
     pub(super) fn release(&self, tiles: &[WrittenTile]) {
         tiles.iter().filter(|tile| tile.triangles > 0).for_each(|tile| self.memory.release(tile));
+    }
+}
+
+/// Tiles in the memory of a sink that has not heard of them. Their room is given back when this is dropped, also by a
+/// panic.
+#[derive(Default)]
+pub(super) struct Rooms {
+    writer: Option<Arc<Writer>>,
+    tiles: Vec<WrittenTile>,
+}
+
+impl Rooms {
+    /// None yet, for tiles of `writer`.
+    pub(super) fn of(writer: Option<&Arc<Writer>>) -> Self {
+        Self { writer: writer.cloned(), tiles: Vec::new() }
+    }
+
+    pub(super) fn push(&mut self, tile: WrittenTile) {
+        self.tiles.push(tile);
+    }
+
+    /// Forgets tiles without triangles, which have no room.
+    pub(super) fn drop_empty(&mut self) {
+        self.tiles.retain(|tile| tile.triangles > 0);
+    }
+
+    pub(super) fn tiles(&self) -> &[WrittenTile] {
+        &self.tiles
+    }
+
+    /// The tiles, for whoever hands them to the sink or gives their room back.
+    pub(super) fn take(&mut self) -> Vec<WrittenTile> {
+        std::mem::take(&mut self.tiles)
+    }
+}
+
+impl Drop for Rooms {
+    fn drop(&mut self) {
+        if let Some(writer) = &self.writer {
+            // A memory that panics here must not end the process, which a second panic would.
+            let _ = catch_unwind(AssertUnwindSafe(|| writer.release(&self.tiles)));
+        }
     }
 }
