@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
-use trimtess::frame::internals::Planner;
+use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{PlannerOptions, plan_for_view};
 use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
 use trimtess::model::PartId;
@@ -57,9 +57,10 @@ fn plans(c: &mut Criterion) {
         for steps in STEPS {
             let mut turn = Turn::of(&prepared, steps);
             let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+            let mut placed = PlacedInstances::of(&prepared);
             group.bench_function(BenchmarkId::from_parameter(pace(steps)), |b| {
                 b.iter(|| {
-                    planner.plan(&prepared.scene.instances, &[turn.view()]);
+                    planner.plan(&mut placed, &[turn.view()]);
                     planner.changes().tiles.len()
                 });
             });

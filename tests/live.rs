@@ -288,8 +288,7 @@ fn tiles_outside_the_drawn_set_are_not_drawn() {
     let mut live = renderer.live();
     let frame = whole(&scene, 2);
     let by = options(ColourBy::Tile);
-    let tiles = [64; 3];
-    let mut drawn = DrawnTiles::none(2, &tiles);
+    let mut drawn = DrawnTiles::none(2);
     for tile in 0..64 {
         drawn.insert(0, 1, TileId(tile)); // part 0 is the second instance
         drawn.insert(1, 0, TileId(tile));

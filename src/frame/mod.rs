@@ -35,6 +35,7 @@ pub mod internals {
     pub(crate) use super::live::culling::PartBoxes;
     pub use super::live::levels::Levels;
     pub use super::live::pages::PlanChanges;
+    pub use super::live::placed::PlacedInstances;
     pub use super::live::planner::Planner;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
     pub use super::tile::fill::fill_tile;

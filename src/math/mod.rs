@@ -4,8 +4,10 @@ pub(crate) mod box_tree;
 pub(crate) mod boxes;
 
 pub(crate) mod buckets;
+pub(crate) mod hilbert;
 pub(crate) mod polygon;
 pub(crate) mod sets;
+pub(crate) mod sphere_tree;
 pub(crate) mod sums;
 
 mod bit_mix;

@@ -1,102 +1,136 @@
-//! The set of drawn tiles per view and instance, one bit per tile.
+//! The set of drawn tiles per view and instance, one bit per tile. Instances that draw nothing take no room.
 
 use crate::model::TileId;
 
-/// The tiles that each instance draws in each view. The default value has no rows and means: everything, in every view.
+/// The tiles that each instance draws in each view. The default value has no views and means: everything, in every view.
+///
+/// Memory and the cost of comparing two of them follow what is drawn, not the number of instances.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DrawnTiles {
-    /// Start of each (view, instance) row in `words`, view-major, then the end.
-    starts: Vec<u32>,
-    instances: u32,
+    /// `None` if everything is drawn.
+    views: Option<u32>,
+    /// Of the instances that draw any tile, ascending.
+    rows: Vec<Row>,
+    /// One row after the other, each up to its last word that is not 0.
     words: Vec<u64>,
 }
 
+/// What an instance draws in a view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+struct Row {
+    view: u32,
+    instance: u32,
+    /// The end of its words. They start where those of the row before end.
+    end: u32,
+}
+
+impl Row {
+    fn key(&self) -> (usize, usize) {
+        (self.view as usize, self.instance as usize)
+    }
+}
+
 impl DrawnTiles {
-    /// The empty set for `views` views; `tiles[i]` is the number of tiles of instance `i`.
+    /// The empty set for `views` views.
     #[must_use]
-    pub fn none(views: usize, tiles: &[usize]) -> Self {
-        let mut drawn = Self::default();
-        drawn.reset(views, tiles);
-        drawn
+    pub fn none(views: usize) -> Self {
+        Self { views: Some(views as u32), ..Self::default() }
     }
 
-    /// Becomes [`none`](Self::none) of these arguments, and reuses the memory.
-    pub fn reset(&mut self, views: usize, tiles: &[usize]) {
-        self.starts.clear();
+    /// Becomes [`none`](Self::none), and reuses the memory.
+    pub fn reset(&mut self, views: usize) {
+        self.views = Some(views as u32);
+        self.rows.clear();
         self.words.clear();
-        self.instances = tiles.len() as u32;
-        let mut next = 0;
-        self.starts.push(next);
-        for _ in 0..views {
-            for tiles in tiles {
-                next += tiles.div_ceil(64) as u32;
-                self.starts.push(next);
-            }
-        }
-        self.words.resize(next as usize, 0);
     }
 
     /// Whether everything is drawn in every view.
     #[must_use]
     pub fn is_everything(&self) -> bool {
-        self.starts.is_empty()
+        self.views.is_none()
     }
 
     /// Number of views. 0 if [everything](Self::is_everything) is drawn.
     #[must_use]
     pub fn views(&self) -> usize {
-        self.starts.len().saturating_sub(1) / (self.instances as usize).max(1)
+        self.views.unwrap_or(0) as usize
     }
 
-    fn row(&self, view: usize, instance: usize) -> std::ops::Range<usize> {
-        let row = view * self.instances as usize + instance;
-        self.starts[row] as usize..self.starts[row + 1] as usize
+    fn words_of(&self, row: usize) -> &[u64] {
+        let start = if row == 0 { 0 } else { self.rows[row - 1].end };
+        &self.words[start as usize..self.rows[row].end as usize]
+    }
+
+    /// The words of an instance in a view, up to the last one that is not 0.
+    fn words(&self, view: usize, instance: usize) -> &[u64] {
+        let found = self.rows.binary_search_by_key(&(view, instance), Row::key);
+        found.map_or(&[], |row| self.words_of(row))
     }
 
     /// Whether a tile of an instance is drawn in a view.
-    ///
-    /// # Panics
-    /// If the view, instance or tile is out of range, unless everything is drawn.
     #[must_use]
     pub fn contains(&self, view: usize, instance: usize, tile: TileId) -> bool {
-        let tile = tile.0 as usize;
-        self.is_everything() || self.words[self.row(view, instance)][tile >> 6] >> (tile & 63) & 1 == 1
+        self.word(view, instance, tile.index() >> 6) >> (tile.0 & 63) & 1 == 1
     }
 
     /// Bits of tiles `64 k .. 64 k + 64` of an instance in a view, lowest bit first. All ones if everything is drawn.
-    ///
-    /// # Panics
-    /// As [`contains`](Self::contains).
     #[must_use]
     pub fn word(&self, view: usize, instance: usize, k: usize) -> u64 {
-        if self.is_everything() { u64::MAX } else { self.words[self.row(view, instance)][k] }
+        if self.is_everything() { u64::MAX } else { self.words(view, instance).get(k).copied().unwrap_or(0) }
     }
 
-    /// All words of an instance in a view, as [`word`](Self::word) has them. Empty if everything is drawn.
-    pub(crate) fn words(&self, view: usize, instance: usize) -> &[u64] {
-        if self.is_everything() { &[] } else { &self.words[self.row(view, instance)] }
-    }
-
-    /// Adds a tile of an instance to a view.
+    /// Adds a tile of an instance to a view. Cost: as many steps as there are instances that draw anything.
     ///
     /// # Panics
-    /// As [`contains`](Self::contains), and if everything is drawn: there are no rows then.
+    /// If the view is out of range, so also if everything is drawn: there are no views then.
     pub fn insert(&mut self, view: usize, instance: usize, tile: TileId) {
-        let (row, tile) = (self.row(view, instance), tile.0 as usize);
-        self.words[row][tile >> 6] |= 1 << (tile & 63);
+        assert!(view < self.views(), "no view {view}: there are {}", self.views());
+        let found = self.rows.binary_search_by_key(&(view, instance), Row::key);
+        let row = found.unwrap_or_else(|row| {
+            let end = if row == 0 { 0 } else { self.rows[row - 1].end };
+            self.rows.insert(row, Row { view: view as u32, instance: instance as u32, end });
+            row
+        });
+        let (known, word) = (self.words_of(row).len(), tile.index() >> 6);
+        let end = self.rows[row].end as usize;
+        let more = (word + 1).saturating_sub(known);
+        self.words.splice(end..end, std::iter::repeat_n(0, more));
+        self.rows[row..].iter_mut().for_each(|row| row.end += more as u32);
+        let start = self.rows[row].end as usize - known.max(word + 1);
+        self.words[start + word] |= 1 << (tile.0 & 63);
     }
 
-    /// Sets the bits of tiles `64 k ..` of an instance in a view, lowest bit of each word first.
-    pub(crate) fn set_words(&mut self, view: usize, instance: usize, k: usize, words: &[u64]) {
-        let row = self.row(view, instance);
-        self.words[row][k..k + words.len()].copy_from_slice(words);
+    /// Adds tiles `64 k ..` of an instance in a view, lowest bit of each word first. Not all words are 0. Calls are in
+    /// ascending order of (view, instance, k).
+    pub(crate) fn push(&mut self, view: usize, instance: usize, k: usize, words: &[u64]) {
+        let used = words.iter().rposition(|&word| word != 0).map_or(0, |last| last + 1);
+        if self.rows.last().is_none_or(|row| row.key() != (view, instance)) {
+            self.rows.push(Row { view: view as u32, instance: instance as u32, end: self.words.len() as u32 });
+        }
+        let known = self.words_of(self.rows.len() - 1).len();
+        self.words.resize(self.words.len() + k - known, 0);
+        self.words.extend(&words[..used]);
+        let end = self.words.len() as u32;
+        self.rows.last_mut().expect("a row").end = end;
     }
 
-    /// The drawn tiles of an instance in a view, ascending. Empty if everything is drawn: there are no rows then.
+    /// The instances that draw any tile in any view, as (view, instance, words as [`word`](Self::word) has them, up to
+    /// the last one that is not 0). Ascending.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (usize, usize, &[u64])> {
+        self.rows.iter().enumerate().map(|(k, row)| (row.view as usize, row.instance as usize, self.words_of(k)))
+    }
+
+    /// The instances that draw any tile in a view, ascending. Empty if everything is drawn.
+    pub fn instances(&self, view: usize) -> impl Iterator<Item = usize> + '_ {
+        let start = self.rows.partition_point(|row| (row.view as usize) < view);
+        self.rows[start..].iter().take_while(move |row| row.view as usize == view).map(|row| row.instance as usize)
+    }
+
+    /// The drawn tiles of an instance in a view, ascending. Empty if everything is drawn.
     pub fn tiles(&self, view: usize, instance: usize) -> impl Iterator<Item = TileId> + '_ {
-        let row = if self.is_everything() { 0..0 } else { self.row(view, instance) };
-        self.words[row].iter().enumerate().flat_map(|(k, &word)| tiles_of_word(word, k))
+        self.words(view, instance).iter().enumerate().flat_map(|(k, &word)| tiles_of_word(word, k))
     }
 }
 
@@ -115,20 +149,34 @@ mod tests {
 
     #[test]
     fn holds_one_bit_per_tile_instance_and_view() {
-        let mut drawn = DrawnTiles::none(2, &[70, 0, 3]);
+        let mut drawn = DrawnTiles::none(2);
         assert!(!drawn.is_everything() && drawn.views() == 2);
-        for (view, instance, tile) in [(0, 0, 69), (1, 0, 0), (1, 0, 64), (1, 2, 2)] {
+        let tiles = [(1, 2, 2), (0, 0, 69), (1, 0, 64), (1, 0, 0), (0, 0, 300)];
+        for (view, instance, tile) in tiles {
+            assert!(!drawn.contains(view, instance, TileId(tile)));
             drawn.insert(view, instance, TileId(tile));
             assert!(drawn.contains(view, instance, TileId(tile)));
         }
-        let tiles = |view, instance| drawn.tiles(view, instance).map(|t| t.0).collect::<Vec<_>>();
+        let of = |view, instance| drawn.tiles(view, instance).map(|t| t.0).collect::<Vec<_>>();
         assert_eq!(
-            [tiles(0, 0), tiles(0, 2), tiles(1, 0), tiles(1, 1), tiles(1, 2)],
-            [vec![69], vec![], vec![0, 64], vec![], vec![2]]
+            [of(0, 0), of(0, 2), of(1, 0), of(1, 1), of(1, 2)],
+            [vec![69, 300], vec![], vec![0, 64], vec![], vec![2]]
         );
-        assert_eq!((drawn.word(1, 0, 0), drawn.word(1, 0, 1)), (1, 1));
-        drawn.reset(1, &[2]);
-        assert_eq!(drawn, DrawnTiles::none(1, &[2]));
+        assert_eq!((drawn.word(1, 0, 0), drawn.word(1, 0, 1), drawn.word(1, 0, 2)), (1, 1, 0));
+        let instances = [0, 1, 2].map(|view| drawn.instances(view).collect::<Vec<_>>());
+        assert_eq!(instances, [vec![0], vec![0, 2], vec![]]);
+
+        let mut pushed = DrawnTiles::none(9);
+        pushed.reset(2);
+        pushed.push(0, 0, 0, &[0, 1 << 5, 0]);
+        pushed.push(0, 0, 4, &[1 << 44, 0]);
+        pushed.push(1, 0, 0, &[1, 1]);
+        pushed.push(1, 2, 0, &[4]);
+        assert_eq!(pushed, drawn);
+        assert_eq!(pushed.rows().map(|(_, _, words)| words.len()).collect::<Vec<_>>(), [5, 2, 1]);
+
+        drawn.reset(1);
+        assert_eq!(drawn, DrawnTiles::none(1));
         assert!(DrawnTiles::default().contains(3, 7, TileId(9)) && DrawnTiles::default().views() == 0);
     }
 }

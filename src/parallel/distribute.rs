@@ -4,17 +4,12 @@
 //! as stratified dealing. Tiles are sorted along a Hilbert curve through their centres. Each window of a few
 //! consecutive tiles per worker is dealt heaviest first, each tile to the worker with the least load so far. A zoom
 //! into one corner is a stretch of the curve and thus loads every worker.
-//!
-//! Hilbert index: J. Skilling, *Programming the Hilbert curve*, AIP Conf. Proc. 707 (2004), 381.
 
-use crate::math::boxes::around;
+use crate::math::hilbert;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::Tile;
 use glam::DVec3;
-
-/// Bits per axis of a Hilbert index: three axes fill 63 of 64 bits.
-const BITS: u32 = 21;
 
 /// Position and expected cost of one tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,54 +70,7 @@ pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {
 /// Indices of `loads`, sorted along a Hilbert curve that fills the cube around all centres.
 #[must_use]
 pub fn along_curve(loads: &[Load]) -> Vec<usize> {
-    let [low, high] = around(loads.iter().map(|load| load.centre));
-    let steps = f64::from((1_u32 << BITS) - 1);
-    let side = (high - low).max_element();
-    let scale = if side > 0.0 { steps / side } else { 0.0 };
-    let mut keyed: Vec<(u64, usize)> = loads
-        .iter()
-        .enumerate()
-        .map(|(index, load)| {
-            let cell = ((load.centre - low) * scale).clamp(DVec3::ZERO, DVec3::splat(steps));
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 0..2^21 above")]
-            let axes = [cell.x as u32, cell.y as u32, cell.z as u32];
-            (hilbert_index(axes, BITS), index)
-        })
-        .collect();
-    keyed.sort_unstable();
-    keyed.into_iter().map(|(_, index)| index).collect()
-}
-
-/// Position of a lattice cell along the Hilbert curve that fills a cube of `2^bits` cells a side.
-///
-/// `axes` are below `2^bits`, `1 ≤ bits ≤ 21`. Cells with consecutive indices share a side.
-fn hilbert_index(mut axes: [u32; 3], bits: u32) -> u64 {
-    // Undo, from the coarsest level down, the reflections and axis exchanges that the curve makes in each octant ...
-    for level in (1..bits).rev() {
-        let bit = 1_u32 << level;
-        let finer = bit - 1;
-        for k in 0..3 {
-            if axes[k] & bit == 0 {
-                let differing = (axes[0] ^ axes[k]) & finer;
-                axes[0] ^= differing;
-                axes[k] ^= differing;
-            } else {
-                axes[0] ^= finer;
-            }
-        }
-    }
-    // ... which leaves a Gray code whose digits are the axes' bits, level by level.
-    axes[1] ^= axes[0];
-    axes[2] ^= axes[1];
-    let mut correction = 0;
-    for level in 1..bits {
-        if axes[2] & (1 << level) != 0 {
-            correction ^= (1_u32 << level) - 1;
-        }
-    }
-    (0..bits).rev().fold(0, |index, level| {
-        axes.iter().fold(index, |index, axis| (index << 1) | u64::from(((axis ^ correction) >> level) & 1))
-    })
+    hilbert::along_curve(loads.iter().map(|load| load.centre))
 }
 
 #[cfg(test)]
@@ -130,27 +78,6 @@ mod tests {
     use super::*;
     use crate::sequence::judge;
     use arbitrary::Unstructured;
-
-    #[test]
-    fn hilbert_curve_visits_every_cell_and_steps_to_neighbours() {
-        for bits in 1..=4 {
-            let side = 1_u32 << bits;
-            let mut cells: Vec<(u64, [u32; 3])> = Vec::new();
-            for x in 0..side {
-                for y in 0..side {
-                    cells.extend((0..side).map(|z| (hilbert_index([x, y, z], bits), [x, y, z])));
-                }
-            }
-            cells.sort_unstable();
-            for (expected, (index, _)) in cells.iter().enumerate() {
-                assert_eq!(*index, expected as u64, "{bits} bits");
-            }
-            for pair in cells.windows(2) {
-                let step: u32 = (0..3).map(|k| pair[0].1[k].abs_diff(pair[1].1[k])).sum();
-                assert_eq!(step, 1, "{bits} bits: {pair:?}");
-            }
-        }
-    }
 
     #[test]
     fn every_tile_is_dealt_once_and_sums_differ_by_one_weight_at_most() {

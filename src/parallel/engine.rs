@@ -13,13 +13,15 @@ use super::worker::{Order, Stages};
 use super::writer::Writer;
 use crate::control::{Control, Jobs};
 use crate::frame::internals::{
-    Levels, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile, tessellate_tile, update_tile,
+    Levels, PlacedInstances, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile, tessellate_tile,
+    update_tile,
 };
 use crate::frame::{Plan, PlannerOptions, Reuse};
 use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMemory, TileMesh, VertexLayout};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
 use crate::view::View;
+use glam::DAffine3;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -66,9 +68,9 @@ pub(super) struct Engine {
     /// With the parts of all [`Levels`].
     pub(super) prepared: Arc<Prepared>,
     pub(super) jobs: Arc<dyn Jobs>,
-    pub(super) levels: Levels,
+    levels: Levels,
     /// As the frame in progress places them, with the LODs that it selects.
-    pub(super) instances: Vec<SceneInstance>,
+    pub(super) placed: PlacedInstances,
     crew: Crew<Prepared>,
     owners: Owners,
     edge_lines: bool,
@@ -106,12 +108,13 @@ impl Engine {
         let hands = hands(&prepared, workers, options.edge_lines);
         let owners = Owners::of(&prepared, &hands, options.rebalance_every);
         let crew = Crew::of(&prepared, hands, options.reuse);
-        let (edge_lines, instances, writer, planner) = (options.edge_lines, Vec::new(), None, options.planner);
+        let placed = PlacedInstances::of(&prepared);
+        let (edge_lines, writer, planner) = (options.edge_lines, None, options.planner);
         Self {
             prepared,
             jobs,
             levels,
-            instances,
+            placed,
             crew,
             owners,
             edge_lines,
@@ -125,10 +128,13 @@ impl Engine {
 
     /// Adds an instance of a part of the model. Whether that takes one more LOD, which is then the last part of
     /// `prepared`.
-    pub(super) fn add_instance(&mut self, part: PartId) -> bool {
+    pub(super) fn add_instance(&mut self, instance: SceneInstance) -> bool {
         self.rests = false;
+        let part = instance.part;
+        self.placed.push(instance);
         let Some(prepared) = self.levels.push(&self.prepared, part) else { return false };
         self.prepared = prepared;
+        self.placed.add_parts(&self.prepared);
         self.crew.set_stages(&self.prepared);
         self.owners.add_level(part);
         if let Some(writer) = &mut self.writer {
@@ -139,6 +145,19 @@ impl Engine {
             residency.add_parts(&self.prepared);
         }
         true
+    }
+
+    /// Removes an instance. The indices of later ones decrease by one.
+    pub(super) fn remove_instance(&mut self, row: usize) {
+        self.rests = false;
+        self.levels.remove(row);
+        self.placed.remove(row);
+    }
+
+    /// Moves instances.
+    pub(super) fn place(&mut self, moved: Vec<(usize, DAffine3)>) {
+        self.rests &= moved.is_empty();
+        moved.into_iter().for_each(|(row, transform)| self.placed.move_to(row, transform));
     }
 
     /// Has workers write tiles into the memory of a sink. The next frame of views is a whole one.
@@ -162,35 +181,23 @@ impl Engine {
     }
 
     /// Makes a frame of views. `None` if it was cancelled.
-    ///
-    /// `moved`: the instances, if any of them moved, came or went since the last frame.
-    pub(super) fn make(
-        &mut self,
-        moved: Option<Vec<SceneInstance>>,
-        views: &[View],
-        control: &Control,
-    ) -> Option<FinishedFrame> {
+    pub(super) fn make(&mut self, views: &[View], control: &Control) -> Option<FinishedFrame> {
         let _span = tracing::debug_span!("make").entered();
         self.rests = false;
         let mut laps = Laps::start();
-        let has_moved = moved.is_some();
-        if let Some(moved) = moved {
-            self.instances = moved;
-        }
-        let Self { prepared, jobs, instances, .. } = self;
+        let Self { prepared, jobs, placed, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
             planner: Planner::new(Arc::clone(prepared), &self.planner),
             residency: Residency::new(prepared),
         });
         // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
-        if self.levels.assign(instances, views) || has_moved {
-            residency.moved();
-        }
-        let plan = Arc::clone(planner.plan_on(&**jobs, instances, views));
+        let shown = placed.shown_by(views);
+        self.levels.assign_shown(placed, &shown);
+        let plan = Arc::clone(planner.plan_on(&**jobs, placed, (views, shown)));
         let changes = planner.changes();
         residency.outdate(prepared, changes);
         let deferred = changes.deferred;
-        let mut due = residency.due(prepared, instances, &plan.drawn);
+        let mut due = residency.due(prepared, placed.instances(), &plan.drawn);
         if !self.edge_lines {
             due.edges.clear();
         }
@@ -236,7 +243,7 @@ impl Engine {
         let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred } = frame;
         let Some(Live { residency, .. }) = &mut self.live else { return Ok(FrameReport::default()) };
         let still = deliveries.is_empty() && !due.whole && due.forgotten.is_empty();
-        if still && residency.shows(&plan.drawn) {
+        if still && residency.shows(&plan.drawn, self.placed.version()) {
             self.rests = true;
             return Ok(FrameReport { planned_in, deferred, ..self.unchanged() });
         }
@@ -255,7 +262,7 @@ impl Engine {
             }
         };
         self.owners.forget(due.forgotten.iter().map(|&(part, tile, _)| (part, tile)));
-        residency.committed(&due, &triangles, &plan.drawn);
+        residency.committed(&due, &triangles, (&plan.drawn, self.placed.version()));
         self.rests = true;
         self.crew.recycle(batches);
         Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })

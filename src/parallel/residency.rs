@@ -70,8 +70,8 @@ pub(super) struct Residency {
     whole: bool,
     /// The drawn tiles of the last committed frame.
     shown: DrawnTiles,
-    /// Whether instances have moved since, or have other LODs.
-    has_moved: bool,
+    /// The version of the instances then.
+    placed: u64,
     /// Frames in the current epoch.
     frames: u32,
 }
@@ -92,7 +92,7 @@ pub(super) struct Due {
 impl Residency {
     pub(super) fn new(prepared: &Prepared) -> Self {
         let (edges, shown) = (BTreeSet::new(), DrawnTiles::default());
-        let mut new = Self { parts: Vec::new(), edges, whole: true, shown, has_moved: true, frames: 0 };
+        let mut new = Self { parts: Vec::new(), edges, whole: true, shown, placed: 0, frames: 0 };
         new.add_parts(prepared);
         new
     }
@@ -128,14 +128,10 @@ impl Residency {
             part.drawn.fill(0);
             part.is_drawn = false;
         }
-        for view in 0..drawn.views() {
-            for (i, instance) in instances.iter().enumerate() {
-                let Some(part) = self.parts.get_mut(instance.part.index()) else { continue };
-                for (word, &more) in part.drawn.iter_mut().zip(drawn.words(view, i)) {
-                    *word |= more;
-                    part.is_drawn |= more != 0;
-                }
-            }
+        for (_, instance, words) in drawn.rows() {
+            let part = &mut self.parts[instances[instance].part.index()];
+            part.drawn.iter_mut().zip(words).for_each(|(word, more)| *word |= more);
+            part.is_drawn = true;
         }
         self.age();
         let mut due = Due { whole: self.whole, ..Due::default() };
@@ -183,19 +179,15 @@ impl Residency {
         }
     }
 
-    /// Tells that instances moved, came, went, or have other LODs.
-    pub(super) fn moved(&mut self) {
-        self.has_moved = true;
-    }
-
-    /// Whether the last committed frame had the same drawn tiles and the same placements.
-    pub(super) fn shows(&self, drawn: &DrawnTiles) -> bool {
-        !self.has_moved && self.shown == *drawn
+    /// Whether the last committed frame had the same drawn tiles, and instances of this version.
+    pub(super) fn shows(&self, drawn: &DrawnTiles, placed: u64) -> bool {
+        self.placed == placed && self.shown == *drawn
     }
 
     /// Records that `due` was committed. `made` lists the triangle count of each tile.
-    pub(super) fn committed(&mut self, due: &Due, made: &[(PartId, TileId, u32)], drawn: &DrawnTiles) {
-        (self.whole, self.has_moved) = (false, false);
+    pub(super) fn committed(&mut self, due: &Due, made: &[(PartId, TileId, u32)], drawn: (&DrawnTiles, u64)) {
+        let (drawn, placed) = drawn;
+        (self.whole, self.placed) = (false, placed);
         for &(part, TileId(tile), triangles) in made {
             self.parts[part.index()].triangles[tile as usize] = triangles;
         }

@@ -77,8 +77,8 @@ pub struct Session {
     engine: EngineState,
     /// The plan of the last frame of views that was made.
     plan: Option<Arc<Plan>>,
-    /// Whether an instance moved, came or went since the last frame of views was begun.
-    moved: bool,
+    /// Instances that moved since the last frame of views was begun.
+    moved: Vec<usize>,
 }
 
 /// Where the engine is.
@@ -126,7 +126,7 @@ impl Session {
             workers,
             engine: EngineState::Idle(Box::new(engine), None),
             plan: None,
-            moved: true,
+            moved: Vec::new(),
         }
     }
 
@@ -202,14 +202,15 @@ impl Session {
         }
         not_rigid(&instance.transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
         self.cancel();
+        let moved = self.take_moved();
         let (engine, _) = self.wait().map_err(|error| InstanceError::Lost { why: error.to_string() })?;
-        if engine.add_instance(instance.part) {
+        engine.place(moved);
+        if engine.add_instance(instance.clone()) {
             self.prepared = Arc::clone(&engine.prepared);
             self.scene.parts.extend(self.prepared.scene.parts.last().cloned());
         }
         self.parts.push(instance.part);
         self.scene.instances.push(instance);
-        self.moved = true;
         self.number_faces();
         Ok(self.scene.instances.len() - 1)
     }
@@ -219,11 +220,12 @@ impl Session {
     pub fn remove_instance(&mut self, row: usize) -> Option<SceneInstance> {
         let part = self.part_of(row)?;
         self.cancel();
+        let moved = self.take_moved();
         let (engine, _) = self.wait().ok()?;
-        engine.levels.remove(row);
+        engine.place(moved);
+        engine.remove_instance(row);
         self.parts.remove(row);
         let gone = self.scene.instances.remove(row);
-        self.moved = true;
         self.number_faces();
         Some(SceneInstance { part, ..gone })
     }
@@ -236,9 +238,17 @@ impl Session {
         let count = self.scene.instances.len();
         let instance = self.scene.instances.get_mut(row).ok_or(InstanceError::NoInstance { row, count })?;
         not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
-        self.moved |= instance.transform != transform;
-        instance.transform = transform;
+        if instance.transform != transform {
+            instance.transform = transform;
+            self.moved.push(row);
+        }
         Ok(())
+    }
+
+    /// Where instances are that moved since the last call.
+    fn take_moved(&mut self) -> Vec<(usize, glam::DAffine3)> {
+        let instances = &self.scene.instances;
+        self.moved.drain(..).map(|row| (row, instances[row].transform)).collect()
     }
 
     fn number_faces(&mut self) {
@@ -299,7 +309,7 @@ impl Session {
     /// Begins a frame of views: a job plans and makes it. Returns at once. Cancels an unfinished frame, whose changes
     /// become part of this one. If the sink shows these views already, there is nothing to begin, and no job is spawned.
     ///
-    /// Cost on this thread: a copy of the views, and of the instances if any of them moved, came or went.
+    /// Cost on this thread: a copy of the views, and of the transforms of instances that moved.
     ///
     /// # Errors
     /// When a view is invalid: nothing changes, and a frame that was begun goes on. After an internal error: the session
@@ -310,29 +320,26 @@ impl Session {
             view.check().map_err(|why| FrameError::View { view: k, why })?;
         }
         if let EngineState::Idle(engine, None) = &self.engine
-            && !self.moved
+            && self.moved.is_empty()
             && engine.shows(views)
         {
             return Ok(());
         }
         self.cancel();
-        let moved = std::mem::take(&mut self.moved).then(|| self.scene.instances.clone());
+        let moved = self.take_moved();
         let (control, views) = (Control::default(), views.to_vec());
         let watched = control.clone();
-        let make = move |mut engine: Box<Engine>, moved| {
-            let frame = engine.make(moved, &views, &watched);
+        let make = move |mut engine: Box<Engine>| {
+            engine.place(moved);
+            let frame = engine.make(&views, &watched);
             Ok((engine, frame))
         };
         let flight = match std::mem::replace(&mut self.engine, EngineState::Lost(String::new())) {
-            EngineState::Idle(engine, _) => Flight::start(&*self.jobs, move || make(engine, moved)),
+            EngineState::Idle(engine, _) => Flight::start(&*self.jobs, move || make(engine)),
             EngineState::Busy(before, _) => Flight::start(&*self.jobs, move || {
                 let (mut engine, frame) = before.land().flatten()?;
                 frame.into_iter().for_each(|frame| engine.discard(frame));
-                let moved = moved.map(|mut instances| {
-                    select_as(&mut instances, &engine.instances);
-                    instances
-                });
-                make(engine, moved)
+                make(engine)
             }),
             EngineState::Lost(why) => {
                 self.engine = EngineState::Lost(why.clone());
@@ -421,7 +428,8 @@ impl Session {
     }
 
     fn landed(&mut self, mut engine: Box<Engine>, frame: Option<FinishedFrame>, control: &Control) -> EngineState {
-        select_as(&mut self.scene.instances, &engine.instances);
+        let selected = engine.placed.take_selected();
+        selected.into_iter().for_each(|(row, part)| self.scene.instances[row].part = part);
         if let Some(frame) = &frame {
             self.plan = Some(Arc::clone(&frame.plan));
         }
@@ -430,11 +438,6 @@ impl Session {
         cancelled.into_iter().for_each(|frame| engine.discard(frame));
         EngineState::Idle(engine, frame)
     }
-}
-
-/// Gives instances the LODs that they have in `others`.
-fn select_as(instances: &mut [SceneInstance], others: &[SceneInstance]) {
-    instances.iter_mut().zip(others).for_each(|(instance, other)| instance.part = other.part);
 }
 
 impl Drop for Session {

@@ -7,7 +7,7 @@ use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
-use trimtess::frame::internals::{Levels, Planner, edge_line};
+use trimtess::frame::internals::{Levels, PlacedInstances, Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions, Reuse};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
@@ -408,11 +408,11 @@ fn a_view_that_allows_no_error_changes_nothing_for_the_others() {
     let valid = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
     let frame = |views: &[View]| {
         let (with_levels, mut levels) = Levels::of(&prepared, 4);
+        let mut placed = PlacedInstances::of(&with_levels);
         let mut planner = Planner::new(with_levels, &PlannerOptions::DEFAULT);
-        let mut instances = prepared.scene.instances.clone();
-        levels.assign(&mut instances, views);
-        let plan = Plan::clone(planner.plan(&instances, views));
-        (instances.iter().map(|instance| instance.part).collect::<Vec<_>>(), plan.parts)
+        levels.assign(&mut placed, views);
+        let plan = Plan::clone(planner.plan(&mut placed, views));
+        (placed.instances().iter().map(|instance| instance.part).collect::<Vec<_>>(), plan.parts)
     };
     let alone = frame(&[valid]);
     assert!(alone.0.iter().any(|level| *level != PartId(0)));
@@ -448,10 +448,11 @@ fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
 fn culled_tiles_are_not_in_the_picture() {
     let prepared = shape("washer");
     let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_back_faces(true));
+    let mut placed = PlacedInstances::of(&prepared);
     let mut draw = SplitMix(4);
     let (mut culled, mut behind) = (0, 0);
     for view in path(&mut draw, prepared.bounds.unwrap(), 200) {
-        let plan = Arc::clone(planner.plan(&prepared.scene.instances, &[view]));
+        let plan = Arc::clone(planner.plan(&mut placed, &[view]));
         for (t, tile) in prepared.parts[0].tiles.iter().enumerate() {
             if plan.drawn.contains(0, 0, TileId(t as u32)) {
                 continue;
@@ -477,6 +478,7 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
     let prepared = shape("teapot");
     let limits = trimtess::frame::PlanLimits::DEFAULT.with_triangles(4000);
     let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_limits(limits));
+    let mut placed = PlacedInstances::of(&prepared);
     let [low, high] = prepared.bounds.unwrap();
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let mut coarser = 0;
@@ -485,7 +487,7 @@ fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
         let eye = middle - DVec3::Y * away * radius;
         let view = path(&mut SplitMix(1), [low, high], 1)[0];
         let view = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
-        let plan = planner.plan(&prepared.scene.instances, &[view]);
+        let plan = planner.plan(&mut placed, &[view]);
         let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
         assert!(cells <= 2000, "{k}: {cells}");
         let by_limits = plan.shortfall.as_ref().is_some_and(|s| s.density < 1.0 && s.by_limits());
@@ -515,7 +517,8 @@ fn invalid_views_are_refused_and_nothing_changes() {
         assert!(matches!(error, FrameError::View { view: 1, .. }), "{error}");
         assert_eq!(drawn(&sink), shown);
         let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
-        let plan = planner.plan(&prepared.scene.instances, &[view]);
+        let mut placed = PlacedInstances::of(&prepared);
+        let plan = planner.plan(&mut placed, &[view]);
         assert!(plan.shortfall.as_ref().unwrap().unusable && plan.drawn.tiles(0, 0).count() == 0);
     }
     session.view(&[], &mut sink).unwrap();

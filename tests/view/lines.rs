@@ -8,7 +8,7 @@ use crate::random::SplitMix;
 use glam::DVec3;
 use std::num::NonZeroU32;
 use std::sync::Arc;
-use trimtess::frame::internals::Planner;
+use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{LinePlacement, Plan, PlanLimits, PlannerOptions, SplitRule};
 use trimtess::mesh::MemorySink;
 use trimtess::model::TileId;
@@ -86,7 +86,8 @@ fn frames_are_closed_and_keep_the_tolerance_or_four_times_it() {
 /// Plans along a path.
 fn plans(prepared: &Arc<Prepared>, options: &PlannerOptions, views: &[View]) -> Vec<Arc<Plan>> {
     let mut planner = Planner::new(Arc::clone(prepared), options);
-    let plan = |view: &View| Arc::clone(planner.plan(&prepared.scene.instances, &[*view]));
+    let mut placed = PlacedInstances::of(&prepared);
+    let plan = |view: &View| Arc::clone(planner.plan(&mut placed, &[*view]));
     views.iter().map(plan).collect()
 }
 
@@ -188,20 +189,21 @@ fn limits_hold_with_split_lines_and_a_still_view_settles() {
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     for lines in [CRITERION, RENDERING] {
         let mut planner = Planner::new(Arc::clone(&prepared), &planner(lines).with_limits(limits));
+        let mut placed = PlacedInstances::of(&prepared);
         let mut coarser = 0;
         for k in 0..60 {
             let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();
             let eye = middle - DVec3::Y * away * radius;
             let view = path(&mut SplitMix(1), [low, high], 1)[0];
             let view = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
-            let plan = planner.plan(&prepared.scene.instances, &[view]);
+            let plan = planner.plan(&mut placed, &[view]);
             let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
             assert!(cells <= 2000, "{lines:?} {k}: {cells}");
             coarser += usize::from(plan.shortfall.as_ref().is_some_and(|s| s.density < 1.0 && s.by_limits()));
             if k % 10 == 9 {
                 let settles = (0..200).any(|_| {
                     let plan = Arc::clone(planner.last());
-                    Arc::ptr_eq(&plan, planner.plan(&prepared.scene.instances, &[view]))
+                    Arc::ptr_eq(&plan, planner.plan(&mut placed, &[view]))
                 });
                 assert!(settles, "{lines:?} {k}");
             }

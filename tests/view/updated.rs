@@ -6,7 +6,9 @@ use super::{of_corpus, shape};
 use crate::random::SplitMix;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
-use trimtess::frame::internals::{Planner, Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile};
+use trimtess::frame::internals::{
+    PlacedInstances, Planner, Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile,
+};
 use trimtess::frame::{PlannerOptions, Reuse};
 use trimtess::mesh::{Batch, MemorySink, Origin, TileMesh};
 use trimtess::model::{PartId, SurfaceKind, TileId};
@@ -121,10 +123,11 @@ fn updated_tiles_equal_those_made_without_history_except_inside() {
         let prepared = shape(name);
         for (k, patch) in SOME.into_iter().enumerate() {
             let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+            let mut placed = PlacedInstances::of(&prepared);
             let mut memories: HashMap<(PartId, TileId), TileCache> = HashMap::new();
             let (mut scratch, mut other) = (UpdateScratch::default(), Scratch::default());
             for (f, view) in path(&mut SplitMix(k as u64), prepared.bounds.unwrap(), 50).into_iter().enumerate() {
-                let plan = Arc::clone(planner.plan(&prepared.scene.instances, &[view]));
+                let plan = Arc::clone(planner.plan(&mut placed, &[view]));
                 let all = prepared.tiles().map(|(part, tile, _)| (part, tile));
                 let changed: Vec<_> = if f == 0 { all.collect() } else { planner.changes().tiles.clone() };
                 for (part, tile) in changed {

@@ -17,6 +17,8 @@ pub(crate) struct InstanceSight {
     pub(crate) instance: usize,
     /// In units of the view's allowed deviation instead of pixels.
     pub(crate) sight: PartCamera,
+    /// The largest such scale within the box of the part.
+    pub(crate) most: f64,
 }
 
 /// A normal cone.
@@ -31,10 +33,9 @@ impl Cone {
     const ALL: Self = Self { axis: DVec3::Z, half_angle: f64::INFINITY };
 }
 
-/// Bounding boxes of a part and its tiles, and normal cones of the tiles.
+/// Bounding boxes of a part's tiles, and their normal cones.
 #[derive(Debug)]
 pub(crate) struct PartBoxes {
-    whole: BoundingBox,
     /// Of [`RANGE`] consecutive tiles each.
     ranges: Vec<BoundingBox>,
     tiles: Vec<BoundingBox>,
@@ -48,10 +49,10 @@ impl PartBoxes {
         let face = |tile: &Tile| &part.faces[part.face_of(tile)];
         let tiles: Vec<BoundingBox> = boxes(part).collect();
         let around = |tiles: &[BoundingBox]| tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
-        let (whole, ranges) = (around(&tiles), tiles.chunks(RANGE).map(around).collect());
+        let ranges = tiles.chunks(RANGE).map(around).collect();
         let closed = part.open_edges().count == 0;
         let cones = part.tiles.iter().filter(|_| closed).map(|tile| normals(face(tile), tile)).collect();
-        Self { whole, ranges, tiles, cones }
+        Self { ranges, tiles, cones }
     }
 
     /// The bounding box of all tiles of a part.
@@ -62,11 +63,6 @@ impl PartBoxes {
     /// The longest side of any tile's bounding box.
     pub(crate) fn largest(part: &PreparedPart) -> f64 {
         boxes(part).map(|tile| (tile.high - tile.low).max_element()).fold(0.0, f64::max)
-    }
-
-    /// The bounding box of all tiles.
-    pub(crate) fn around_all(&self) -> &BoundingBox {
-        &self.whole
     }
 
     /// Calls `each` with the tiles of a range that are in the view frustum, ascending. `cull_back_faces` skips

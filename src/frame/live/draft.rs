@@ -48,6 +48,9 @@ impl Touched {
 /// Tiles and edges that one call of a job plans.
 pub(super) const PLANNED: usize = 32;
 
+/// Words of one bit per tile of a range.
+pub(super) const WORDS: usize = RANGE / 64;
+
 /// What the views show of [`RANGE`] tiles of a part.
 #[derive(Default)]
 pub(super) struct SeenRange {
@@ -92,8 +95,10 @@ pub(super) struct VisibleTiles {
     pub(super) part: usize,
     pub(super) range: usize,
     pub(super) seen: SeenRange,
-    /// The drawn tiles: a row of bits for each sight of the part that shows any.
-    pub(super) drawn: Vec<(usize, Vec<u64>)>,
+    /// The sights of the part that show any of them.
+    pub(super) sights: Vec<u32>,
+    /// A row of [`WORDS`] words for each of those: a bit for each drawn tile.
+    pub(super) bits: Vec<u64>,
 }
 
 /// Result of looking at tiles: what should change.

@@ -6,11 +6,11 @@
 //! millimetre: a factor of 4, which is a factor of 2 in lattice lines. Bands are absolute: when the camera moves,
 //! instances change rows and the rows' meshes stay. The cost is the triangles of all rows in use, once each.
 
-use super::culling::PartBoxes;
-use crate::mesh::{SceneInstance, ScenePart};
+use super::culling::InstanceSight;
+use super::placed::{PlacedInstances, Shown};
+use crate::mesh::ScenePart;
 use crate::model::PartId;
 use crate::prepare::Prepared;
-use crate::prepare::internals::BoundingBox;
 use crate::view::View;
 use std::sync::Arc;
 
@@ -41,7 +41,6 @@ struct PartLevels {
     bands: Vec<Band>,
     /// Number of instances.
     placed: usize,
-    place: BoundingBox,
 }
 
 impl Levels {
@@ -62,8 +61,8 @@ impl Levels {
             for _ in 1..placed.min(most) {
                 rows.push(another(&mut out, PartId::new(p)));
             }
-            let (bands, place) = (vec![None; rows.len()], PartBoxes::whole(&prepared.parts[p]));
-            parts.push(PartLevels { rows, bands, placed, place });
+            let bands = vec![None; rows.len()];
+            parts.push(PartLevels { rows, bands, placed });
         }
         let instances = prepared.scene.instances.iter().map(|i| (i.part, None)).collect();
         (Arc::new(out), Self { parts, instances, most })
@@ -99,50 +98,45 @@ impl Levels {
         self.parts[part.index()].placed -= 1;
     }
 
-    /// Selects the LOD of each instance by its largest scale in the valid views. Off-screen instances keep their LOD.
+    /// Selects the LOD of each instance by its largest scale in the valid views. Instances that no view shows keep
+    /// theirs.
     ///
     /// Where there are more bands than LODs, the coarser bands share an LOD, at the tolerance of the finest of them.
-    /// The result depends on the views and on earlier assignments. Cost: about 20 ns per view and instance, for parts
-    /// with several LODs.
-    /// Returns whether any of them changed.
-    pub fn assign(&mut self, instances: &mut [SceneInstance], views: &[View]) -> bool {
+    /// The result depends on the views and on earlier assignments. Cost: about 20 ns per view and instance that it may
+    /// show, for parts with several LODs.
+    pub fn assign(&mut self, placed: &mut PlacedInstances, views: &[View]) {
+        let shown = placed.shown_by(views);
+        self.assign_shown(placed, &shown);
+    }
+
+    /// As [`assign`](Self::assign), for what the views may show.
+    pub(crate) fn assign_shown(&mut self, placed: &mut PlacedInstances, shown: &Shown) {
         if self.parts.iter().all(|part| part.rows.len() == 1) {
-            return false;
+            return;
         }
-        let lenses: Vec<_> = views.iter().filter_map(|view| Some((view, view.usable_lens()?))).collect();
+        // The largest scale of each instance that is shown, ascending.
+        let several = |sight: &&InstanceSight| self.parts[self.instances[sight.instance].0.index()].rows.len() > 1;
+        let scales = shown.sights.iter().filter(several).map(|sight| (sight.instance, sight.most));
+        let mut scales: Vec<(usize, f64)> = scales.filter(|(_, most)| *most > 0.0 && most.is_finite()).collect();
+        scales.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+        scales.dedup_by_key(|(instance, _)| *instance);
         let mut wanted: Vec<Vec<i32>> = vec![Vec::new(); self.parts.len()];
-        for ((part, band), instance) in self.instances.iter_mut().zip(&*instances) {
-            let levels = &self.parts[part.index()];
-            if levels.rows.len() == 1 {
-                continue;
-            }
-            let seen = lenses.iter().filter_map(|&(view, lens)| {
-                if !view.may_show(lens, &levels.place, &instance.transform) {
-                    return None;
-                }
-                let seen = view.sight(lens, instance).look(&levels.place)?;
-                Some(seen.most / view.deviation_px)
-            });
-            let most = seen.fold(0.0, f64::max);
-            if most > 0.0 && most.is_finite() {
-                *band = Some(band_of(most, *band));
-                wanted[part.index()].extend(*band);
-            }
+        for &(instance, most) in &scales {
+            let (part, band) = &mut self.instances[instance];
+            *band = Some(band_of(most, *band));
+            wanted[part.index()].extend(*band);
         }
         for (levels, wanted) in self.parts.iter_mut().zip(&mut wanted) {
             wanted.sort_unstable();
             wanted.dedup();
             levels.serve(wanted);
         }
-        let mut changed = false;
-        for ((part, band), instance) in self.instances.iter().zip(instances) {
-            let levels = &self.parts[part.index()];
-            if let Some(row) = band.and_then(|band| levels.row(band)) {
-                changed |= instance.part != row;
-                instance.part = row;
+        for (instance, _) in scales {
+            let (part, band) = self.instances[instance];
+            if let Some(row) = band.and_then(|band| self.parts[part.index()].row(band)) {
+                placed.select(instance, row);
             }
         }
-        changed
     }
 }
 
@@ -193,8 +187,7 @@ mod tests {
 
     #[test]
     fn rows_keep_their_bands_and_coarser_bands_share_the_next_finer_row() {
-        let place = BoundingBox::EMPTY;
-        let mut levels = PartLevels { rows: [3, 7, 8].map(PartId).to_vec(), bands: vec![None; 3], placed: 9, place };
+        let mut levels = PartLevels { rows: [3, 7, 8].map(PartId).to_vec(), bands: vec![None; 3], placed: 9 };
         levels.serve(&[]);
         assert_eq!(levels.row(0), None);
         levels.serve(&[2, 5]);

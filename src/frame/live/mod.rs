@@ -3,6 +3,7 @@
 pub(super) mod split;
 pub(super) mod options;
 pub(super) mod culling;
+pub(super) mod placed;
 pub(super) mod rate;
 pub(super) mod resync;
 pub(super) mod pages;

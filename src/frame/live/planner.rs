@@ -4,14 +4,15 @@
 //! to the eye or partly off-screen has a step for each of its sub-boxes instead. An edge takes the finest step of its
 //! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
-use super::culling::{InstanceSight, PartBoxes, RANGE};
+use super::culling::{InstanceSight, PartBoxes};
 use super::defer;
 use super::draft::{
     ANEW, BESIDE_NEW, CellsAt, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, SeenTiles, TessellantUpdate,
-    Touched, VisibleTiles, WantedRate,
+    Touched, VisibleTiles, WORDS, WantedRate,
 };
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages};
+use super::placed::{PlacedInstances, Shown};
 use super::rate::{Rate, Terms};
 use super::rates::{PartRates, Rates};
 use super::resync::{LineHistory, Turns, owner};
@@ -23,11 +24,10 @@ use crate::frame::plan::output::Plan;
 use crate::frame::plan::tessellants::Tessellants;
 use crate::frame::tolerance::box_tolerance::PartTolerance;
 use crate::frame::tolerance::object_tolerance::Tolerance;
-use crate::mesh::{SceneInstance, ScenePart};
+use crate::mesh::ScenePart;
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::view::View;
-use glam::DAffine3;
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
@@ -42,9 +42,9 @@ pub struct Planner {
     changes: PlanChanges,
     limited: Limited,
     touched: Touched,
-    /// Views and placements of the last plan.
+    /// Views of the last plan, and the version of the instances.
     seen: Vec<View>,
-    placed: Vec<(PartId, DAffine3)>,
+    placed: u64,
     /// Whether to plan again even if nothing moves.
     unfinished: bool,
 }
@@ -84,7 +84,7 @@ impl Planner {
             limited: Limited::default(),
             touched: Touched::default(),
             seen: Vec::new(),
-            placed: Vec::new(),
+            placed: 0,
             unfinished: true,
         };
         planner.add_parts(prepared);
@@ -136,44 +136,45 @@ impl Planner {
         self.seen == views && !self.rates.turns.are_left() && !self.unfinished
     }
 
-    /// Makes the plan for these views of `instances`, whose parts index the prepared model. Where several views or
-    /// instances show the same place of a part, the strictest tolerance applies.
+    /// Makes the plan for these views of the instances, which are the same in every call but for their changes, and
+    /// whose parts index the prepared model. Where several views or instances show the same place of a part, the
+    /// strictest tolerance applies.
     ///
     /// All tiles in [`Plan::drawn`] keep the tolerance, up to [`Plan::shortfall`] and [`PlanChanges::deferred`].
     /// Views that are invalid (see [`plan_for_view`](crate::frame::plan_for_view())), or allow no error at all, draw
     /// nothing and do not count; instances of unknown parts are skipped.
     ///
-    /// Cost: about 20 ns per view, instance and tile of the parts in the picture, less than that per other instance, and
-    /// a few microseconds per tile and edge that changes. If nothing
-    /// moved, one comparison of the arguments with the last ones.
-    pub fn plan(&mut self, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
-        self.plan_on(&Alone, instances, views)
+    /// Cost: about 20 ns per tile of an instance that a view may show, and a few microseconds per tile and edge that
+    /// changes. If nothing moved, one comparison of the views with the last ones.
+    pub fn plan(&mut self, placed: &mut PlacedInstances, views: &[View]) -> &Arc<Plan> {
+        let shown = placed.shown_by(views);
+        self.plan_on(&Alone, placed, (views, shown))
     }
 
-    /// As [`plan`](Self::plan), on the threads of `jobs`. The plan does not depend on their number.
-    pub fn plan_on(&mut self, jobs: &dyn Jobs, instances: &[SceneInstance], views: &[View]) -> &Arc<Plan> {
-        let placed = instances.iter().map(|i| (i.part, i.transform));
-        let has_moved = !self.placed.iter().copied().eq(placed.clone());
+    /// As [`plan`](Self::plan), on the threads of `jobs`, for views and what they may show. The plan does not depend on
+    /// the number of threads.
+    pub(crate) fn plan_on(
+        &mut self,
+        jobs: &dyn Jobs,
+        placed: &PlacedInstances,
+        (views, shown): (&[View], Shown),
+    ) -> &Arc<Plan> {
+        let has_moved = self.placed != placed.version();
         own(&mut self.rates).turns.pass(self.seen == views && !has_moved);
         if !has_moved && self.has_settled_on(views) {
             self.changes = PlanChanges::default();
             return &self.pages.last;
         }
         let _span = tracing::debug_span!("plan").entered();
-        if has_moved {
-            self.placed.clear();
-            self.placed.extend(placed);
-        }
+        self.placed = placed.version();
         self.seen.clear();
         self.seen.extend_from_slice(views);
         self.agree_on(views);
 
-        let parts = &self.rates.parts;
-        let tiles = |i: &SceneInstance| parts.get(i.part.index()).map_or(0, |part| part.tiles.len());
-        let tiles: Vec<usize> = instances.iter().map(tiles).collect();
-        let (sights, unusable) = self.sights(instances, views);
+        let unusable = shown.views < views.len();
+        let sights = self.sights(placed, shown);
         let mut draft = PlanDraft::new(self.pages.next(), sights);
-        own(&mut draft.page).drawn.reset(views.len(), &tiles);
+        own(&mut draft.page).drawn.reset(views.len());
         self.see(jobs, &mut draft);
         loop {
             self.look(jobs, &mut draft);
@@ -208,25 +209,16 @@ impl Planner {
         }
     }
 
-    /// The instances of each part that the views may show, and whether any view is invalid.
-    fn sights(&self, instances: &[SceneInstance], views: &[View]) -> (Vec<Vec<InstanceSight>>, bool) {
+    /// The instances of each part that the views may show.
+    fn sights(&self, placed: &PlacedInstances, shown: Shown) -> Vec<Vec<InstanceSight>> {
         let mut sights: Vec<Vec<InstanceSight>> = vec![Vec::new(); self.rates.parts.len()];
-        let mut unusable = false;
-        for (v, view) in views.iter().enumerate() {
-            let Some(lens) = view.usable_lens() else {
-                unusable = true;
-                continue;
-            };
-            for (i, instance) in instances.iter().enumerate() {
-                let Some(part) = self.rates.parts.get(instance.part.index()) else { continue };
-                if view.may_show(lens, part.boxes.around_all(), &instance.transform) {
-                    let sights = &mut sights[instance.part.index()];
-                    let sight = view.sight(lens, instance).weighed(1.0 / view.deviation_px);
-                    sights.push(InstanceSight { view: v, instance: i, sight });
-                }
+        for sight in shown.sights {
+            let part = placed.instances()[sight.instance].part;
+            if let Some(sights) = sights.get_mut(part.index()) {
+                sights.push(sight);
             }
         }
-        (sights, unusable)
+        sights
     }
 
     /// Finds the drawn tiles.
@@ -239,29 +231,36 @@ impl Planner {
             }
             let of_range = |(range, seen): (usize, &mut SeenRange)| {
                 let seen = std::mem::take(seen);
-                VisibleTiles { part, range, seen, drawn: Vec::new() }
+                VisibleTiles { part, range, seen, sights: Vec::new(), bits: Vec::new() }
             };
             ranges.extend(rates.seen.0.iter_mut().enumerate().map(of_range));
         }
         let (rates, sights) = (Arc::clone(&self.rates), Arc::clone(&draft.sights));
-        let ranges = map(jobs, ranges, move |range| rates.see(range, &sights));
-        let (rates, sights) = (own(&mut self.rates), Arc::clone(&draft.sights));
-        let page = own(&mut draft.page);
-        for VisibleTiles { part, range, seen, drawn } in ranges {
-            for (s, bits) in drawn {
-                let InstanceSight { view, instance, .. } = sights[part][s];
-                page.drawn.set_words(view, instance, range * RANGE / 64, &bits);
-            }
-            rates.parts[part].seen.0[range] = seen;
+        let mut ranges = map(jobs, ranges, move |mut range| {
+            rates.see(&mut range, &sights);
+            range
+        });
+        let parts = &mut own(&mut self.rates).parts;
+        for VisibleTiles { part, range, seen, .. } in &mut ranges {
+            parts[*part].seen.0[*range] = std::mem::take(seen);
         }
+        let sights = &draft.sights;
+        let rows = ranges.iter().flat_map(|tiles| {
+            let of_sight = tiles.sights.iter().zip(tiles.bits.chunks_exact(WORDS));
+            of_sight.map(|(&s, bits)| (&sights[tiles.part][s as usize], tiles.range, bits))
+        });
+        let mut rows: Vec<_> = rows.map(|(sight, range, bits)| (sight.view, sight.instance, range, bits)).collect();
+        rows.sort_unstable_by_key(|&(view, instance, range, _)| (view, instance, range));
+        let drawn = &mut own(&mut draft.page).drawn;
+        rows.into_iter().for_each(|(view, instance, range, bits)| drawn.push(view, instance, range * WORDS, bits));
     }
 
     /// Finds the drawn tiles whose rate should change.
     fn look(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
         let (rates, sights) = (Arc::clone(&self.rates), Arc::clone(&draft.sights));
-        let of_part =
-            |(p, part): (usize, &PartRates)| part.seen.ranges().map(move |tiles| (p, tiles)).collect::<Vec<_>>();
-        let rows: Vec<(usize, Range<usize>)> = rates.parts.iter().enumerate().flat_map(of_part).collect();
+        let parts = rates.parts.iter().enumerate();
+        let rows = parts.flat_map(|(p, part)| part.seen.ranges().map(move |tiles| (p, tiles)));
+        let rows: Vec<(usize, Range<usize>)> = rows.collect();
         let found = map(jobs, rows, move |(part, tiles)| {
             let mut wanted = RateChanges::default();
             rates.look_at(part, tiles, &sights[part], &mut wanted);

@@ -4,7 +4,7 @@
 use super::culling::{InstanceSight, PartBoxes, RANGE};
 use super::draft::{
     ANEW, BESIDE_NEW, CellsAt, NewLattice, NewTessellants, RateChanges, SeenRange, SeenTiles, TessellantUpdate, UNSEEN,
-    VisibleTiles, WantedRate,
+    VisibleTiles, WORDS, WantedRate,
 };
 use super::options::PlannerOptions;
 use super::rate::{Rate, Step, Terms, band, growth_of, step};
@@ -60,28 +60,25 @@ pub(super) struct Rates {
 
 impl Rates {
     /// Finds the drawn ones of some tiles.
-    pub(super) fn see(&self, tiles: VisibleTiles, sights: &[Vec<InstanceSight>]) -> VisibleTiles {
-        let VisibleTiles { part, range, mut seen, mut drawn } = tiles;
-        let SeenRange { any, scales } = &mut seen;
+    pub(super) fn see(&self, tiles: &mut VisibleTiles, sights: &[Vec<InstanceSight>]) {
+        let VisibleTiles { part, range, seen: SeenRange { any, scales }, sights: with_any, bits } = tiles;
         if *any {
             scales.fill(UNSEEN);
         }
-        let words = scales.len().div_ceil(64);
-        let (boxes, cull) = (&self.parts[part].boxes, self.options.cull_back_faces);
-        for (s, InstanceSight { sight, .. }) in sights[part].iter().enumerate() {
-            let mut bits = Vec::new();
-            boxes.seen_by(sight, cull, range, |t, now| {
+        let (boxes, cull) = (&self.parts[*part].boxes, self.options.cull_back_faces);
+        for (s, InstanceSight { sight, .. }) in sights[*part].iter().enumerate() {
+            let start = bits.len();
+            boxes.seen_by(sight, cull, *range, |t, now| {
                 let k = t % RANGE;
-                bits.resize(words, 0);
-                bits[k / 64] |= 1 << (k % 64);
+                bits.resize(start + WORDS, 0);
+                bits[start + k / 64] |= 1 << (k % 64);
                 scales[k] = PixelScale { most: scales[k].most.max(now.most), least: scales[k].least.max(now.least) };
             });
-            if !bits.is_empty() {
-                drawn.push((s, bits));
+            if bits.len() > start {
+                with_any.push(s as u32);
             }
         }
-        *any = !drawn.is_empty();
-        VisibleTiles { part, range, seen, drawn }
+        *any = !with_any.is_empty();
     }
 
     /// Looks at some drawn tiles.
@@ -233,8 +230,12 @@ impl Rates {
     /// Number of cells of the drawn tiles.
     pub(super) fn cells_drawn(&self) -> u64 {
         let of_part = |part: &PartRates| -> u64 {
-            let drawn = part.seen.ranges().flatten().filter(|&tile| part.seen.shows(tile));
-            drawn.map(|tile| part.cells[tile]).sum()
+            let ranges = part.seen.0.iter().zip(part.cells.chunks(RANGE)).filter(|(range, _)| range.any);
+            let of_range = |(range, cells): (&SeenRange, &[u64])| -> u64 {
+                let drawn = range.scales.iter().zip(cells).filter(|(scale, _)| scale.most >= 0.0);
+                drawn.map(|(_, cells)| cells).sum()
+            };
+            ranges.map(of_range).sum()
         };
         self.parts.iter().map(of_part).sum()
     }

@@ -5,6 +5,7 @@
 //! the Jacobian is 1/(z cos θ). Over a box it is at most the value at the box's least depth and widest angle. Boxes
 //! are convex, so two points of a box are at most that factor times their distance apart in the image.
 
+use crate::math::sphere_tree::Sphere;
 use crate::mesh::SceneInstance;
 use crate::prepare::internals::BoundingBox;
 use crate::view::{Projection, View};
@@ -142,6 +143,15 @@ impl PartCamera {
     }
 }
 
+/// A sphere around a box of an instance. All of space if the box is empty or not finite.
+pub(crate) fn sphere_around(place: &BoundingBox, transform: &DAffine3) -> Sphere {
+    /// Share of the radius by which the sphere is enlarged, for scales that are not quite uniform.
+    const UNEVEN: f64 = 1e-3;
+    let centre = transform.transform_point3(0.5 * (place.low + place.high));
+    let scale = transform.matrix3.x_axis.length_squared().max(transform.matrix3.y_axis.length_squared()).sqrt();
+    Sphere::new(centre, 0.5 * place.high.distance(place.low) * scale * (1.0 + UNEVEN))
+}
+
 impl View {
     /// Axes (right, up, forward) and projection; `None` if the view is invalid.
     pub(crate) fn lens(&self) -> Option<([DVec3; 3], SightLens)> {
@@ -167,22 +177,13 @@ impl View {
         self.lens()
     }
 
-    /// Whether a box of an instance may be in the view frustum: by the sphere around it, in a fraction of the time of
-    /// [`sight`](Self::sight). Never false if [`PartCamera::look`] finds it there.
-    pub(crate) fn may_show(
-        &self,
-        (axes, lens): ([DVec3; 3], SightLens),
-        place: &BoundingBox,
-        transform: &DAffine3,
-    ) -> bool {
-        /// Share of the radius by which the sphere is enlarged, for scales that are not quite uniform.
-        const UNEVEN: f64 = 1e-3;
+    /// Whether anything within a sphere may be in the view frustum. Never false for a sphere that contains one for which
+    /// it is true.
+    pub(crate) fn may_show(&self, (axes, lens): ([DVec3; 3], SightLens), sphere: &Sphere) -> bool {
         /// Share of the distance from the eye, for rounding.
         const ROUNDING: f64 = 1e-9;
-        let centre = transform.transform_point3(0.5 * (place.low + place.high)) - self.camera.eye;
-        let scale = transform.matrix3.x_axis.length_squared().max(transform.matrix3.y_axis.length_squared()).sqrt();
-        let radius = 0.5 * place.high.distance(place.low) * scale;
-        let radius = radius * (1.0 + UNEVEN) + ROUNDING * centre.length();
+        let centre = sphere.centre - self.camera.eye;
+        let radius = sphere.radius + ROUNDING * (centre.length() + sphere.radius);
         let [x, y, z] = axes.map(|axis| axis.dot(centre));
         let off = match lens {
             SightLens::Orthographic { sides, .. } => x.abs() - radius > sides[0] || y.abs() - radius > sides[1],
@@ -192,7 +193,6 @@ impl View {
                 z < -radius || beyond(x, slopes[0]) || beyond(y, slopes[1])
             }
         };
-        // Of a box that is empty or not finite, nothing is known.
         !off
     }
 
@@ -286,7 +286,7 @@ mod tests {
             let placed = DAffine3::from_scale_rotation_translation(scale, turn, vector(300.0));
             for projection in [CAMERA.projection, Projection::Orthographic { height: 150.0 }] {
                 let view = View { camera: Camera { projection, ..CAMERA }, ..VIEW };
-                let may = view.may_show(view.lens().expect("a valid view"), &place, &placed);
+                let may = view.may_show(view.lens().expect("a valid view"), &sphere_around(&place, &placed));
                 let is_seen = sight(&view, placed).look(&place).is_some();
                 assert!(may || !is_seen, "{place:?} {placed:?}");
                 (hidden, shown) = (hidden + usize::from(!may), shown + usize::from(is_seen));

@@ -1,0 +1,141 @@
+//! Spheres in space -> a tree that finds those that pass a test which larger spheres pass, too: frustum culling.
+//! The leaves are ordered along a Hilbert curve (Kamel & Faloutsos, "On packing R-trees", CIKM 1993).
+
+use super::hilbert;
+use glam::DVec3;
+
+/// Children per node.
+const FAN: usize = 8;
+
+/// A ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sphere {
+    pub(crate) centre: DVec3,
+    pub(crate) radius: f64,
+}
+
+impl Sphere {
+    /// All of space, for what is not finite.
+    const ALL: Self = Self { centre: DVec3::ZERO, radius: f64::INFINITY };
+
+    /// A ball; all of space if any of its numbers is not finite.
+    pub(crate) fn new(centre: DVec3, radius: f64) -> Self {
+        if centre.is_finite() && radius.is_finite() { Self { centre, radius } } else { Self::ALL }
+    }
+
+    /// A ball that contains all of these.
+    fn around(children: &[Self]) -> Self {
+        /// Share of the radius by which it is enlarged, for rounding.
+        const ROUNDING: f64 = 1e-12;
+        if children.iter().any(|child| child.radius == f64::INFINITY) {
+            return Self::ALL;
+        }
+        let low = children.iter().fold(DVec3::INFINITY, |low, c| low.min(c.centre - c.radius));
+        let high = children.iter().fold(DVec3::NEG_INFINITY, |high, c| high.max(c.centre + c.radius));
+        let centre = 0.5 * (low + high);
+        let reach = children.iter().map(|c| centre.distance(c.centre) + c.radius).fold(0.0, f64::max);
+        Self::new(centre, reach * (1.0 + ROUNDING))
+    }
+}
+
+/// A tree of spheres, numbered in the order given.
+#[derive(Debug, Default)]
+pub(crate) struct SphereTree {
+    /// The number of each sphere of the lowest level.
+    numbers: Vec<u32>,
+    /// Where in the lowest level each sphere is.
+    places: Vec<u32>,
+    /// From the spheres themselves up to the root. Each node contains the next [`FAN`] nodes of the level below.
+    levels: Vec<Vec<Sphere>>,
+    /// Spheres replaced since the leaves were ordered.
+    replaced: usize,
+}
+
+impl SphereTree {
+    /// Cost: O(n log n), 45 bytes per sphere.
+    pub(crate) fn new(spheres: &[Sphere]) -> Self {
+        let order = hilbert::along_curve(spheres.iter().map(|sphere| sphere.centre));
+        let mut places = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(place, &number)| places[number] = place as u32);
+        let mut levels: Vec<Vec<Sphere>> = vec![order.iter().map(|&number| spheres[number]).collect()];
+        while let Some(below) = levels.last().filter(|level| level.len() > 1) {
+            levels.push(below.chunks(FAN).map(Sphere::around).collect());
+        }
+        Self { numbers: order.into_iter().map(|number| number as u32).collect(), places, levels, replaced: 0 }
+    }
+
+    /// Replaces a sphere, and the nodes above it.
+    ///
+    /// Cost: O(log n), and once for as many as there are, that of a new tree: their order has lost its sense by then.
+    pub(crate) fn replace(&mut self, number: usize, sphere: Sphere) {
+        let mut place = self.places[number] as usize;
+        self.levels[0][place] = sphere;
+        self.replaced += 1;
+        if self.replaced > self.numbers.len() {
+            let spheres: Vec<Sphere> = self.places.iter().map(|&place| self.levels[0][place as usize]).collect();
+            *self = Self::new(&spheres);
+            return;
+        }
+        for level in 1..self.levels.len() {
+            place /= FAN;
+            let below = &self.levels[level - 1];
+            let children = &below[FAN * place..below.len().min(FAN * (place + 1))];
+            self.levels[level][place] = Sphere::around(children);
+        }
+    }
+
+    /// Appends to `found` the numbers of the spheres that pass, ascending. `passes` must be true for every sphere that
+    /// contains one for which it is true.
+    pub(crate) fn find(&self, passes: impl Fn(&Sphere) -> bool, found: &mut Vec<u32>) {
+        let start = found.len();
+        let mut open: Vec<(usize, usize)> = Vec::new();
+        let top = self.levels.len().saturating_sub(1);
+        open.extend(self.levels.get(top).into_iter().flat_map(|roots| (0..roots.len()).map(|node| (top, node))));
+        while let Some((level, node)) = open.pop() {
+            if !passes(&self.levels[level][node]) {
+                continue;
+            }
+            if level == 0 {
+                found.push(self.numbers[node]);
+            } else {
+                let below = self.levels[level - 1].len();
+                open.extend((FAN * node..below.min(FAN * (node + 1))).map(|child| (level - 1, child)));
+            }
+        }
+        found[start..].sort_unstable();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::random::SplitMix;
+
+    fn random(draw: &mut SplitMix) -> Sphere {
+        let mut vector = |size: f64| DVec3::from([0; 3].map(|_| draw.range(-size, size)));
+        let centre = vector(100.0);
+        Sphere::new(if centre.x > 99.0 { DVec3::NAN } else { centre }, vector(4.0).x.abs())
+    }
+
+    #[test]
+    fn finds_the_spheres_that_a_linear_scan_finds_also_after_they_moved() {
+        let mut draw = SplitMix(1);
+        for count in [0, 1, 2, 7, 8, 9, 63, 64, 65, 1000] {
+            let mut spheres: Vec<Sphere> = (0..count).map(|_| random(&mut draw)).collect();
+            let mut tree = SphereTree::new(&spheres);
+            for _ in 0..50 {
+                let (normal, at) = (random(&mut draw).centre, draw.range(-80.0, 80.0));
+                let passes = |s: &Sphere| normal.is_nan() || normal.normalize().dot(s.centre) + s.radius >= at;
+                let mut found = vec![7];
+                tree.find(passes, &mut found);
+                let expected = (0..count).filter(|&k| passes(&spheres[k])).map(|k| k as u32);
+                assert!(found[1..].iter().copied().eq(expected), "{count}: {found:?}");
+                for _ in 0..count / 10 {
+                    let k = draw.below(count as u64) as usize;
+                    spheres[k] = random(&mut draw);
+                    tree.replace(k, spheres[k]);
+                }
+            }
+        }
+    }
+}
