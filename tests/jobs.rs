@@ -8,11 +8,11 @@ use common::prepared;
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread::{self, ThreadId};
-use trimtess::control::{Alone, Jobs};
+use trimtess::control::{Alone, Job, Jobs, Priority, Threads};
 use trimtess::frame::{PlanLimits, Tolerance, plan_for_view_within, plan_within};
 use trimtess::glam::DVec3;
 use trimtess::mesh::{Batch, MemorySink};
-use trimtess::parallel::{Session, SessionOptions, Threads};
+use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::{Camera, Projection, View};
 
@@ -35,7 +35,7 @@ impl Jobs for Engine {
         self.pool.current_num_threads()
     }
 
-    fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+    fn spawn(&self, _: Priority, job: Job) {
         let seen = Arc::clone(&self.seen);
         self.pool.spawn(move || {
             seen.lock().unwrap().insert(thread::current().id());
@@ -46,14 +46,14 @@ impl Jobs for Engine {
 
 /// Keeps jobs, and runs some of them in between, in shuffled order: one thread for each.
 #[derive(Default)]
-struct Shuffled(Mutex<Vec<Box<dyn FnOnce() + Send>>>);
+struct Shuffled(Mutex<Vec<Job>>);
 
 impl Jobs for Shuffled {
     fn width(&self) -> usize {
         5
     }
 
-    fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+    fn spawn(&self, _: Priority, job: Job) {
         let mut kept = self.0.lock().unwrap();
         kept.push(job);
         if kept.len() == 7 {
@@ -74,7 +74,7 @@ impl Jobs for AtOnce {
         3
     }
 
-    fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+    fn spawn(&self, _: Priority, job: Job) {
         job();
     }
 }
@@ -163,7 +163,7 @@ fn a_frame_from_within_a_job_does_not_deadlock() {
         let jobs = Arc::new(Engine::of(threads));
         let (send, made) = mpsc::channel();
         let (inner, model) = (Arc::clone(&jobs), Arc::clone(&prepared));
-        jobs.spawn(Box::new(move || drop(send.send(frames(inner, 0, &model)))));
+        jobs.spawn(Priority::Frame, Box::new(move || drop(send.send(frames(inner, 0, &model)))));
         assert!(made.recv().unwrap() == expected, "{threads} threads");
     }
 }
@@ -181,12 +181,15 @@ fn frames_begun_in_one_job_and_finished_in_another_do_not_deadlock() {
             let passed = Arc::new(Mutex::new((session, MemorySink::default())));
             for &view in views.iter().cycle().take(16) {
                 let begins = Arc::clone(&passed);
-                jobs.spawn(Box::new(move || begins.lock().unwrap().0.begin(&[view]).unwrap()));
+                jobs.spawn(Priority::Frame, Box::new(move || begins.lock().unwrap().0.begin(&[view]).unwrap()));
                 let (finishes, send) = (Arc::clone(&passed), send.clone());
-                jobs.spawn(Box::new(move || {
-                    let (session, sink) = &mut *finishes.lock().unwrap();
-                    send.send(session.finish(sink).map(|_| ())).unwrap();
-                }));
+                jobs.spawn(
+                    Priority::Frame,
+                    Box::new(move || {
+                        let (session, sink) = &mut *finishes.lock().unwrap();
+                        send.send(session.finish(sink).map(|_| ())).unwrap();
+                    }),
+                );
             }
         }
         drop(send);
