@@ -1,5 +1,5 @@
-//! How long a read or a prepare of a file goes on once it is cancelled, and what memory it leaves, by the moment at which
-//! it is cancelled.
+//! How long a read or a prepare of a file goes on once it is cancelled, what memory it leaves, and which moments are the
+//! worst.
 //!
 //! `cargo bench --bench cancel -- FILE [COUNT]`: the moments are spread evenly over the time that the call takes.
 

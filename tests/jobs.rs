@@ -66,15 +66,17 @@ impl Jobs for Shuffled {
     }
 }
 
-/// Runs a job in the call that spawns it.
-struct AtOnce;
+/// Runs a job in the call that spawns it, and keeps what jobs are for.
+#[derive(Default)]
+struct AtOnce(Mutex<Vec<Priority>>);
 
 impl Jobs for AtOnce {
     fn width(&self) -> usize {
         3
     }
 
-    fn spawn(&self, _: Priority, job: Job) {
+    fn spawn(&self, priority: Priority, job: Job) {
+        self.0.lock().unwrap().push(priority);
         job();
     }
 }
@@ -127,7 +129,7 @@ fn frames_do_not_depend_on_whose_threads_make_them() {
         ("an engine's", Arc::new(Engine::of(2))),
         ("of one", Arc::new(Engine::of(1))),
         ("shuffled", Arc::new(Shuffled::default())),
-        ("at once", Arc::new(AtOnce)),
+        ("at once", Arc::new(AtOnce::default())),
         ("none", Arc::new(Alone)),
     ];
     for (name, jobs) in pools {
@@ -136,6 +138,17 @@ fn frames_do_not_depend_on_whose_threads_make_them() {
             assert!(made == expected, "{name}, {workers} workers");
         }
     }
+}
+
+#[test]
+fn jobs_say_what_they_are_for() {
+    let jobs = Arc::new(AtOnce::default());
+    frames(Arc::clone(&jobs) as Arc<dyn Jobs>, 3, &model());
+    let told = jobs.0.lock().unwrap();
+    let begun = told.iter().filter(|priority| **priority == Priority::Frame).count();
+    // Eight frames, of which every third is begun twice.
+    assert_eq!((told[0], begun), (Priority::Frame, 10));
+    assert!(told.len() > begun && told.iter().all(|priority| *priority <= Priority::Helper), "{told:?}");
 }
 
 #[test]
