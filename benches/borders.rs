@@ -1,11 +1,12 @@
 //! Cost per patch of preparing adjacent bicubic patches without topology on a square, with and without the search for
 //! common borders. The difference is the cost of the search.
 
-use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DAffine3, DVec3};
 use std::hint::black_box;
+use trimtess::control::{Alone, Control};
 use trimtess::model::{Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface};
-use trimtess::prepare::{PrepareOptions, prepare};
+use trimtess::prepare::{PrepareOptions, prepare_on};
 
 /// `n` x `n` patches over a wavy square.
 fn grid(n: usize) -> Model {
@@ -35,9 +36,9 @@ fn bench(c: &mut Criterion) {
         let model = grid(n);
         group.throughput(Throughput::Elements((n * n) as u64));
         for (name, border_tolerance) in [("shared", PrepareOptions::DEFAULT.border_tolerance), ("apart", 0.0)] {
-            let options = PrepareOptions::DEFAULT.with_border_tolerance(border_tolerance).with_threads(Some(1));
+            let options = PrepareOptions::DEFAULT.with_border_tolerance(border_tolerance);
             group.bench_function(BenchmarkId::new(name, n * n), |b| {
-                b.iter_batched(|| model.clone(), |m| prepare(black_box(m), &options), BatchSize::LargeInput);
+                b.iter_with_large_drop(|| prepare_on(&Alone, black_box(&model), &options, &Control::default()));
             });
         }
     }

@@ -1,5 +1,5 @@
-//! How long a read or a prepare of a file goes on once it is cancelled, and what memory it leaves, by the moment at which
-//! it is cancelled.
+//! How long a read or a prepare of a file goes on once it is cancelled, what memory it leaves, and which moments are the
+//! worst.
 //!
 //! `cargo bench --bench cancel -- FILE [COUNT]`: the moments are spread evenly over the time that the call takes.
 
@@ -7,8 +7,8 @@ use std::error::Error;
 use std::fs;
 use std::path::Path;
 use std::thread;
-use std::time::{Duration, Instant};
-use trimtess::control::Control;
+use std::time::Instant;
+use trimtess::control::{Control, Rayon};
 use trimtess::import::step::{self, StepOptions};
 use trimtess::prepare::{self, PrepareOptions};
 
@@ -44,18 +44,21 @@ fn cancelled<T>(name: &str, count: u32, work: impl Fn(&Control) -> Option<T>) {
             drop(ended);
             asks.join().ok().map(|asked| end.saturating_duration_since(asked))
         });
-        on.extend(asked);
+        on.extend(asked.map(|asked| (asked, k)));
     }
     on.sort();
-    let ms = |time: Option<&Duration>| time.map_or(0.0, |time| 1e3 * time.as_secs_f64());
+    let ms = |at: usize| on.get(at).map_or(0.0, |(time, _)| 1e3 * time.as_secs_f64());
     println!(
         "{name}: {:.0} ms if not cancelled; goes on for {:.1} ms (median), {:.1} (worst of {count}, {finished} had ended); \
          memory {before:.0} -> {:.0} MiB",
         1e3 * time.as_secs_f64(),
-        ms(on.get(on.len() / 2)),
-        ms(on.last()),
+        ms(on.len() / 2),
+        ms(on.len().saturating_sub(1)),
         resident()
     );
+    let worst: Vec<String> =
+        on.iter().rev().take(8).map(|(_, k)| format!("{:.2}", f64::from(*k) / f64::from(count))).collect();
+    println!("    the worst at {} of its time", worst.join(", "));
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -64,9 +67,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let count = arguments.get(1).map_or(Ok(100), |count| count.parse())?;
     let text = fs::read(Path::new(file))?;
     println!("{file}");
-    cancelled("read", count, |control| step::read_controlled(&text, &StepOptions::DEFAULT, control).ok());
+    cancelled("read", count, |control| step::read_on(&Rayon, &text, &StepOptions::DEFAULT, control).ok());
     let model = step::read(&text, &StepOptions::DEFAULT)?;
     let options = PrepareOptions::DEFAULT;
-    cancelled("prepare", count, |control| prepare::prepare_controlled(&model, &options, control).ok());
+    cancelled("prepare", count, |control| prepare::prepare_on(&Rayon, &model, &options, control).ok());
     Ok(())
 }

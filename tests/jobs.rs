@@ -8,11 +8,11 @@ use common::prepared;
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread::{self, ThreadId};
-use trimtess::control::{Alone, Jobs};
+use trimtess::control::{Alone, Job, Jobs, Priority, Threads};
 use trimtess::frame::{PlanLimits, Tolerance, plan_for_view_within, plan_within};
 use trimtess::glam::DVec3;
 use trimtess::mesh::{Batch, MemorySink};
-use trimtess::parallel::{Session, SessionOptions, Threads};
+use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::{Camera, Projection, View};
 
@@ -35,7 +35,7 @@ impl Jobs for Engine {
         self.pool.current_num_threads()
     }
 
-    fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+    fn spawn(&self, _: Priority, job: Job) {
         let seen = Arc::clone(&self.seen);
         self.pool.spawn(move || {
             seen.lock().unwrap().insert(thread::current().id());
@@ -46,14 +46,14 @@ impl Jobs for Engine {
 
 /// Keeps jobs, and runs some of them in between, in shuffled order: one thread for each.
 #[derive(Default)]
-struct Shuffled(Mutex<Vec<Box<dyn FnOnce() + Send>>>);
+struct Shuffled(Mutex<Vec<Job>>);
 
 impl Jobs for Shuffled {
     fn width(&self) -> usize {
         5
     }
 
-    fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+    fn spawn(&self, _: Priority, job: Job) {
         let mut kept = self.0.lock().unwrap();
         kept.push(job);
         if kept.len() == 7 {
@@ -66,15 +66,17 @@ impl Jobs for Shuffled {
     }
 }
 
-/// Runs a job in the call that spawns it.
-struct AtOnce;
+/// Runs a job in the call that spawns it, and keeps what jobs are for.
+#[derive(Default)]
+struct AtOnce(Mutex<Vec<Priority>>);
 
 impl Jobs for AtOnce {
     fn width(&self) -> usize {
         3
     }
 
-    fn spawn(&self, job: Box<dyn FnOnce() + Send>) {
+    fn spawn(&self, priority: Priority, job: Job) {
+        self.0.lock().unwrap().push(priority);
         job();
     }
 }
@@ -127,7 +129,7 @@ fn frames_do_not_depend_on_whose_threads_make_them() {
         ("an engine's", Arc::new(Engine::of(2))),
         ("of one", Arc::new(Engine::of(1))),
         ("shuffled", Arc::new(Shuffled::default())),
-        ("at once", Arc::new(AtOnce)),
+        ("at once", Arc::new(AtOnce::default())),
         ("none", Arc::new(Alone)),
     ];
     for (name, jobs) in pools {
@@ -136,6 +138,17 @@ fn frames_do_not_depend_on_whose_threads_make_them() {
             assert!(made == expected, "{name}, {workers} workers");
         }
     }
+}
+
+#[test]
+fn jobs_say_what_they_are_for() {
+    let jobs = Arc::new(AtOnce::default());
+    frames(Arc::clone(&jobs) as Arc<dyn Jobs>, 3, &model());
+    let told = jobs.0.lock().unwrap();
+    let begun = told.iter().filter(|priority| **priority == Priority::Frame).count();
+    // Eight frames, of which every third is begun twice.
+    assert_eq!((told[0], begun), (Priority::Frame, 10));
+    assert!(told.len() > begun && told.iter().all(|priority| *priority <= Priority::Helper), "{told:?}");
 }
 
 #[test]
@@ -163,7 +176,7 @@ fn a_frame_from_within_a_job_does_not_deadlock() {
         let jobs = Arc::new(Engine::of(threads));
         let (send, made) = mpsc::channel();
         let (inner, model) = (Arc::clone(&jobs), Arc::clone(&prepared));
-        jobs.spawn(Box::new(move || drop(send.send(frames(inner, 0, &model)))));
+        jobs.spawn(Priority::Frame, Box::new(move || drop(send.send(frames(inner, 0, &model)))));
         assert!(made.recv().unwrap() == expected, "{threads} threads");
     }
 }
@@ -181,12 +194,15 @@ fn frames_begun_in_one_job_and_finished_in_another_do_not_deadlock() {
             let passed = Arc::new(Mutex::new((session, MemorySink::default())));
             for &view in views.iter().cycle().take(16) {
                 let begins = Arc::clone(&passed);
-                jobs.spawn(Box::new(move || begins.lock().unwrap().0.begin(&[view]).unwrap()));
+                jobs.spawn(Priority::Frame, Box::new(move || begins.lock().unwrap().0.begin(&[view]).unwrap()));
                 let (finishes, send) = (Arc::clone(&passed), send.clone());
-                jobs.spawn(Box::new(move || {
-                    let (session, sink) = &mut *finishes.lock().unwrap();
-                    send.send(session.finish(sink).map(|_| ())).unwrap();
-                }));
+                jobs.spawn(
+                    Priority::Frame,
+                    Box::new(move || {
+                        let (session, sink) = &mut *finishes.lock().unwrap();
+                        send.send(session.finish(sink).map(|_| ())).unwrap();
+                    }),
+                );
             }
         }
         drop(send);

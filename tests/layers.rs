@@ -20,12 +20,12 @@ const MAY_USE: [(&str, &[&str]); 12] = [
     ("out", &["view", "model", "mesh"]),
 ];
 
-/// Libraries, and the only folders that may name them. Work stealing would move tiles away from the worker that caches
-/// them, queues belong to the protocol of `parallel`, devices to pictures, windows to the program (`cli/`).
+/// Libraries, and the only folders that may name them. Threads are those of the caller's `Jobs`, of which rayon is one;
+/// queues belong to the protocol of `parallel`, devices to pictures, windows to the program (`cli/`).
 const CRATE_ONLY_IN: [(&str, &[&str]); 10] = [
-    ("rayon", &["import", "prepare", "parallel"]),
+    ("rayon", &["control"]),
     ("crossbeam_channel", &["parallel"]),
-    ("core_affinity", &["parallel"]),
+    ("core_affinity", &["control"]),
     ("cpu_time", &["parallel"]),
     ("gltf_json", &["out"]),
     ("offset_allocator", &["out"]),

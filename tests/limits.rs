@@ -9,7 +9,7 @@ use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions, Prepared, p
 const FINE: Tolerance = Tolerance { chord: 1e-3, angle: 0.3, max_edge: None };
 
 fn within(limits: PrepareLimits) -> Result<Prepared, PrepareError> {
-    prepare(shapes::by_name("torus").unwrap(), &PrepareOptions::DEFAULT.with_threads(Some(2)).with_limits(limits))
+    prepare(shapes::by_name("torus").unwrap(), &PrepareOptions::DEFAULT.with_limits(limits))
 }
 
 #[test]

@@ -5,11 +5,12 @@ mod common;
 
 use common::prepared;
 use std::sync::Arc;
+use trimtess::control::{Control, Threads};
 use trimtess::frame::{self, Plan, Tolerance};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::Model;
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare_on};
 
 /// All bits of a frame except which worker made it.
 fn bytes(sink: &MemorySink) -> Vec<u8> {
@@ -87,10 +88,9 @@ fn the_number_of_workers_does_not_matter() {
 fn the_threads_of_prepare_do_not_matter() {
     for (name, model) in models() {
         let frames = [1, 2, 3].map(|threads| {
-            let prepared = Arc::new(
-                prepare(model.clone(), &PrepareOptions::DEFAULT.with_threads(Some(threads)))
-                    .expect("within the limits"),
-            );
+            let threads = Threads::start(threads, false).expect("threads");
+            let made = prepare_on(&threads, &model, &PrepareOptions::DEFAULT, &Control::default());
+            let prepared = Arc::new(made.expect("within the limits"));
             bytes(&common::frame(&prepared, &plans(&prepared)[0], true).0)
         });
         assert!(frames[0] == frames[1] && frames[1] == frames[2], "{name}");

@@ -60,8 +60,7 @@ impl Job<'_> {
         let (ended, counts) = (Ended::default(), Arc::<Counts>::default());
         let observed = Arc::clone(&counts);
         let control = Control::observed_by(move |progress| {
-            // Threads report out of order.
-            observed.0.fetch_max(progress.done, Ordering::Relaxed);
+            observed.0.store(progress.done, Ordering::Relaxed);
             observed.1.store(progress.total, Ordering::Relaxed);
         });
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.workers).stack_size(STACK).build();

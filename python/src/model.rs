@@ -7,8 +7,9 @@ use crate::job::Job;
 use crate::prepared::Prepared;
 use pyo3::prelude::*;
 use std::sync::Arc;
+use trimtess::control::Rayon;
 use trimtess::model::{self, Colour, Loop};
-use trimtess::prepare::{PrepareLimits, PrepareOptions, Shells, prepare_controlled};
+use trimtess::prepare::{PrepareLimits, PrepareOptions, Shells, prepare_on};
 
 /// Red, green, blue (sRGB) and opacity, each from 0 to 1.
 type Rgba = (f32, f32, f32, f32);
@@ -109,7 +110,7 @@ impl Model {
         let job = Job { py, stage: "prepare", progress, workers: workers.unwrap_or(0) };
         let (prepared, shells) = job
             .run(|control| {
-                let prepared = prepare_controlled(&self.model, &options, control);
+                let prepared = prepare_on(&Rayon, &self.model, &options, control);
                 prepared.map(|prepared| (prepared, self.model.parts.iter().map(Shells::of).collect()))
             })?
             .map_err(|failure| errors::unprepared(py, &failure))?;

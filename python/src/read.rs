@@ -8,7 +8,8 @@ use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
 use std::path::PathBuf;
 use std::sync::Arc;
-use trimtess::import::step::{StepOptions, read_controlled, read_file_controlled};
+use trimtess::control::Rayon;
+use trimtess::import::step::{StepOptions, read_file_on, read_on};
 
 /// Where a model is read from.
 enum Source {
@@ -72,8 +73,8 @@ pub(crate) fn read(
     let source = Source::of(source)?;
     let job = Job { py, stage: "read", progress, workers: workers.unwrap_or(0) };
     let read = job.run(|control| match &source {
-        Source::Path(path) => read_file_controlled(path, &options, control),
-        Source::Bytes(bytes) => read_controlled(bytes, &options, control),
+        Source::Path(path) => read_file_on(&Rayon, path, &options, control),
+        Source::Bytes(bytes) => read_on(&Rayon, bytes, &options, control),
     })?;
     let path = match &source {
         Source::Path(path) => Some(path.display().to_string()),

@@ -1,8 +1,19 @@
 //! What callers have to say about long work: where it runs, how far it is, and when to stop it.
 
 mod jobs;
-pub use jobs::{Alone, Jobs};
-pub(crate) use jobs::{chunks, map};
+pub use jobs::{Alone, Job, Jobs, Priority};
+
+mod map;
+pub(crate) use map::{chunks, map};
+
+mod cores;
+
+mod threads;
+pub use threads::{Rayon, StartError, Threads};
 
 mod progress;
+pub(crate) use progress::Counter;
 pub use progress::{Control, Progress, Stage};
+
+mod call;
+pub(crate) use call::Call;

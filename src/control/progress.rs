@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// A stage of the way from a file to a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -45,13 +45,13 @@ type Observer = Box<dyn Fn(Progress) + Send + Sync>;
 /// The caller's end of long work: hears of its progress, and asks it to stop. Clones share one request.
 ///
 /// ```
-/// use trimtess::control::Control;
+/// use trimtess::control::{Alone, Control};
 /// use trimtess::{model::shapes, prepare};
 ///
 /// let control = Control::default();
 /// control.cancel(); // usually from another thread
 /// let model = shapes::by_name("washer").unwrap_or_default();
-/// let error = prepare::prepare_controlled(&model, &prepare::PrepareOptions::DEFAULT, &control).err();
+/// let error = prepare::prepare_on(&Alone, &model, &prepare::PrepareOptions::DEFAULT, &control).err();
 /// assert_eq!(error, Some(prepare::PrepareError::Cancelled));
 /// ```
 #[derive(Clone, Default)]
@@ -64,8 +64,9 @@ struct Shared {
 }
 
 impl Control {
-    /// A control whose `observer` hears of progress: at most once per part, face or tile, from the threads that do the
-    /// work, and not in order. It should return at once.
+    /// A control whose `observer` hears of progress: of 0 first, then of larger and larger numbers, at most once per
+    /// part, face or tile, and last of the total, before the call returns. Threads that do the work call it, one at a
+    /// time. None waits for another, so numbers are left out while it runs. It should return at once.
     #[must_use]
     pub fn observed_by(observer: impl Fn(Progress) + Send + Sync + 'static) -> Self {
         Self(Arc::new(Shared { observer: Some(Box::new(observer)), ..Shared::default() }))
@@ -81,17 +82,116 @@ impl Control {
     pub fn is_cancelled(&self) -> bool {
         self.0.cancelled.load(Ordering::Relaxed)
     }
+}
 
-    /// Reports progress.
-    pub(crate) fn report(&self, stage: Stage, done: u64, total: u64) {
-        if let Some(observer) = &self.0.observer {
-            observer(Progress { stage, done, total });
+/// What is done of a stage. Tells the observer, if there is one.
+pub(crate) struct Counter {
+    control: Control,
+    stage: Stage,
+    done: AtomicU64,
+    total: u64,
+    /// The last number that the observer heard. Belongs to the thread that set `telling`.
+    told: AtomicU64,
+    telling: AtomicBool,
+}
+
+impl Counter {
+    /// Nothing is done yet.
+    pub(crate) fn start(control: &Control, stage: Stage, total: u64) -> Self {
+        let (done, told) = Default::default();
+        let counter = Self { control: control.clone(), stage, done, total, told, telling: AtomicBool::new(false) };
+        if let Some(observer) = &control.0.observer {
+            observer(Progress { stage, done: 0, total });
         }
+        counter
+    }
+
+    /// Counts one more.
+    ///
+    /// A lock would be held while the observer runs: whoever works in there, on a pool that has this thread join in,
+    /// would wait for itself. So a thread that finds another one telling leaves its number to it.
+    pub(crate) fn advance(&self) {
+        let Some(observer) = &self.control.0.observer else { return };
+        self.done.fetch_add(1, Ordering::SeqCst);
+        while self.done.load(Ordering::SeqCst) > self.told.load(Ordering::SeqCst) {
+            if self.telling.swap(true, Ordering::SeqCst) {
+                return;
+            }
+            let _ends = Telling(&self.telling);
+            let done = self.done.load(Ordering::SeqCst);
+            if self.told.swap(done, Ordering::SeqCst) < done {
+                observer(Progress { stage: self.stage, done, total: self.total });
+            }
+        }
+    }
+}
+
+/// Ends when the observer returns, or panics.
+struct Telling<'a>(&'a AtomicBool);
+
+impl Drop for Telling<'_> {
+    fn drop(&mut self) {
+        self.0.store(false, Ordering::SeqCst);
     }
 }
 
 impl fmt::Debug for Control {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Control").field("cancelled", &self.is_cancelled()).finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Mutex;
+    use std::thread;
+
+    #[test]
+    fn observers_hear_of_more_and_more_and_of_the_total() {
+        for threads in [1, 2, 8] {
+            let heard = Arc::<Mutex<Vec<u64>>>::default();
+            let theirs = Arc::clone(&heard);
+            let control = Control::observed_by(move |progress| {
+                theirs.lock().expect("no panic").push(progress.done);
+                thread::yield_now();
+            });
+            let counter = Counter::start(&control, Stage::Read, 1000 * threads);
+            thread::scope(|scope| {
+                for _ in 0..threads {
+                    scope.spawn(|| (0..1000).for_each(|_| counter.advance()));
+                }
+            });
+            let heard = heard.lock().expect("no panic");
+            assert!(heard.is_sorted_by(|a, b| a < b), "{heard:?}");
+            assert_eq!((heard.first(), heard.last()), (Some(&0), Some(&(1000 * threads))));
+            assert!(threads > 1 || heard.len() == 1001);
+        }
+    }
+
+    #[test]
+    fn an_observer_may_advance_the_count_itself() {
+        let own = Arc::<Mutex<Option<Arc<Counter>>>>::default();
+        let (reader, calls) = (Arc::clone(&own), Arc::new(AtomicU64::new(0)));
+        let count = Arc::clone(&calls);
+        let control = Control::observed_by(move |progress| {
+            count.fetch_add(1, Ordering::Relaxed);
+            let counter = reader.lock().expect("no panic").clone();
+            counter.iter().filter(|_| progress.done < 9).for_each(|counter| counter.advance());
+        });
+        let counter = Arc::new(Counter::start(&control, Stage::Read, 9));
+        *own.lock().expect("no panic") = Some(Arc::clone(&counter));
+        counter.advance();
+        assert_eq!((calls.load(Ordering::Relaxed), counter.done.load(Ordering::Relaxed)), (10, 9));
+        *own.lock().expect("no panic") = None;
+    }
+
+    #[test]
+    fn an_observer_that_panics_is_called_again() {
+        let control = Control::observed_by(|progress| assert!(progress.done == 0, "bad"));
+        let counter = Counter::start(&control, Stage::Read, 2);
+        for _ in 0..2 {
+            assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| counter.advance())).is_err());
+        }
     }
 }

@@ -93,8 +93,8 @@ mod tests {
     use super::super::commit::{Feed, FrameReport, commit};
     use super::super::error::FrameError;
     use super::super::handoff::{FaceRung, Watch};
-    use super::super::threads::Threads;
     use super::*;
+    use crate::control::Threads;
     use crate::frame::internals::TileOutcome;
     use crate::frame::{Degradation, Rung};
     use crate::mesh::{EdgeLine, MemorySink, MeshSink, Scene, SinkError, TileMesh};

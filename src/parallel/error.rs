@@ -1,29 +1,10 @@
-//! Why a session does not start, or a frame is not made.
+//! Why a frame is not made.
 
+use crate::control::StartError;
 use crate::mesh::{GridTooCoarse, SinkError};
 use crate::model::PartId;
 use crate::view::InvalidView;
 use std::fmt;
-
-/// Why a session did not start: the operating system refused a thread.
-#[derive(Debug)]
-#[non_exhaustive]
-pub struct StartError {
-    /// The system's error.
-    pub cause: std::io::Error,
-}
-
-impl fmt::Display for StartError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot start threads: {}", self.cause)
-    }
-}
-
-impl std::error::Error for StartError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        Some(&self.cause)
-    }
-}
 
 /// Why a frame was not committed. If the sink was fed, [`MeshSink::abort`](crate::mesh::MeshSink::abort) was called.
 #[derive(Debug)]

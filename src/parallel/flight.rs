@@ -1,14 +1,12 @@
 //! Work that runs somewhere else, and its result. Whoever needs the result does the work, if no thread has begun it: so
 //! nobody waits for a thread that is itself waiting.
 
-use crate::control::Jobs;
+use crate::control::{Job, Jobs, Priority};
 use crate::prepare::internals::panic_message;
 use crossbeam_channel::{Receiver, bounded};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-
-type Job = Box<dyn FnOnce() + Send>;
 
 /// The work until somebody begins it. The lock is held for as long as it takes to see who does.
 type Unclaimed = Arc<Mutex<Option<Job>>>;
@@ -32,7 +30,7 @@ impl<T: Send + 'static> Flight<T> {
         });
         let unclaimed = Arc::new(Mutex::new(Some(job)));
         let theirs = Arc::clone(&unclaimed);
-        jobs.spawn(Box::new(move || claim(&theirs)));
+        jobs.spawn(Priority::Frame, Box::new(move || claim(&theirs)));
         Self { unclaimed, result, landed: None }
     }
 
@@ -69,9 +67,8 @@ fn claim(unclaimed: &Unclaimed) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::threads::Threads;
     use super::*;
-    use crate::control::Alone;
+    use crate::control::{Alone, Threads};
 
     /// Keeps jobs, or drops them.
     struct Holding(Mutex<Vec<Job>>, bool);
@@ -81,7 +78,7 @@ mod tests {
             1
         }
 
-        fn spawn(&self, job: Job) {
+        fn spawn(&self, _: Priority, job: Job) {
             if self.1 {
                 self.0.lock().expect("no panic").push(job);
             }

@@ -2,12 +2,11 @@
 
 use super::metrics::WorkerMetrics;
 use super::writer::Rooms;
-use crate::control::{Control, Stage};
+use crate::control::{Control, Counter, Stage};
 use crate::frame::{Degradation, Rung};
 use crate::mesh::{Batch, EdgeLine, NotWritten};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// Tiles and edges of one worker: all that it owns, or those to make in a frame. Ascending.
@@ -41,20 +40,19 @@ impl Hand {
 #[derive(Clone, Default)]
 pub(super) struct Watch {
     control: Control,
-    /// Tiles made by all workers, and all tiles.
-    made: Arc<AtomicU64>,
-    tiles: u64,
+    /// Tiles made by all workers, if that is reported.
+    made: Option<Arc<Counter>>,
 }
 
 impl Watch {
     pub(super) fn new(control: &Control, tiles: u64) -> Self {
-        control.report(Stage::Tessellate, 0, tiles);
-        Self { control: control.clone(), made: Arc::default(), tiles }
+        let made = Counter::start(control, Stage::Tessellate, tiles);
+        Self { control: control.clone(), made: Some(Arc::new(made)) }
     }
 
     /// Reports no progress.
     pub(super) fn of(control: &Control) -> Self {
-        Self { control: control.clone(), ..Self::default() }
+        Self { control: control.clone(), made: None }
     }
 
     pub(super) fn is_cancelled(&self) -> bool {
@@ -63,8 +61,7 @@ impl Watch {
 
     /// Counts a tile.
     pub(super) fn advance(&self) {
-        let made = self.made.fetch_add(1, Ordering::Relaxed) + 1;
-        self.control.report(Stage::Tessellate, made, self.tiles);
+        self.made.iter().for_each(|made| made.advance());
     }
 }
 

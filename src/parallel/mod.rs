@@ -3,8 +3,6 @@
 
 mod distribute;
 
-mod cores;
-
 mod metrics;
 pub use metrics::{WorkerMetrics, balance};
 
@@ -14,7 +12,7 @@ mod handoff;
 pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 
 mod error;
-pub use error::{FrameError, InstanceError, StartError};
+pub use error::{FrameError, InstanceError};
 
 mod commit;
 pub use commit::FrameReport;
@@ -27,9 +25,6 @@ mod owners;
 
 mod options;
 pub use options::SessionOptions;
-
-mod threads;
-pub use threads::Threads;
 
 mod flight;
 

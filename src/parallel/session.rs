@@ -3,11 +3,10 @@
 
 use super::commit::FrameReport;
 use super::engine::{Engine, FinishedFrame};
-use super::error::{FrameError, InstanceError, StartError};
+use super::error::{FrameError, InstanceError};
 use super::flight::Flight;
 use super::options::SessionOptions;
-use super::threads::Threads;
-use crate::control::{Control, Jobs};
+use crate::control::{Control, Jobs, StartError, Threads};
 use crate::frame::internals::Levels;
 use crate::frame::{Plan, PlanLimits, Tolerance, plan_for_view_on, plan_on};
 use crate::mesh::{MeshSink, Scene, SceneInstance, TileMemory, VertexLayout};

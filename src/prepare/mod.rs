@@ -1,4 +1,4 @@
-//! Preprocessing, once per model: Bézier patches, pcurves, tiles, shared edges, bounds. Parallel over faces (rayon).
+//! Preprocessing, once per model: Bézier patches, pcurves, tiles, shared edges, bounds. Parallel over faces.
 //!
 //! The folders are listed in the order of the work. Each may `use` only folders above it (`tests/circles`).
 
@@ -27,7 +27,7 @@ pub use join::prepared::Prepared;
 pub use join::shells::Shells;
 
 mod whole;
-pub use whole::prepare::{PrepareOptions, prepare, prepare_controlled};
+pub use whole::prepare::{PrepareOptions, prepare, prepare_on};
 
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]

@@ -24,10 +24,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
+use trimtess::control::{Alone, Control};
 use trimtess::frame::Tolerance;
 use trimtess::import::step::{StepOptions, read};
 use trimtess::model::{FaceId, PartId, Severity};
-use trimtess::prepare::{PrepareOptions, Prepared, Shells, prepare};
+use trimtess::prepare::{PrepareOptions, Prepared, Shells, prepare_on};
 
 /// How far points move, as fractions of the size of their part.
 const SHARES: [f64; 4] = [1e-6, 1e-5, 1e-4, 1e-3];
@@ -69,8 +70,8 @@ impl Run {
             let start = Instant::now();
             let model = read(bytes, &StepOptions::default()).map_err(|error| error.to_string())?;
             let by_edges: Vec<bool> = model.parts.iter().map(|part| Shells::of(part).open == 0).collect();
-            let options = PrepareOptions::DEFAULT.with_threads(Some(1));
-            let prepared = Arc::new(prepare(model, &options).map_err(|error| error.to_string())?);
+            let prepared = prepare_on(&Alone, &model, &PrepareOptions::DEFAULT, &Control::default());
+            let prepared = Arc::new(prepared.map_err(|error| error.to_string())?);
             let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 20_f64.to_radians(), max_edge: None };
             let closed: Vec<bool> = prepared.scene.parts.iter().map(|part| part.closed).collect();
             let must_close = |part: usize| closed[part] || stated.is_some_and(|stated| stated.get(part) == Some(&true));

@@ -14,6 +14,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
+use trimtess::control::{Alone, Control};
 use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::frame::{Plan, plan_for_view};
 use trimtess::glam::{DAffine3, DVec2, DVec3};
@@ -22,7 +23,7 @@ use trimtess::model::{
     FreeTrims, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule,
 };
 use trimtess::parallel::{Session, SessionOptions};
-use trimtess::prepare::{Prepared, prepare};
+use trimtess::prepare::{Prepared, prepare, prepare_on};
 use trimtess::view::{Camera, Projection, View};
 
 const SIZE: (u32, u32) = (1920, 1080);
@@ -131,7 +132,7 @@ fn scene() -> Result<(Model, Vec<NurbsSurface>), Failure> {
 
 fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Common) -> Result<(), Failure> {
     let start = Instant::now();
-    let prepared = prepare(model, &common.prepare().with_threads(Some(1))).map_err(unprepared)?;
+    let prepared = prepare_on(&Alone, &model, &common.prepare(), &Control::default()).map_err(unprepared)?;
     let (spent, tiles) = (ms(start.elapsed()), prepared.tiles().count());
     crate::tell(&format!(
         "prepared in {spent:.1} ms; {tiles} tiles\n    px | {}| plan ms | tiles ms | Mtri/s\n",

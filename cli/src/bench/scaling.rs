@@ -15,13 +15,13 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
-use trimtess::control::Control;
+use trimtess::control::{Control, Rayon};
 use trimtess::frame::LinePlacement;
 use trimtess::glam::{DAffine3, DVec3};
 use trimtess::mesh::MemorySink;
 use trimtess::model::{Instance, Model, PartId};
 use trimtess::parallel::{Session, SessionOptions};
-use trimtess::prepare::{Prepared, prepare_controlled};
+use trimtess::prepare::{Prepared, prepare_on};
 use trimtess::view::View;
 
 /// What to measure.
@@ -161,7 +161,7 @@ pub(super) fn measure(
 
 /// Prepares a model without a copy of it, which would be timed, too.
 fn ready(model: &Model, common: &Common) -> Result<Prepared, Failure> {
-    prepare_controlled(model, &common.prepare(), &Control::default()).map_err(unprepared)
+    prepare_on(&Rayon, model, &common.prepare(), &Control::default()).map_err(unprepared)
 }
 
 /// The result of `work`, and the least of its times, milliseconds.

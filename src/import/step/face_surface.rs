@@ -11,7 +11,6 @@ use super::revolution::one_sheet;
 use super::table::{Map, Read, Trouble};
 use crate::model::{Frame3, Severity, StepOutcome, StepTrouble, Surface};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::cell::Cell;
 
 /// A face to read: its shell's index, the use of the shell, the face, and whether the use flips it.
@@ -38,41 +37,37 @@ impl Reader<'_> {
                 Some(group) => group.push(k),
             }
         }
-        let groups: Vec<Vec<(usize, Read<Stated>)>> = groups
-            .into_par_iter()
-            .with_min_len(16)
-            .map(|group| {
-                // A surface that does not depend on the place of the face is shared by all faces in the same units.
-                let mut common: Option<(&ShellUse, Read<Stated>)> = None;
-                let mut read = Vec::with_capacity(group.len());
-                for k in group {
-                    let (Some(&(_, shell, source, _)), Some(Ok(face))) = (jobs.get(k), stated.get(k)) else { continue };
-                    let geometry = self.geometry(shell.units);
-                    let asked = Cell::new(false);
-                    let reach = || {
-                        asked.set(true);
-                        reach(&geometry, face, edges)
-                    };
-                    let count = |points| {
-                        let counted = self.table.budget.net(Net::Surface, points);
-                        counted.map_err(|what| Trouble::new(face.surface, what))
-                    };
-                    let surface = count(0).and_then(|()| match (&common, source) {
-                        _ if face.implied => implied_plane(&geometry, face, edges),
-                        (Some((of, surface)), Source::Face(_)) if of.units == shell.units => surface.clone(),
-                        (_, Source::Face(id)) if id == face.surface => Err(geometry.no_surface(id)),
-                        (_, Source::Face(_)) => geometry.surface(face.surface, &reach, 0),
-                        (_, Source::Surface(id)) => geometry.whole_surface(id),
-                    });
-                    let surface = surface.and_then(|stated| count(points_of(&stated.surface)).map(|()| stated));
-                    if matches!(source, Source::Face(_)) && !asked.get() && common.is_none() {
-                        common = Some((shell, surface.clone()));
-                    }
-                    read.push((k, settled(face, surface, || reach().on)));
+        let groups: Vec<Vec<(usize, Read<Stated>)>> = self.call.each(16, groups, |group| {
+            // A surface that does not depend on the place of the face is shared by all faces in the same units.
+            let mut common: Option<(&ShellUse, Read<Stated>)> = None;
+            let mut read = Vec::with_capacity(group.len());
+            for k in group {
+                let (Some(&(_, shell, source, _)), Some(Ok(face))) = (jobs.get(k), stated.get(k)) else { continue };
+                let geometry = self.geometry(shell.units);
+                let asked = Cell::new(false);
+                let reach = || {
+                    asked.set(true);
+                    reach(&geometry, face, edges)
+                };
+                let count = |points| {
+                    let counted = self.table.budget.net(Net::Surface, points);
+                    counted.map_err(|what| Trouble::new(face.surface, what))
+                };
+                let surface = count(0).and_then(|()| match (&common, source) {
+                    _ if face.implied => implied_plane(&geometry, face, edges),
+                    (Some((of, surface)), Source::Face(_)) if of.units == shell.units => surface.clone(),
+                    (_, Source::Face(id)) if id == face.surface => Err(geometry.no_surface(id)),
+                    (_, Source::Face(_)) => geometry.surface(face.surface, &reach, 0),
+                    (_, Source::Surface(id)) => geometry.whole_surface(id),
+                });
+                let surface = surface.and_then(|stated| count(points_of(&stated.surface)).map(|()| stated));
+                if matches!(source, Source::Face(_)) && !asked.get() && common.is_none() {
+                    common = Some((shell, surface.clone()));
                 }
-                read
-            })
-            .collect();
+                read.push((k, settled(face, surface, || reach().on)));
+            }
+            read
+        });
         let mut surfaces: Vec<Option<Read<Stated>>> = (0..jobs.len()).map(|_| None).collect();
         for (k, surface) in groups.into_iter().flatten() {
             if let Some(slot) = surfaces.get_mut(k) {

@@ -67,4 +67,4 @@ mod body;
 mod part;
 
 mod read;
-pub use read::{read, read_controlled, read_file, read_file_controlled};
+pub use read::{read, read_file, read_file_on, read_on};

@@ -21,7 +21,6 @@ use crate::model::{
     StepOutcome, StepTrouble, Surface, VertexId,
 };
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Curves by number: units, the carrier, and whether the curve has the carrier's direction.
 type Carriers = Map<u64, (Units, (Carrier, bool))>;
@@ -47,12 +46,13 @@ impl Reader<'_> {
             // The whole result will be discarded.
             return <(Part, Vec<Diagnostic>)>::default();
         }
-        let stated: Vec<Read<StatedFace>> = jobs
-            .par_iter()
-            .with_min_len(16)
-            .map(|(_, shell, source, _)| self.geometry(shell.units).stated_face(*source))
-            .collect();
+        let stated: Vec<Read<StatedFace>> =
+            self.call.each(16, &jobs, |(_, shell, source, _)| self.geometry(shell.units).stated_face(*source));
         let edges = self.edges(&jobs, &stated);
+        let stopped = || self.call.is_cancelled();
+        if stopped() {
+            return <(Part, Vec<Diagnostic>)>::default();
+        }
         let mut assembly = Assembly::new(name, shells, distinct, colour, edges);
         stated.iter().flatten().for_each(|face| assembly.meet(face));
         for id in assembly.run_against(&stated) {
@@ -64,7 +64,8 @@ impl Reader<'_> {
         }
         assembly.settle_closed(&stated);
         let surfaces = self.surfaces(&jobs, &stated, &assembly.edges);
-        for (((shell_index, shell, source, turned), face), surface) in jobs.into_iter().zip(stated).zip(surfaces) {
+        let faces = jobs.into_iter().zip(stated).zip(surfaces);
+        for (((shell_index, shell, source, turned), face), surface) in faces.take_while(|_| !stopped()) {
             let geometry = self.geometry(shell.units);
             let read = face.and_then(|face| match surface {
                 Some(surface) => assembly.face(&geometry, face, surface, source),
@@ -98,7 +99,7 @@ impl Reader<'_> {
                 refused,
             });
         }
-        let bodies: Vec<Read<_>> = gathered.bodies.par_iter().map(|body| self.body(body)).collect();
+        let bodies: Vec<Read<_>> = self.call.each(1, &gathered.bodies, |body| self.body(body));
         for (body, read) in gathered.bodies.iter().zip(bodies) {
             let of_part = |trouble: Trouble| StepCause { entity: Some(trouble.entity), trouble: trouble.what };
             match read {
@@ -143,11 +144,10 @@ impl Reader<'_> {
             return Map::default();
         }
         let shared = self.shared_carriers(&order);
-        order
-            .into_par_iter()
-            .with_min_len(32)
-            .map(|(key, units, surface, whole)| (key, self.edge(key, units, surface, whole, &shared)))
-            .collect()
+        let read = self
+            .call
+            .each(32, order, |(key, units, surface, whole)| (key, self.edge(key, units, surface, whole, &shared)));
+        read.into_iter().collect()
     }
 
     /// Reads the curves that several edges share.
@@ -163,7 +163,7 @@ impl Reader<'_> {
             let carrier = self.geometry(units).carrier(curve, 0).ok()?;
             Some((curve, (units, carrier)))
         };
-        shared.into_par_iter().with_min_len(32).filter_map(read).collect()
+        self.call.each(32, shared, read).into_iter().flatten().collect()
     }
 
     fn edge(&self, key: EdgeKey, units: Units, surface: u64, whole: Whole, shared: &Carriers) -> Read<EdgeDraft> {

@@ -9,9 +9,8 @@
 
 use super::options::{StepError, proceed};
 use super::sections::{find, has_word, next};
-use super::table::{Row, Rows, discard};
-use crate::control::Control;
-use rayon::prelude::*;
+use super::table::{Row, Rows};
+use crate::control::Call;
 use std::io::Read as _;
 use std::ops::Range;
 use std::sync::Mutex;
@@ -94,20 +93,20 @@ pub(super) struct Pieces<'a> {
     data: usize,
     /// Length of a piece, bytes.
     size: usize,
-    control: &'a Control,
+    call: Call<'a>,
 }
 
 /// A read that is cancelled leaves up to a whole file's instances.
 impl Drop for Pieces<'_> {
     fn drop(&mut self) {
-        discard(std::mem::take(&mut self.list));
+        self.call.each(1, &mut self.list, |piece| piece.parsed = None);
     }
 }
 
 impl<'a> Pieces<'a> {
     /// No pieces yet.
-    pub(super) fn new(size: usize, control: &'a Control) -> Self {
-        Self { list: Vec::new(), data: 0, size, control }
+    pub(super) fn new(size: usize, call: Call<'a>) -> Self {
+        Self { list: Vec::new(), data: 0, size, call }
     }
 
     /// Cuts the text into pieces. Those outside `changed` that are as before are kept.
@@ -148,7 +147,7 @@ impl<'a> Pieces<'a> {
             if at >= due && at >= self.data && at < text.len() {
                 starts.push(at);
                 due = (at / self.size).saturating_add(1).saturating_mul(self.size);
-                proceed(self.control)?;
+                proceed(self.call.control)?;
             }
         }
         Ok(starts)
@@ -192,13 +191,15 @@ impl<'a> Pieces<'a> {
 
     fn parse_each(&mut self, text: &[u8]) -> Result<(), StepError> {
         let one_at_a_time = Mutex::new(());
-        let control = self.control;
-        self.list.par_iter_mut().filter(|piece| piece.parsed.is_none()).try_for_each(|piece| {
+        let call = self.call;
+        let waiting = self.list.iter_mut().filter(|piece| piece.parsed.is_none());
+        let parsed = call.each(1, waiting, |piece| {
             let _turn = (piece.range.len() > LONG).then(|| one_at_a_time.lock());
-            proceed(control)?;
+            proceed(call.control)?;
             piece.parse(text);
             Ok(())
-        })
+        });
+        parsed.into_iter().collect()
     }
 
     /// The records of a piece, each a piece of its own. The header is one, and so is what follows the data section.
@@ -229,7 +230,8 @@ impl<'a> Pieces<'a> {
         }
         let numbers = pieces.iter().enumerate().flat_map(|(k, piece)| piece.rows().iter().map(move |row| (row.id, k)));
         let mut numbers: Vec<(u64, usize)> = numbers.collect();
-        numbers.par_sort_unstable();
+        // Numbers ascend within each piece, which this sort makes use of.
+        numbers.sort();
         let place = |(id, k): (u64, usize)| {
             let row = pieces[k].rows().binary_search_by_key(&id, |row| row.id).ok()?;
             Some(pieces[k].place(u64::from(pieces[k].rows()[row].at)))

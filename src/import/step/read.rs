@@ -9,27 +9,31 @@ use super::table::Table;
 use super::text;
 use super::tree::Tree;
 use super::units::Contexts;
-use crate::control::{Control, Stage};
+use crate::control::{Call, Control, Counter, Jobs, Rayon, Stage};
 use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
-use rayon::prelude::*;
 use std::io::Read as _;
 use std::path::Path;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Reads a STEP file. The model's name is the file's, without extension.
 ///
 /// # Errors
 /// As [`read`], and [`StepError::Io`] if the file cannot be read.
 pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError> {
-    read_file_controlled(path, options, &Control::default())
+    read_file_on(&Rayon, path, options, &Control::default())
 }
 
-/// As [`read_file`], with progress and cancellation.
+/// As [`read_file`], on the threads of `jobs`, with progress and cancellation. The bytes are read before the first look
+/// whether the work is cancelled.
 ///
 /// # Errors
-/// As [`read_file`] and [`read_controlled`].
-pub fn read_file_controlled(path: &Path, options: &StepOptions, control: &Control) -> Result<Model, StepError> {
+/// As [`read_file`] and [`read_on`].
+pub fn read_file_on(
+    jobs: &dyn Jobs,
+    path: &Path,
+    options: &StepOptions,
+    control: &Control,
+) -> Result<Model, StepError> {
     let io = |error| StepError::Io { path: path.to_owned(), error };
     let file = std::fs::File::open(path).map_err(io)?;
     let bytes = file.metadata().map_err(io)?.len();
@@ -44,7 +48,7 @@ pub fn read_file_controlled(path: &Path, options: &StepOptions, control: &Contro
     let rest = usize::try_from(bytes.min(most)).unwrap_or(usize::MAX).saturating_sub(text.len());
     text.try_reserve_exact(rest).map_err(|error| io(error.into()))?;
     file.read_to_end(&mut text).map_err(io)?;
-    let mut model = read_controlled(&text, options, control)?;
+    let mut model = read_on(jobs, &text, options, control)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(model)
 }
@@ -65,34 +69,48 @@ fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
 /// Each product definition with geometry becomes one part, placed as often as the assembly says. Geometry without a
 /// product becomes parts that are placed once. [`Model::diagnostics`] reports everything that is not understood; the
 /// rest is read all the same. A file without faces gives an empty model. A part further from the origin than 4096 of its
-/// diagonals has coordinates relative to its centre, and its instances place it. Runs on the current rayon pool.
+/// diagonals has coordinates relative to its centre, and its instances place it. Runs on
+/// [`Rayon`]'s threads.
 ///
 /// # Errors
 /// If the bytes are not STEP text, their syntax is beyond repair, or a limit of `options` is exceeded.
 pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
-    read_controlled(bytes, options, &Control::default())
+    read_on(&Rayon, bytes, options, &Control::default())
 }
 
-/// As [`read`], with progress and cancellation. The syntax is parsed in pieces before the first progress is reported.
+/// As [`read`], on the threads of `jobs`, with progress and cancellation. The syntax is parsed in pieces before the first progress is reported.
 /// Cancelling takes effect between these pieces, between parts and within them.
 ///
 /// # Errors
 /// As [`read`], and [`StepError::Cancelled`].
-pub fn read_controlled(bytes: &[u8], options: &StepOptions, control: &Control) -> Result<Model, StepError> {
-    read_in_pieces(bytes, options, control, PIECE)
+pub fn read_on(jobs: &dyn Jobs, bytes: &[u8], options: &StepOptions, control: &Control) -> Result<Model, StepError> {
+    read_in_pieces(Call::new(jobs, control), bytes, options, PIECE)
 }
 
-/// As [`read_controlled`], with a length of the pieces in which the syntax is parsed.
-fn read_in_pieces(bytes: &[u8], options: &StepOptions, control: &Control, piece: usize) -> Result<Model, StepError> {
+/// As [`read_on`], with a length of the pieces in which the syntax is parsed.
+fn read_in_pieces(call: Call<'_>, bytes: &[u8], options: &StepOptions, piece: usize) -> Result<Model, StepError> {
     check_size(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
-    let table = text::parse(bytes, options, control, piece, &mut diagnostics)?;
+    let table = text::parse(call, bytes, options, piece, &mut diagnostics)?;
+    let read = model_of(call, &table, options, diagnostics);
+    table.discard(call);
+    read
+}
+
+/// The model that the instances of a file state. `diagnostics` are those of its text.
+fn model_of(
+    call: Call<'_>,
+    table: &Table,
+    options: &StepOptions,
+    mut diagnostics: Vec<Diagnostic>,
+) -> Result<Model, StepError> {
+    let control = call.control;
     proceed(control)?;
-    let contexts = Contexts::read(&table);
-    let styles = Styles::read(&table);
-    let structure = StructureBuilder::build(&table, &contexts, &styles, options);
+    let contexts = Contexts::read(table);
+    let styles = Styles::read(table);
+    let structure = StructureBuilder::build(table, &contexts, &styles, options);
     proceed(control)?;
-    let mut tree = Tree::new(&table, &contexts, &styles, options, structure);
+    let mut tree = Tree::new(table, &contexts, &styles, options, structure);
     tree.expand();
     proceed(control)?;
     if tree.visits > options.max_instances {
@@ -101,27 +119,23 @@ fn read_in_pieces(bytes: &[u8], options: &StepOptions, control: &Control, piece:
     if let Some(entity) = tree.beyond {
         return Err(StepError::TooManyOccurrences { entity, limit: table.budget.max_instances() });
     }
-    within(&table, options)?;
-    let reader = Reader { table: &table, styles: &styles, options };
+    within(table, options)?;
+    let reader = Reader { call, table, styles: &styles, options };
     // A file may mix units; the model states those of the first part.
     let first = tree.planned.first().and_then(|plan| plan.gathered.units());
     let millimetres_per_unit = first.unwrap_or(contexts.first).length;
     let planned = std::mem::take(&mut tree.planned);
-    let (total, done) = (planned.len() as u64, AtomicU64::new(0));
-    control.report(Stage::Read, 0, total);
-    let read: Option<Vec<(Part, Vec<Diagnostic>)>> = planned
-        .into_par_iter()
-        .map(|plan| {
-            let part = (!control.is_cancelled()).then(|| reader.part(plan.name, &plan.gathered, plan.colour))?;
-            control.report(Stage::Read, done.fetch_add(1, Ordering::Relaxed) + 1, total);
-            Some(part)
-        })
-        .collect();
-    let read = read.filter(|_| !control.is_cancelled()).ok_or(StepError::Cancelled)?;
-    within(&table, options)?;
+    let counter = Counter::start(control, Stage::Read, planned.len() as u64);
+    let read: Vec<Option<(Part, Vec<Diagnostic>)>> = call.each(1, planned, |plan| {
+        let part = (!control.is_cancelled()).then(|| reader.part(plan.name, &plan.gathered, plan.colour))?;
+        counter.advance();
+        Some(part)
+    });
+    proceed(control)?;
+    within(table, options)?;
     let mut model = Model { millimetres_per_unit, instances: tree.instances, ..Model::default() };
     let mut centres = Vec::with_capacity(read.len());
-    for (mut part, mut found) in read {
+    for (mut part, mut found) in read.into_iter().flatten() {
         let id = Some(PartId::new(model.parts.len()));
         centres.push(about_its_centre(&mut part, &mut found));
         diagnostics.extend(found.into_iter().map(|d| Diagnostic { part: id, ..d }));

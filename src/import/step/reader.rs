@@ -5,10 +5,12 @@ use super::place::Geometry;
 use super::style::Styles;
 use super::table::Table;
 use super::units::Units;
+use crate::control::Call;
 
 /// Context shared by all parts of a file.
 #[derive(Clone, Copy)]
 pub(super) struct Reader<'a> {
+    pub(super) call: Call<'a>,
     pub(super) table: &'a Table,
     pub(super) styles: &'a Styles,
     pub(super) options: &'a StepOptions,

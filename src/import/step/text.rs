@@ -7,7 +7,7 @@ use super::options::{BYTES_PER_BYTE, StepError, StepOptions, proceed};
 use super::pieces::{Joined, Pieces};
 use super::sections::{end_of_signed, find, without_extra, without_resources};
 use super::table::Table;
-use crate::control::Control;
+use crate::control::{Call, Control};
 use crate::model::{Diagnostic, Severity, StepOutcome};
 use std::borrow::Cow;
 
@@ -25,12 +25,13 @@ pub(super) fn magic(bytes: &[u8]) -> Result<usize, StepError> {
 
 /// Parses the whole text, in pieces of `piece` bytes. The result does not depend on their length.
 pub(super) fn parse(
+    call: Call<'_>,
     bytes: &[u8],
     options: &StepOptions,
-    control: &Control,
     piece: usize,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Table, StepError> {
+    let control = call.control;
     let start = magic(bytes)?;
     let entities = entities_in(bytes, options.max_entities, control)?;
     if entities > options.max_entities {
@@ -59,7 +60,7 @@ pub(super) fn parse(
         let what = StepOutcome::ForeignValues { count: resources, form: "<…>" };
         diagnostics.push(file_note(Severity::Warning, what));
     }
-    let mut pieces = Pieces::new(piece, control);
+    let mut pieces = Pieces::new(piece, call);
     let (mut changed, mut cuts) = (0..usize::MAX, 0);
     loop {
         pieces.cut(&text, &changed)?;

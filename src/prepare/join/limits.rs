@@ -1,7 +1,7 @@
 //! Limits on the cost of preparing a model, checked face by face during the work.
 
 use super::memory;
-use crate::control::{Control, Stage};
+use crate::control::{Call, Counter, Stage};
 use crate::model::{Model, Surface};
 use crate::prepare::report::room::Room;
 use crate::prepare::tiles::draft::FaceDraft;
@@ -61,7 +61,7 @@ pub enum PrepareError {
         /// Knot spans of all surfaces.
         patches: u64,
     },
-    /// The work was [cancelled](Control::cancel).
+    /// The work was [cancelled](crate::control::Control::cancel).
     Cancelled,
 }
 
@@ -93,19 +93,17 @@ fn with_slack(bytes: usize) -> usize {
 pub(crate) struct PrepareBudget<'a> {
     limits: PrepareLimits,
     patches: AtomicU64,
-    control: &'a Control,
-    /// Faces drafted, and all faces.
-    drafted: AtomicU64,
-    faces: u64,
+    pub(crate) call: Call<'a>,
+    /// Faces drafted.
+    drafted: Counter,
     pub(crate) room: Room,
 }
 
 impl<'a> PrepareBudget<'a> {
-    pub(crate) fn new(limits: PrepareLimits, model: &Model, control: &'a Control) -> Self {
+    pub(crate) fn new(limits: PrepareLimits, model: &Model, call: Call<'a>) -> Self {
         let faces = model.parts.iter().map(|part| part.faces.len() as u64).sum();
-        control.report(Stage::Prepare, 0, faces);
-        let (patches, drafted) = (AtomicU64::new(0), AtomicU64::new(0));
-        Self { limits, patches, control, drafted, faces, room: Room::new(limits.bytes) }
+        let drafted = Counter::start(call.control, Stage::Prepare, faces);
+        Self { limits, patches: AtomicU64::new(0), call, drafted, room: Room::new(limits.bytes) }
     }
 
     /// Adds the cost of a model, which is held until all of it is prepared.
@@ -122,20 +120,17 @@ impl<'a> PrepareBudget<'a> {
 
     /// Counts a face that was drafted, or cannot be.
     pub(crate) fn advance(&self) {
-        let drafted = self.drafted.fetch_add(1, Ordering::Relaxed) + 1;
-        self.control.report(Stage::Prepare, drafted, self.faces);
+        self.drafted.advance();
     }
 
     /// Whether a limit is exceeded, or the work is cancelled. The remaining faces can then be skipped.
     pub(crate) fn exceeded(&self) -> bool {
-        self.control.is_cancelled()
-            || self.patches.load(Ordering::Relaxed) > self.limits.patches
-            || self.room.exceeded()
+        self.call.is_cancelled() || self.patches.load(Ordering::Relaxed) > self.limits.patches || self.room.exceeded()
     }
 
     /// The error for `model` once a limit is exceeded or the work is cancelled.
     pub(crate) fn error(&self, model: &Model) -> PrepareError {
-        if self.control.is_cancelled() {
+        if self.call.is_cancelled() {
             return PrepareError::Cancelled;
         }
         let faces = model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost && face.refused.is_none());

@@ -7,6 +7,7 @@ use super::orient::{self, orient, wrong_volume};
 use super::prepared::PreparedPart;
 use super::topology::{self, ClosingOutcome, Unclosed};
 use super::{chains, fill, shells};
+use crate::control::Call;
 use crate::model::{
     BorderTrouble, Diagnostic, EdgeId, Face, FaceError, FaceId, FaceTrouble, Part, PartId, Severity, ShellKind,
     ShellTrouble, WireTrouble,
@@ -23,7 +24,6 @@ use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::wires::chain::{Chain, summed};
 use crate::prepare::wires::heal;
 use crate::prepare::wires::heal::Healing;
-use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -50,9 +50,10 @@ pub(crate) fn prepare_part(
     border_tolerance: f64,
     budget: &PrepareBudget<'_>,
 ) -> PartOutcome {
+    let call = budget.call;
     let [low, high] = stated.control_box();
     let size = (high - low).length();
-    let (trimmed, mut free) = free_edges::free_faces(stated, size);
+    let (trimmed, mut free) = free_edges::free_faces(call, stated, size);
     let mut healings = Vec::new();
     if budget.exceeded() {
         // The whole result will be discarded.
@@ -60,23 +61,34 @@ pub(crate) fn prepare_part(
     }
     let healed = heal::heal(&trimmed, size, &mut healings);
     let gap_edges = trimmed.edges.len()..healed.edges.len();
-    let (part, borders) = sew(healed, &mut free, border_tolerance * size, &mut healings);
+    let (part, borders) = sew(call, healed, &mut free, border_tolerance * size, &mut healings);
+    if budget.exceeded() {
+        return PartOutcome::default();
+    }
     healings.sort_by_key(|h| h.face);
     // Edges of free trims come after the model's own, and the pieces that sewing makes of them come last.
     let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
-    let mut maker = PartPreparation { id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
+    let mut maker = PartPreparation { call, id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
     let results = maker.draft(budget);
     if budget.exceeded() {
+        call.discard(results);
         return PartOutcome::default();
     }
     let mut faces = maker.fill(results);
     let mut directed = maker.direct(&mut faces);
     if budget.exceeded() {
+        call.discard(faces.drafts);
         return PartOutcome::default();
     }
     let without_area = maker.tell_faces(&mut faces, healings);
     let has_draft: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
     let mut assembled = maker.assemble(faces.drafts, &directed.reversed);
+    if budget.exceeded() {
+        if let Ok((part, _)) = assembled {
+            part.discard(call);
+        }
+        return PartOutcome::default();
+    }
     if let Err(reason) = &assembled {
         // Assembling panicked where faces share edges. Drop the regions of all faces and fill their loops.
         let mut faces = maker.fill_all(&has_draft, reason);
@@ -94,6 +106,7 @@ pub(crate) fn prepare_part(
 
 /// A part while it is prepared.
 struct PartPreparation<'a> {
+    call: Call<'a>,
     id: PartId,
     /// The part after healing and sewing.
     part: Cow<'a, Part>,
@@ -151,7 +164,7 @@ impl PartPreparation<'_> {
             drafted.iter().for_each(|draft| budget.spend(draft));
             Some(drafted)
         };
-        part.faces.par_iter().zip(&self.free).enumerate().map(draft).collect()
+        self.call.each(1, part.faces.iter().zip(&self.free).enumerate(), draft)
     }
 
     /// A face's loops as edges.
@@ -407,7 +420,8 @@ impl PartPreparation<'_> {
             draft.chain.clone_from(chain);
             Some(draft)
         };
-        let assemble = || topology::assemble(&self.part, self.finely_cut, drafts, reversed, refill, &mut told);
+        let assemble =
+            || topology::assemble(self.call, &self.part, self.finely_cut, drafts, reversed, refill, &mut told);
         let prepared = catch_unwind(AssertUnwindSafe(assemble)).map_err(|panic| panic_message(&*panic).to_owned())?;
         let lost =
             told.iter().filter(|(_, closed)| matches!(closed, ClosingOutcome::Lost(_))).map(|(k, _)| *k).collect();
@@ -507,7 +521,7 @@ impl PartPreparation<'_> {
 mod tests {
     use super::super::limits::PrepareLimits;
     use super::*;
-    use crate::control::Control;
+    use crate::control::{Alone, Control};
     use crate::model::Model;
     use crate::model::shapes;
     use crate::prepare::tiles::draft::DraftAlong;
@@ -515,7 +529,10 @@ mod tests {
     #[test]
     fn a_panic_while_a_face_is_assembled_costs_no_other_face() {
         let part = shapes::by_name("box").expect("a shape").parts.remove(0);
+        let control = Control::default();
+        let call = Call::new(&Alone, &control);
         let mut maker = PartPreparation {
+            call,
             id: PartId(0),
             free: part.faces.iter().map(|_| None).collect(),
             size: 1.0,
@@ -524,8 +541,7 @@ mod tests {
             part: Cow::Borrowed(&part),
             diagnostics: Vec::new(),
         };
-        let control = Control::default();
-        let budget = PrepareBudget::new(PrepareLimits::DEFAULT, &Model::default(), &control);
+        let budget = PrepareBudget::new(PrepareLimits::DEFAULT, &Model::default(), call);
         let mut faces = maker.fill(maker.draft(&budget));
         let directed = maker.direct(&mut faces);
         let broken = faces.drafts[2].as_mut().expect("a draft");

@@ -1,6 +1,7 @@
 //! The prepared model: faces cut into tiles, edges with their breaks, and all else that frames need.
 
 use super::images::EdgeImages;
+use crate::control::Call;
 use crate::mesh::Scene;
 use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId, RowId, SurfaceKind, TileId};
 use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
@@ -196,6 +197,13 @@ pub struct OpenEdges {
 }
 
 impl PreparedPart {
+    /// Frees a part that nobody will see on all threads.
+    pub(crate) fn discard(self, call: Call<'_>) {
+        call.discard(self.faces);
+        call.discard(self.tiles);
+        call.discard(self.edges);
+    }
+
     /// Measures the edges where faces end: the outline of a sheet, or gaps in a solid.
     ///
     /// An edge counts if tiles use it, or a stretch of it, an odd number of times. Borders between tiles cancel; those

@@ -3,8 +3,8 @@
 use super::images::{EdgeImages, ImageSpan};
 use super::prepared::TileUse;
 use super::prepared::{PreparedEdge, Tile};
+use crate::control::Call;
 use crate::prepare::uv::uv_curve::UvCurve;
-use rayon::prelude::*;
 
 /// Maximum steps per strip: enough to notice a lattice that is denser at one end of the strip.
 const STEPS: usize = 4;
@@ -59,8 +59,14 @@ fn thin(places: &mut Vec<[f32; 2]>, at: usize) -> usize {
 }
 
 /// Samples the images of all edges.
-pub(crate) fn sample(edges: &mut [PreparedEdge], tiles: &[Tile]) {
-    edges.par_iter_mut().for_each(|edge| edge.images = EdgeImages::of(edge, tiles));
+pub(crate) fn sample(call: Call<'_>, edges: &mut [PreparedEdge], tiles: &[Tile]) {
+    /// A few microseconds each.
+    const SHARE: usize = 32;
+    call.each(SHARE, edges, |edge| {
+        if !call.is_cancelled() {
+            edge.images = EdgeImages::of(edge, tiles);
+        }
+    });
 }
 
 /// Ends of an edge's strips, refined where an image turns within a strip; empty if none does. Close to a pole, an image

@@ -5,6 +5,7 @@ use super::images::EdgeImages;
 use super::prepared::TileUse;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use super::sample_images;
+use crate::control::Call;
 use crate::model::{CurveKind, Edge, FaceError, FaceId, Part, RowId, SurfaceKind, TileId};
 use crate::prepare::report::guard::guarded;
 use crate::prepare::surface::decompose::BezierSpline3;
@@ -37,8 +38,9 @@ pub(crate) enum Unclosed {
 ///
 /// `finely_cut`: index of the first edge whose curve is cut much finer than it bends. `reversed`: which faces are
 /// flipped. `refill`: makes another draft, of the given chain, for a face whose loops cannot be closed, or that panics.
-/// Faces whose loops had to be closed are appended to `told`.
+/// Faces whose loops had to be closed are appended to `told`. Stops early if the call is cancelled.
 pub(crate) fn assemble(
+    call: Call<'_>,
     part: &Part,
     finely_cut: usize,
     drafts: Vec<Option<FaceDraft>>,
@@ -66,7 +68,13 @@ pub(crate) fn assemble(
     }
     let mut out = PreparedPart { brep_edges: part.edges.len(), ..PreparedPart::default() };
     let mut spans = Vec::new();
-    for (k, draft) in drafts.into_iter().enumerate() {
+    let mut drafts = drafts.into_iter().enumerate();
+    while let Some((k, draft)) = drafts.next() {
+        if call.is_cancelled() {
+            call.discard(drafts.collect());
+            out.edges = edges;
+            return out;
+        }
         let Some(mut draft) = draft else {
             out.face_rows.push(None);
             continue;
@@ -120,7 +128,7 @@ pub(crate) fn assemble(
             }
         }
     }
-    sample_images::sample(&mut edges, &out.tiles);
+    sample_images::sample(call, &mut edges, &out.tiles);
     out.edges = edges;
     out
 }

@@ -10,6 +10,7 @@ use super::overlap::{CurveQuery, Overlap};
 use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::slivers::SliverCheck;
 use super::uses::uses;
+use crate::control::Call;
 use crate::math::sets::DisjointSets;
 use crate::model::{BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId};
 use crate::prepare::report::finding::Finding;
@@ -17,7 +18,6 @@ use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::heal::Healing;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -33,6 +33,9 @@ const OF_ONE_FACE: usize = 8;
 
 /// Maximum rounds of passing the cuts of an edge on to the edges along it.
 const ROUNDS: usize = 16;
+
+/// Pairs that a thread takes at a time: about 10 µs each.
+const SHARE: usize = 8;
 
 /// Summary of the merged borders.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,6 +71,7 @@ struct Replacement {
 /// Cost: a count of uses if all edges are used in pairs. Otherwise about 10 µs per edge that has a neighbour and 1 µs
 /// per knot of it. Identical edges count once, and others have at most [`MOST_PARTNERS`] neighbours of their kind.
 pub(crate) fn sew<'a>(
+    call: Call<'_>,
     part: Cow<'a, Part>,
     free: &mut FreeFaces,
     reach: f64,
@@ -77,14 +81,15 @@ pub(crate) fn sew<'a>(
     let courses: Vec<OnceLock<CurveQuery>> = candidates.iter().map(|_| OnceLock::new()).collect();
     let course = |k: usize| courses[k].get_or_init(|| CurveQuery::new(&part.edges[candidates[k].edge as usize]));
     let (pairs, left_out) = pairs(&part, &candidates);
-    let mut contacts: Vec<Contact> = pairs
-        .into_par_iter()
-        .flat_map_iter(|pair| {
-            let [a, b] = pair.map(course);
-            let tolerance = candidates[pair[0]].tolerance;
-            a.common(b, tolerance).into_iter().map(move |stretch| Contact { pair, stretch, tolerance })
-        })
-        .collect();
+    let contacts: Vec<Vec<Contact>> = call.each(SHARE, pairs, |pair| {
+        if call.is_cancelled() {
+            return Vec::new();
+        }
+        let [a, b] = pair.map(course);
+        let tolerance = candidates[pair[0]].tolerance;
+        a.common(b, tolerance).into_iter().map(|stretch| Contact { pair, stretch, tolerance }).collect()
+    });
+    let mut contacts: Vec<Contact> = contacts.into_iter().flatten().collect();
     let mut thin = SliverCheck::new(&part, free);
     let mut may_join = |pair: [usize; 2], width: f64| {
         let [a, b] = pair.map(|k| &candidates[k]);
@@ -98,7 +103,7 @@ pub(crate) fn sew<'a>(
     let mut sewn = SewSummary::default();
     // Per shell of a solid: shell, candidate of the widest pair, number of pairs, width.
     let mut told: Vec<(u32, usize, usize, f64)> = Vec::new();
-    for contact in &contacts {
+    for contact in contacts.iter().take_while(|_| !call.is_cancelled()) {
         let count = pieces.join(contact, &course, &mut may_join);
         let (first, width) = (&candidates[contact.pair[0]], contact.stretch.width);
         if count > 0 && contact.pair.iter().any(|&k| candidates[k].untold) {
@@ -129,12 +134,12 @@ pub(crate) fn sew<'a>(
         let told = Finding { edge: Some(EdgeId(edge)), ..Finding::new(place, what) };
         Healing { face, severity: Severity::Note, told }
     }));
-    if contacts.is_empty() {
+    if contacts.is_empty() || call.is_cancelled() {
         return (part, SewSummary::default());
     }
     let mut part = part.into_owned();
     let replaced = pieces.into_edges(&mut part, &candidates);
-    replace(&mut part, free, &replaced);
+    replace(call, &mut part, free, &replaced);
     (Cow::Owned(part), sewn)
 }
 
@@ -403,7 +408,7 @@ fn restricted(curve: &NurbsCurve3, range: (f64, f64)) -> NurbsCurve3 {
 }
 
 /// Makes all faces use the edges that replace others.
-fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replacement>>]) {
+fn replace(call: Call<'_>, part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replacement>>]) {
     let of = |edge: u32| replaced.get(edge as usize).and_then(Option::as_ref);
     for l in part.faces.iter_mut().flat_map(|f: &mut Face| &mut f.loops) {
         let Loop::Edges(coedges) = l else { continue };
@@ -425,7 +430,7 @@ fn replace(part: &mut Part, free: &mut FreeFaces, replaced: &[Option<Vec<Replace
         *coedges = all;
     }
     let edges = &part.edges;
-    free.par_iter_mut().filter_map(|f| f.as_mut()?.as_mut().ok()).for_each(|face| {
+    call.each(1, free.iter_mut().filter_map(|f| f.as_mut()?.as_mut().ok()), |face| {
         for l in &mut face.region.loops {
             let is_old = |piece: &Piece| matches!(piece.along, Along::Edge(e) if of(e).is_some());
             if !l.pieces.iter().any(is_old) {

@@ -10,6 +10,7 @@ use super::free_faces::{FreeFace, FreeFaces};
 use super::free_region::{BORDER, FreeArc, FreeRegion, TrimNote};
 use super::spans::{Span, UvDomain};
 use super::stretches::StretchPart;
+use crate::control::Call;
 use crate::model::{
     CurveKind, Edge, EdgeId, Face, FaceError, FaceTrouble, FreeTrims, NurbsCurve3, Part, Pole, Surface, VertexId,
 };
@@ -19,7 +20,6 @@ use crate::prepare::uv::region::{Region, loops_box};
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::{DVec2, DVec3};
-use rayon::prelude::*;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -30,7 +30,7 @@ const FIT: f64 = 1e-8;
 const MAX_DEPTH: u32 = 12;
 
 /// Adds vertices and edges for the free trims of a part's faces. `size` is the size of the part.
-pub(crate) fn free_faces<'a>(part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeFaces) {
+pub(crate) fn free_faces<'a>(call: Call<'_>, part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeFaces) {
     let untrimmed = FreeTrims::default();
     let trims_of = |face: &'a Face| {
         let trims = face.trims.as_ref().or_else(|| ends(face).then_some(&untrimmed));
@@ -40,10 +40,10 @@ pub(crate) fn free_faces<'a>(part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeF
         return (Cow::Borrowed(part), vec![None; part.faces.len()]);
     }
     let of_face = |face: &'a Face| {
-        let trims = trims_of(face)?;
-        Some(guarded(|| EdgeMaker::of(face, trims, size)))
+        let trims = trims_of(face).filter(|_| !call.is_cancelled())?;
+        Some(guarded(|| EdgeMaker::of(call, face, trims, size)))
     };
-    let made: Vec<_> = part.faces.par_iter().map(of_face).collect();
+    let made = call.each(1, &part.faces, of_face);
     let mut whole = part.clone();
     let faces = made.into_iter().map(|made| {
         let mut made = match made? {
@@ -128,14 +128,14 @@ struct EdgeMaker<'a> {
 }
 
 impl<'a> EdgeMaker<'a> {
-    fn of(face: &'a Face, trims: &FreeTrims, size: f64) -> Result<Self, FaceError> {
+    fn of(call: Call<'_>, face: &'a Face, trims: &FreeTrims, size: f64) -> Result<Self, FaceError> {
         let surface = &face.surface;
         surface.check().map_err(FaceError::Surface)?;
         for (curve, stated) in trims.curves.iter().enumerate() {
             stated.check().map_err(|error| FaceError::Trim { curve, error })?;
         }
         let (domain, open_sides) = domain(surface, trims)?;
-        let mut region = FreeRegion::new(trims, &domain)
+        let mut region = FreeRegion::of(call, trims, &domain)
             .map_err(|e| FaceError::TrimsTangled { at: e.at, place: surface.point(e.at.x, e.at.y) })?;
         if region.is_empty() {
             return Err(FaceError::NothingKept);

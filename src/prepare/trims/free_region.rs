@@ -9,17 +9,20 @@ use super::intersect::{SAME, SpanChain, SpanPlace, TOUCH, meetings};
 use super::spans::{Span, UvDomain};
 use super::stretches::{StretchPart, green, stretch, whole};
 use super::wraps::copies;
+use crate::control::{Call, Control, Rayon};
 use crate::math::box_tree::BoxTree;
 use crate::math::sums::sums_by_key;
 use crate::model::{FreeTrims, TrimRule, TrimTrouble};
 use crate::prepare::report::refusals::NoRegion;
 use glam::DVec2;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 /// A curve that meets a ray within this distance of its start runs along the arc on which the ray starts.
 const ALONG: f64 = 4.0 * TOUCH;
+
+/// Arcs that a thread takes at a time: a few microseconds each.
+const SHARE: usize = 16;
 
 /// Index of the chain that is the border of the domain.
 pub(crate) const BORDER: usize = 0;
@@ -90,6 +93,10 @@ impl FreeRegion {
     /// # Errors
     /// [`NoRegion`] where curves are too close to be separated, but not equal either.
     pub fn new(trims: &FreeTrims, domain: &UvDomain) -> Result<Self, NoRegion> {
+        Self::of(Call::new(&Rayon, &Control::default()), trims, domain)
+    }
+
+    pub(crate) fn of(call: Call<'_>, trims: &FreeTrims, domain: &UvDomain) -> Result<Self, NoRegion> {
         let mut region =
             Self { domain: *domain, wires: vec![border()], nodes: Vec::new(), loops: Vec::new(), notes: Vec::new() };
         for (k, curve) in trims.curves.iter().enumerate() {
@@ -99,9 +106,9 @@ impl FreeRegion {
                 region.wires.push(wire);
             }
         }
-        let events = region.events();
+        let events = region.events(call);
         let arcs = region.arcs(events);
-        let kept = region.kept(arcs, trims.rule, trims.curves.is_empty());
+        let kept = region.kept(call, arcs, trims.rule, trims.curves.is_empty());
         region.loops = region.link(kept)?;
         Ok(region)
     }
@@ -213,11 +220,11 @@ impl FreeRegion {
     }
 
     /// The cuts of each chain: places with their nodes.
-    fn events(&mut self) -> Vec<Vec<(SpanPlace, usize)>> {
+    fn events(&mut self, call: Call<'_>) -> Vec<Vec<(SpanPlace, usize)>> {
         let chains: Vec<&SpanChain> = self.wires.iter().map(|w| &w.chain).collect();
         let mut places: Vec<(SpanPlace, DVec2)> = Vec::new();
         let mut met_itself = BTreeMap::new();
-        for m in meetings(&chains) {
+        for m in meetings(call, &chains) {
             let [owner, other] = m.at.map(|at| self.wires[at.chain].owner);
             if owner == other {
                 met_itself.entry(owner).or_insert(m.point);
@@ -326,7 +333,7 @@ impl FreeRegion {
     }
 
     /// The arcs with the region on one side only, oriented so that it is on the left.
-    fn kept(&self, arcs: Vec<FreeArc>, rule: TrimRule, everything: bool) -> Vec<FreeArc> {
+    fn kept(&self, call: Call<'_>, arcs: Vec<FreeArc>, rule: TrimRule, everything: bool) -> Vec<FreeArc> {
         let rays = Rays::new(&self.wires);
         let mut leasts = vec![0; self.wires.last().map_or(0, |wire| wire.owner) + 1];
         self.wires.iter().skip(1).for_each(|wire| leasts[wire.owner] = wire.least);
@@ -373,7 +380,7 @@ impl FreeRegion {
             arc.reversed = !left;
             Some(arc)
         };
-        arcs.into_par_iter().filter_map(label).collect()
+        call.each(SHARE, arcs, label).into_iter().flatten().collect()
     }
 
     /// Joins arcs to loops. At a node it takes the leftmost turn, so that regions that only touch there stay separate.

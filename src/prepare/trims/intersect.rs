@@ -10,10 +10,10 @@
 //! * Halves that are straight within the tolerance, and still undecided, touch where they are parallel and nearest.
 
 use super::spans::{Span, UvDomain, spans};
+use crate::control::{Call, Control, Rayon};
 use crate::math::box_tree::BoxTree;
 use crate::model::TrimCurve;
 use glam::{DMat2, DVec2, DVec3};
-use rayon::prelude::*;
 
 /// Distance in the unit square below which points are one. Curves are stated with twelve digits or more, and a sliver
 /// of a billionth of a domain has no triangles.
@@ -24,6 +24,8 @@ pub(crate) const SAME: f64 = 10.0 * TOUCH;
 
 /// Most pairs of halves examined per pair of arcs. Crossings need 10 to 100, touches a few hundred.
 const MAX_PAIRS: usize = 20_000;
+/// Spans that a thread compares at a time with those after them.
+const SHARE: usize = 16;
 
 /// A crossing below this sine of the angle may belong to a touch.
 const SHALLOW: f64 = 1e-3;
@@ -69,8 +71,10 @@ pub struct CurveMeeting {
 #[must_use]
 pub fn intersections(curves: &[TrimCurve], domain: &UvDomain) -> Vec<CurveMeeting> {
     let chains: Vec<SpanChain> = curves.iter().map(|curve| SpanChain::of(curve, domain)).collect();
+    let control = Control::default();
+    let call = Call::new(&Rayon, &control);
     let mut out: Vec<CurveMeeting> = Vec::new();
-    for m in meetings(&chains.iter().collect::<Vec<_>>()) {
+    for m in meetings(call, &chains.iter().collect::<Vec<_>>()) {
         let at = m.at.map(|p| {
             let span = &chains[p.chain].spans[p.span];
             CurvePlace { curve: p.chain, piece: span.piece, t: span.parameter(p.s) }
@@ -135,7 +139,7 @@ pub(crate) struct SpanContact {
 }
 
 /// All points where spans meet, except the joints of successive spans.
-pub(crate) fn meetings(chains: &[&SpanChain]) -> Vec<SpanContact> {
+pub(crate) fn meetings(call: Call<'_>, chains: &[&SpanChain]) -> Vec<SpanContact> {
     let name = |c: usize| (0..chains[c].spans.len()).map(move |k| (c, k));
     let names: Vec<(usize, usize)> = (0..chains.len()).flat_map(name).collect();
     let span = |(c, k): (usize, usize)| &chains[c].spans[k];
@@ -159,7 +163,7 @@ pub(crate) fn meetings(chains: &[&SpanChain]) -> Vec<SpanContact> {
         }
         out
     };
-    (0..names.len()).into_par_iter().flat_map_iter(with_later).collect()
+    call.each(SHARE, 0..names.len(), with_later).into_iter().flatten().collect()
 }
 
 /// Where two spans meet.

@@ -1,7 +1,7 @@
 //! Model -> prepared model: its parts in parallel, then the scene, the box and the weights of tiles.
 
 use super::{extent, weight};
-use crate::control::Control;
+use crate::control::{Call, Control, Jobs, Rayon};
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, DiagnosticKind, FaceId, Instance, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;
@@ -9,15 +9,12 @@ use crate::prepare::join::limits::{PrepareBudget, PrepareError, PrepareLimits};
 use crate::prepare::join::part::{PartOutcome, prepare_part};
 use crate::prepare::join::prepared::Prepared;
 use glam::DVec3;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Options of [`prepare`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PrepareOptions {
-    /// Threads to use; `None` = the rayon pool the caller is in.
-    pub threads: Option<usize>,
     /// Upper limits on patches and memory.
     pub limits: PrepareLimits,
     /// Distance up to which borders merge into one edge, as a share of the part's diagonal; 0 disables it. Applies to
@@ -26,16 +23,8 @@ pub struct PrepareOptions {
 }
 
 impl PrepareOptions {
-    /// The caller's rayon pool, [`PrepareLimits::DEFAULT`], and a border tolerance of 1e-6, for coordinates of seven
-    /// digits.
-    pub const DEFAULT: Self = Self { threads: None, limits: PrepareLimits::DEFAULT, border_tolerance: 1e-6 };
-
-    /// Sets [`threads`](Self::threads).
-    #[must_use]
-    pub const fn with_threads(mut self, threads: Option<usize>) -> Self {
-        self.threads = threads;
-        self
-    }
+    /// [`PrepareLimits::DEFAULT`], and a border tolerance of 1e-6, for coordinates of seven digits.
+    pub const DEFAULT: Self = Self { limits: PrepareLimits::DEFAULT, border_tolerance: 1e-6 };
 
     /// Sets [`limits`](Self::limits).
     #[must_use]
@@ -62,48 +51,37 @@ impl Default for PrepareOptions {
 ///
 /// A face that cannot be used, or whose work panics, is reported in [`Prepared::diagnostics`]; its neighbours are
 /// unaffected. After a panic on edges, which faces share, all faces of the part are filled in space. The result does
-/// not depend on the number of threads. Cost: about 20–200 µs per face.
+/// not depend on the number of threads. Cost: about 20–200 µs per face. Runs on [`Rayon`]'s threads.
 ///
 /// # Errors
 /// If the model exceeds [`PrepareOptions::limits`]. Work stops as soon as it does.
 pub fn prepare(mut model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
     let diagnostics = std::mem::take(&mut model.diagnostics);
-    prepare_in_pool(&model, diagnostics, options, &Control::default())
+    prepare_all(Call::new(&Rayon, &Control::default()), &model, diagnostics, options)
 }
 
-/// As [`prepare`], with progress and cancellation between faces, and from a model that is kept.
+/// As [`prepare`], on the threads of `jobs`, with progress and cancellation, and from a model that is kept. Cancelling
+/// takes effect between faces, and between the steps of a part.
 ///
 /// # Errors
 /// As [`prepare`], and [`PrepareError::Cancelled`].
-pub fn prepare_controlled(
+pub fn prepare_on(
+    jobs: &dyn Jobs,
     model: &Model,
     options: &PrepareOptions,
     control: &Control,
 ) -> Result<Prepared, PrepareError> {
-    prepare_in_pool(model, model.diagnostics.clone(), options, control)
+    prepare_all(Call::new(jobs, control), model, model.diagnostics.clone(), options)
 }
 
-/// Prepares in a pool of its own if the options name a number of threads. `diagnostics` are those of reading.
-fn prepare_in_pool(
-    model: &Model,
-    diagnostics: Vec<Diagnostic>,
-    options: &PrepareOptions,
-    control: &Control,
-) -> Result<Prepared, PrepareError> {
-    let pool = options.threads.and_then(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build().ok());
-    match pool {
-        Some(pool) => pool.install(|| prepare_all(model, diagnostics, options, control)),
-        None => prepare_all(model, diagnostics, options, control),
-    }
-}
-
+/// `diagnostics` are those of reading.
 fn prepare_all(
+    call: Call<'_>,
     model: &Model,
     mut diagnostics: Vec<Diagnostic>,
     options: &PrepareOptions,
-    control: &Control,
 ) -> Result<Prepared, PrepareError> {
-    let budget = PrepareBudget::new(options.limits, model, control);
+    let budget = PrepareBudget::new(options.limits, model, call);
     let parts = model.parts.len();
     let unknown = model.instances.iter().filter(|i| i.part.index() >= parts);
     diagnostics.extend(unknown.map(|i| {
@@ -115,8 +93,9 @@ fn prepare_all(
         return Err(budget.error(model));
     }
     let of_part = |(k, part): (usize, &Part)| prepare_part(PartId::new(k), part, options.border_tolerance, &budget);
-    let done: Vec<PartOutcome> = model.parts.par_iter().enumerate().map(of_part).collect();
+    let done: Vec<PartOutcome> = call.each(1, model.parts.iter().enumerate(), of_part);
     if budget.exceeded() {
+        call.each(1, done, |done| done.part.discard(call));
         return Err(budget.error(model));
     }
     let mut parts = Vec::with_capacity(done.len());
@@ -126,15 +105,21 @@ fn prepare_all(
         diagnostics.extend(part.diagnostics);
         facts.push((part.without_area, part.closedness));
     }
-    let clouds: Vec<_> = parts.par_iter().map(|part| extent::cloud(part)).collect();
+    let clouds = call.each(1, &parts, |part| if call.is_cancelled() { Vec::new() } else { extent::cloud(part) });
     let scene = scene(model, &clouds, facts);
     let bounds = extent::placed_box(&clouds, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
     let scales = scene.largest_scales();
-    parts.par_iter_mut().zip(scales).for_each(|(part, scale)| {
+    call.each(1, parts.iter_mut().zip(scales), |(part, scale)| {
         let part = Arc::get_mut(part).expect("a part that was just made has one owner");
-        weight::weigh(part, diagonal / scale);
+        if !call.is_cancelled() {
+            weight::weigh(call, part, diagonal / scale);
+        }
     });
+    if call.is_cancelled() {
+        call.each(1, parts.into_iter().filter_map(Arc::into_inner), |part| part.discard(call));
+        return Err(PrepareError::Cancelled);
+    }
     Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
 }
 

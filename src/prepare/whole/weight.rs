@@ -1,11 +1,11 @@
 //! Prepared tiles -> their expected cost: cells and tessellants of a mesh as fine as pictures need, counted without
 //! making a plan, times their measured costs (`trimtess bench tile-costs` and docs/benchmarks.md).
 
+use crate::control::Call;
 use crate::prepare::join::prepared::{EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::uv::uv_curve::UvCurve;
 use glam::DVec2;
-use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_6;
 use std::ops::Range;
 
@@ -27,10 +27,13 @@ const TESSELLANT: f64 = 190.0;
 const CROWDED: f64 = 755.0;
 const CROWD: f64 = 32.0;
 
+/// Edges or tiles that a thread takes at a time: less than a microsecond each.
+const SHARE: usize = 256;
+
 /// Sets the weights of a part's tiles. `diagonal` is the model's, in the part's own millimetres.
-pub(crate) fn weigh(part: &mut PreparedPart, diagonal: f64) {
+pub(crate) fn weigh(call: Call<'_>, part: &mut PreparedPart, diagonal: f64) {
     let chord = CHORD * diagonal;
-    let of_edge: Vec<Vec<f64>> = part.edges.par_iter().map(|edge| segments(edge, chord)).collect();
+    let of_edge: Vec<Vec<f64>> = call.each(SHARE, &part.edges, |edge| segments(edge, chord));
     let of_tile = |tile: &Tile| {
         let lines = lines(&part.faces[part.face_of(tile)], tile, chord);
         let along = |u: &EdgeUse| tessellants(u, &part.edges[u.edge.index()], &of_edge[u.edge.index()], tile, lines);
@@ -38,7 +41,7 @@ pub(crate) fn weigh(part: &mut PreparedPart, diagonal: f64) {
         let cells = lines.x * lines.y;
         nanoseconds(cells, tessellants)
     };
-    let weights: Vec<f64> = part.tiles.par_iter().map(of_tile).collect();
+    let weights: Vec<f64> = call.each(SHARE, &part.tiles, of_tile);
     part.tiles.iter_mut().zip(weights).for_each(|(tile, weight)| tile.weight = weight);
 }
 

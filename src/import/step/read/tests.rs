@@ -2,10 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::read_in_pieces;
-use crate::control::Control;
+use crate::control::{Call, Control, Threads};
 use crate::import::step::StepOptions;
 use crate::sequence::random::SplitMix;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -23,17 +22,17 @@ fn texts(folder: &str) -> Vec<(PathBuf, Vec<u8>)> {
 }
 
 /// The model with its diagnostics, or the error, as text.
-fn outcome(text: &[u8], piece: usize, pool: &ThreadPool) -> String {
+fn outcome(text: &[u8], piece: usize, threads: &Threads) -> String {
     // Few instances, so that mutants with assemblies in assemblies do not take long.
     let options = StepOptions::DEFAULT.with_max_instances(10_000);
-    format!("{:?}", pool.install(|| read_in_pieces(text, &options, &Control::default(), piece)))
+    format!("{:?}", read_in_pieces(Call::new(threads, &Control::default()), text, &options, piece))
 }
 
-struct Pools([ThreadPool; 2]);
+struct Pools([Threads; 2]);
 
 impl Pools {
     fn new() -> Self {
-        Self([1, 2].map(|threads| ThreadPoolBuilder::new().num_threads(threads).build().unwrap()))
+        Self([1, 2].map(|count| Threads::start(count, false).unwrap()))
     }
 
     fn assert_same(&self, text: &[u8], name: &str) {

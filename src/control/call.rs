@@ -1,0 +1,153 @@
+//! A call that reads or prepares: its loops, and whether it goes on.
+
+use super::jobs::Jobs;
+use super::map::lock;
+use super::progress::Control;
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::{Mutex, PoisonError};
+
+/// Where a call works, and its caller's request to stop.
+#[derive(Clone, Copy)]
+pub(crate) struct Call<'a> {
+    pub(crate) jobs: &'a dyn Jobs,
+    pub(crate) control: &'a Control,
+}
+
+impl<'a> Call<'a> {
+    pub(crate) fn new(jobs: &'a dyn Jobs, control: &'a Control) -> Self {
+        Self { jobs, control }
+    }
+
+    /// Whether the caller asked to stop. Results then do not matter, and what is left of a loop can be skipped.
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.control.is_cancelled()
+    }
+
+    /// Calls `work` with each item, and returns its results in order. A thread takes `share` items at a time: one, if
+    /// each takes longer than a few microseconds.
+    ///
+    /// `work` may call this again. A panic of `work` reaches the caller, after all threads have left.
+    pub(crate) fn each<I, R>(
+        &self,
+        share: usize,
+        items: impl IntoIterator<Item = I>,
+        work: impl Fn(I) -> R + Sync,
+    ) -> Vec<R>
+    where
+        I: Send,
+        R: Send,
+    {
+        if self.jobs.width() == 1 {
+            return items.into_iter().map(work).collect();
+        }
+        // Results replace their items, and the vector of results the one of slots, so there is no second list.
+        let mut slots: Vec<Slot<I, R>> = items.into_iter().map(Slot::Waiting).collect();
+        if slots.len() > share {
+            let shares: Vec<Mutex<&mut [Slot<I, R>]>> = slots.chunks_mut(share).map(Mutex::new).collect();
+            let panic: Mutex<Option<Box<dyn Any + Send>>> = Mutex::default();
+            self.jobs.for_each(shares.len(), &|k| {
+                let fill = || lock(&shares[k]).iter_mut().for_each(|slot| slot.fill(&work));
+                if let Err(payload) = catch_unwind(AssertUnwindSafe(fill)) {
+                    lock(&panic).get_or_insert(payload);
+                }
+            });
+            if let Some(payload) = panic.into_inner().unwrap_or_else(PoisonError::into_inner) {
+                resume_unwind(payload);
+            }
+        }
+        slots.into_iter().map(|slot| slot.result(&work)).collect()
+    }
+
+    /// Frees items on all threads: what a cancelled call made may be large.
+    pub(crate) fn discard<T: Send>(&self, items: Vec<T>) {
+        self.each(16, items, drop);
+    }
+}
+
+enum Slot<I, R> {
+    Waiting(I),
+    Begun,
+    Done(R),
+}
+
+impl<I, R> Slot<I, R> {
+    fn fill(&mut self, work: &impl Fn(I) -> R) {
+        *self = match std::mem::replace(self, Self::Begun) {
+            Self::Waiting(item) => Self::Done(work(item)),
+            other => other,
+        };
+    }
+
+    /// The result, made here if the pool left it out.
+    fn result(self, work: &impl Fn(I) -> R) -> R {
+        match self {
+            Self::Waiting(item) => work(item),
+            Self::Done(result) => result,
+            Self::Begun => unreachable!("a panic was passed on"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::jobs::{Alone, Job, Priority};
+    use super::super::threads::{Rayon, Threads};
+    use super::*;
+    use std::thread;
+
+    /// Makes some calls twice and leaves others out, or gives each a thread.
+    enum Odd {
+        Careless,
+        Threads,
+    }
+
+    impl Jobs for Odd {
+        fn width(&self) -> usize {
+            4
+        }
+
+        fn spawn(&self, _: Priority, job: Job) {
+            job();
+        }
+
+        fn for_each(&self, count: usize, body: &(dyn Fn(usize) + Sync)) {
+            match self {
+                Self::Careless => (0..count).rev().filter(|k| k % 3 > 0).for_each(|k| (0..k % 3).for_each(|_| body(k))),
+                Self::Threads => thread::scope(|scope| (0..count).for_each(|k| drop(scope.spawn(move || body(k))))),
+            }
+        }
+    }
+
+    fn pools() -> [Box<dyn Jobs>; 6] {
+        let threads = |count| Box::new(Threads::start(count, false).expect("threads"));
+        [Box::new(Alone), Box::new(Odd::Careless), Box::new(Odd::Threads), threads(1), threads(3), Box::new(Rayon)]
+    }
+
+    #[test]
+    fn every_item_is_done_once_and_results_are_in_order() {
+        let control = Control::default();
+        for jobs in pools() {
+            let call = Call::new(&*jobs, &control);
+            for (count, share) in [(0, 1), (1, 1), (7, 8), (9, 8), (100, 8), (100, 1)] {
+                let mut seen = vec![0; count];
+                let made = call.each(share, seen.iter_mut().enumerate(), |(k, seen)| {
+                    *seen += 1;
+                    call.each(1, 0..k, |j| j.to_string()).len()
+                });
+                assert!(made.iter().copied().eq(0..count), "{made:?}");
+                assert_eq!(seen, vec![1; count]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_panic_reaches_the_caller() {
+        let control = Control::default();
+        for jobs in pools() {
+            let bad = |k: u32| assert!(k != 5, "bad");
+            let ended = catch_unwind(AssertUnwindSafe(|| Call::new(&*jobs, &control).each(2, 0..9, bad)));
+            assert_eq!(ended.expect_err("a panic").downcast_ref(), Some(&"bad"));
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! Loops of frames: the caller makes the calls, and threads that have time join in. Nobody waits for a job that has not
+//! begun.
+
+use super::jobs::{Jobs, Priority};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+/// Calls `work` with each item, and returns its results in order. The caller works, and so do those threads of `jobs`
+/// that have time.
+///
+/// `work` must not wait for other jobs. Then the caller waits only for calls in progress, and cannot deadlock. `work`
+/// is dropped before this returns, so what it shares has one owner again. A panic of `work` reaches the caller.
+pub(crate) fn map<I, R>(jobs: &dyn Jobs, items: Vec<I>, work: impl Fn(I) -> R + Send + Sync + 'static) -> Vec<R>
+where
+    I: Send + 'static,
+    R: Send + 'static,
+{
+    let helpers = jobs.width().min(items.len()).saturating_sub(1);
+    if helpers == 0 {
+        return items.into_iter().map(work).collect();
+    }
+    let slots = items.into_iter().map(|item| Mutex::new(Slot::Waiting(item))).collect();
+    let calls = Arc::new(Calls { slots, next: AtomicUsize::new(0), work });
+    let door = Arc::new(Door::to(&calls));
+    for _ in 0..helpers {
+        let door = Arc::clone(&door);
+        jobs.spawn(Priority::Helper, Box::new(move || door.help()));
+    }
+    let ended = catch_unwind(AssertUnwindSafe(|| calls.make()));
+    let theirs = door.close();
+    if let Some(panic) = ended.err().or(theirs) {
+        resume_unwind(panic);
+    }
+    let calls = Arc::into_inner(calls).expect("all helpers have left");
+    let results = calls.slots.into_iter().map(|slot| match slot.into_inner() {
+        Ok(Slot::Done(result)) => result,
+        _ => unreachable!("a call that neither ended nor panicked"),
+    });
+    results.collect()
+}
+
+/// Items in lists of `size`, for [`map`]; all in one if there is one thread.
+pub(crate) fn chunks<I>(jobs: &dyn Jobs, items: Vec<I>, size: usize) -> Vec<Vec<I>> {
+    if items.is_empty() {
+        return Vec::new();
+    }
+    if jobs.width() == 1 || items.len() <= size {
+        return vec![items];
+    }
+    let (count, mut items) = (items.len().div_ceil(size), items.into_iter());
+    (0..count).map(|_| items.by_ref().take(size).collect()).collect()
+}
+
+/// The calls of a loop. Each is made by one thread.
+struct Calls<I, R, F> {
+    slots: Vec<Mutex<Slot<I, R>>>,
+    /// The first one that nobody has begun.
+    next: AtomicUsize,
+    work: F,
+}
+
+enum Slot<I, R> {
+    Waiting(I),
+    Begun,
+    Done(R),
+}
+
+/// Makes calls until all have begun.
+trait Make {
+    fn make(&self);
+}
+
+impl<I, R, F: Fn(I) -> R> Make for Calls<I, R, F> {
+    fn make(&self) {
+        // No lock is waited for: each belongs to whoever took the number.
+        while let Some(slot) = self.slots.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+            let taken = std::mem::replace(&mut *lock(slot), Slot::Begun);
+            if let Slot::Waiting(item) = taken {
+                let result = (self.work)(item);
+                *lock(slot) = Slot::Done(result);
+            }
+        }
+    }
+}
+
+/// Lets helpers in to the calls of a loop, and tells when all have left.
+struct Door<C> {
+    inside: Mutex<Inside<C>>,
+    left: Condvar,
+}
+
+struct Inside<C> {
+    /// `None` once the door is closed.
+    calls: Option<Arc<C>>,
+    helpers: usize,
+    panic: Option<Box<dyn Any + Send>>,
+}
+
+impl<C: Make> Door<C> {
+    fn to(calls: &Arc<C>) -> Self {
+        let inside = Inside { calls: Some(Arc::clone(calls)), helpers: 0, panic: None };
+        Self { inside: Mutex::new(inside), left: Condvar::new() }
+    }
+
+    fn help(&self) {
+        let calls = {
+            let mut inside = lock(&self.inside);
+            let Some(calls) = inside.calls.clone() else { return };
+            inside.helpers += 1;
+            calls
+        };
+        let ended = catch_unwind(AssertUnwindSafe(|| calls.make()));
+        // Before the caller hears of it, who wants to be the only owner.
+        drop(calls);
+        let mut inside = lock(&self.inside);
+        inside.helpers -= 1;
+        inside.panic = inside.panic.take().or(ended.err());
+        self.left.notify_one();
+    }
+
+    /// Waits until all helpers have left. Returns the first panic.
+    fn close(&self) -> Option<Box<dyn Any + Send>> {
+        let mut inside = lock(&self.inside);
+        inside.calls = None;
+        while inside.helpers > 0 {
+            inside = self.left.wait(inside).unwrap_or_else(PoisonError::into_inner);
+        }
+        inside.panic.take()
+    }
+}
+
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::jobs::{Alone, Job};
+    use super::*;
+    use std::thread;
+    use std::time::Duration;
+
+    /// Runs jobs at once, drops them, or gives each a thread.
+    enum Odd {
+        AtOnce,
+        Drops,
+        Threads,
+    }
+
+    impl Jobs for Odd {
+        fn width(&self) -> usize {
+            4
+        }
+
+        fn spawn(&self, _: Priority, job: Job) {
+            match self {
+                Self::AtOnce => job(),
+                Self::Drops => {}
+                Self::Threads => drop(thread::spawn(job)),
+            }
+        }
+    }
+
+    fn pools() -> [Box<dyn Jobs>; 4] {
+        [Box::new(Alone), Box::new(Odd::AtOnce), Box::new(Odd::Drops), Box::new(Odd::Threads)]
+    }
+
+    #[test]
+    fn every_item_is_done_once_and_results_are_in_order() {
+        for jobs in pools() {
+            for count in [0_u32, 1, 7, 8, 9, 100] {
+                let shared = Arc::new(1000);
+                let theirs = Arc::clone(&shared);
+                let made = map(&*jobs, (0..count).collect(), move |k: u32| *theirs + k);
+                assert!(made.iter().copied().eq(1000..1000 + count), "{made:?}");
+                assert_eq!(Arc::into_inner(shared), Some(1000));
+                assert_eq!(chunks(&*jobs, made.clone(), 8).concat(), made);
+            }
+        }
+    }
+
+    #[test]
+    fn a_panic_reaches_the_caller() {
+        for jobs in pools() {
+            let bad = |k: u32| {
+                thread::sleep(Duration::from_millis(1));
+                assert!(k != 5, "bad");
+            };
+            let ended = catch_unwind(AssertUnwindSafe(|| map(&*jobs, (0..9).collect(), bad)));
+            assert_eq!(ended.expect_err("a panic").downcast_ref(), Some(&"bad"));
+        }
+    }
+}
