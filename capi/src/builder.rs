@@ -25,7 +25,7 @@ pub struct tt_builder {
 }
 
 /// What a shell bounds.
-#[repr(u32)]
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum tt_shell_kind {
     /// Open, not known to be closed, or loose faces.
@@ -37,7 +37,7 @@ pub enum tt_shell_kind {
 }
 
 /// Which points of a surface free trims keep. With u to the right and v up, a curve keeps its left side.
-#[repr(u32)]
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum tt_trim_rule {
     /// What lies left of all curves.

@@ -14,7 +14,7 @@ pub struct tt_control {
 }
 
 /// What a call is at.
-#[repr(u32)]
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum tt_stage {
     /// Reading. Counts parts, once the syntax is parsed.

@@ -7,7 +7,7 @@ use std::ffi::c_char;
 use trimtess::model::{Diagnostic, Severity};
 
 /// How bad a diagnostic is.
-#[repr(u32)]
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum tt_severity {
     /// Nothing is lost; something was repaired or approximated.

@@ -26,7 +26,7 @@ pub struct tt_curve {
 versioned!(tt_curve);
 
 /// Kinds of surfaces. `O` is the origin; x, y and z are the axes of the frame; angles are radians.
-#[repr(u32)]
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum tt_surface_kind {
     /// `S(u,v) = O + u x + v y`; the normal is z.

@@ -6,7 +6,7 @@ use crate::status::{Failure, tt_status};
 use trimtess::mesh::{IndexFormat, NormalFormat, PositionFormat, VertexLayout};
 
 /// Format of positions. Equal positions of a part are equal in every tile, so borders stay closed.
-#[repr(u32)]
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum tt_position {
     /// 3 floats, relative to the part's centre, millimetres: 12 bytes.
@@ -19,7 +19,7 @@ pub enum tt_position {
 }
 
 /// Format of normals.
-#[repr(u32)]
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum tt_normal {
     /// 2 normalised integers of 16 bits: octahedral coordinates, off by less than 0.01 degrees. 4 bytes.

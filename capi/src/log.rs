@@ -14,7 +14,7 @@ use tracing::subscriber::set_global_default;
 use tracing::{Event, Level, Metadata, Subscriber};
 
 /// How much is told.
-#[repr(u32)]
+#[repr(C)]
 #[derive(Clone, Copy)]
 pub enum tt_log_level {
     TT_LOG_OFF = 0,

@@ -9,7 +9,7 @@ use trimtess::prepare::PrepareError;
 use trimtess::view::InvalidView;
 
 /// What every function returns. Errors are below 0; `tt_last_error` has the words.
-#[repr(i32)]
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum tt_status {
     /// Done.
