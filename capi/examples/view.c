@@ -1,5 +1,5 @@
-// Reads a STEP file, flies a camera around it, receives tiles packed in its own memory, and prints what the last picture
-// has, and a hash of all pictures: that of `trimtess bench FILE --hash`.
+// Reads a STEP file, flies a camera around it, receives tiles packed in its own memory, and prints what the last
+// picture has, and a hash of all pictures: that of `trimtess bench FILE --hash`.
 //
 //     view FILE [PATH] [FRAMES] [THREADS]
 #include <inttypes.h>

@@ -5,22 +5,23 @@
 // Handles are structs of one number. Zeros are no object: freeing it does nothing, other functions return
 // TT_ERROR_HANDLE. So they do with a handle that was freed, or is of another kind: handles are never given twice.
 //
-// Status: functions return TT_OK or an error, and tt_last_error the words. After an error, what was to be written is as it
-// was, unless it says otherwise.
+// Status: functions return TT_OK or an error, and tt_last_error the words. After an error, what was to be written is as
+// it was, unless it says otherwise.
 //
 // Structs that begin with `size` may grow in later versions. The caller sets it to sizeof of the struct, and fields
 // that it does not know to 0; zeros are defaults. Fields named `reserved` are 0. Structs that the library gives to
 // callbacks have the size of the library's version. "Will not grow" stands where a struct has no size.
 //
-// Texts are UTF-8. Those passed in end with a zero byte and are copied. Those passed out are copied into `text`, which has
-// `capacity` bytes: cut between characters, with a zero byte at the end. `length` gets the bytes of the whole text without
-// that one. `text` may be null if `capacity` is 0, `length` may always be.
+// Texts are UTF-8. Those passed in end with a zero byte and are copied. Those passed out are copied into `text`, which
+// has `capacity` bytes: cut between characters, with a zero byte at the end. `length` gets the bytes of the whole text
+// without that one. `text` may be null if `capacity` is 0, `length` may always be.
 //
-// Pointers are not null unless a function says so. They are aligned, point to as much as the function says, and stay valid
-// until it returns; longer where it says so. Null and misaligned ones are errors, others that are wrong cannot be seen.
+// Pointers are not null unless a function says so. They are aligned, point to as much as the function says, and stay
+// valid until it returns; longer where it says so. Null and misaligned ones are errors, others that are wrong cannot be
+// seen.
 //
-// Threads: any function may be called from any thread at any time. Sessions and builders serve one call at a time, others
-// return TT_ERROR_BUSY.
+// Threads: any function may be called from any thread at any time. Sessions and builders serve one call at a time,
+// others return TT_ERROR_BUSY.
 //
 // Callbacks return to the library: no exception leaves them, and no longjmp. `user` is passed on as it is.
 //
@@ -32,8 +33,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Version of this header. `tt_version` has that of the library. While the first number is 0, programs need a library of
-// the same first and second number.
+// Version of this header. `tt_version` has that of the library. While the first number is 0, programs need a library
+// of the same first and second number.
 #define TT_VERSION_MAJOR 0
 
 #define TT_VERSION_MINOR 1
@@ -44,11 +45,7 @@
 #define TT_NONE UINT32_MAX
 
 // What every function returns. Errors are below 0; `tt_last_error` has the words.
-enum tt_status
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
+typedef enum tt_status {
     // Done.
     TT_OK = 0,
     // Not made yet: `tt_session_finish_within` waited for as long as it was told.
@@ -77,21 +74,10 @@ enum tt_status
     TT_ERROR_LOST = -11,
     // An internal error. The words should be reported, with the file that caused it.
     TT_ERROR_PANIC = -12,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tt_status tt_status;
-#else
-typedef int32_t tt_status;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+} tt_status;
 
 // How much is told.
-enum tt_log_level
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
+typedef enum tt_log_level {
     TT_LOG_OFF = 0,
     // Errors.
     TT_LOG_ERROR = 1,
@@ -103,63 +89,30 @@ enum tt_log_level
     TT_LOG_DEBUG = 4,
     // And what happens in each tile.
     TT_LOG_TRACE = 5,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tt_log_level tt_log_level;
-#else
-typedef uint32_t tt_log_level;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+} tt_log_level;
 
 // What a call is at.
-enum tt_stage
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
+typedef enum tt_stage {
     // Reading. Counts parts, once the syntax is parsed.
     TT_STAGE_READ = 0,
     // Preparing. Counts faces, each part once.
     TT_STAGE_PREPARE = 1,
     // Tessellating. Counts tiles, each part once.
     TT_STAGE_TESSELLATE = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tt_stage tt_stage;
-#else
-typedef uint32_t tt_stage;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+} tt_stage;
 
 // How bad a diagnostic is.
-enum tt_severity
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
+typedef enum tt_severity {
     // Nothing is lost; something was repaired or approximated.
     TT_SEVERITY_NOTE = 0,
     // A colour or a name is lost, or a face differs from the file.
     TT_SEVERITY_WARNING = 1,
     // A face is lost.
     TT_SEVERITY_ERROR = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tt_severity tt_severity;
-#else
-typedef uint32_t tt_severity;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+} tt_severity;
 
 // Kinds of surfaces. `O` is the origin; x, y and z are the axes of the frame; angles are radians.
-enum tt_surface_kind
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
+typedef enum tt_surface_kind {
     // `S(u,v) = O + u x + v y`; the normal is z.
     TT_PLANE = 0,
     // `S(u,v) = O + r (cos u x + sin u y) + v z`; the normal points outwards.
@@ -176,63 +129,30 @@ enum tt_surface_kind
     TT_REVOLUTION = 6,
     // A B-spline surface, rational or not.
     TT_NURBS = 7,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tt_surface_kind tt_surface_kind;
-#else
-typedef uint32_t tt_surface_kind;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+} tt_surface_kind;
 
 // What a shell bounds.
-enum tt_shell_kind
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
+typedef enum tt_shell_kind {
     // Open, not known to be closed, or loose faces.
     TT_SHELL_OPEN = 0,
     // The outer boundary of a solid: normals point outwards.
     TT_SHELL_OUTER = 1,
     // A void of a solid: normals point into the void.
     TT_SHELL_VOID = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tt_shell_kind tt_shell_kind;
-#else
-typedef uint32_t tt_shell_kind;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+} tt_shell_kind;
 
 // Which points of a surface free trims keep. With u to the right and v up, a curve keeps its left side.
-enum tt_trim_rule
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
+typedef enum tt_trim_rule {
     // What lies left of all curves.
     TT_TRIM_HANDEDNESS = 0,
     // Where the winding numbers of all curves do not sum to 0.
     TT_TRIM_NON_ZERO = 1,
     // Where they sum to an odd number.
     TT_TRIM_EVEN_ODD = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tt_trim_rule tt_trim_rule;
-#else
-typedef uint32_t tt_trim_rule;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+} tt_trim_rule;
 
 // Format of positions. Equal positions of a part are equal in every tile, so borders stay closed.
-enum tt_position
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
+typedef enum tt_position {
     // 3 floats, relative to the part's centre, millimetres: 12 bytes.
     TT_POSITION_F32 = 0,
     // 3 doubles, part coordinates, millimetres: 24 bytes.
@@ -240,35 +160,17 @@ enum tt_position
     // 4 unsigned integers of 16 bits, the last one 0: steps from the tile's corner, see `tt_tile`. 8 bytes. A frame is
     // refused with TT_ERROR_GRID if rounding would take more than a tenth of its tolerance.
     TT_POSITION_GRID = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tt_position tt_position;
-#else
-typedef uint32_t tt_position;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+} tt_position;
 
 // Format of normals.
-enum tt_normal
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
+typedef enum tt_normal {
     // 2 normalised integers of 16 bits: octahedral coordinates, off by less than 0.01 degrees. 4 bytes.
     TT_NORMAL_OCTAHEDRAL = 0,
     // 3 floats: 12 bytes.
     TT_NORMAL_F32 = 1,
     // None.
     TT_NORMAL_NONE = 2,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum tt_normal tt_normal;
-#else
-typedef uint32_t tt_normal;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
+} tt_normal;
 
 // Who hears of progress.
 typedef struct tt_progress {
@@ -278,8 +180,8 @@ typedef struct tt_progress {
     uint32_t reserved;
     // Passed to `report`. Valid until the control is freed and the calls that have it returned.
     void *user;
-    // Called at most once per part, face or tile, from the threads that do the work, at the same time, and not in order.
-    // `stage` is a `tt_stage`; `done` is from 0 to `total`. It returns at once.
+    // Called at most once per part, face or tile, from the threads that do the work, at the same time, and not in
+    // order. `stage` is a `tt_stage`; `done` is from 0 to `total`. It returns at once.
     void (*report)(void *user, uint32_t stage, uint64_t done, uint64_t total);
 } tt_progress;
 
@@ -663,9 +565,9 @@ typedef struct tt_layout {
     uint32_t uv;
     // 1 adds a tangent: 3 floats, of unit length, in the direction in which u increases; zero where that has none.
     uint32_t tangent;
-    // 1 adds where the vertex comes from: 3 unsigned integers of 32 bits. The first is 0 for a lattice point (line of u,
-    // line of v), 1 for a point of an edge (edge, index along it), 2 for a crossing of boundaries, 3 for a point within,
-    // 4 for a border between tiles (border, index along it).
+    // 1 adds where the vertex comes from: 3 unsigned integers of 32 bits. The first is 0 for a lattice point (line of
+    // u, line of v), 1 for a point of an edge (edge, index along it), 2 for a crossing of boundaries, 3 for a point
+    // within, 4 for a border between tiles (border, index along it).
     uint32_t origin;
     // 1 makes all indices 32 bits wide; 0 only those of tiles with more than 65536 vertices.
     uint32_t wide_indices;
@@ -673,8 +575,8 @@ typedef struct tt_layout {
     uint32_t reserved;
 } tt_layout;
 
-// Work that the library gave to a pool, to be run once: `tt_job_run`. A pool that does not want it calls `tt_job_drop`;
-// whoever waits for the work does it then.
+// Work that the library gave to a pool, to be run once: `tt_job_run`. A pool that does not want it calls
+// `tt_job_drop`; whoever waits for the work does it then.
 typedef struct tt_job {
     uint64_t id;
 } tt_job;
@@ -703,8 +605,8 @@ typedef struct tt_session_options {
     uint32_t cull_back_faces;
     // 0.
     uint32_t reserved;
-    // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait for the
-    // next frame. 0 = any.
+    // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
+    // for the next frame. 0 = any.
     double budget;
     // Triangles of a frame at most; 0 = 64 million. Frames of views are coarser beyond it.
     uint64_t max_triangles;
@@ -714,8 +616,8 @@ typedef struct tt_session_options {
     uint64_t max_memory;
 } tt_session_options;
 
-// A pool of threads. Jobs may run in any order, at any time, also within `spawn`. They wait at most for one that runs on
-// another thread, so a pool of one thread suffices.
+// A pool of threads. Jobs may run in any order, at any time, also within `spawn`. They wait at most for one that runs
+// on another thread, so a pool of one thread suffices.
 typedef struct tt_jobs {
     // `sizeof(tt_jobs)`.
     uint32_t size;
@@ -781,7 +683,8 @@ typedef struct tt_room {
     uint32_t size;
     // 0.
     uint32_t reserved;
-    // Room for `vertices * stride` bytes, of any alignment. The library writes each byte once, in order, and reads none.
+    // Room for `vertices * stride` bytes, of any alignment. The library writes each byte once, in order, and reads
+    // none.
     void *vertices;
     // Room for `3 * triangles * index_bytes` bytes.
     void *indices;
@@ -798,8 +701,9 @@ typedef struct tt_memory {
     uint32_t reserved;
     // Passed to the functions. Valid until the session is freed, or writes elsewhere.
     void *user;
-    // Fills in the room for a tile, and returns 0. It is written after this returned, until `tt_sink.tile` hears of the
-    // tile, or `release` does. Another number refuses: the frame is not committed, its tiles are part of the next one.
+    // Fills in the room for a tile, and returns 0. It is written after this returned, until `tt_sink.tile` hears of
+    // the tile, or `release` does. Another number refuses: the frame is not committed, its tiles are part of the next
+    // one.
     int32_t (*room)(void *user, const struct tt_tile *tile, struct tt_room *room);
     // Takes back the room of a tile of which the sink never hears, because its frame was cancelled or refused.
     void (*release)(void *user, const struct tt_tile *tile);
@@ -930,328 +834,339 @@ uint64_t tt_live_handles(void);
 //
 // The callback runs on any thread, on several at the same time. It returns at once and makes no `tt_` call. `text` is
 // UTF-8 and valid during the callback.
-tt_status tt_set_log(uint32_t level, void (*log)(void *user, uint32_t level, const char *text), void *user);
+enum tt_status tt_set_log(uint32_t level, void (*log)(void *user, uint32_t level, const char *text), void *user);
 
 // Makes a control. `progress` may be null: then it only stops work.
-tt_status tt_control_new(const struct tt_progress *progress, struct tt_control *control);
+enum tt_status tt_control_new(const struct tt_progress *progress, struct tt_control *control);
 
 // Asks the calls that have this control to stop, those to come too. They end with TT_ERROR_CANCELLED after the part,
 // face or tile in hand. May be called from any thread, also from within a callback.
-tt_status tt_control_cancel(struct tt_control control);
+enum tt_status tt_control_cancel(struct tt_control control);
 
 // Frees a control. Calls that have it go on.
-tt_status tt_control_free(struct tt_control control);
+enum tt_status tt_control_free(struct tt_control control);
 
 // Makes a small model by name: "square", "box", "cylinder", "washer", "cone", "sphere", "torus", "wave", "pair" (two
 // parts, three instances) or "flower". For tests and examples.
-tt_status tt_model_shape(const char *name, struct tt_model *model);
+enum tt_status tt_model_shape(const char *name, struct tt_model *model);
 
 // Counts what a model has.
-tt_status tt_model_get_info(struct tt_model model, struct tt_model_info *info);
+enum tt_status tt_model_get_info(struct tt_model model, struct tt_model_info *info);
 
 // Copies the name of a model into `text`, see "Texts" at the head of this file.
-tt_status tt_model_get_name(struct tt_model model, char *text, size_t capacity, size_t *length);
+enum tt_status tt_model_get_name(struct tt_model model, char *text, size_t capacity, size_t *length);
 
 // Copies the name of a part into `text`.
-tt_status tt_model_get_part_name(struct tt_model model, uint32_t part, char *text, size_t capacity, size_t *length);
+enum tt_status tt_model_get_part_name(struct tt_model model,
+                                      uint32_t part,
+                                      char *text,
+                                      size_t capacity,
+                                      size_t *length);
 
 // Copies the name of an instance into `text`.
-tt_status tt_model_get_instance_name(struct tt_model model,
-                                     uint32_t instance,
-                                     char *text,
-                                     size_t capacity,
-                                     size_t *length);
+enum tt_status tt_model_get_instance_name(struct tt_model model,
+                                          uint32_t instance,
+                                          char *text,
+                                          size_t capacity,
+                                          size_t *length);
 
 // Gives a diagnostic of reading, and copies its message into `text`. `diagnostic` may be null.
-tt_status tt_model_get_diagnostic(struct tt_model model,
-                                  uint32_t index,
-                                  struct tt_diagnostic *diagnostic,
-                                  char *text,
-                                  size_t capacity,
-                                  size_t *length);
+enum tt_status tt_model_get_diagnostic(struct tt_model model,
+                                       uint32_t index,
+                                       struct tt_diagnostic *diagnostic,
+                                       char *text,
+                                       size_t capacity,
+                                       size_t *length);
 
 // Frees a model. Calls that use it, and what was prepared from it, go on.
-tt_status tt_model_free(struct tt_model model);
+enum tt_status tt_model_free(struct tt_model model);
 
 // Reads a STEP file. What cannot be read is left out and told in diagnostics; the rest is read all the same.
 //
 // `path` is UTF-8. `options` may be null, `control` a handle of zeros.
-tt_status tt_read_file(const char *path,
-                       const struct tt_read_options *options,
-                       struct tt_control control,
-                       struct tt_model *model);
+enum tt_status tt_read_file(const char *path,
+                            const struct tt_read_options *options,
+                            struct tt_control control,
+                            struct tt_model *model);
 
 // Reads the content of a STEP file, as `tt_read_file`. `name` becomes the model's; it may be null. The bytes may be
 // freed once this returns.
-tt_status tt_read_memory(const void *bytes,
-                         size_t count,
-                         const char *name,
-                         const struct tt_read_options *options,
-                         struct tt_control control,
-                         struct tt_model *model);
+enum tt_status tt_read_memory(const void *bytes,
+                              size_t count,
+                              const char *name,
+                              const struct tt_read_options *options,
+                              struct tt_control control,
+                              struct tt_model *model);
 
 // Starts a model. `name` may be null.
-tt_status tt_builder_new(const char *name, struct tt_builder *builder);
+enum tt_status tt_builder_new(const char *name, struct tt_builder *builder);
 
 // Adds a part. `name` and `part` may be null.
-tt_status tt_builder_add_part(struct tt_builder builder, const char *name, uint32_t *part);
+enum tt_status tt_builder_add_part(struct tt_builder builder, const char *name, uint32_t *part);
 
 // Adds a vertex, millimetres. `vertex`, as all pointers to an index in these functions, may be null.
-tt_status tt_builder_add_vertex(struct tt_builder builder,
-                                uint32_t part,
-                                double x,
-                                double y,
-                                double z,
-                                uint32_t *vertex);
+enum tt_status tt_builder_add_vertex(struct tt_builder builder,
+                                     uint32_t part,
+                                     double x,
+                                     double y,
+                                     double z,
+                                     uint32_t *vertex);
 
 // Adds a straight edge between two vertices.
-tt_status tt_builder_add_line(struct tt_builder builder, uint32_t part, uint32_t start, uint32_t end, uint32_t *edge);
+enum tt_status tt_builder_add_line(struct tt_builder builder,
+                                   uint32_t part,
+                                   uint32_t start,
+                                   uint32_t end,
+                                   uint32_t *edge);
 
 // Adds a full circle about `axis` through `origin`, with a new vertex at `radius` in the direction of `reference`. Its
 // vertex is the last one then. The three point to 3 numbers each.
-tt_status tt_builder_add_circle(struct tt_builder builder,
-                                uint32_t part,
-                                const double *origin,
-                                const double *axis,
-                                const double *reference,
-                                double radius,
-                                uint32_t *edge);
+enum tt_status tt_builder_add_circle(struct tt_builder builder,
+                                     uint32_t part,
+                                     const double *origin,
+                                     const double *axis,
+                                     const double *reference,
+                                     double radius,
+                                     uint32_t *edge);
 
 // Adds an edge along the whole of a curve in space, which starts and ends at these vertices.
-tt_status tt_builder_add_edge(struct tt_builder builder,
-                              uint32_t part,
-                              const struct tt_curve *curve,
-                              uint32_t start,
-                              uint32_t end,
-                              uint32_t *edge);
+enum tt_status tt_builder_add_edge(struct tt_builder builder,
+                                   uint32_t part,
+                                   const struct tt_curve *curve,
+                                   uint32_t start,
+                                   uint32_t end,
+                                   uint32_t *edge);
 
 // Adds a shell. `kind` is a `tt_shell_kind`. Faces of one shell are oriented together.
-tt_status tt_builder_add_shell(struct tt_builder builder, uint32_t part, uint32_t kind, uint32_t *shell);
+enum tt_status tt_builder_add_shell(struct tt_builder builder, uint32_t part, uint32_t kind, uint32_t *shell);
 
 // Adds a face, which is the whole surface until loops or trims are added. `reversed` is 1 if its outward normal is
 // opposite to the surface's, else 0.
-tt_status tt_builder_add_face(struct tt_builder builder,
-                              uint32_t part,
-                              const struct tt_surface *surface,
-                              uint32_t shell,
-                              uint32_t reversed,
-                              uint32_t *face);
+enum tt_status tt_builder_add_face(struct tt_builder builder,
+                                   uint32_t part,
+                                   const struct tt_surface *surface,
+                                   uint32_t shell,
+                                   uint32_t reversed,
+                                   uint32_t *face);
 
 // Sets the colour of a face: red, green, blue (sRGB) and opacity, 0 to 1.
-tt_status tt_builder_set_colour(struct tt_builder builder,
-                                uint32_t part,
-                                uint32_t face,
-                                float red,
-                                float green,
-                                float blue,
-                                float opacity);
+enum tt_status tt_builder_set_colour(struct tt_builder builder,
+                                     uint32_t part,
+                                     uint32_t face,
+                                     float red,
+                                     float green,
+                                     float blue,
+                                     float opacity);
 
 // Bounds a face by edges, head to tail and closed; it lies left of them, seen from the tip of the surface's normal.
-tt_status tt_builder_add_loop(struct tt_builder builder,
-                              uint32_t part,
-                              uint32_t face,
-                              const struct tt_coedge *coedges,
-                              size_t count);
+enum tt_status tt_builder_add_loop(struct tt_builder builder,
+                                   uint32_t part,
+                                   uint32_t face,
+                                   const struct tt_coedge *coedges,
+                                   size_t count);
 
 // Bounds a face at a single point, as an apex.
-tt_status tt_builder_add_vertex_loop(struct tt_builder builder, uint32_t part, uint32_t face, uint32_t vertex);
+enum tt_status tt_builder_add_vertex_loop(struct tt_builder builder, uint32_t part, uint32_t face, uint32_t vertex);
 
 // Trims a face by a curve in (u,v), open or closed. `rule` is a `tt_trim_rule`; that of the last trim holds for all
 // trims of the face. A face has loops or trims, not both.
-tt_status tt_builder_add_trim(struct tt_builder builder,
-                              uint32_t part,
-                              uint32_t face,
-                              uint32_t rule,
-                              const struct tt_curve *curve);
+enum tt_status tt_builder_add_trim(struct tt_builder builder,
+                                   uint32_t part,
+                                   uint32_t face,
+                                   uint32_t rule,
+                                   const struct tt_curve *curve);
 
 // Trims a face by straight lines through `count` points in (u,v), 2 numbers each, as `tt_builder_add_trim`. Repeat the
 // first point to close them.
-tt_status tt_builder_add_polyline_trim(struct tt_builder builder,
-                                       uint32_t part,
-                                       uint32_t face,
-                                       uint32_t rule,
-                                       const double *points,
-                                       size_t count);
+enum tt_status tt_builder_add_polyline_trim(struct tt_builder builder,
+                                            uint32_t part,
+                                            uint32_t face,
+                                            uint32_t rule,
+                                            const double *points,
+                                            size_t count);
 
 // Places a part.
-tt_status tt_builder_place(struct tt_builder builder, const struct tt_placement *placement, uint32_t *instance);
+enum tt_status tt_builder_place(struct tt_builder builder, const struct tt_placement *placement, uint32_t *instance);
 
 // Makes the model as built so far, if it is a valid one. The builder stays, and may be used on. Costs a copy.
-tt_status tt_builder_finish(struct tt_builder builder, struct tt_model *model);
+enum tt_status tt_builder_finish(struct tt_builder builder, struct tt_model *model);
 
 // Frees a builder, unless another call uses it. Models that it made stay.
-tt_status tt_builder_free(struct tt_builder builder);
+enum tt_status tt_builder_free(struct tt_builder builder);
 
-// Prepares a model for tessellation, once for all tolerances. The model stays. About 20 to 200 microseconds per face and
-// thread.
-tt_status tt_prepare(struct tt_model model,
-                     const struct tt_prepare_options *options,
-                     struct tt_control control,
-                     struct tt_prepared *prepared);
+// Prepares a model for tessellation, once for all tolerances. The model stays. About 20 to 200 microseconds per face
+// and thread.
+enum tt_status tt_prepare(struct tt_model model,
+                          const struct tt_prepare_options *options,
+                          struct tt_control control,
+                          struct tt_prepared *prepared);
 
 // Counts and measures a prepared model.
-tt_status tt_prepared_get_info(struct tt_prepared prepared, struct tt_prepared_info *info);
+enum tt_status tt_prepared_get_info(struct tt_prepared prepared, struct tt_prepared_info *info);
 
 // Describes a part. O(tiles of the model).
-tt_status tt_prepared_get_part(struct tt_prepared prepared, uint32_t index, struct tt_part *part);
+enum tt_status tt_prepared_get_part(struct tt_prepared prepared, uint32_t index, struct tt_part *part);
 
 // Copies the name of a part into `text`.
-tt_status tt_prepared_get_part_name(struct tt_prepared prepared,
-                                    uint32_t index,
-                                    char *text,
-                                    size_t capacity,
-                                    size_t *length);
+enum tt_status tt_prepared_get_part_name(struct tt_prepared prepared,
+                                         uint32_t index,
+                                         char *text,
+                                         size_t capacity,
+                                         size_t *length);
 
-// Gives the colour of a face, its own or its part's: red, green, blue (sRGB) and opacity, 0 to 1. `colour` has room for
-// 4 numbers. `has_colour` gets 0 where the file states none; `colour` is not written then.
-tt_status tt_prepared_get_face_colour(struct tt_prepared prepared,
-                                      uint32_t part,
-                                      uint32_t face,
-                                      uint32_t *has_colour,
-                                      float *colour);
+// Gives the colour of a face, its own or its part's: red, green, blue (sRGB) and opacity, 0 to 1. `colour` has room
+// for 4 numbers. `has_colour` gets 0 where the file states none; `colour` is not written then.
+enum tt_status tt_prepared_get_face_colour(struct tt_prepared prepared,
+                                           uint32_t part,
+                                           uint32_t face,
+                                           uint32_t *has_colour,
+                                           float *colour);
 
 // Describes an instance. `instance` need not be set before.
-tt_status tt_prepared_get_instance(struct tt_prepared prepared, uint32_t index, struct tt_instance *instance);
+enum tt_status tt_prepared_get_instance(struct tt_prepared prepared, uint32_t index, struct tt_instance *instance);
 
 // Copies the name of an instance into `text`.
-tt_status tt_prepared_get_instance_name(struct tt_prepared prepared,
-                                        uint32_t index,
-                                        char *text,
-                                        size_t capacity,
-                                        size_t *length);
+enum tt_status tt_prepared_get_instance_name(struct tt_prepared prepared,
+                                             uint32_t index,
+                                             char *text,
+                                             size_t capacity,
+                                             size_t *length);
 
 // Gives a diagnostic of reading and preparing, and copies its message into `text`. `diagnostic` may be null.
-tt_status tt_prepared_get_diagnostic(struct tt_prepared prepared,
-                                     uint32_t index,
-                                     struct tt_diagnostic *diagnostic,
-                                     char *text,
-                                     size_t capacity,
-                                     size_t *length);
+enum tt_status tt_prepared_get_diagnostic(struct tt_prepared prepared,
+                                          uint32_t index,
+                                          struct tt_diagnostic *diagnostic,
+                                          char *text,
+                                          size_t capacity,
+                                          size_t *length);
 
 // Frees a prepared model. Calls and sessions that use it go on.
-tt_status tt_prepared_free(struct tt_prepared prepared);
+enum tt_status tt_prepared_free(struct tt_prepared prepared);
 
 // Tessellates a whole model within a tolerance. The mesh is the same for any number of threads, byte by byte.
 //
 // The mesh is kept as arrays per part: about 115 bytes per triangle while it is made, and half of that afterwards.
 // Tiles may go into the caller's own memory and layout instead, by `tt_session_tessellate`.
-tt_status tt_tessellate(struct tt_prepared prepared,
-                        const struct tt_tolerance *tolerance,
-                        const struct tt_tessellate_options *options,
-                        struct tt_control control,
-                        struct tt_mesh *mesh);
+enum tt_status tt_tessellate(struct tt_prepared prepared,
+                             const struct tt_tolerance *tolerance,
+                             const struct tt_tessellate_options *options,
+                             struct tt_control control,
+                             struct tt_mesh *mesh);
 
 // Counts what a mesh has.
-tt_status tt_mesh_get_info(struct tt_mesh mesh, struct tt_mesh_info *info);
+enum tt_status tt_mesh_get_info(struct tt_mesh mesh, struct tt_mesh_info *info);
 
 // Gives the arrays of a part. Copies nothing.
-tt_status tt_mesh_get_part(struct tt_mesh mesh, uint32_t index, struct tt_mesh_part *part);
+enum tt_status tt_mesh_get_part(struct tt_mesh mesh, uint32_t index, struct tt_mesh_part *part);
 
 // Gives the polyline of an edge of a part, by its index among those of the part. Copies nothing.
-tt_status tt_mesh_get_line(struct tt_mesh mesh, uint32_t part, uint64_t index, struct tt_line *line);
+enum tt_status tt_mesh_get_line(struct tt_mesh mesh, uint32_t part, uint64_t index, struct tt_line *line);
 
 // Gives a diagnostic of reading, preparing and tessellating, and copies its message into `text`. `diagnostic` may be
 // null.
-tt_status tt_mesh_get_diagnostic(struct tt_mesh mesh,
-                                 uint32_t index,
-                                 struct tt_diagnostic *diagnostic,
-                                 char *text,
-                                 size_t capacity,
-                                 size_t *length);
+enum tt_status tt_mesh_get_diagnostic(struct tt_mesh mesh,
+                                      uint32_t index,
+                                      struct tt_diagnostic *diagnostic,
+                                      char *text,
+                                      size_t capacity,
+                                      size_t *length);
 
 // Frees a mesh, and its arrays with it.
-tt_status tt_mesh_free(struct tt_mesh mesh);
+enum tt_status tt_mesh_free(struct tt_mesh mesh);
 
 // Sets the camera of `view` to place `frame` of `frames` along a closed path around a prepared model: "orbit", "zoom",
-// "walk" or "glu", those of the program `trimtess bench`. Its picture stays as it is; only `size` has to be set before.
-tt_status tt_view_along_path(struct tt_prepared prepared,
-                             const char *path,
-                             uint32_t frame,
-                             uint32_t frames,
-                             struct tt_view *view);
+// "walk" or "glu", those of the program `trimtess bench`. Its picture stays as it is; only `size` has to be set
+// before.
+enum tt_status tt_view_along_path(struct tt_prepared prepared,
+                                  const char *path,
+                                  uint32_t frame,
+                                  uint32_t frames,
+                                  struct tt_view *view);
 
 // Bytes from one vertex to the next.
-tt_status tt_layout_get_stride(const struct tt_layout *layout, uint32_t *stride);
+enum tt_status tt_layout_get_stride(const struct tt_layout *layout, uint32_t *stride);
 
 // Runs a job, on this thread. Its handle ends.
-tt_status tt_job_run(struct tt_job job);
+enum tt_status tt_job_run(struct tt_job job);
 
 // Drops a job. Its handle ends.
-tt_status tt_job_drop(struct tt_job job);
+enum tt_status tt_job_drop(struct tt_job job);
 
 // Starts a session. It keeps the prepared model alive.
 //
 // `options` may be null. `jobs` may be null: then the session starts threads of its own, which end when it is freed.
-tt_status tt_session_new(struct tt_prepared prepared,
-                         const struct tt_session_options *options,
-                         const struct tt_jobs *jobs,
-                         struct tt_session *session);
+enum tt_status tt_session_new(struct tt_prepared prepared,
+                              const struct tt_session_options *options,
+                              const struct tt_jobs *jobs,
+                              struct tt_session *session);
 
 // Has workers write tiles into the caller's memory, in its layout, from the next frame on, which is a whole one. The
 // sink then gets tiles with a `place` and without arrays. `layout` may be null. Cancels a frame that was begun.
-tt_status tt_session_write_into(struct tt_session session,
-                                const struct tt_layout *layout,
-                                const struct tt_memory *memory);
+enum tt_status tt_session_write_into(struct tt_session session,
+                                     const struct tt_layout *layout,
+                                     const struct tt_memory *memory);
 
 // Begins a frame for all these views together: one picture, both eyes, shadow maps. A job plans and makes it; this
 // returns at once. Cancels a frame that was begun and not finished; its changes become part of this one.
-tt_status tt_session_begin(struct tt_session session, const struct tt_view *views, size_t count);
+enum tt_status tt_session_begin(struct tt_session session, const struct tt_view *views, size_t count);
 
-// Waits for the frame that was begun, and brings the sink up to date. Makes the frame itself if no thread has begun it.
-// Without a frame that was begun, does nothing. `report` may be null.
+// Waits for the frame that was begun, and brings the sink up to date. Makes the frame itself if no thread has begun
+// it. Without a frame that was begun, does nothing. `report` may be null.
 //
 // The sink must be that of the frames before; after another one, or an emptied one, call `tt_session_forget`.
-tt_status tt_session_finish(struct tt_session session, const struct tt_sink *sink, struct tt_report *report);
+enum tt_status tt_session_finish(struct tt_session session, const struct tt_sink *sink, struct tt_report *report);
 
-// As `tt_session_finish`, but waits no longer than so many seconds: TT_PENDING if the frame is not made by then, and the
-// sink keeps the last one. Never makes the frame itself.
-tt_status tt_session_finish_within(struct tt_session session,
-                                   double seconds,
-                                   const struct tt_sink *sink,
-                                   struct tt_report *report);
+// As `tt_session_finish`, but waits no longer than so many seconds: TT_PENDING if the frame is not made by then, and
+// the sink keeps the last one. Never makes the frame itself.
+enum tt_status tt_session_finish_within(struct tt_session session,
+                                        double seconds,
+                                        const struct tt_sink *sink,
+                                        struct tt_report *report);
 
 // `tt_session_begin` and `tt_session_finish`.
-tt_status tt_session_view(struct tt_session session,
-                          const struct tt_view *views,
-                          size_t count,
-                          const struct tt_sink *sink,
-                          struct tt_report *report);
+enum tt_status tt_session_view(struct tt_session session,
+                               const struct tt_view *views,
+                               size_t count,
+                               const struct tt_sink *sink,
+                               struct tt_report *report);
 
 // Tessellates the whole model within a tolerance, as `tt_tessellate`, into a sink, and into the caller's memory if the
 // session writes there. The next frame of views is a whole one. `report` may be null.
-tt_status tt_session_tessellate(struct tt_session session,
-                                const struct tt_tolerance *tolerance,
-                                struct tt_control control,
-                                const struct tt_sink *sink,
-                                struct tt_report *report);
+enum tt_status tt_session_tessellate(struct tt_session session,
+                                     const struct tt_tolerance *tolerance,
+                                     struct tt_control control,
+                                     const struct tt_sink *sink,
+                                     struct tt_report *report);
 
 // Cancels the frame that was begun, if any, after the tile in hand. Does not wait.
-tt_status tt_session_cancel(struct tt_session session);
+enum tt_status tt_session_cancel(struct tt_session session);
 
 // Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun.
-tt_status tt_session_forget(struct tt_session session);
+enum tt_status tt_session_forget(struct tt_session session);
 
 // Counts what a session has.
-tt_status tt_session_get_info(struct tt_session session, struct tt_session_info *info);
+enum tt_status tt_session_get_info(struct tt_session session, struct tt_session_info *info);
 
 // Describes an instance, with the level of detail that it had in the last frame. `instance` need not be set before.
-tt_status tt_session_get_instance(struct tt_session session, uint32_t index, struct tt_instance *instance);
+enum tt_status tt_session_get_instance(struct tt_session session, uint32_t index, struct tt_instance *instance);
 
 // Adds an instance of a part of the prepared model, from the next frame of views on. Its index is the last. Cancels a
 // frame that was begun. `index` may be null.
-tt_status tt_session_add_instance(struct tt_session session, const struct tt_placement *placement, uint32_t *index);
+enum tt_status tt_session_add_instance(struct tt_session session,
+                                       const struct tt_placement *placement,
+                                       uint32_t *index);
 
 // Removes an instance from the next frame of views on. Indices of later ones decrease by one. Cancels a frame that was
 // begun.
-tt_status tt_session_remove_instance(struct tt_session session, uint32_t index);
+enum tt_status tt_session_remove_instance(struct tt_session session, uint32_t index);
 
-// Moves an instance from the next frame of views on: `transform` has 12 numbers, as in `tt_placement`. A frame that was
-// begun goes on.
-tt_status tt_session_move_instance(struct tt_session session, uint32_t index, const double *transform);
+// Moves an instance from the next frame of views on: `transform` has 12 numbers, as in `tt_placement`. A frame that
+// was begun goes on.
+enum tt_status tt_session_move_instance(struct tt_session session, uint32_t index, const double *transform);
 
-// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no
-// callback of the session is called any more, and no job of it waits.
-tt_status tt_session_free(struct tt_session session);
+// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK,
+// no callback of the session is called any more, and no job of it waits.
+enum tt_status tt_session_free(struct tt_session session);
 
 #ifdef __cplusplus
 }  // extern "C"

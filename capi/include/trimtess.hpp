@@ -412,11 +412,11 @@ private:
         const Sink &sink;
         detail::Caught &caught;
 
-        template <class... Arguments> static std::int32_t call(void *user, const std::function<void(Arguments...)> Sink::*which,
-                                                               Arguments... arguments) noexcept {
+        template <class To, class... Arguments>
+        static std::int32_t call(void *user, To Sink::*which, const Arguments *...arguments) noexcept {
             const auto &frame = *static_cast<const Frame *>(user);
             const auto &to = frame.sink.*which;
-            return to ? detail::guarded(frame.caught, [&] { to(arguments...); }) : 0;
+            return to ? detail::guarded(frame.caught, [&] { to(*arguments...); }) : 0;
         }
     };
 
@@ -425,12 +425,12 @@ private:
         Frame frame{sink, state_->caught};
         auto c = sized<tt_sink>();
         c.user = &frame;
-        c.begin = [](void *user, const tt_scene *scene) { return Frame::call<const tt_scene &>(user, &Sink::begin, *scene); };
-        c.tile = [](void *user, const tt_tile *tile) { return Frame::call<const tt_tile &>(user, &Sink::tile, *tile); };
-        c.line = [](void *user, const tt_line *line) { return Frame::call<const tt_line &>(user, &Sink::line, *line); };
-        c.drawn = [](void *user, const tt_drawn *drawn) { return Frame::call<const tt_drawn &>(user, &Sink::drawn, *drawn); };
-        c.end = [](void *user) { return Frame::call<>(user, &Sink::end); };
-        c.abort = [](void *user) { Frame::call<>(user, &Sink::abort); };
+        c.begin = [](void *user, const tt_scene *scene) { return Frame::call(user, &Sink::begin, scene); };
+        c.tile = [](void *user, const tt_tile *tile) { return Frame::call(user, &Sink::tile, tile); };
+        c.line = [](void *user, const tt_line *line) { return Frame::call(user, &Sink::line, line); };
+        c.drawn = [](void *user, const tt_drawn *drawn) { return Frame::call(user, &Sink::drawn, drawn); };
+        c.end = [](void *user) { return Frame::call(user, &Sink::end); };
+        c.abort = [](void *user) { Frame::call(user, &Sink::abort); };
         auto report = sized<tt_report>();
         const auto status = call(&c, &report);
         state_->caught.rethrow();

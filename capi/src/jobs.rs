@@ -8,16 +8,16 @@ use std::ffi::c_void;
 use std::sync::{Arc, Mutex, PoisonError};
 use trimtess::control::Jobs;
 
-/// Work that the library gave to a pool, to be run once: `tt_job_run`. A pool that does not want it calls `tt_job_drop`;
-/// whoever waits for the work does it then.
+/// Work that the library gave to a pool, to be run once: `tt_job_run`. A pool that does not want it calls
+/// `tt_job_drop`; whoever waits for the work does it then.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tt_job {
     pub id: u64,
 }
 
-/// A pool of threads. Jobs may run in any order, at any time, also within `spawn`. They wait at most for one that runs on
-/// another thread, so a pool of one thread suffices.
+/// A pool of threads. Jobs may run in any order, at any time, also within `spawn`. They wait at most for one that runs
+/// on another thread, so a pool of one thread suffices.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tt_jobs {

@@ -45,9 +45,9 @@ pub struct tt_layout {
     pub uv: u32,
     /// 1 adds a tangent: 3 floats, of unit length, in the direction in which u increases; zero where that has none.
     pub tangent: u32,
-    /// 1 adds where the vertex comes from: 3 unsigned integers of 32 bits. The first is 0 for a lattice point (line of u,
-    /// line of v), 1 for a point of an edge (edge, index along it), 2 for a crossing of boundaries, 3 for a point within,
-    /// 4 for a border between tiles (border, index along it).
+    /// 1 adds where the vertex comes from: 3 unsigned integers of 32 bits. The first is 0 for a lattice point (line of
+    /// u, line of v), 1 for a point of an edge (edge, index along it), 2 for a crossing of boundaries, 3 for a point
+    /// within, 4 for a border between tiles (border, index along it).
     pub origin: u32,
     /// 1 makes all indices 32 bits wide; 0 only those of tiles with more than 65536 vertices.
     pub wide_indices: u32,

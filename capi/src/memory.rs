@@ -56,7 +56,8 @@ pub struct tt_room {
     pub size: u32,
     /// 0.
     pub reserved: u32,
-    /// Room for `vertices * stride` bytes, of any alignment. The library writes each byte once, in order, and reads none.
+    /// Room for `vertices * stride` bytes, of any alignment. The library writes each byte once, in order, and reads
+    /// none.
     pub vertices: *mut c_void,
     /// Room for `3 * triangles * index_bytes` bytes.
     pub indices: *mut c_void,
@@ -75,8 +76,9 @@ pub struct tt_memory {
     pub reserved: u32,
     /// Passed to the functions. Valid until the session is freed, or writes elsewhere.
     pub user: *mut c_void,
-    /// Fills in the room for a tile, and returns 0. It is written after this returned, until `tt_sink.tile` hears of the
-    /// tile, or `release` does. Another number refuses: the frame is not committed, its tiles are part of the next one.
+    /// Fills in the room for a tile, and returns 0. It is written after this returned, until `tt_sink.tile` hears of
+    /// the tile, or `release` does. Another number refuses: the frame is not committed, its tiles are part of the next
+    /// one.
     pub room: Option<extern "C" fn(user: *mut c_void, tile: *const tt_tile, room: *mut tt_room) -> i32>,
     /// Takes back the room of a tile of which the sink never hears, because its frame was cancelled or refused.
     pub release: Option<extern "C" fn(user: *mut c_void, tile: *const tt_tile)>,

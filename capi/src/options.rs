@@ -34,8 +34,8 @@ pub struct tt_session_options {
     pub cull_back_faces: u32,
     /// 0.
     pub reserved: u32,
-    /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait for the
-    /// next frame. 0 = any.
+    /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
+    /// for the next frame. 0 = any.
     pub budget: f64,
     /// Triangles of a frame at most; 0 = 64 million. Frames of views are coarser beyond it.
     pub max_triangles: u64,

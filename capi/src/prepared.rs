@@ -109,8 +109,8 @@ pub(crate) fn get(prepared: tt_prepared) -> Result<Arc<Prepared>, Failure> {
     Ok(Arc::clone(PREPARED.get(prepared.id)?.as_ref()))
 }
 
-/// Prepares a model for tessellation, once for all tolerances. The model stays. About 20 to 200 microseconds per face and
-/// thread.
+/// Prepares a model for tessellation, once for all tolerances. The model stays. About 20 to 200 microseconds per face
+/// and thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_prepare(
     model: tt_model,
@@ -216,8 +216,8 @@ pub unsafe extern "C" fn tt_prepared_get_part_name(
     entry!(c => c.give_text(&part_at(&get(prepared)?.scene.parts, index)?.name, text, capacity, length))
 }
 
-/// Gives the colour of a face, its own or its part's: red, green, blue (sRGB) and opacity, 0 to 1. `colour` has room for
-/// 4 numbers. `has_colour` gets 0 where the file states none; `colour` is not written then.
+/// Gives the colour of a face, its own or its part's: red, green, blue (sRGB) and opacity, 0 to 1. `colour` has room
+/// for 4 numbers. `has_colour` gets 0 where the file states none; `colour` is not written then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_prepared_get_face_colour(
     prepared: tt_prepared,

@@ -122,8 +122,8 @@ fn frame(
     })
 }
 
-/// Waits for the frame that was begun, and brings the sink up to date. Makes the frame itself if no thread has begun it.
-/// Without a frame that was begun, does nothing. `report` may be null.
+/// Waits for the frame that was begun, and brings the sink up to date. Makes the frame itself if no thread has begun
+/// it. Without a frame that was begun, does nothing. `report` may be null.
 ///
 /// The sink must be that of the frames before; after another one, or an emptied one, call `tt_session_forget`.
 #[unsafe(no_mangle)]
@@ -135,8 +135,8 @@ pub unsafe extern "C" fn tt_session_finish(
     entry!(c => frame(c, session, (sink, report), &|session, sink| Ok(Some(session.finish(sink)?))))
 }
 
-/// As `tt_session_finish`, but waits no longer than so many seconds: TT_PENDING if the frame is not made by then, and the
-/// sink keeps the last one. Never makes the frame itself.
+/// As `tt_session_finish`, but waits no longer than so many seconds: TT_PENDING if the frame is not made by then, and
+/// the sink keeps the last one. Never makes the frame itself.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_finish_within(
     session: tt_session,
@@ -272,8 +272,8 @@ pub unsafe extern "C" fn tt_session_remove_instance(session: tt_session, index: 
     }))
 }
 
-/// Moves an instance from the next frame of views on: `transform` has 12 numbers, as in `tt_placement`. A frame that was
-/// begun goes on.
+/// Moves an instance from the next frame of views on: `transform` has 12 numbers, as in `tt_placement`. A frame that
+/// was begun goes on.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_move_instance(session: tt_session, index: u32, transform: *const f64) -> tt_status {
     entry!(c => {
@@ -283,8 +283,8 @@ pub unsafe extern "C" fn tt_session_move_instance(session: tt_session, index: u3
     })
 }
 
-/// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no
-/// callback of the session is called any more, and no job of it waits.
+/// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK,
+/// no callback of the session is called any more, and no job of it waits.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_free(session: tt_session) -> tt_status {
     entry!(_c => {

@@ -3,8 +3,8 @@
 use crate::border::handles;
 use std::ffi::c_char;
 
-/// Version of this header. `tt_version` has that of the library. While the first number is 0, programs need a library of
-/// the same first and second number.
+/// Version of this header. `tt_version` has that of the library. While the first number is 0, programs need a library
+/// of the same first and second number.
 #[allow(dead_code, reason = "for the header; tests/header.rs compares it with the package")]
 pub const TT_VERSION_MAJOR: u32 = 0;
 #[allow(dead_code, reason = "as above")]

@@ -62,7 +62,8 @@ pub(crate) fn view(name: &str, from: &tt_view) -> Result<View, Failure> {
 }
 
 /// Sets the camera of `view` to place `frame` of `frames` along a closed path around a prepared model: "orbit", "zoom",
-/// "walk" or "glu", those of the program `trimtess bench`. Its picture stays as it is; only `size` has to be set before.
+/// "walk" or "glu", those of the program `trimtess bench`. Its picture stays as it is; only `size` has to be set
+/// before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_view_along_path(
     prepared: tt_prepared,

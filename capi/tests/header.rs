@@ -60,7 +60,7 @@ fn sources() -> Vec<PathBuf> {
 fn pointers_are_followed_at_the_border_alone() {
     for path in sources() {
         let inside = path.strip_prefix(root().join("src")).unwrap().to_owned();
-        if inside.starts_with("border") || inside.starts_with("tests") {
+        if inside.starts_with("border") || inside == Path::new("tests.rs") {
             continue;
         }
         let text = fs::read_to_string(&path).unwrap();

@@ -48,7 +48,8 @@ struct Random {
     double number(double good) {
         static const double odd[] = {0, -0.0, -1, 1e300, -1e300, 1e-300, 5e-324, 1e9,
                                      std::numeric_limits<double>::infinity(), std::nan("")};
-        return once_in(8) ? odd[below(sizeof odd / sizeof *odd)] : good * (0.5 + static_cast<double>(below(1000)) / 1000);
+        if (once_in(8)) return odd[below(sizeof odd / sizeof *odd)];
+        return good * (0.5 + static_cast<double>(below(1000)) / 1000);
     }
     std::uint32_t index(std::uint32_t good) {
         return once_in(10) ? static_cast<std::uint32_t>(bits()) : static_cast<std::uint32_t>(below(good + 1));
@@ -173,6 +174,8 @@ struct Run {
     // Structs of the current call.
     std::vector<std::unique_ptr<unsigned char[]>> held;
     bool dead_used = false;
+    // Calls that succeeded.
+    std::uint64_t good = 0;
 
     // A handle of a kind; sometimes one that is none.
     template <class H> H pick(Kind kind) {
@@ -231,6 +234,7 @@ struct Run {
     bool ended(tt_status status) {
         if (status < TT_ERROR_PANIC || status > TT_PENDING) fail("no status", status);
         if (status == TT_ERROR_PANIC || status == TT_ERROR_LOST) fail("an internal error", status);
+        good += status >= TT_OK;
         if (status < TT_OK && *tt_last_error() == 0) fail("an error without words", status);
         if (alone && dead_used && status >= TT_OK) fail("a dead handle was taken", status);
         held.clear();
@@ -311,9 +315,11 @@ void Run::models() {
     case 1: ended(tt_model_get_info(pick<tt_model>(MODEL), empty<tt_model_info>())); return;
     case 2: ended(tt_model_get_name(pick<tt_model>(MODEL), text, random.below(sizeof text + 1), &length)); return;
     case 3: ended(tt_model_get_part_name(pick<tt_model>(MODEL), random.index(1), text, 16, nullptr)); return;
-    case 4:
-        ended(tt_model_get_diagnostic(pick<tt_model>(MODEL), random.index(1), empty<tt_diagnostic>(), text, 16, &length));
+    case 4: {
+        auto *told = empty<tt_diagnostic>();
+        ended(tt_model_get_diagnostic(pick<tt_model>(MODEL), random.index(1), told, text, 16, &length));
         return;
+    }
     case 5: {
         if (live[MODEL].size() < 2) return;
         const auto handle = pick<tt_model>(MODEL);
@@ -338,7 +344,8 @@ void Run::models() {
         if (!random.once_in(8)) return;
         // The file with some bytes changed, or random ones.
         std::vector<unsigned char> bytes = file;
-        if (bytes.empty() || random.once_in(3)) bytes.assign(random.below(300), static_cast<unsigned char>(random.bits()));
+        const bool no_step = bytes.empty() || random.once_in(3);
+        if (no_step) bytes.assign(random.below(300), static_cast<unsigned char>(random.bits()));
         for (auto k = random.below(4); k > 0 && !bytes.empty(); k--) {
             bytes[random.below(bytes.size())] = static_cast<unsigned char>(random.bits());
         }
@@ -388,7 +395,8 @@ void Run::building() {
         for (double *three : {surface.origin, surface.axis, surface.reference, surface.direction}) {
             for (int k = 0; k < 3; k++) three[k] = random.number(1);
         }
-        surface.radius = random.number(5), surface.minor_radius = random.number(2), surface.half_angle = random.number(0.4);
+        surface.radius = random.number(5), surface.minor_radius = random.number(2);
+        surface.half_angle = random.number(0.4);
         surface.curve = given(curve);
         surface.degree_u = surface.degree_v = 1, surface.count_u = surface.count_v = 2;
         surface.points = some(12, 8), surface.knots_u = some(4, 1), surface.knots_v = numbers<double>({0, 0, 1, 1});
@@ -404,11 +412,9 @@ void Run::building() {
     }
     case 12: {
         const std::size_t count = random.below(6);
-        if (random.flag()) {
-            ended(tt_builder_add_trim(builder, part, random.index(1), random.index(2), given(curve)));
-        } else {
-            ended(tt_builder_add_polyline_trim(builder, part, random.index(1), random.index(2), some(2 * count, 3), count));
-        }
+        const auto face = random.index(1), rule = random.index(2);
+        if (random.flag()) ended(tt_builder_add_trim(builder, part, face, rule, given(curve)));
+        else ended(tt_builder_add_polyline_trim(builder, part, face, rule, some(2 * count, 3), count));
         return;
     }
     case 13: ended(tt_builder_place(builder, given(placement()), &index)); return;
@@ -453,12 +459,13 @@ void Run::preparing() {
     }
     case 6: {
         tt_tolerance tolerance{};
-        tolerance.chord_rel = random.number(0.02), tolerance.angle = random.number(0.6), tolerance.max_triangles = 20000;
-        tolerance.coarsen = random.flag();
+        tolerance.chord_rel = random.number(0.02), tolerance.angle = random.number(0.6);
+        tolerance.max_triangles = 20000, tolerance.coarsen = random.flag();
         tt_tessellate_options options{};
         options.threads = 1, options.edge_lines = random.flag();
         tt_mesh mesh{};
-        return made(MESH, tt_tessellate(pick<tt_prepared>(PREPARED), given(tolerance), given(options), {}, &mesh), mesh);
+        const auto prepared = pick<tt_prepared>(PREPARED);
+        return made(MESH, tt_tessellate(prepared, given(tolerance), given(options), {}, &mesh), mesh);
     }
     default: {
         const auto mesh = pick<tt_mesh>(MESH);
@@ -482,7 +489,8 @@ void Run::sessions() {
         const bool own = random.once_in(12);
         options.workers = own ? 2 : random.index(3) % 5, options.no_threads = !own;
         options.edge_lines = random.flag(), options.levels = random.index(3) % 9, options.no_reuse = random.flag();
-        options.keep_lines = random.flag(), options.rebalance_every = random.index(2), options.cull_back_faces = random.flag();
+        options.keep_lines = random.flag(), options.rebalance_every = random.index(2);
+        options.cull_back_faces = random.flag();
         options.budget = random.once_in(3) ? random.number(1e-4) : 0;
         options.max_triangles = 20000;
         tt_jobs pool{};
@@ -533,7 +541,11 @@ void Run::frames() {
     switch (random.below(10)) {
     case 0: case 1: ended(tt_session_begin(session, given_views, views.size())); break;
     case 2: case 3: ended(tt_session_finish(session, sink(), report)); break;
-    case 4: ended(tt_session_finish_within(session, random.once_in(4) ? random.number(1e-5) : 1e-4, sink(), report)); break;
+    case 4: {
+        const double seconds = random.once_in(4) ? random.number(1e-5) : 1e-4;
+        ended(tt_session_finish_within(session, seconds, sink(), report));
+        break;
+    }
     case 5: ended(tt_session_view(session, given_views, views.size(), sink(), report)); break;
     case 6: {
         tt_tolerance tolerance{};
@@ -559,7 +571,7 @@ void Run::frames() {
 
 // The same handles from two threads: whatever is in use is busy.
 void Run::other_thread() {
-    Run other{Random{random.bits()}, false, {}, dead, {}, false};
+    Run other{Random{random.bits()}, false, {}, dead, {}, false, 0};
     for (int kind = 0; kind < KINDS; kind++) other.live[kind] = live[kind];
     const bool was_alone = std::exchange(alone, false);
     std::thread thread([&] {
@@ -609,9 +621,9 @@ int main(int argc, char **argv) {
             std::fclose(in);
         }
     }
-    std::uint64_t calls = 0, threaded = 0;
+    std::uint64_t calls = 0, good = 0, threaded = 0;
     for (sequence = first; sequence < first + count; sequence++) {
-        Run run{Random{Random::scrambled(sequence)}, true, {}, {}, {}, false};
+        Run run{Random{Random::scrambled(sequence)}, true, {}, {}, {}, false, 0};
         static const char *shapes[] = {"box", "pair", "washer", "sphere", "flower", "cone"};
         tt_model model{};
         run.made(MODEL, tt_model_shape(shapes[run.random.below(6)], &model), model);
@@ -624,9 +636,10 @@ int main(int argc, char **argv) {
         for (std::uint64_t k = 0; k < length; k++) run.call();
         if (threads) run.other_thread(), run.alone = false, threaded++;
         calls += length;
+        good += run.good;
         run.end();
     }
-    std::printf("%llu sequences from %llu on, %llu calls, %llu on two threads: 0 findings\n",
-                static_cast<unsigned long long>(count), static_cast<unsigned long long>(first),
-                static_cast<unsigned long long>(calls), static_cast<unsigned long long>(threaded));
+    const auto shown = [](std::uint64_t number) { return static_cast<unsigned long long>(number); };
+    std::printf("%llu sequences from %llu on, %llu on two threads, %llu calls, of which %llu succeeded: 0 findings\n",
+                shown(count), shown(first), shown(threaded), shown(calls), shown(good));
 }

@@ -6,8 +6,8 @@ use std::ffi::c_void;
 #[derive(Clone, Copy)]
 pub(crate) struct User(*mut c_void);
 
-// SAFETY: this library only passes it on. The header tells which callbacks run on which threads, and the caller's promise
-// is that what it points to may be used there.
+// SAFETY: this library only passes it on. The header tells which callbacks run on which threads, and the caller's
+// promise is that what it points to may be used there.
 unsafe impl Send for User {}
 
 // SAFETY: as above.
