@@ -48,7 +48,7 @@ struct Random {
     double number(double good) {
         static const double odd[] = {0, -0.0, -1, 1e300, -1e300, 1e-300, 5e-324, 1e9,
                                      std::numeric_limits<double>::infinity(), std::nan("")};
-        if (once_in(8)) return odd[below(sizeof odd / sizeof *odd)];
+        if (once_in(60)) return odd[below(sizeof odd / sizeof *odd)];
         return good * (0.5 + static_cast<double>(below(1000)) / 1000);
     }
     std::uint32_t index(std::uint32_t good) {
@@ -84,6 +84,7 @@ std::vector<tt_job> jobs;
 // How many more callbacks succeed, and the session that they belong to.
 std::atomic<int> left{1 << 30};
 std::atomic<std::uint64_t> busy{0};
+std::atomic<std::uint64_t> tiles{0};
 
 bool refuses() { return left.fetch_sub(1) <= 0; }
 
@@ -114,6 +115,7 @@ std::int32_t on_begin(void *, const tt_scene *scene) {
     return refuses();
 }
 std::int32_t on_tile(void *, const tt_tile *tile) {
+    tiles++;
     if (tile->triangles > 0 && tile->place != 0) {
         const auto *bytes = reinterpret_cast<unsigned char *>(tile->place);
         const std::size_t vertices = std::size_t{tile->vertices} * tile->stride;
@@ -174,8 +176,8 @@ struct Run {
     // Structs of the current call.
     std::vector<std::unique_ptr<unsigned char[]>> held;
     bool dead_used = false;
-    // Calls that succeeded.
-    std::uint64_t good = 0;
+    // Calls, and those that succeeded.
+    std::uint64_t calls = 0, good = 0;
 
     // A handle of a kind; sometimes one that is none.
     template <class H> H pick(Kind kind) {
@@ -234,6 +236,7 @@ struct Run {
     bool ended(tt_status status) {
         if (status < TT_ERROR_PANIC || status > TT_PENDING) fail("no status", status);
         if (status == TT_ERROR_PANIC || status == TT_ERROR_LOST) fail("an internal error", status);
+        calls++;
         good += status >= TT_OK;
         if (status < TT_OK && *tt_last_error() == 0) fail("an error without words", status);
         if (alone && dead_used && status >= TT_OK) fail("a dead handle was taken", status);
@@ -257,13 +260,13 @@ struct Run {
     tt_view view() {
         tt_view view{};
         view.orthographic = random.flag();
-        for (double *three : {view.eye, view.forward, view.up}) {
-            for (int k = 0; k < 3; k++) three[k] = random.number(10);
+        for (int k = 0; k < 3; k++) {
+            view.eye[k] = random.number(30), view.up[k] = random.number(k == 1 ? -5 : 1);
+            view.forward[k] = -view.eye[k] + random.number(1);
         }
-        view.forward[0] -= 10;
-        view.up[1] = -5;
         view.fov_y = random.number(0.7), view.near = random.number(0.1), view.height = random.number(30);
         view.width_px = random.index(640), view.height_px = random.index(480);
+        if (!random.once_in(20)) view.width_px = 640, view.height_px = 480;
         view.deviation_px = random.number(2), view.angle = random.number(0.5);
         view.size_px = random.once_in(4) ? random.number(200) : 0;
         return view;
@@ -571,7 +574,7 @@ void Run::frames() {
 
 // The same handles from two threads: whatever is in use is busy.
 void Run::other_thread() {
-    Run other{Random{random.bits()}, false, {}, dead, {}, false, 0};
+    Run other{Random{random.bits()}, false, {}, dead, {}, false, 0, 0};
     for (int kind = 0; kind < KINDS; kind++) other.live[kind] = live[kind];
     const bool was_alone = std::exchange(alone, false);
     std::thread thread([&] {
@@ -623,7 +626,7 @@ int main(int argc, char **argv) {
     }
     std::uint64_t calls = 0, good = 0, threaded = 0;
     for (sequence = first; sequence < first + count; sequence++) {
-        Run run{Random{Random::scrambled(sequence)}, true, {}, {}, {}, false, 0};
+        Run run{Random{Random::scrambled(sequence)}, true, {}, {}, {}, false, 0, 0};
         static const char *shapes[] = {"box", "pair", "washer", "sphere", "flower", "cone"};
         tt_model model{};
         run.made(MODEL, tt_model_shape(shapes[run.random.below(6)], &model), model);
@@ -633,13 +636,16 @@ int main(int argc, char **argv) {
         run.made(PREPARED, tt_prepare(model, &options, {}, &prepared), prepared);
         const bool threads = run.random.once_in(16);
         const auto length = 1 + run.random.below(40);
+        // Most calls are of sessions, which need one.
+        while (run.live[SESSION].empty() && !run.random.once_in(16)) run.sessions();
         for (std::uint64_t k = 0; k < length; k++) run.call();
         if (threads) run.other_thread(), run.alone = false, threaded++;
-        calls += length;
+        calls += run.calls;
         good += run.good;
         run.end();
     }
     const auto shown = [](std::uint64_t number) { return static_cast<unsigned long long>(number); };
-    std::printf("%llu sequences from %llu on, %llu on two threads, %llu calls, of which %llu succeeded: 0 findings\n",
-                shown(count), shown(first), shown(threaded), shown(calls), shown(good));
+    std::printf("%llu sequences from %llu on, %llu on two threads, %llu calls, of which %llu succeeded, %llu tiles: "
+                "0 findings\n",
+                shown(count), shown(first), shown(threaded), shown(calls), shown(good), shown(tiles));
 }
