@@ -145,7 +145,7 @@ pub unsafe extern "C" fn tt_session_finish_within(
     report: *mut tt_report,
 ) -> tt_status {
     entry!(c => {
-        if !(seconds >= 0.0) {
+        if seconds.is_nan() || seconds < 0.0 {
             return Err(Failure::argument(format!("seconds is {seconds}; it must be 0 or more")));
         }
         frame(c, session, (sink, report), &|session, sink| Ok(session.finish_within(duration(seconds), sink)?))

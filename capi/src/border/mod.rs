@@ -205,7 +205,8 @@ impl Caller {
     ) -> Result<(), Failure> {
         if capacity > 0 {
             not_null("text", to)?;
-            let cut = from.floor_char_boundary(from.len().min(capacity - 1));
+            let most = from.len().min(capacity - 1);
+            let cut = (0..=most).rev().find(|&k| from.is_char_boundary(k)).unwrap_or(0);
             // SAFETY: not null; the caller's promise is that there is room for `capacity` bytes.
             unsafe {
                 ptr::copy_nonoverlapping(from.as_ptr(), to.cast(), cut);
