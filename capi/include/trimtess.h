@@ -45,7 +45,7 @@
 #define TT_NONE UINT32_MAX
 
 // What every function returns. Errors are below 0; `tt_last_error` has the words.
-typedef enum tt_status {
+typedef enum {
     // Done.
     TT_OK = 0,
     // Not made yet: `tt_session_finish_within` waited for as long as it was told.
@@ -77,7 +77,7 @@ typedef enum tt_status {
 } tt_status;
 
 // How much is told.
-typedef enum tt_log_level {
+typedef enum {
     TT_LOG_OFF = 0,
     // Errors.
     TT_LOG_ERROR = 1,
@@ -92,7 +92,7 @@ typedef enum tt_log_level {
 } tt_log_level;
 
 // What a call is at.
-typedef enum tt_stage {
+typedef enum {
     // Reading. Counts parts, once the syntax is parsed.
     TT_STAGE_READ = 0,
     // Preparing. Counts faces, each part once.
@@ -102,7 +102,7 @@ typedef enum tt_stage {
 } tt_stage;
 
 // How bad a diagnostic is.
-typedef enum tt_severity {
+typedef enum {
     // Nothing is lost; something was repaired or approximated.
     TT_SEVERITY_NOTE = 0,
     // A colour or a name is lost, or a face differs from the file.
@@ -112,7 +112,7 @@ typedef enum tt_severity {
 } tt_severity;
 
 // Kinds of surfaces. `O` is the origin; x, y and z are the axes of the frame; angles are radians.
-typedef enum tt_surface_kind {
+typedef enum {
     // `S(u,v) = O + u x + v y`; the normal is z.
     TT_PLANE = 0,
     // `S(u,v) = O + r (cos u x + sin u y) + v z`; the normal points outwards.
@@ -132,7 +132,7 @@ typedef enum tt_surface_kind {
 } tt_surface_kind;
 
 // What a shell bounds.
-typedef enum tt_shell_kind {
+typedef enum {
     // Open, not known to be closed, or loose faces.
     TT_SHELL_OPEN = 0,
     // The outer boundary of a solid: normals point outwards.
@@ -142,7 +142,7 @@ typedef enum tt_shell_kind {
 } tt_shell_kind;
 
 // Which points of a surface free trims keep. With u to the right and v up, a curve keeps its left side.
-typedef enum tt_trim_rule {
+typedef enum {
     // What lies left of all curves.
     TT_TRIM_HANDEDNESS = 0,
     // Where the winding numbers of all curves do not sum to 0.
@@ -152,7 +152,7 @@ typedef enum tt_trim_rule {
 } tt_trim_rule;
 
 // Format of positions. Equal positions of a part are equal in every tile, so borders stay closed.
-typedef enum tt_position {
+typedef enum {
     // 3 floats, relative to the part's centre, millimetres: 12 bytes.
     TT_POSITION_F32 = 0,
     // 3 doubles, part coordinates, millimetres: 24 bytes.
@@ -163,7 +163,7 @@ typedef enum tt_position {
 } tt_position;
 
 // Format of normals.
-typedef enum tt_normal {
+typedef enum {
     // 2 normalised integers of 16 bits: octahedral coordinates, off by less than 0.01 degrees. 4 bytes.
     TT_NORMAL_OCTAHEDRAL = 0,
     // 3 floats: 12 bytes.
@@ -173,7 +173,7 @@ typedef enum tt_normal {
 } tt_normal;
 
 // Who hears of progress.
-typedef struct tt_progress {
+typedef struct {
     // `sizeof(tt_progress)`.
     uint32_t size;
     // 0.
@@ -186,18 +186,18 @@ typedef struct tt_progress {
 } tt_progress;
 
 // Hears of the progress of calls, and stops them from another thread. One may serve several calls.
-typedef struct tt_control {
+typedef struct {
     uint64_t id;
 } tt_control;
 
 // A model: parts (B-reps) in their own coordinates, and their instances. It does not change, and any number of threads
 // may use it at the same time.
-typedef struct tt_model {
+typedef struct {
     uint64_t id;
 } tt_model;
 
 // What a model has.
-typedef struct tt_model_info {
+typedef struct {
     // `sizeof(tt_model_info)`.
     uint32_t size;
     // Number of parts.
@@ -215,7 +215,7 @@ typedef struct tt_model_info {
 } tt_model_info;
 
 // Tells of something that was not understood, repaired or lost.
-typedef struct tt_diagnostic {
+typedef struct {
     // `sizeof(tt_diagnostic)`.
     uint32_t size;
     // A `tt_severity`.
@@ -241,7 +241,7 @@ typedef struct tt_diagnostic {
 } tt_diagnostic;
 
 // Options of reading. Zeros are the defaults.
-typedef struct tt_read_options {
+typedef struct {
     // `sizeof(tt_read_options)`.
     uint32_t size;
     // Number of threads, which end with the call; 0 = one per core.
@@ -266,12 +266,12 @@ typedef struct tt_read_options {
 //
 // Parts, vertices, edges, shells, faces and instances have indices from 0, in the order in which they were added. What
 // is wrong with numbers and gaps is told by `tt_builder_finish`.
-typedef struct tt_builder {
+typedef struct {
     uint64_t id;
 } tt_builder;
 
 // A NURBS curve. Knots are finite and do not decrease, inner ones repeat at most `degree` times. Weights are above 0.
-typedef struct tt_curve {
+typedef struct {
     // `sizeof(tt_curve)`.
     uint32_t size;
     // 1 to 60.
@@ -287,7 +287,7 @@ typedef struct tt_curve {
 } tt_curve;
 
 // The surface of a face. Fields that its kind does not name are not read.
-typedef struct tt_surface {
+typedef struct {
     // `sizeof(tt_surface)`.
     uint32_t size;
     // A `tt_surface_kind`.
@@ -307,7 +307,7 @@ typedef struct tt_surface {
     // Extrusions: the sweep per unit of v.
     double direction[3];
     // Extrusions and revolutions: the curve in space.
-    const struct tt_curve *curve;
+    const tt_curve *curve;
     // B-splines: 1 to 60.
     uint32_t degree_u;
     // B-splines: 1 to 60.
@@ -327,7 +327,7 @@ typedef struct tt_surface {
 } tt_surface;
 
 // One use of an edge by a loop. Will not grow.
-typedef struct tt_coedge {
+typedef struct {
     // The edge.
     uint32_t edge;
     // 1 if the loop runs against the edge, else 0.
@@ -335,7 +335,7 @@ typedef struct tt_coedge {
 } tt_coedge;
 
 // A placed part.
-typedef struct tt_placement {
+typedef struct {
     // `sizeof(tt_placement)`.
     uint32_t size;
     // The part.
@@ -354,7 +354,7 @@ typedef struct tt_placement {
 } tt_placement;
 
 // Options of preparing. Zeros are the defaults.
-typedef struct tt_prepare_options {
+typedef struct {
     // `sizeof(tt_prepare_options)`.
     uint32_t size;
     // Number of threads, which end with the call; 0 = one per core.
@@ -370,12 +370,12 @@ typedef struct tt_prepare_options {
 
 // A model that is ready for tessellation at any tolerance. It does not change, and any number of threads and sessions
 // may use it at the same time.
-typedef struct tt_prepared {
+typedef struct {
     uint64_t id;
 } tt_prepared;
 
 // What a prepared model has.
-typedef struct tt_prepared_info {
+typedef struct {
     // `sizeof(tt_prepared_info)`.
     uint32_t size;
     // Number of parts.
@@ -399,7 +399,7 @@ typedef struct tt_prepared_info {
 } tt_prepared_info;
 
 // A part.
-typedef struct tt_part {
+typedef struct {
     // `sizeof(tt_part)`.
     uint32_t size;
     // Number of faces.
@@ -415,7 +415,7 @@ typedef struct tt_part {
 } tt_part;
 
 // A placed part. Will not grow.
-typedef struct tt_instance {
+typedef struct {
     // The part, or the level of detail of it that this frame draws.
     uint32_t part;
     // Index of its first face where faces are numbered across all instances.
@@ -431,7 +431,7 @@ typedef struct tt_instance {
 } tt_instance;
 
 // How close a mesh is to the surfaces, and limits of its size.
-typedef struct tt_tolerance {
+typedef struct {
     // `sizeof(tt_tolerance)`.
     uint32_t size;
     // 1 makes a coarser mesh where limits do not allow the tolerance; 0 refuses with TT_ERROR_LIMIT.
@@ -453,7 +453,7 @@ typedef struct tt_tolerance {
 } tt_tolerance;
 
 // How `tt_tessellate` works. Zeros are the defaults.
-typedef struct tt_tessellate_options {
+typedef struct {
     // `sizeof(tt_tessellate_options)`.
     uint32_t size;
     // Number of threads, which end with the call; 0 = one per core, 1 = the caller's alone.
@@ -465,12 +465,12 @@ typedef struct tt_tessellate_options {
 } tt_tessellate_options;
 
 // A mesh of a whole model, part by part. It does not change, and any number of threads may use it at the same time.
-typedef struct tt_mesh {
+typedef struct {
     uint64_t id;
 } tt_mesh;
 
 // What a mesh has.
-typedef struct tt_mesh_info {
+typedef struct {
     // `sizeof(tt_mesh_info)`.
     uint32_t size;
     // Number of parts, those of the prepared model.
@@ -486,7 +486,7 @@ typedef struct tt_mesh_info {
 } tt_mesh_info;
 
 // The mesh of a part, in its own coordinates. The arrays are valid until the mesh is freed.
-typedef struct tt_mesh_part {
+typedef struct {
     // `sizeof(tt_mesh_part)`.
     uint32_t size;
     // Number of vertices. Tiles do not share vertices; equal points have equal bits.
@@ -508,7 +508,7 @@ typedef struct tt_mesh_part {
 } tt_mesh_part;
 
 // The polyline of an edge.
-typedef struct tt_line {
+typedef struct {
     // `sizeof(tt_line)`.
     uint32_t size;
     // The part.
@@ -524,7 +524,7 @@ typedef struct tt_line {
 
 // A camera in world coordinates, millimetres, and the error that its picture may have. All views of a call have the
 // same `size`.
-typedef struct tt_view {
+typedef struct {
     // `sizeof(tt_view)`.
     uint32_t size;
     // 1 for a parallel projection, 0 for perspective.
@@ -554,7 +554,7 @@ typedef struct tt_view {
 
 // Attributes of a vertex, in this order, little-endian, without gaps. Zeros are 16 bytes per vertex: f32 positions and
 // octahedral normals, with indices of 16 bits where they suffice.
-typedef struct tt_layout {
+typedef struct {
     // `sizeof(tt_layout)`.
     uint32_t size;
     // A `tt_position`.
@@ -577,12 +577,12 @@ typedef struct tt_layout {
 
 // Work that the library gave to a pool, to be run once: `tt_job_run`. A pool that does not want it calls
 // `tt_job_drop`; whoever waits for the work does it then.
-typedef struct tt_job {
+typedef struct {
     uint64_t id;
 } tt_job;
 
 // Options of a session. Zeros are the defaults.
-typedef struct tt_session_options {
+typedef struct {
     // `sizeof(tt_session_options)`.
     uint32_t size;
     // Number of workers, and of threads that the session starts; 0 = one per core. On a pool: 0 = one per thread.
@@ -618,7 +618,7 @@ typedef struct tt_session_options {
 
 // A pool of threads. Jobs may run in any order, at any time, also within `spawn`. They wait at most for one that runs
 // on another thread, so a pool of one thread suffices.
-typedef struct tt_jobs {
+typedef struct {
     // `sizeof(tt_jobs)`.
     uint32_t size;
     // How many jobs can run at the same time, at least 1.
@@ -626,19 +626,19 @@ typedef struct tt_jobs {
     // Passed to `spawn`. Valid until the session is freed.
     void *user;
     // Takes a job, on any thread, several at the same time, and returns 0. Another number refuses the job.
-    int32_t (*spawn)(void *user, struct tt_job job);
+    int32_t (*spawn)(void *user, tt_job job);
 } tt_jobs;
 
 // Workers for one prepared model, and one sink that they keep up to date.
 //
 // One thread at a time uses it, any: a call that comes while another one is in progress, also from a callback of that
 // one, returns TT_ERROR_BUSY and does nothing.
-typedef struct tt_session {
+typedef struct {
     uint64_t id;
 } tt_session;
 
 // A tile, as callbacks get it. Pointers are valid until the callback returns.
-typedef struct tt_tile {
+typedef struct {
     // `sizeof(tt_tile)` of the library.
     uint32_t size;
     // The part, or the level of detail of one, see `tt_scene`.
@@ -678,7 +678,7 @@ typedef struct tt_tile {
 } tt_tile;
 
 // Room for a tile: what `tt_memory.room` fills in.
-typedef struct tt_room {
+typedef struct {
     // `sizeof(tt_room)` of the library.
     uint32_t size;
     // 0.
@@ -694,7 +694,7 @@ typedef struct tt_room {
 
 // Where the memory of tiles comes from. Its functions are called by workers, on any thread, several at the same time,
 // each for its own tiles. They make no call of the session.
-typedef struct tt_memory {
+typedef struct {
     // `sizeof(tt_memory)`.
     uint32_t size;
     // 0.
@@ -704,13 +704,13 @@ typedef struct tt_memory {
     // Fills in the room for a tile, and returns 0. It is written after this returned, until `tt_sink.tile` hears of
     // the tile, or `release` does. Another number refuses: the frame is not committed, its tiles are part of the next
     // one.
-    int32_t (*room)(void *user, const struct tt_tile *tile, struct tt_room *room);
+    int32_t (*room)(void *user, const tt_tile *tile, tt_room *room);
     // Takes back the room of a tile of which the sink never hears, because its frame was cancelled or refused.
-    void (*release)(void *user, const struct tt_tile *tile);
+    void (*release)(void *user, const tt_tile *tile);
 } tt_memory;
 
 // What a frame shows, as `tt_sink.begin` gets it. Pointers are valid until the callback returns.
-typedef struct tt_scene {
+typedef struct {
     // `sizeof(tt_scene)` of the library.
     uint32_t size;
     // 1 if the frame replaces everything sent before; 0 if it equals the last frame except for what is sent now.
@@ -723,11 +723,11 @@ typedef struct tt_scene {
     // themselves. Levels have the tiles, the centre and the faces of their part.
     const uint32_t *mesh_of;
     // The instances. Each names the level of detail that it draws.
-    const struct tt_instance *placed;
+    const tt_instance *placed;
 } tt_scene;
 
 // The tiles to draw, as `tt_sink.drawn` gets them. Pointers are valid until the callback returns.
-typedef struct tt_drawn {
+typedef struct {
     // `sizeof(tt_drawn)` of the library.
     uint32_t size;
     // 1 if every instance draws all of its tiles in every view; there are no words then.
@@ -748,7 +748,7 @@ typedef struct tt_drawn {
 //
 // A function that returns another number than 0 refuses the frame: `abort` is called, the session's call returns
 // TT_ERROR_CALLBACK, and the next frame is a whole one. All but `tile` may be null.
-typedef struct tt_sink {
+typedef struct {
     // `sizeof(tt_sink)`.
     uint32_t size;
     // 0.
@@ -756,15 +756,15 @@ typedef struct tt_sink {
     // Passed to the functions.
     void *user;
     // Starts a frame.
-    int32_t (*begin)(void *user, const struct tt_scene *scene);
+    int32_t (*begin)(void *user, const tt_scene *scene);
     // Receives a tile, which replaces the one of the same part and number. One without triangles is gone. In sessions
     // with a layout its room is the sink's from now on, also if this refuses it.
-    int32_t (*tile)(void *user, const struct tt_tile *tile);
+    int32_t (*tile)(void *user, const tt_tile *tile);
     // Receives the polyline of an edge, which replaces the one of the same part and edge.
-    int32_t (*line)(void *user, const struct tt_line *line);
+    int32_t (*line)(void *user, const tt_line *line);
     // Receives the tiles to draw, once per frame of views. There are no cracks between them; tiles that are not drawn
     // may be several frames old. Frames by a tolerance draw everything and skip this.
-    int32_t (*drawn)(void *user, const struct tt_drawn *drawn);
+    int32_t (*drawn)(void *user, const tt_drawn *drawn);
     // Completes the frame.
     int32_t (*end)(void *user);
     // Discards the frame, and all before it.
@@ -772,7 +772,7 @@ typedef struct tt_sink {
 } tt_sink;
 
 // What a frame took.
-typedef struct tt_report {
+typedef struct {
     // `sizeof(tt_report)`.
     uint32_t size;
     // 1 if the sink got a whole frame rather than changes.
@@ -800,7 +800,7 @@ typedef struct tt_report {
 } tt_report;
 
 // What a session has.
-typedef struct tt_session_info {
+typedef struct {
     // `sizeof(tt_session_info)`.
     uint32_t size;
     // Number of workers.
@@ -834,339 +834,293 @@ uint64_t tt_live_handles(void);
 //
 // The callback runs on any thread, on several at the same time. It returns at once and makes no `tt_` call. `text` is
 // UTF-8 and valid during the callback.
-enum tt_status tt_set_log(uint32_t level, void (*log)(void *user, uint32_t level, const char *text), void *user);
+tt_status tt_set_log(uint32_t level, void (*log)(void *user, uint32_t level, const char *text), void *user);
 
 // Makes a control. `progress` may be null: then it only stops work.
-enum tt_status tt_control_new(const struct tt_progress *progress, struct tt_control *control);
+tt_status tt_control_new(const tt_progress *progress, tt_control *control);
 
 // Asks the calls that have this control to stop, those to come too. They end with TT_ERROR_CANCELLED after the part,
 // face or tile in hand. May be called from any thread, also from within a callback.
-enum tt_status tt_control_cancel(struct tt_control control);
+tt_status tt_control_cancel(tt_control control);
 
 // Frees a control. Calls that have it go on.
-enum tt_status tt_control_free(struct tt_control control);
+tt_status tt_control_free(tt_control control);
 
 // Makes a small model by name: "square", "box", "cylinder", "washer", "cone", "sphere", "torus", "wave", "pair" (two
 // parts, three instances) or "flower". For tests and examples.
-enum tt_status tt_model_shape(const char *name, struct tt_model *model);
+tt_status tt_model_shape(const char *name, tt_model *model);
 
 // Counts what a model has.
-enum tt_status tt_model_get_info(struct tt_model model, struct tt_model_info *info);
+tt_status tt_model_get_info(tt_model model, tt_model_info *info);
 
 // Copies the name of a model into `text`, see "Texts" at the head of this file.
-enum tt_status tt_model_get_name(struct tt_model model, char *text, size_t capacity, size_t *length);
+tt_status tt_model_get_name(tt_model model, char *text, size_t capacity, size_t *length);
 
 // Copies the name of a part into `text`.
-enum tt_status tt_model_get_part_name(struct tt_model model,
-                                      uint32_t part,
-                                      char *text,
-                                      size_t capacity,
-                                      size_t *length);
+tt_status tt_model_get_part_name(tt_model model, uint32_t part, char *text, size_t capacity, size_t *length);
 
 // Copies the name of an instance into `text`.
-enum tt_status tt_model_get_instance_name(struct tt_model model,
-                                          uint32_t instance,
-                                          char *text,
-                                          size_t capacity,
-                                          size_t *length);
+tt_status tt_model_get_instance_name(tt_model model, uint32_t instance, char *text, size_t capacity, size_t *length);
 
 // Gives a diagnostic of reading, and copies its message into `text`. `diagnostic` may be null.
-enum tt_status tt_model_get_diagnostic(struct tt_model model,
-                                       uint32_t index,
-                                       struct tt_diagnostic *diagnostic,
-                                       char *text,
-                                       size_t capacity,
-                                       size_t *length);
+tt_status tt_model_get_diagnostic(tt_model model,
+                                  uint32_t index,
+                                  tt_diagnostic *diagnostic,
+                                  char *text,
+                                  size_t capacity,
+                                  size_t *length);
 
 // Frees a model. Calls that use it, and what was prepared from it, go on.
-enum tt_status tt_model_free(struct tt_model model);
+tt_status tt_model_free(tt_model model);
 
 // Reads a STEP file. What cannot be read is left out and told in diagnostics; the rest is read all the same.
 //
 // `path` is UTF-8. `options` may be null, `control` a handle of zeros.
-enum tt_status tt_read_file(const char *path,
-                            const struct tt_read_options *options,
-                            struct tt_control control,
-                            struct tt_model *model);
+tt_status tt_read_file(const char *path, const tt_read_options *options, tt_control control, tt_model *model);
 
 // Reads the content of a STEP file, as `tt_read_file`. `name` becomes the model's; it may be null. The bytes may be
 // freed once this returns.
-enum tt_status tt_read_memory(const void *bytes,
-                              size_t count,
-                              const char *name,
-                              const struct tt_read_options *options,
-                              struct tt_control control,
-                              struct tt_model *model);
+tt_status tt_read_memory(const void *bytes,
+                         size_t count,
+                         const char *name,
+                         const tt_read_options *options,
+                         tt_control control,
+                         tt_model *model);
 
 // Starts a model. `name` may be null.
-enum tt_status tt_builder_new(const char *name, struct tt_builder *builder);
+tt_status tt_builder_new(const char *name, tt_builder *builder);
 
 // Adds a part. `name` and `part` may be null.
-enum tt_status tt_builder_add_part(struct tt_builder builder, const char *name, uint32_t *part);
+tt_status tt_builder_add_part(tt_builder builder, const char *name, uint32_t *part);
 
 // Adds a vertex, millimetres. `vertex`, as all pointers to an index in these functions, may be null.
-enum tt_status tt_builder_add_vertex(struct tt_builder builder,
-                                     uint32_t part,
-                                     double x,
-                                     double y,
-                                     double z,
-                                     uint32_t *vertex);
+tt_status tt_builder_add_vertex(tt_builder builder, uint32_t part, double x, double y, double z, uint32_t *vertex);
 
 // Adds a straight edge between two vertices.
-enum tt_status tt_builder_add_line(struct tt_builder builder,
-                                   uint32_t part,
-                                   uint32_t start,
-                                   uint32_t end,
-                                   uint32_t *edge);
+tt_status tt_builder_add_line(tt_builder builder, uint32_t part, uint32_t start, uint32_t end, uint32_t *edge);
 
 // Adds a full circle about `axis` through `origin`, with a new vertex at `radius` in the direction of `reference`. Its
 // vertex is the last one then. The three point to 3 numbers each.
-enum tt_status tt_builder_add_circle(struct tt_builder builder,
-                                     uint32_t part,
-                                     const double *origin,
-                                     const double *axis,
-                                     const double *reference,
-                                     double radius,
-                                     uint32_t *edge);
+tt_status tt_builder_add_circle(tt_builder builder,
+                                uint32_t part,
+                                const double *origin,
+                                const double *axis,
+                                const double *reference,
+                                double radius,
+                                uint32_t *edge);
 
 // Adds an edge along the whole of a curve in space, which starts and ends at these vertices.
-enum tt_status tt_builder_add_edge(struct tt_builder builder,
-                                   uint32_t part,
-                                   const struct tt_curve *curve,
-                                   uint32_t start,
-                                   uint32_t end,
-                                   uint32_t *edge);
+tt_status tt_builder_add_edge(tt_builder builder,
+                              uint32_t part,
+                              const tt_curve *curve,
+                              uint32_t start,
+                              uint32_t end,
+                              uint32_t *edge);
 
 // Adds a shell. `kind` is a `tt_shell_kind`. Faces of one shell are oriented together.
-enum tt_status tt_builder_add_shell(struct tt_builder builder, uint32_t part, uint32_t kind, uint32_t *shell);
+tt_status tt_builder_add_shell(tt_builder builder, uint32_t part, uint32_t kind, uint32_t *shell);
 
 // Adds a face, which is the whole surface until loops or trims are added. `reversed` is 1 if its outward normal is
 // opposite to the surface's, else 0.
-enum tt_status tt_builder_add_face(struct tt_builder builder,
-                                   uint32_t part,
-                                   const struct tt_surface *surface,
-                                   uint32_t shell,
-                                   uint32_t reversed,
-                                   uint32_t *face);
+tt_status tt_builder_add_face(tt_builder builder,
+                              uint32_t part,
+                              const tt_surface *surface,
+                              uint32_t shell,
+                              uint32_t reversed,
+                              uint32_t *face);
 
 // Sets the colour of a face: red, green, blue (sRGB) and opacity, 0 to 1.
-enum tt_status tt_builder_set_colour(struct tt_builder builder,
-                                     uint32_t part,
-                                     uint32_t face,
-                                     float red,
-                                     float green,
-                                     float blue,
-                                     float opacity);
+tt_status tt_builder_set_colour(tt_builder builder,
+                                uint32_t part,
+                                uint32_t face,
+                                float red,
+                                float green,
+                                float blue,
+                                float opacity);
 
 // Bounds a face by edges, head to tail and closed; it lies left of them, seen from the tip of the surface's normal.
-enum tt_status tt_builder_add_loop(struct tt_builder builder,
-                                   uint32_t part,
-                                   uint32_t face,
-                                   const struct tt_coedge *coedges,
-                                   size_t count);
+tt_status tt_builder_add_loop(tt_builder builder, uint32_t part, uint32_t face, const tt_coedge *coedges, size_t count);
 
 // Bounds a face at a single point, as an apex.
-enum tt_status tt_builder_add_vertex_loop(struct tt_builder builder, uint32_t part, uint32_t face, uint32_t vertex);
+tt_status tt_builder_add_vertex_loop(tt_builder builder, uint32_t part, uint32_t face, uint32_t vertex);
 
 // Trims a face by a curve in (u,v), open or closed. `rule` is a `tt_trim_rule`; that of the last trim holds for all
 // trims of the face. A face has loops or trims, not both.
-enum tt_status tt_builder_add_trim(struct tt_builder builder,
-                                   uint32_t part,
-                                   uint32_t face,
-                                   uint32_t rule,
-                                   const struct tt_curve *curve);
+tt_status tt_builder_add_trim(tt_builder builder, uint32_t part, uint32_t face, uint32_t rule, const tt_curve *curve);
 
 // Trims a face by straight lines through `count` points in (u,v), 2 numbers each, as `tt_builder_add_trim`. Repeat the
 // first point to close them.
-enum tt_status tt_builder_add_polyline_trim(struct tt_builder builder,
-                                            uint32_t part,
-                                            uint32_t face,
-                                            uint32_t rule,
-                                            const double *points,
-                                            size_t count);
+tt_status tt_builder_add_polyline_trim(tt_builder builder,
+                                       uint32_t part,
+                                       uint32_t face,
+                                       uint32_t rule,
+                                       const double *points,
+                                       size_t count);
 
 // Places a part.
-enum tt_status tt_builder_place(struct tt_builder builder, const struct tt_placement *placement, uint32_t *instance);
+tt_status tt_builder_place(tt_builder builder, const tt_placement *placement, uint32_t *instance);
 
 // Makes the model as built so far, if it is a valid one. The builder stays, and may be used on. Costs a copy.
-enum tt_status tt_builder_finish(struct tt_builder builder, struct tt_model *model);
+tt_status tt_builder_finish(tt_builder builder, tt_model *model);
 
 // Frees a builder, unless another call uses it. Models that it made stay.
-enum tt_status tt_builder_free(struct tt_builder builder);
+tt_status tt_builder_free(tt_builder builder);
 
 // Prepares a model for tessellation, once for all tolerances. The model stays. About 20 to 200 microseconds per face
 // and thread.
-enum tt_status tt_prepare(struct tt_model model,
-                          const struct tt_prepare_options *options,
-                          struct tt_control control,
-                          struct tt_prepared *prepared);
+tt_status tt_prepare(tt_model model, const tt_prepare_options *options, tt_control control, tt_prepared *prepared);
 
 // Counts and measures a prepared model.
-enum tt_status tt_prepared_get_info(struct tt_prepared prepared, struct tt_prepared_info *info);
+tt_status tt_prepared_get_info(tt_prepared prepared, tt_prepared_info *info);
 
 // Describes a part. O(tiles of the model).
-enum tt_status tt_prepared_get_part(struct tt_prepared prepared, uint32_t index, struct tt_part *part);
+tt_status tt_prepared_get_part(tt_prepared prepared, uint32_t index, tt_part *part);
 
 // Copies the name of a part into `text`.
-enum tt_status tt_prepared_get_part_name(struct tt_prepared prepared,
-                                         uint32_t index,
-                                         char *text,
-                                         size_t capacity,
-                                         size_t *length);
+tt_status tt_prepared_get_part_name(tt_prepared prepared, uint32_t index, char *text, size_t capacity, size_t *length);
 
 // Gives the colour of a face, its own or its part's: red, green, blue (sRGB) and opacity, 0 to 1. `colour` has room
 // for 4 numbers. `has_colour` gets 0 where the file states none; `colour` is not written then.
-enum tt_status tt_prepared_get_face_colour(struct tt_prepared prepared,
-                                           uint32_t part,
-                                           uint32_t face,
-                                           uint32_t *has_colour,
-                                           float *colour);
+tt_status tt_prepared_get_face_colour(tt_prepared prepared,
+                                      uint32_t part,
+                                      uint32_t face,
+                                      uint32_t *has_colour,
+                                      float *colour);
 
 // Describes an instance. `instance` need not be set before.
-enum tt_status tt_prepared_get_instance(struct tt_prepared prepared, uint32_t index, struct tt_instance *instance);
+tt_status tt_prepared_get_instance(tt_prepared prepared, uint32_t index, tt_instance *instance);
 
 // Copies the name of an instance into `text`.
-enum tt_status tt_prepared_get_instance_name(struct tt_prepared prepared,
-                                             uint32_t index,
-                                             char *text,
-                                             size_t capacity,
-                                             size_t *length);
+tt_status tt_prepared_get_instance_name(tt_prepared prepared,
+                                        uint32_t index,
+                                        char *text,
+                                        size_t capacity,
+                                        size_t *length);
 
 // Gives a diagnostic of reading and preparing, and copies its message into `text`. `diagnostic` may be null.
-enum tt_status tt_prepared_get_diagnostic(struct tt_prepared prepared,
-                                          uint32_t index,
-                                          struct tt_diagnostic *diagnostic,
-                                          char *text,
-                                          size_t capacity,
-                                          size_t *length);
+tt_status tt_prepared_get_diagnostic(tt_prepared prepared,
+                                     uint32_t index,
+                                     tt_diagnostic *diagnostic,
+                                     char *text,
+                                     size_t capacity,
+                                     size_t *length);
 
 // Frees a prepared model. Calls and sessions that use it go on.
-enum tt_status tt_prepared_free(struct tt_prepared prepared);
+tt_status tt_prepared_free(tt_prepared prepared);
 
 // Tessellates a whole model within a tolerance. The mesh is the same for any number of threads, byte by byte.
 //
 // The mesh is kept as arrays per part: about 115 bytes per triangle while it is made, and half of that afterwards.
 // Tiles may go into the caller's own memory and layout instead, by `tt_session_tessellate`.
-enum tt_status tt_tessellate(struct tt_prepared prepared,
-                             const struct tt_tolerance *tolerance,
-                             const struct tt_tessellate_options *options,
-                             struct tt_control control,
-                             struct tt_mesh *mesh);
+tt_status tt_tessellate(tt_prepared prepared,
+                        const tt_tolerance *tolerance,
+                        const tt_tessellate_options *options,
+                        tt_control control,
+                        tt_mesh *mesh);
 
 // Counts what a mesh has.
-enum tt_status tt_mesh_get_info(struct tt_mesh mesh, struct tt_mesh_info *info);
+tt_status tt_mesh_get_info(tt_mesh mesh, tt_mesh_info *info);
 
 // Gives the arrays of a part. Copies nothing.
-enum tt_status tt_mesh_get_part(struct tt_mesh mesh, uint32_t index, struct tt_mesh_part *part);
+tt_status tt_mesh_get_part(tt_mesh mesh, uint32_t index, tt_mesh_part *part);
 
 // Gives the polyline of an edge of a part, by its index among those of the part. Copies nothing.
-enum tt_status tt_mesh_get_line(struct tt_mesh mesh, uint32_t part, uint64_t index, struct tt_line *line);
+tt_status tt_mesh_get_line(tt_mesh mesh, uint32_t part, uint64_t index, tt_line *line);
 
 // Gives a diagnostic of reading, preparing and tessellating, and copies its message into `text`. `diagnostic` may be
 // null.
-enum tt_status tt_mesh_get_diagnostic(struct tt_mesh mesh,
-                                      uint32_t index,
-                                      struct tt_diagnostic *diagnostic,
-                                      char *text,
-                                      size_t capacity,
-                                      size_t *length);
+tt_status tt_mesh_get_diagnostic(tt_mesh mesh,
+                                 uint32_t index,
+                                 tt_diagnostic *diagnostic,
+                                 char *text,
+                                 size_t capacity,
+                                 size_t *length);
 
 // Frees a mesh, and its arrays with it.
-enum tt_status tt_mesh_free(struct tt_mesh mesh);
+tt_status tt_mesh_free(tt_mesh mesh);
 
 // Sets the camera of `view` to place `frame` of `frames` along a closed path around a prepared model: "orbit", "zoom",
 // "walk" or "glu", those of the program `trimtess bench`. Its picture stays as it is; only `size` has to be set
 // before.
-enum tt_status tt_view_along_path(struct tt_prepared prepared,
-                                  const char *path,
-                                  uint32_t frame,
-                                  uint32_t frames,
-                                  struct tt_view *view);
+tt_status tt_view_along_path(tt_prepared prepared, const char *path, uint32_t frame, uint32_t frames, tt_view *view);
 
 // Bytes from one vertex to the next.
-enum tt_status tt_layout_get_stride(const struct tt_layout *layout, uint32_t *stride);
+tt_status tt_layout_get_stride(const tt_layout *layout, uint32_t *stride);
 
 // Runs a job, on this thread. Its handle ends.
-enum tt_status tt_job_run(struct tt_job job);
+tt_status tt_job_run(tt_job job);
 
 // Drops a job. Its handle ends.
-enum tt_status tt_job_drop(struct tt_job job);
+tt_status tt_job_drop(tt_job job);
 
 // Starts a session. It keeps the prepared model alive.
 //
 // `options` may be null. `jobs` may be null: then the session starts threads of its own, which end when it is freed.
-enum tt_status tt_session_new(struct tt_prepared prepared,
-                              const struct tt_session_options *options,
-                              const struct tt_jobs *jobs,
-                              struct tt_session *session);
+tt_status tt_session_new(tt_prepared prepared,
+                         const tt_session_options *options,
+                         const tt_jobs *jobs,
+                         tt_session *session);
 
 // Has workers write tiles into the caller's memory, in its layout, from the next frame on, which is a whole one. The
 // sink then gets tiles with a `place` and without arrays. `layout` may be null. Cancels a frame that was begun.
-enum tt_status tt_session_write_into(struct tt_session session,
-                                     const struct tt_layout *layout,
-                                     const struct tt_memory *memory);
+tt_status tt_session_write_into(tt_session session, const tt_layout *layout, const tt_memory *memory);
 
 // Begins a frame for all these views together: one picture, both eyes, shadow maps. A job plans and makes it; this
 // returns at once. Cancels a frame that was begun and not finished; its changes become part of this one.
-enum tt_status tt_session_begin(struct tt_session session, const struct tt_view *views, size_t count);
+tt_status tt_session_begin(tt_session session, const tt_view *views, size_t count);
 
 // Waits for the frame that was begun, and brings the sink up to date. Makes the frame itself if no thread has begun
 // it. Without a frame that was begun, does nothing. `report` may be null.
 //
 // The sink must be that of the frames before; after another one, or an emptied one, call `tt_session_forget`.
-enum tt_status tt_session_finish(struct tt_session session, const struct tt_sink *sink, struct tt_report *report);
+tt_status tt_session_finish(tt_session session, const tt_sink *sink, tt_report *report);
 
 // As `tt_session_finish`, but waits no longer than so many seconds: TT_PENDING if the frame is not made by then, and
 // the sink keeps the last one. Never makes the frame itself.
-enum tt_status tt_session_finish_within(struct tt_session session,
-                                        double seconds,
-                                        const struct tt_sink *sink,
-                                        struct tt_report *report);
+tt_status tt_session_finish_within(tt_session session, double seconds, const tt_sink *sink, tt_report *report);
 
 // `tt_session_begin` and `tt_session_finish`.
-enum tt_status tt_session_view(struct tt_session session,
-                               const struct tt_view *views,
-                               size_t count,
-                               const struct tt_sink *sink,
-                               struct tt_report *report);
+tt_status tt_session_view(tt_session session,
+                          const tt_view *views,
+                          size_t count,
+                          const tt_sink *sink,
+                          tt_report *report);
 
 // Tessellates the whole model within a tolerance, as `tt_tessellate`, into a sink, and into the caller's memory if the
 // session writes there. The next frame of views is a whole one. `report` may be null.
-enum tt_status tt_session_tessellate(struct tt_session session,
-                                     const struct tt_tolerance *tolerance,
-                                     struct tt_control control,
-                                     const struct tt_sink *sink,
-                                     struct tt_report *report);
+tt_status tt_session_tessellate(tt_session session,
+                                const tt_tolerance *tolerance,
+                                tt_control control,
+                                const tt_sink *sink,
+                                tt_report *report);
 
 // Cancels the frame that was begun, if any, after the tile in hand. Does not wait.
-enum tt_status tt_session_cancel(struct tt_session session);
+tt_status tt_session_cancel(tt_session session);
 
 // Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun.
-enum tt_status tt_session_forget(struct tt_session session);
+tt_status tt_session_forget(tt_session session);
 
 // Counts what a session has.
-enum tt_status tt_session_get_info(struct tt_session session, struct tt_session_info *info);
+tt_status tt_session_get_info(tt_session session, tt_session_info *info);
 
 // Describes an instance, with the level of detail that it had in the last frame. `instance` need not be set before.
-enum tt_status tt_session_get_instance(struct tt_session session, uint32_t index, struct tt_instance *instance);
+tt_status tt_session_get_instance(tt_session session, uint32_t index, tt_instance *instance);
 
 // Adds an instance of a part of the prepared model, from the next frame of views on. Its index is the last. Cancels a
 // frame that was begun. `index` may be null.
-enum tt_status tt_session_add_instance(struct tt_session session,
-                                       const struct tt_placement *placement,
-                                       uint32_t *index);
+tt_status tt_session_add_instance(tt_session session, const tt_placement *placement, uint32_t *index);
 
 // Removes an instance from the next frame of views on. Indices of later ones decrease by one. Cancels a frame that was
 // begun.
-enum tt_status tt_session_remove_instance(struct tt_session session, uint32_t index);
+tt_status tt_session_remove_instance(tt_session session, uint32_t index);
 
 // Moves an instance from the next frame of views on: `transform` has 12 numbers, as in `tt_placement`. A frame that
 // was begun goes on.
-enum tt_status tt_session_move_instance(struct tt_session session, uint32_t index, const double *transform);
+tt_status tt_session_move_instance(tt_session session, uint32_t index, const double *transform);
 
-// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK,
-// no callback of the session is called any more, and no job of it waits.
-enum tt_status tt_session_free(struct tt_session session);
+// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no
+// callback of the session is called any more. Jobs of it that a pool still has do nothing, but end their handles.
+tt_status tt_session_free(tt_session session);
 
 #ifdef __cplusplus
 }  // extern "C"
