@@ -78,7 +78,7 @@ pub struct tt_placement {
     /// Name; null for none. Copied.
     pub name: *const c_char,
 }
-versioned!(tt_placement);
+versioned!(tt_placement, reserved);
 
 #[derive(Default)]
 struct Draft {
@@ -212,8 +212,11 @@ pub unsafe extern "C" fn tt_builder_add_circle(
         let radius = finite("radius", [above_zero("radius", radius)?])?[0];
         let circle = NurbsCurve3::arc(&frame, radius, radius, 0.0, TAU);
         change(c, (builder, part), ("edge", edge), |part| {
-            let vertex = VertexId(pushed(&mut part.vertices, frame.place(DVec3::X * radius))? as u32);
-            self::edge(part, circle, CurveKind::Circle, [vertex, vertex])
+            // The vertex comes with the edge, or neither does.
+            let vertex = VertexId(part.vertices.len() as u32);
+            let edge = self::edge(part, circle, CurveKind::Circle, [vertex, vertex])?;
+            pushed(&mut part.vertices, frame.place(DVec3::X * radius))?;
+            Ok(edge)
         })
     })
 }

@@ -39,7 +39,7 @@ pub struct tt_progress {
     /// order. `stage` is a `tt_stage`; `done` is from 0 to `total`. It returns at once.
     pub report: Option<extern "C" fn(user: *mut c_void, stage: u32, done: u64, total: u64)>,
 }
-versioned!(tt_progress);
+versioned!(tt_progress, reserved);
 
 static CONTROLS: Table<Control> = Table::new(1);
 

@@ -54,7 +54,7 @@ pub struct tt_layout {
     /// 0.
     pub reserved: u32,
 }
-versioned!(tt_layout);
+versioned!(tt_layout, reserved);
 
 pub(crate) fn layout(c: &Caller, from: *const tt_layout) -> Result<VertexLayout, Failure> {
     let from = c.read_or_zeros("layout", from)?;

@@ -83,7 +83,7 @@ pub struct tt_memory {
     /// Takes back the room of a tile of which the sink never hears, because its frame was cancelled or refused.
     pub release: Option<extern "C" fn(user: *mut c_void, tile: *const tt_tile)>,
 }
-versioned!(tt_memory);
+versioned!(tt_memory, reserved);
 
 type Room = extern "C" fn(*mut c_void, *const tt_tile, *mut tt_room) -> i32;
 type Release = extern "C" fn(*mut c_void, *const tt_tile);

@@ -61,7 +61,7 @@ pub struct tt_tessellate_options {
     /// 0.
     pub reserved: u32,
 }
-versioned!(tt_tessellate_options);
+versioned!(tt_tessellate_options, reserved);
 
 /// What a mesh has.
 #[repr(C)]

@@ -44,7 +44,7 @@ pub struct tt_session_options {
     /// Memory of a frame at most, bytes, estimated; 0 = 16 GiB.
     pub max_memory: u64,
 }
-versioned!(tt_session_options);
+versioned!(tt_session_options, reserved);
 
 /// What a session has.
 #[repr(C)]

@@ -77,7 +77,7 @@ pub struct tt_sink {
     /// Discards the frame, and all before it.
     pub abort: Option<extern "C" fn(user: *mut c_void)>,
 }
-versioned!(tt_sink);
+versioned!(tt_sink, reserved);
 
 type On<T> = extern "C" fn(*mut c_void, *const T) -> i32;
 

@@ -147,8 +147,10 @@ void views_and_sessions() {
     auto sink = trimtess::sized<tt_sink>();
     REFUSED(tt_session_finish(session.get(), &sink, nullptr), TT_ERROR_ARGUMENT, "sink.tile must be a function");
     auto layout = trimtess::sized<tt_layout>();
-    layout.position = 9;
     std::uint32_t stride = 0;
+    layout.reserved = 1;
+    REFUSED(tt_layout_get_stride(&layout, &stride), TT_ERROR_ARGUMENT, "layout.reserved is 1; it must be 0");
+    layout.reserved = 0, layout.position = 9;
     REFUSED(tt_layout_get_stride(&layout, &stride), TT_ERROR_ARGUMENT, "no format of positions 9");
     auto placement = trimtess::sized<tt_placement>();
     placement.part = 2;

@@ -16,21 +16,26 @@ pub(crate) unsafe trait Versioned: Copy {
     const FIRST: usize;
 
     fn size(&self) -> u32;
+
+    /// What must be 0, so that later versions can use it.
+    fn reserved(&self) -> u32;
 }
 
-/// Structs whose version is the first.
+/// A struct whose version is the first; `reserved` if it has such a field.
 macro_rules! versioned {
-    ($($name:ident),*) => {
-        $(
-            // SAFETY: `repr(C)`, with `size` first, of numbers, pointers and optional functions.
-            unsafe impl $crate::border::Versioned for $name {
-                const FIRST: usize = size_of::<Self>();
+    ($name:ident $(, $reserved:ident)?) => {
+        // SAFETY: `repr(C)`, with `size` first, of numbers, pointers and optional functions.
+        unsafe impl $crate::border::Versioned for $name {
+            const FIRST: usize = size_of::<Self>();
 
-                fn size(&self) -> u32 {
-                    self.size
-                }
+            fn size(&self) -> u32 {
+                self.size
             }
-        )*
+
+            fn reserved(&self) -> u32 {
+                0 $(| self.$reserved)?
+            }
+        }
     };
 }
 pub(crate) use versioned;
@@ -69,5 +74,8 @@ pub(super) unsafe fn read<T: Versioned>(name: &str, from: *const T) -> Result<T,
     let mut value: T = zeros();
     // SAFETY: `from` has `size` bytes, `value` has `known`; they do not overlap.
     unsafe { ptr::copy_nonoverlapping(from.cast::<u8>(), (&raw mut value).cast(), size.min(known)) };
+    if value.reserved() != 0 {
+        return Err(Failure::argument(format!("{name}.reserved is {}; it must be 0", value.reserved())));
+    }
     Ok(value)
 }
