@@ -93,8 +93,8 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "N", requires = "scaling", value_parser = clap::value_parser!(u32).range(1..=10_000),
           default_value_t = 1)]
     copies: u32,
-    /// Fly once, with tiles packed as renderers take them, and print the triangles of the last picture and a hash of all
-    /// pictures. The example `view.c` of the C interface prints the same.
+    /// Fly once, on the first number of --workers, with tiles packed as renderers take them, and print the triangles of
+    /// the last picture and a hash of all pictures. The example `view.c` of the C interface prints the same.
     #[arg(long, conflicts_with_all = ["replay", "coherence", "lines", "resync", "scaling", "json", "plot"])]
     hash: bool,
     /// Write the results as JSON.
