@@ -233,3 +233,20 @@ fn stages_are_measured_on_more_and_more_threads() {
     let refused = bench(&folder, &["builtin:teapot", "--scaling", "--replay"]);
     assert_eq!(refused.status.code(), Some(2));
 }
+
+#[test]
+fn the_hash_of_a_flight_is_that_of_its_path_for_any_number_of_workers() {
+    let folder = folder("hash");
+    let hash = |path: &str, workers: &str| {
+        let args = ["builtin:brake-assembly", "--hash", "--frames", "6", "--path", path, "--workers", workers];
+        let output = bench(&folder, &args);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let orbit = hash("orbit", "1");
+    let words: Vec<&str> = orbit.split_whitespace().collect();
+    assert!(matches!(words[..], ["triangles", count, "hash", hash] if count != "0" && hash.len() == 16), "{orbit}");
+    assert_eq!(orbit, hash("orbit", "3"));
+    assert_ne!(orbit, hash("zoom", "1"));
+    assert_eq!(bench(&folder, &["builtin:teapot", "--hash", "--json", "x.json"]).status.code(), Some(2));
+}

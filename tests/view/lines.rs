@@ -86,7 +86,7 @@ fn frames_are_closed_and_keep_the_tolerance_or_four_times_it() {
 /// Plans along a path.
 fn plans(prepared: &Arc<Prepared>, options: &PlannerOptions, views: &[View]) -> Vec<Arc<Plan>> {
     let mut planner = Planner::new(Arc::clone(prepared), options);
-    let mut placed = PlacedInstances::of(&prepared);
+    let mut placed = PlacedInstances::of(prepared);
     let plan = |view: &View| Arc::clone(planner.plan(&mut placed, &[*view]));
     views.iter().map(plan).collect()
 }

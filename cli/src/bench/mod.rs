@@ -3,6 +3,7 @@
 mod costs;
 mod flight;
 mod glu_scene;
+mod hash;
 mod kept;
 mod plot;
 mod replay;
@@ -92,6 +93,10 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "N", requires = "scaling", value_parser = clap::value_parser!(u32).range(1..=10_000),
           default_value_t = 1)]
     copies: u32,
+    /// Fly once, on the first number of --workers, with tiles packed as renderers take them, and print the triangles of
+    /// the last picture and a hash of all pictures. The example `view.c` of the C interface prints the same.
+    #[arg(long, conflicts_with_all = ["replay", "coherence", "lines", "resync", "scaling", "json", "plot"])]
+    hash: bool,
     /// Write the results as JSON.
     #[arg(long, value_name = "OUT.json")]
     json: Option<PathBuf>,
@@ -185,9 +190,16 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
     if let Some(file) = &args.save_path {
         route::save(&views, file, outputs)?;
     }
+    let workers: Vec<usize> = common.workers.iter().map(|&n| usize::from(n)).collect();
+    if args.hash {
+        progress.stage(format!("flying {}", args.path.name()));
+        let hash = hash::of(&prepared, &views, workers.first().copied().unwrap_or(0))?;
+        drop(progress);
+        outputs.tell(&hash);
+        return Ok(Done::of(&prepared));
+    }
 
     let mut flights = Vec::new();
-    let workers: Vec<usize> = common.workers.iter().map(|&n| usize::from(n)).collect();
     for &coherence in &args.coherence {
         // Plans made from scratch have no lines to keep.
         let ways = if coherence == Coherence::Off { &[Follow::Spread][..] } else { &args.lines };

@@ -1,0 +1,42 @@
+//! Numbers of options, where 0 stands for the default.
+
+use crate::status::Failure;
+
+/// The value of the variant whose number C states; a failure if there is none.
+macro_rules! choice {
+    ($name:literal, $number:expr, $kind:ident { $($variant:ident => $value:expr),* $(,)? }) => {{
+        let number: u32 = $number;
+        $(if number == $kind::$variant as u32 { $value } else)* {
+            return Err($crate::status::Failure::argument(format!("no {} {number}", $name)));
+        }
+    }};
+}
+pub(crate) use choice;
+
+/// Replaces a default unless `by` is 0.
+pub(crate) fn set(value: &mut u64, by: u64) {
+    if by > 0 {
+        *value = by;
+    }
+}
+
+/// A number above 0, if there is one. Infinity is a number here, NaN is none.
+pub(crate) fn positive(name: &str, value: f64) -> Result<Option<f64>, Failure> {
+    if value > 0.0 {
+        return Ok(Some(value));
+    }
+    if value == 0.0 { Ok(None) } else { Err(Failure::argument(format!("{name} is {value}; it must be 0 or more"))) }
+}
+
+/// A number above 0.
+pub(crate) fn above_zero(name: &str, value: f64) -> Result<f64, Failure> {
+    positive(name, value)?.ok_or_else(|| Failure::argument(format!("{name} is 0; it must be above")))
+}
+
+/// Numbers that are finite.
+pub(crate) fn finite<const N: usize>(name: &str, values: [f64; N]) -> Result<[f64; N], Failure> {
+    if values.iter().all(|value| value.is_finite()) {
+        return Ok(values);
+    }
+    Err(Failure::argument(format!("{name} is {values:?}; its numbers must be finite")))
+}

@@ -1,0 +1,141 @@
+//! Options and reports of sessions.
+
+use crate::border::{Caller, versioned};
+use crate::limits::{positive, set};
+use crate::status::Failure;
+use crate::threads::at_most;
+use std::time::Duration;
+use trimtess::frame::{LinePlacement, PlannerOptions, Reuse, SplitRule};
+use trimtess::parallel::{FrameReport, SessionOptions};
+
+/// Options of a session. Zeros are the defaults.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tt_session_options {
+    /// `sizeof(tt_session_options)`.
+    pub size: u32,
+    /// Number of workers, and of threads that the session starts; 0 = one per core. On a pool: 0 = one per thread.
+    pub workers: u32,
+    /// 1 starts no thread: all work is done by the calls of the session.
+    pub no_threads: u32,
+    /// 1 sends the polylines of edges, too.
+    pub edge_lines: u32,
+    /// Levels of detail that a part with several instances may have at most; 0 = 4.
+    pub levels: u32,
+    /// Deals tiles to workers again every so many frames of views, by measured times; 0 = never. Meshes then depend on
+    /// times.
+    pub rebalance_every: u32,
+    /// 1 makes changed tiles from nothing, so that a frame does not depend on those before it. Slower.
+    pub no_reuse: u32,
+    /// 1 keeps lattice lines where densities change and puts new ones between them: less changes from frame to frame.
+    pub keep_lines: u32,
+    /// 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
+    /// and the near plane clips none.
+    pub cull_back_faces: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
+    /// for the next frame. 0 = any.
+    pub budget: f64,
+    /// Triangles of a frame at most; 0 = 64 million. Frames of views are coarser beyond it.
+    pub max_triangles: u64,
+    /// Triangles of one tile at most; 0 = 8 million.
+    pub max_tile_triangles: u64,
+    /// Memory of a frame at most, bytes, estimated; 0 = 16 GiB.
+    pub max_memory: u64,
+}
+versioned!(tt_session_options, reserved);
+
+/// What a session has.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tt_session_info {
+    /// `sizeof(tt_session_info)`.
+    pub size: u32,
+    /// Number of workers.
+    pub workers: u32,
+    /// Number of parts and further levels of detail.
+    pub parts: u32,
+    /// Number of instances.
+    pub instances: u32,
+    /// 1 if `tt_session_finish` would return without waiting: the frame is made, or none was begun.
+    pub is_made: u32,
+    /// 0.
+    pub reserved: u32,
+}
+versioned!(tt_session_info);
+
+/// What a frame took.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tt_report {
+    /// `sizeof(tt_report)`.
+    pub size: u32,
+    /// 1 if the sink got a whole frame rather than changes.
+    pub whole: u32,
+    /// Number of the frame within its session, from 0.
+    pub frame: u64,
+    /// Tiles made.
+    pub tiles: u64,
+    /// Tiles with triangles that were sent.
+    pub sent: u64,
+    /// Triangles of these.
+    pub triangles: u64,
+    /// Outdated tiles out of sight that the sink was told to forget.
+    pub forgotten: u64,
+    /// Tiles whose change waits for the next frame, because the budget was spent.
+    pub deferred: u64,
+    /// Tiles that are not as they should be.
+    pub degraded: u64,
+    /// Seconds to make the plan; 0 for frames by a tolerance.
+    pub planned_in: f64,
+    /// Seconds from the order to the last tile.
+    pub made_in: f64,
+    /// Seconds from the last tile to the end of the sink's calls.
+    pub committed_in: f64,
+}
+versioned!(tt_report);
+
+/// The options, and whether to start no thread.
+pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(SessionOptions, bool), Failure> {
+    let from = c.read_or_zeros("options", from)?;
+    let mut planner = PlannerOptions::DEFAULT.with_cull_back_faces(from.cull_back_faces != 0);
+    set(&mut planner.limits.triangles, from.max_triangles);
+    set(&mut planner.limits.triangles_per_tile, from.max_tile_triangles);
+    set(&mut planner.limits.bytes, from.max_memory);
+    let budget = positive("options.budget", from.budget)?;
+    planner = planner.with_budget(budget.map(duration));
+    if from.keep_lines != 0 {
+        planner = planner.with_lines(LinePlacement::Split { intensive: SplitRule::Criterion, most: 2.0, resync: None });
+    }
+    let options = SessionOptions::DEFAULT
+        .with_workers(at_most(from.workers)?)
+        .with_edge_lines(from.edge_lines != 0)
+        .with_levels(if from.levels == 0 { SessionOptions::DEFAULT.levels } else { from.levels as usize })
+        .with_rebalance_every(from.rebalance_every)
+        .with_reuse(if from.no_reuse != 0 { Reuse::NONE } else { Reuse::DEFAULT })
+        .with_planner(planner);
+    Ok((options, from.no_threads != 0))
+}
+
+/// Seconds, 0 or more, as a duration of at most 30 years.
+pub(crate) fn duration(seconds: f64) -> Duration {
+    Duration::from_secs_f64(seconds.min(1e9))
+}
+
+pub(crate) fn report(made: &FrameReport) -> tt_report {
+    tt_report {
+        size: 0,
+        whole: made.whole.into(),
+        frame: made.frame,
+        tiles: made.tiles as u64,
+        sent: made.batches as u64,
+        triangles: made.triangles,
+        forgotten: made.forgotten as u64,
+        deferred: made.deferred.into(),
+        degraded: made.degraded.len() as u64,
+        planned_in: made.planned_in.as_secs_f64(),
+        made_in: made.made_in.as_secs_f64(),
+        committed_in: made.committed_in.as_secs_f64(),
+    }
+}

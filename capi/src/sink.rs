@@ -1,0 +1,229 @@
+//! Callbacks of C as the sink of frames.
+
+use crate::border::{Caller, User, versioned};
+use crate::memory::{refused, tt_tile, written};
+use crate::mesh::{as_line, tt_line};
+use crate::prepared::{instance, tt_instance};
+use crate::status::Failure;
+use crate::version::TT_NONE;
+use std::ffi::c_void;
+use std::ptr;
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, WrittenTile};
+
+/// What a frame shows, as `tt_sink.begin` gets it. Pointers are valid until the callback returns.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tt_scene {
+    /// `sizeof(tt_scene)` of the library.
+    pub size: u32,
+    /// 1 if the frame replaces everything sent before; 0 if it equals the last frame except for what is sent now.
+    pub whole: u32,
+    /// Number of parts: those of the prepared model, then further levels of detail. They stay, and others may follow.
+    pub parts: u32,
+    /// Number of instances.
+    pub instances: u32,
+    /// For each part the part of the prepared model of which it is another level of detail; TT_NONE for those
+    /// themselves. Levels have the tiles, the centre and the faces of their part.
+    pub mesh_of: *const u32,
+    /// The instances. Each names the level of detail that it draws.
+    pub placed: *const tt_instance,
+}
+
+/// The tiles to draw, as `tt_sink.drawn` gets them. Pointers are valid until the callback returns.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tt_drawn {
+    /// `sizeof(tt_drawn)` of the library.
+    pub size: u32,
+    /// 1 if every instance draws all of its tiles in every view; there are no words then.
+    pub everything: u32,
+    /// Number of views.
+    pub views: u32,
+    /// Number of instances, those of `tt_scene`.
+    pub instances: u32,
+    /// Where the words of each (view, instance) start, view by view, then the end: `views * instances + 1` numbers.
+    pub starts: *const u32,
+    /// Bits of tiles: tile t of an instance is bit `t % 64` of its word `t / 64`, the lowest bit first.
+    pub words: *const u64,
+}
+
+/// Who receives frames. Calls come on the thread that called the session, before that call returns, in this order:
+/// `begin`, `tile` by (part, tile), `line` by (part, edge), `drawn`, then `end` or `abort`. A frame in which nothing
+/// changes has no calls.
+///
+/// A function that returns another number than 0 refuses the frame: `abort` is called, the session's call returns
+/// TT_ERROR_CALLBACK, and the next frame is a whole one. All but `tile` may be null.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tt_sink {
+    /// `sizeof(tt_sink)`.
+    pub size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Passed to the functions.
+    pub user: *mut c_void,
+    /// Starts a frame.
+    pub begin: Option<extern "C" fn(user: *mut c_void, scene: *const tt_scene) -> i32>,
+    /// Receives a tile, which replaces the one of the same part and number. One without triangles is gone. In sessions
+    /// with a layout its room is the sink's from now on, also if this refuses it.
+    pub tile: Option<extern "C" fn(user: *mut c_void, tile: *const tt_tile) -> i32>,
+    /// Receives the polyline of an edge, which replaces the one of the same part and edge.
+    pub line: Option<extern "C" fn(user: *mut c_void, line: *const tt_line) -> i32>,
+    /// Receives the tiles to draw, once per frame of views. There are no cracks between them; tiles that are not drawn
+    /// may be several frames old. Frames by a tolerance draw everything and skip this.
+    pub drawn: Option<extern "C" fn(user: *mut c_void, drawn: *const tt_drawn) -> i32>,
+    /// Completes the frame.
+    pub end: Option<extern "C" fn(user: *mut c_void) -> i32>,
+    /// Discards the frame, and all before it.
+    pub abort: Option<extern "C" fn(user: *mut c_void)>,
+}
+versioned!(tt_sink, reserved);
+
+type On<T> = extern "C" fn(*mut c_void, *const T) -> i32;
+
+/// Lists that live as long as the session, so that a frame allocates none.
+#[derive(Default)]
+pub(crate) struct Lists {
+    /// Number of tiles of each part of the prepared model.
+    tiles: Vec<u32>,
+    mesh_of: Vec<u32>,
+    placed: Vec<tt_instance>,
+    starts: Vec<u32>,
+    words: Vec<u64>,
+}
+
+impl Lists {
+    pub(crate) fn of(tiles: Vec<u32>) -> Self {
+        Self { tiles, ..Self::default() }
+    }
+}
+
+/// A [`tt_sink`] in use.
+pub(crate) struct Sink<'a> {
+    user: User,
+    begin: Option<On<tt_scene>>,
+    tile: On<tt_tile>,
+    line: Option<On<tt_line>>,
+    drawn: Option<On<tt_drawn>>,
+    end: Option<extern "C" fn(*mut c_void) -> i32>,
+    abort: Option<extern "C" fn(*mut c_void)>,
+    lists: &'a mut Lists,
+}
+
+fn took(name: &str, number: i32) -> Result<(), SinkError> {
+    if number == 0 { Ok(()) } else { Err(refused(name, number)) }
+}
+
+impl<'a> Sink<'a> {
+    pub(crate) fn of(c: &Caller, from: *const tt_sink, lists: &'a mut Lists) -> Result<Self, Failure> {
+        let tt_sink { user, begin, tile, line, drawn, end, abort, .. } = c.read("sink", from)?;
+        let tile = tile.ok_or_else(|| Failure::argument("sink.tile must be a function"))?;
+        Ok(Self { user: User::of(user), begin, tile, line, drawn, end, abort, lists })
+    }
+
+    fn start(&mut self, scene: &Scene, whole: bool) -> Result<(), SinkError> {
+        let Lists { mesh_of, placed, .. } = self.lists;
+        mesh_of.clear();
+        mesh_of.extend(scene.parts.iter().map(|part| part.mesh_of.map_or(TT_NONE, |of| of.0)));
+        placed.clear();
+        placed.extend(scene.instances.iter().map(instance));
+        let Some(begin) = self.begin else { return Ok(()) };
+        let scene = tt_scene {
+            size: size_of::<tt_scene>() as u32,
+            whole: whole.into(),
+            parts: mesh_of.len() as u32,
+            instances: placed.len() as u32,
+            mesh_of: mesh_of.as_ptr(),
+            placed: placed.as_ptr(),
+        };
+        took("tt_sink.begin", begin(self.user.get(), &scene))
+    }
+}
+
+/// Number of tiles of a part or of a level of detail.
+fn tiles_of(Lists { tiles, mesh_of, .. }: &Lists, part: u32) -> u32 {
+    let level = mesh_of.get(part as usize).copied().unwrap_or(TT_NONE);
+    let of = if level == TT_NONE { part } else { level };
+    tiles.get(of as usize).copied().unwrap_or(0)
+}
+
+impl MeshSink for Sink<'_> {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.start(scene, true)
+    }
+
+    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.start(scene, false)
+    }
+
+    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
+        let mesh = &batch.mesh;
+        let tile = tt_tile {
+            size: size_of::<tt_tile>() as u32,
+            part: batch.part.0,
+            face: batch.face.0,
+            tile: batch.tile.0,
+            worker: batch.worker,
+            vertices: mesh.positions.len() as u32,
+            triangles: mesh.triangles.len() as u32,
+            index_bytes: 4,
+            stride: 0,
+            has_grid: 0,
+            corner: [0; 3],
+            reserved: 0,
+            step: 0.0,
+            place: 0,
+            positions: mesh.positions.as_ptr().cast(),
+            normals: mesh.normals.as_ptr().cast(),
+            uvs: mesh.uvs.as_ptr().cast(),
+            indices: mesh.triangles.as_ptr().cast(),
+        };
+        took("tt_sink.tile", (self.tile)(self.user.get(), &tile))
+    }
+
+    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
+        took("tt_sink.tile", (self.tile)(self.user.get(), &written(tile)))
+    }
+
+    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
+        let Some(to) = self.line else { return Ok(()) };
+        took("tt_sink.line", to(self.user.get(), &as_line(&line)))
+    }
+
+    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+        let Some(to) = self.drawn else { return Ok(()) };
+        let (mut starts, mut words) = (std::mem::take(&mut self.lists.starts), std::mem::take(&mut self.lists.words));
+        starts.clear();
+        words.clear();
+        starts.push(0);
+        for view in 0..drawn.views() {
+            for (row, placed) in self.lists.placed.iter().enumerate() {
+                let count = tiles_of(self.lists, placed.part).div_ceil(64);
+                words.extend((0..count as usize).map(|k| drawn.word(view, row, k)));
+                starts.push(words.len() as u32);
+            }
+        }
+        let everything = drawn.is_everything();
+        let given = tt_drawn {
+            size: size_of::<tt_drawn>() as u32,
+            everything: everything.into(),
+            views: drawn.views() as u32,
+            instances: self.lists.placed.len() as u32,
+            starts: if everything { ptr::null() } else { starts.as_ptr() },
+            words: if everything { ptr::null() } else { words.as_ptr() },
+        };
+        let taken = to(self.user.get(), &given);
+        (self.lists.starts, self.lists.words) = (starts, words);
+        took("tt_sink.drawn", taken)
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        self.end.map_or(Ok(()), |end| took("tt_sink.end", end(self.user.get())))
+    }
+
+    fn abort(&mut self) {
+        if let Some(abort) = self.abort {
+            abort(self.user.get());
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! A flight -> a hash of all its pictures: of the drawn tiles, packed as renderers take them. `capi/examples/view.c`
+//! computes the same through the C interface.
+
+use crate::Failure;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::model::{PartId, TileId};
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::Prepared;
+use trimtess::view::View;
+
+/// Vertices and indices of a tile.
+type Block = [Vec<u8>; 2];
+
+/// A block per tile, by the tile's place.
+#[derive(Default)]
+struct Blocks(Mutex<(u64, BTreeMap<u64, Block>)>);
+
+impl Blocks {
+    fn lock(&self) -> MutexGuard<'_, (u64, BTreeMap<u64, Block>)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl TileMemory for Blocks {
+    fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError> {
+        let [mut vertices, mut indices] = [tile.vertex_bytes(), tile.index_bytes()].map(|bytes| vec![0; bytes]);
+        fill(&mut vertices, &mut indices);
+        let (places, blocks) = &mut *self.lock();
+        *places += 1;
+        blocks.insert(*places, [vertices, indices]);
+        Ok(*places)
+    }
+
+    fn release(&self, tile: &WrittenTile) {
+        self.lock().1.remove(&tile.place);
+    }
+}
+
+/// Keeps the tiles, and hashes those of each picture (FNV-1a).
+struct Pictures {
+    memory: Arc<Blocks>,
+    tiles: BTreeMap<(PartId, TileId), WrittenTile>,
+    /// The part, or level of detail, of each instance.
+    parts: Vec<PartId>,
+    /// Of the last picture.
+    triangles: u64,
+    hash: u64,
+}
+
+impl Pictures {
+    fn hash(&mut self, bytes: &[u8]) {
+        const PRIME: u64 = 0x100_0000_01b3;
+        self.hash = bytes.iter().fold(self.hash, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME));
+    }
+
+    fn draw(&mut self, instance: usize, tile: WrittenTile) {
+        let words = [tile.part.0, tile.face.0, tile.tile.0, tile.vertices, tile.triangles];
+        self.hash(&(instance as u32).to_le_bytes());
+        words.iter().for_each(|word| self.hash(&word.to_le_bytes()));
+        let memory = Arc::clone(&self.memory);
+        memory.lock().1.get(&tile.place).into_iter().flatten().for_each(|bytes| self.hash(bytes));
+        self.triangles += u64::from(tile.triangles);
+    }
+}
+
+impl MeshSink for Pictures {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        std::mem::take(&mut self.tiles).values().for_each(|tile| self.memory.release(tile));
+        self.begin_changes(scene)
+    }
+
+    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.parts = scene.instances.iter().map(|instance| instance.part).collect();
+        Ok(())
+    }
+
+    fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
+        // Tiles are written into memory.
+        Ok(())
+    }
+
+    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
+        let key = (tile.part, tile.tile);
+        let old = if tile.triangles > 0 { self.tiles.insert(key, *tile) } else { self.tiles.remove(&key) };
+        old.iter().for_each(|old| self.memory.release(old));
+        Ok(())
+    }
+
+    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+        self.triangles = 0;
+        for view in 0..drawn.views() {
+            for instance in 0..self.parts.len() {
+                for tile in drawn.tiles(view, instance) {
+                    let known = self.tiles.get(&(self.parts[instance], tile)).copied();
+                    known.into_iter().for_each(|tile| self.draw(instance, tile));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn abort(&mut self) {
+        self.tiles.clear();
+    }
+}
+
+/// Flies along `views` and tells the triangles of the last picture, and the hash of all.
+pub(super) fn of(prepared: &Arc<Prepared>, views: &[View], workers: usize) -> Result<String, Failure> {
+    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
+    let options = SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false);
+    let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
+    let memory = Arc::<Blocks>::default();
+    session.write_into(VertexLayout::COMPACT, Arc::clone(&memory) as Arc<dyn TileMemory>);
+    let (tiles, parts) = (BTreeMap::new(), Vec::new());
+    let mut pictures = Pictures { memory, tiles, parts, triangles: 0, hash: 0xcbf2_9ce4_8422_2325 };
+    for view in views {
+        session.view(&[*view], &mut pictures).map_err(|e| cannot(&e))?;
+    }
+    Ok(format!("triangles {} hash {:016x}\n", pictures.triangles, pictures.hash))
+}
