@@ -13,6 +13,7 @@ use crate::options::{duration, options, report, tt_report, tt_session_info, tt_s
 use crate::prepared::{self, instance, instance_at, tt_instance, tt_prepared};
 use crate::sink::{Lists, Sink, tt_sink};
 use crate::status::{Failure, tt_status};
+use crate::threads::Threads;
 use crate::view::{tt_view, view};
 use std::sync::Arc;
 use trimtess::control::Alone;
@@ -64,7 +65,7 @@ pub unsafe extern "C" fn tt_session_new(
             Some(_) if no_threads => return Err(Failure::argument("options.no_threads is 1, and there are jobs")),
             Some(jobs) => Session::start_on(jobs, prepared, &options),
             None if no_threads => Session::start_on(Arc::new(Alone), prepared, &options),
-            None => Session::start(prepared, &options)?,
+            None => Session::start_on(Arc::new(Threads::start(options.workers as u32)?), prepared, &options),
         };
         out.give(tt_session { id: SESSIONS.add(Exclusive::new(Row { session, lists, diagonal })) });
         Ok(())
