@@ -131,7 +131,7 @@ pub unsafe extern "C" fn tt_prepare(
         set(&mut limits.patches, from.max_patches);
         set(&mut limits.bytes, from.max_memory);
         let options = PrepareOptions::DEFAULT.with_limits(limits).with_border_tolerance(border);
-        let made = threads::run(from.threads, || prepare_on(&Rayon, &model, &options, &control))??;
+        let made = threads::start(from.threads)?.run(|| prepare_on(&Rayon, &model, &options, &control))?;
         out.give(tt_prepared { id: PREPARED.add(Arc::new(made)) });
         Ok(())
     })

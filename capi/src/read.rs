@@ -65,7 +65,7 @@ pub unsafe extern "C" fn tt_read_file(
     entry!(c => {
         let (path, out) = (c.text("path", path)?, c.out("model", model)?);
         let ((options, threads), control) = (self::options(c, options)?, self::control(control)?);
-        out.give(add(threads::run(threads, || read_file_on(&Rayon, Path::new(path), &options, &control))??));
+        out.give(add(threads::start(threads)?.run(|| read_file_on(&Rayon, Path::new(path), &options, &control))?));
         Ok(())
     })
 }
@@ -85,7 +85,7 @@ pub unsafe extern "C" fn tt_read_memory(
         let bytes: &[u8] = c.slice("bytes", bytes.cast(), count)?;
         let (name, out) = (c.text_or_empty("name", name)?, c.out("model", model)?);
         let ((options, threads), control) = (self::options(c, options)?, self::control(control)?);
-        let mut read = threads::run(threads, || read_on(&Rayon, bytes, &options, &control))??;
+        let mut read = threads::start(threads)?.run(|| read_on(&Rayon, bytes, &options, &control))?;
         if !name.is_empty() {
             name.clone_into(&mut read.name);
         }

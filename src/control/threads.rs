@@ -3,14 +3,34 @@
 use super::cores::{cores, stay_on};
 use super::jobs::{Job, Jobs, Priority};
 use rayon::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::{ThreadBuilder, ThreadPool, ThreadPoolBuilder};
 use std::fmt;
+use std::thread::{self, JoinHandle};
 
-/// A pool of threads, which end when it is dropped. Reads, prepares and sessions can share one.
+/// Stack of a thread, as the main thread has on Linux.
+const STACK: usize = 8 << 20;
+
+/// A pool of threads. They have ended once it is dropped. Reads, prepares and sessions can share one.
 ///
 /// Has no priorities. A thread without work looks for helpers before it begins the next frame.
 #[derive(Debug)]
-pub struct Threads(ThreadPool);
+pub struct Threads {
+    // Dropped before the threads are awaited.
+    pool: ThreadPool,
+    _ended: Ended,
+}
+
+/// Waits for threads. Rayon tells its own to end, and does not wait.
+#[derive(Debug)]
+struct Ended(Vec<JoinHandle<()>>);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let others = self.0.drain(..).filter(|handle| handle.thread().id() != thread::current().id());
+        // What panicked was told by the work that did.
+        others.for_each(|handle| _ = handle.join());
+    }
+}
 
 impl Threads {
     /// Starts `count` threads; 0 = one per core available to the process. `pin` pins each to one core, where the system
@@ -20,30 +40,41 @@ impl Threads {
     /// When the system refuses a thread.
     pub fn start(count: usize, pin: bool) -> Result<Self, StartError> {
         let cores = if pin { cores() } else { Vec::new() };
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(count)
-            .thread_name(|k| format!("trimtess-{k}"))
-            .start_handler(move |k| {
+        let mut ended = Ended(Vec::new());
+        let start = |worker: ThreadBuilder| {
+            let (k, cores) = (worker.index(), cores.clone());
+            let run = move || {
                 if !cores.is_empty() {
                     stay_on(cores[k % cores.len()]);
                 }
-            })
-            .build();
-        pool.map(Self).map_err(|cause| StartError { cause: std::io::Error::other(cause) })
+                worker.run();
+            };
+            let thread = thread::Builder::new().name(format!("trimtess-{k}")).stack_size(STACK);
+            ended.0.push(thread.spawn(run)?);
+            Ok(())
+        };
+        let pool = ThreadPoolBuilder::new().num_threads(count).spawn_handler(start).build();
+        let pool = pool.map_err(|cause| StartError { cause: std::io::Error::other(cause) })?;
+        Ok(Self { pool, _ended: ended })
+    }
+
+    /// Runs `work` on one of the threads, and waits for it. Within, [`Rayon`] is this pool. A panic reaches the caller.
+    pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        self.pool.install(work)
     }
 }
 
 impl Jobs for Threads {
     fn width(&self) -> usize {
-        self.0.current_num_threads()
+        self.pool.current_num_threads()
     }
 
     fn spawn(&self, _: Priority, job: Job) {
-        self.0.spawn(job);
+        self.pool.spawn(job);
     }
 
     fn for_each(&self, count: usize, body: &(dyn Fn(usize) + Sync)) {
-        self.0.install(|| Rayon.for_each(count, body));
+        self.run(|| Rayon.for_each(count, body));
     }
 }
 
