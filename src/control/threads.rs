@@ -118,3 +118,47 @@ impl std::error::Error for StartError {
         Some(&self.cause)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::RefCell;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::time::Duration;
+
+    /// Tells that its thread has ended, after a while.
+    struct Last(Arc<AtomicBool>);
+
+    impl Drop for Last {
+        fn drop(&mut self) {
+            thread::sleep(Duration::from_millis(20));
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+
+    thread_local! {
+        static LAST: RefCell<Option<Last>> = const { RefCell::new(None) };
+    }
+
+    #[test]
+    fn threads_have_ended_once_they_are_dropped_also_by_one_of_them() {
+        for within in [false, true] {
+            let (has_ended, other) = (Arc::new(AtomicBool::new(false)), Threads::start(1, false).expect("a thread"));
+            let last = Last(Arc::clone(&has_ended));
+            other.run(|| LAST.set(Some(last)));
+            if within {
+                let own = Arc::new(Threads::start(1, false).expect("a thread"));
+                let held = Arc::clone(&own);
+                own.spawn(Priority::Frame, Box::new(move || drop((held, other))));
+                drop(own);
+                while !has_ended.load(Ordering::Relaxed) {
+                    thread::yield_now();
+                }
+            } else {
+                drop(other);
+            }
+            assert!(has_ended.load(Ordering::Relaxed));
+        }
+    }
+}
