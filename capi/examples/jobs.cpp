@@ -1,5 +1,5 @@
-// Frames on a pool of the program's own: two cameras at the same time, each with a session, both on the same threads.
-// Instances move meanwhile. Prints the triangles of each picture's tiles.
+// All work on a pool of the program's own: a file is read and prepared, then two cameras fly at the same time, each with
+// a session, on the same threads. Instances move meanwhile. Prints the triangles of each picture's tiles.
 //
 //     jobs FILE [THREADS]
 #include <atomic>
@@ -34,6 +34,37 @@ public:
             jobs_.push_back(std::move(job));
         }
         more_.notify_one();
+    }
+    // Calls `body` with each number below `count`. The caller makes calls, too, so loops within loops end.
+    void each(std::uint32_t count, const std::function<void(std::uint32_t)> &body) {
+        struct Loop {
+            std::atomic<std::uint32_t> next{0};
+            std::mutex mutex;
+            std::condition_variable left;
+            unsigned inside = 0;
+            bool closed = false;
+        };
+        const auto loop = std::make_shared<Loop>();
+        const auto calls = [loop, count, &body] {
+            for (std::uint32_t k; (k = loop->next++) < count;) body(k);
+        };
+        for (std::size_t k = 1; k < threads_.size() && k < count; k++) {
+            spawn([loop, calls] {
+                {
+                    const std::lock_guard<std::mutex> lock(loop->mutex);
+                    if (loop->closed) return; // Too late: `body` is gone.
+                    loop->inside++;
+                }
+                calls();
+                const std::lock_guard<std::mutex> lock(loop->mutex);
+                loop->inside--;
+                loop->left.notify_one();
+            });
+        }
+        calls();
+        std::unique_lock<std::mutex> lock(loop->mutex);
+        loop->closed = true;
+        loop->left.wait(lock, [&] { return loop->inside == 0; });
     }
     std::uint64_t done() const { return done_; }
 
@@ -104,19 +135,23 @@ struct Tiles {
 };
 
 int run(const char *file, unsigned threads) {
-    std::uint32_t parts = 0;
+    std::atomic<std::uint32_t> parts{0};
     const trimtess::Control control([&](tt_stage stage, std::uint64_t, std::uint64_t total) {
         if (stage == TT_STAGE_READ) parts = static_cast<std::uint32_t>(total);
     });
+    Pool pool(threads);
+    const trimtess::Jobs jobs{threads, [&](std::function<void()> job) { pool.spawn(std::move(job)); },
+                              [&](std::uint32_t count, const auto &body) { pool.each(count, body); }};
+    const trimtess::Loops loops(jobs);
     auto reading = trimtess::sized<tt_read_options>();
-    reading.threads = 1; // So that `parts` needs no lock.
+    reading.jobs = loops.get();
     const auto model = trimtess::Model::read_file(file, &reading, &control);
     for (const auto &told : model.diagnostics()) std::fprintf(stderr, "%s: %s\n", told.data.code, told.message.c_str());
-    const trimtess::Prepared prepared(model);
-    std::printf("%s: %u parts, %u instances\n", model.name().c_str(), parts, prepared.info().instances);
+    auto preparing = trimtess::sized<tt_prepare_options>();
+    preparing.jobs = loops.get();
+    const trimtess::Prepared prepared(model, &preparing);
+    std::printf("%s: %u parts, %u instances\n", model.name().c_str(), parts.load(), prepared.info().instances);
 
-    Pool pool(threads);
-    const trimtess::Jobs jobs{threads, [&](std::function<void()> job) { pool.spawn(std::move(job)); }};
     auto options = trimtess::sized<tt_session_options>();
     options.budget = 0.004;
     struct Camera {

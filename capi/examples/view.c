@@ -4,6 +4,7 @@
 //
 //     view FILE [PATH] [FRAMES] [THREADS]
 #include <inttypes.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -137,16 +138,12 @@ static void draw(scene *all, uint32_t instance, const block *of) {
 static int32_t on_drawn(void *user, const tt_drawn *drawn) {
     scene *all = user;
     all->triangles = 0;
-    for (uint32_t view = 0; view < drawn->views; view++) {
-        for (uint32_t instance = 0; instance < drawn->instances; instance++) {
-            const part *of = &all->parts[all->drawn_parts[instance]];
-            uint32_t row = view * drawn->instances + instance, first = drawn->starts[row];
-            for (uint32_t word = first; word < drawn->starts[row + 1]; word++) {
-                for (uint32_t bit = 0; bit < 64; bit++) {
-                    size_t tile = 64 * (size_t)(word - first) + bit;
-                    if (drawn->words[word] >> bit & 1 && tile < of->count) draw(all, instance, of->tiles[tile]);
-                }
-            }
+    for (uint32_t k = 0; k < drawn->count; k++) {
+        const tt_drawn_row *row = &drawn->rows[k];
+        const part *of = &all->parts[all->drawn_parts[row->instance]];
+        for (uint32_t tile = 0; tile < 64 * row->count && tile < of->count; tile++) {
+            bool is_drawn = drawn->words[row->start + tile / 64] >> tile % 64 & 1;
+            if (is_drawn) draw(all, row->instance, of->tiles[tile]);
         }
     }
     return 0;

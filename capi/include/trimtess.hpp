@@ -299,10 +299,39 @@ struct Memory {
     std::function<void(const tt_tile &)> release;
 };
 
-/// A pool of threads: takes work, to be called once. Work that is destroyed without a call is dropped.
+/// A pool of threads.
 struct Jobs {
     std::uint32_t width = 1;
+    /// Takes work, to be called once. Work that is destroyed without a call is dropped.
     std::function<void(std::function<void()>)> spawn;
+    /// For reading and preparing: calls the function with each number below the first argument, on any threads, and
+    /// returns when all calls have, see tt_jobs. May be empty: then the thread that reads or prepares does all the work.
+    std::function<void(std::uint32_t, const std::function<void(std::uint32_t)> &)> each;
+};
+
+/// A pool for `tt_read_options.jobs` and `tt_prepare_options.jobs`. Stays where it is until the call returns. What an
+/// exception leaves out of a loop is made by the library.
+class Loops {
+public:
+    explicit Loops(Jobs jobs) : jobs_(std::move(jobs)), c_(sized<tt_jobs>()) {
+        c_.width = jobs_.width;
+        c_.user = this;
+        // Reading and preparing have loops only.
+        c_.spawn = [](void *, tt_job) -> std::int32_t { return 1; };
+        if (!jobs_.each) return;
+        c_.each = [](void *user, std::uint32_t count, tt_body body, void *of) -> std::int32_t {
+            detail::Caught ignored;
+            const auto call = [=](std::uint32_t number) { body(of, number); };
+            return detail::guarded(ignored, [&] { static_cast<Loops *>(user)->jobs_.each(count, call); });
+        };
+    }
+    Loops(const Loops &) = delete;
+    Loops &operator=(const Loops &) = delete;
+    const tt_jobs *get() const noexcept { return &c_; }
+
+private:
+    Jobs jobs_;
+    tt_jobs c_;
 };
 
 /// Frames for moving cameras, or by a tolerance.

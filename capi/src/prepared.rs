@@ -4,13 +4,13 @@ use crate::border::handles::Table;
 use crate::border::{entry, versioned};
 use crate::control::{control, tt_control};
 use crate::diagnostic::{self, tt_diagnostic};
+use crate::jobs::tt_jobs;
 use crate::limits::set;
 use crate::model::{self, tt_model};
 use crate::status::{Failure, tt_status};
-use crate::threads;
+use crate::threads::Workplace;
 use std::ffi::c_char;
 use std::sync::Arc;
-use trimtess::control::Rayon;
 use trimtess::mesh::{SceneInstance, ScenePart};
 use trimtess::prepare::{PrepareLimits, PrepareOptions, Prepared, prepare_on};
 
@@ -37,6 +37,8 @@ pub struct tt_prepare_options {
     /// Distance up to which borders of faces without edges become one, as a fraction of the part's diagonal, up to 1;
     /// 0 = 1e-6, below 0 = they never do.
     pub border_tolerance: f64,
+    /// A pool that prepares, instead of threads that end with the call; or null.
+    pub jobs: *const tt_jobs,
 }
 versioned!(tt_prepare_options);
 
@@ -131,7 +133,8 @@ pub unsafe extern "C" fn tt_prepare(
         set(&mut limits.patches, from.max_patches);
         set(&mut limits.bytes, from.max_memory);
         let options = PrepareOptions::DEFAULT.with_limits(limits).with_border_tolerance(border);
-        let made = threads::start(from.threads)?.run(|| prepare_on(&Rayon, &model, &options, &control))?;
+        let place = Workplace::of(c, from.threads, from.jobs)?;
+        let made = place.run(|jobs| prepare_on(jobs, &model, &options, &control))??;
         out.give(tt_prepared { id: PREPARED.add(Arc::new(made)) });
         Ok(())
     })

@@ -2,13 +2,13 @@
 
 use crate::border::{Caller, entry, versioned};
 use crate::control::{control, tt_control};
+use crate::jobs::tt_jobs;
 use crate::limits::{positive, set};
 use crate::model::{add, tt_model};
 use crate::status::{Failure, tt_status};
-use crate::threads;
+use crate::threads::Workplace;
 use std::ffi::{c_char, c_void};
 use std::path::Path;
-use trimtess::control::Rayon;
 use trimtess::import::step::{StepOptions, read_file_on, read_on};
 
 /// Options of reading. Zeros are the defaults.
@@ -33,10 +33,12 @@ pub struct tt_read_options {
     pub max_entities: u64,
     /// Placed parts and assemblies at most; 0 = 1 million.
     pub max_instances: u64,
+    /// A pool that reads, instead of threads that end with the call; or null.
+    pub jobs: *const tt_jobs,
 }
 versioned!(tt_read_options);
 
-fn options(c: &Caller, from: *const tt_read_options) -> Result<(StepOptions, u32), Failure> {
+fn options(c: &Caller, from: *const tt_read_options) -> Result<(StepOptions, Workplace), Failure> {
     let from = c.read_or_zeros("options", from)?;
     let mut options = StepOptions::DEFAULT.with_supplemental(from.supplemental != 0);
     if let Some(tolerance) = positive("options.fit_tolerance", from.fit_tolerance)? {
@@ -49,7 +51,7 @@ fn options(c: &Caller, from: *const tt_read_options) -> Result<(StepOptions, u32
     set(&mut options.max_memory, from.max_memory);
     set(&mut options.max_entities, from.max_entities);
     set(&mut options.max_instances, from.max_instances);
-    Ok((options, from.threads))
+    Ok((options, Workplace::of(c, from.threads, from.jobs)?))
 }
 
 /// Reads a STEP file. What cannot be read is left out and told in diagnostics; the rest is read all the same.
@@ -64,8 +66,8 @@ pub unsafe extern "C" fn tt_read_file(
 ) -> tt_status {
     entry!(c => {
         let (path, out) = (c.text("path", path)?, c.out("model", model)?);
-        let ((options, threads), control) = (self::options(c, options)?, self::control(control)?);
-        out.give(add(threads::start(threads)?.run(|| read_file_on(&Rayon, Path::new(path), &options, &control))?));
+        let ((options, place), control) = (self::options(c, options)?, self::control(control)?);
+        out.give(add(place.run(|jobs| read_file_on(jobs, Path::new(path), &options, &control))??));
         Ok(())
     })
 }
@@ -84,8 +86,8 @@ pub unsafe extern "C" fn tt_read_memory(
     entry!(c => {
         let bytes: &[u8] = c.slice("bytes", bytes.cast(), count)?;
         let (name, out) = (c.text_or_empty("name", name)?, c.out("model", model)?);
-        let ((options, threads), control) = (self::options(c, options)?, self::control(control)?);
-        let mut read = threads::start(threads)?.run(|| read_on(&Rayon, bytes, &options, &control))?;
+        let ((options, place), control) = (self::options(c, options)?, self::control(control)?);
+        let mut read = place.run(|jobs| read_on(jobs, bytes, &options, &control))??;
         if !name.is_empty() {
             name.clone_into(&mut read.name);
         }

@@ -58,7 +58,7 @@ pub unsafe extern "C" fn tt_session_new(
     entry!(c => {
         let (prepared, out) = (prepared::get(prepared)?, c.out("session", session)?);
         let ((options, no_threads), jobs) = (self::options(c, options)?, pool(c, jobs)?);
-        let lists = Lists::of(prepared::tiles(&prepared));
+        let lists = Lists::default();
         let diagonal = prepared.diagonal;
         let session = match jobs {
             Some(_) if no_threads => return Err(Failure::argument("options.no_threads is 1, and there are jobs")),

@@ -7,7 +7,6 @@ use crate::prepared::{instance, tt_instance};
 use crate::status::Failure;
 use crate::version::TT_NONE;
 use std::ffi::c_void;
-use std::ptr;
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, WrittenTile};
 
 /// What a frame shows, as `tt_sink.begin` gets it. Pointers are valid until the callback returns.
@@ -35,16 +34,29 @@ pub struct tt_scene {
 pub struct tt_drawn {
     /// `sizeof(tt_drawn)` of the library.
     pub size: u32,
-    /// 1 if every instance draws all of its tiles in every view; there are no words then.
+    /// 1 if every instance draws all of its tiles in every view; there are no rows then.
     pub everything: u32,
     /// Number of views.
     pub views: u32,
-    /// Number of instances, those of `tt_scene`.
-    pub instances: u32,
-    /// Where the words of each (view, instance) start, view by view, then the end: `views * instances + 1` numbers.
-    pub starts: *const u32,
-    /// Bits of tiles: tile t of an instance is bit `t % 64` of its word `t / 64`, the lowest bit first.
+    /// Number of `rows`.
+    pub count: u32,
+    /// What each instance draws that draws anything, by view, then by instance.
+    pub rows: *const tt_drawn_row,
+    /// Bits of tiles: tile t of an instance is bit `t % 64` of word `t / 64` of its row, the lowest bit first.
     pub words: *const u64,
+}
+
+/// The tiles that an instance draws in a view.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct tt_drawn_row {
+    pub view: u32,
+    /// One of those of `tt_scene`.
+    pub instance: u32,
+    /// Where its words start.
+    pub start: u32,
+    /// Number of its words, at least 1. Tiles beyond them are not drawn.
+    pub count: u32,
 }
 
 /// Who receives frames. Calls come on the thread that called the session, before that call returns, in this order:
@@ -84,18 +96,10 @@ type On<T> = extern "C" fn(*mut c_void, *const T) -> i32;
 /// Lists that live as long as the session, so that a frame allocates none.
 #[derive(Default)]
 pub(crate) struct Lists {
-    /// Number of tiles of each part of the prepared model.
-    tiles: Vec<u32>,
     mesh_of: Vec<u32>,
     placed: Vec<tt_instance>,
-    starts: Vec<u32>,
+    rows: Vec<tt_drawn_row>,
     words: Vec<u64>,
-}
-
-impl Lists {
-    pub(crate) fn of(tiles: Vec<u32>) -> Self {
-        Self { tiles, ..Self::default() }
-    }
 }
 
 /// A [`tt_sink`] in use.
@@ -138,13 +142,6 @@ impl<'a> Sink<'a> {
         };
         took("tt_sink.begin", begin(self.user.get(), &scene))
     }
-}
-
-/// Number of tiles of a part or of a level of detail.
-fn tiles_of(Lists { tiles, mesh_of, .. }: &Lists, part: u32) -> u32 {
-    let level = mesh_of.get(part as usize).copied().unwrap_or(TT_NONE);
-    let of = if level == TT_NONE { part } else { level };
-    tiles.get(of as usize).copied().unwrap_or(0)
 }
 
 impl MeshSink for Sink<'_> {
@@ -192,29 +189,23 @@ impl MeshSink for Sink<'_> {
 
     fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
         let Some(to) = self.drawn else { return Ok(()) };
-        let (mut starts, mut words) = (std::mem::take(&mut self.lists.starts), std::mem::take(&mut self.lists.words));
-        starts.clear();
+        let Lists { rows, words, .. } = &mut *self.lists;
+        rows.clear();
         words.clear();
-        starts.push(0);
-        for view in 0..drawn.views() {
-            for (row, placed) in self.lists.placed.iter().enumerate() {
-                let count = tiles_of(self.lists, placed.part).div_ceil(64);
-                words.extend((0..count as usize).map(|k| drawn.word(view, row, k)));
-                starts.push(words.len() as u32);
-            }
+        for (view, instance, of_row) in drawn.rows() {
+            let (start, count) = (words.len() as u32, of_row.len() as u32);
+            rows.push(tt_drawn_row { view: view as u32, instance: instance as u32, start, count });
+            words.extend(of_row);
         }
-        let everything = drawn.is_everything();
         let given = tt_drawn {
             size: size_of::<tt_drawn>() as u32,
-            everything: everything.into(),
+            everything: drawn.is_everything().into(),
             views: drawn.views() as u32,
-            instances: self.lists.placed.len() as u32,
-            starts: if everything { ptr::null() } else { starts.as_ptr() },
-            words: if everything { ptr::null() } else { words.as_ptr() },
+            count: rows.len() as u32,
+            rows: rows.as_ptr(),
+            words: words.as_ptr(),
         };
-        let taken = to(self.user.get(), &given);
-        (self.lists.starts, self.lists.words) = (starts, words);
-        took("tt_sink.drawn", taken)
+        took("tt_sink.drawn", to(self.user.get(), &given))
     }
 
     fn end(&mut self) -> Result<(), SinkError> {

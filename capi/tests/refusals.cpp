@@ -124,6 +124,9 @@ void structs() {
     options.threads = 100000;
     tt_model read{};
     REFUSED(tt_read_memory("x", 1, nullptr, &options, {}, &read), TT_ERROR_ARGUMENT, "100000 threads");
+    const trimtess::Loops loops(trimtess::Jobs{2, {}, {}});
+    options.threads = 2, options.jobs = loops.get();
+    REFUSED(tt_read_memory("x", 1, nullptr, &options, {}, &read), TT_ERROR_ARGUMENT, "threads is 2, and there are jobs");
     REFUSED(tt_read_memory(nullptr, 1, nullptr, nullptr, {}, &read), TT_ERROR_ARGUMENT, "bytes is null");
     REFUSED(tt_read_memory("solid x", 7, nullptr, nullptr, {}, &read), TT_ERROR_READ, "not a STEP file");
     REFUSED(tt_read_file("no/such/file.step", nullptr, {}, &read), TT_ERROR_READ, "cannot read no/such/file.step");

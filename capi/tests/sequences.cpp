@@ -142,8 +142,9 @@ std::int32_t on_tile(void *, const tt_tile *tile) {
 std::int32_t on_line(void *, const tt_line *line) { return line->count < 2 ? 9 : refuses(); }
 std::int32_t on_drawn(void *, const tt_drawn *drawn) {
     std::uint64_t bits = 0;
-    for (std::uint32_t row = 0; row < drawn->views * drawn->instances; row++) {
-        for (std::uint32_t k = drawn->starts[row]; k < drawn->starts[row + 1]; k++) bits += drawn->words[k];
+    for (std::uint32_t k = 0; k < drawn->count; k++) {
+        const tt_drawn_row &row = drawn->rows[k];
+        for (std::uint32_t word = 0; word < row.count; word++) bits += drawn->words[row.start + word];
     }
     return bits == 1 ? 0 : refuses();
 }
@@ -165,6 +166,25 @@ std::int32_t spawn(void *, tt_job job) {
     return 0;
 }
 std::int32_t spawn_at_once(void *, tt_job job) { return tt_job_run(job); }
+std::int32_t each_backwards(void *, std::uint32_t count, tt_body body, void *of) {
+    while (count > 0) body(of, --count);
+    return 0;
+}
+std::int32_t each_on_threads(void *, std::uint32_t count, tt_body body, void *of) {
+    std::thread other([=] {
+        for (std::uint32_t k = 0; k < count; k += 2) body(of, k);
+    });
+    for (std::uint32_t k = 1; k < count; k += 2) body(of, k);
+    other.join();
+    return 0;
+}
+// Leaves calls out, makes some twice, and some that there are not.
+std::int32_t each_carelessly(void *, std::uint32_t count, tt_body body, void *of) {
+    for (std::uint32_t k = 0; k < count + 2; k += 2) body(of, k), body(of, k);
+    body(of, 0xffffffff);
+    body(nullptr, 0);
+    return 9;
+}
 
 enum Kind { CONTROL = 1, MODEL, BUILDER, PREPARED, MESH, SESSION, JOB, KINDS };
 
@@ -279,6 +299,17 @@ struct Run {
         left = random.once_in(6) ? static_cast<int>(random.below(12)) : 1 << 30;
         return given(sink);
     }
+    tt_jobs loops() {
+        tt_jobs pool{};
+        pool.width = random.index(3), pool.spawn = spawn_at_once;
+        switch (random.below(4)) {
+        case 0: pool.each = each_backwards; break;
+        case 1: pool.each = each_on_threads; break;
+        case 2: pool.each = each_carelessly; break;
+        default: break;
+        }
+        return pool;
+    }
     tt_placement placement() {
         tt_placement placement{};
         placement.part = random.index(1), placement.has_colour = random.flag(), placement.name = random.text();
@@ -355,6 +386,7 @@ void Run::models() {
         tt_read_options options{};
         options.threads = 1, options.fit_tolerance = random.number(1e-3);
         options.max_bytes = random.once_in(8) ? random.below(1000) : 0;
+        if (random.flag()) options.jobs = given(loops()), options.threads = random.once_in(9);
         const auto *given_options = random.flag() ? given(options) : nullptr;
         const auto control = pick_or_none<tt_control>(CONTROL);
         // An optional handle may be none.
@@ -436,6 +468,7 @@ void Run::preparing() {
         tt_prepare_options options{};
         options.threads = 1, options.border_tolerance = random.once_in(4) ? random.number(1e-4) : 0;
         options.max_patches = random.once_in(8) ? 1 : 0;
+        if (random.flag()) options.jobs = given(loops()), options.threads = random.once_in(9);
         tt_prepared prepared{};
         const auto model = pick<tt_model>(MODEL);
         const bool dead_model = dead_used;

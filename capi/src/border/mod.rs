@@ -9,9 +9,10 @@ pub(crate) use sized::{Versioned, versioned};
 mod user;
 pub(crate) use user::User;
 
+use crate::jobs::tt_body;
 use crate::status::{Failure, tell, tt_status};
 use std::any::Any;
-use std::ffi::{CStr, c_char};
+use std::ffi::{CStr, c_char, c_void};
 use std::marker::PhantomData;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::{ptr, slice};
@@ -233,4 +234,28 @@ pub(crate) unsafe fn lend(
     let (vertices, indices) =
         unsafe { (slice::from_raw_parts_mut(vertices, vertex_bytes), slice::from_raw_parts_mut(indices, index_bytes)) };
     fill(vertices, indices);
+}
+
+/// The body of a loop, and its numbers.
+struct Body<'a> {
+    count: usize,
+    call: &'a (dyn Fn(usize) + Sync),
+}
+
+/// Lends the body of a loop to C, which calls it while `to` runs. `body` does not panic.
+pub(crate) fn lend_body(count: usize, body: &(dyn Fn(usize) + Sync), to: impl FnOnce(tt_body, *mut c_void)) {
+    extern "C" fn call(of: *mut c_void, number: u32) {
+        if of.is_null() {
+            return;
+        }
+        // SAFETY: C passes on the pointer that it got below, and the header's rule is that all calls have returned when
+        // the loop does, so what it points to is alive. It is shared, and never changed.
+        let body = unsafe { &*of.cast_const().cast::<Body<'_>>() };
+        let number = number as usize;
+        if number < body.count {
+            (body.call)(number);
+        }
+    }
+    let body = Body { count, call: body };
+    to(call, ptr::from_ref(&body).cast_mut().cast());
 }
