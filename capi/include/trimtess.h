@@ -240,6 +240,34 @@ typedef struct {
     char code[64];
 } tt_diagnostic;
 
+// Work that the library gave to a pool, to be run once: `tt_job_run`. A pool that does not want it calls
+// `tt_job_drop`; whoever waits for the work does it then.
+typedef struct {
+    uint64_t id;
+} tt_job;
+
+// One call of a loop: `of` is what `tt_jobs.each` got, `number` is below its `count`.
+typedef void (*tt_body)(void *of, uint32_t number);
+
+// A pool of threads. Jobs may run in any order, at any time, also within `spawn`. They wait at most for one that runs
+// on another thread, so a pool of one thread suffices.
+typedef struct {
+    // `sizeof(tt_jobs)`.
+    uint32_t size;
+    // How many jobs can run at the same time, at least 1.
+    uint32_t width;
+    // Passed to the functions. Valid until the session is freed, or the call returns.
+    void *user;
+    // Takes a job, on any thread, several at the same time, and returns 0. Another number refuses the job.
+    int32_t (*spawn)(void *user, tt_job job);
+    // A loop, for reading and preparing: calls `body` once with each number below `count`, on any threads and in any
+    // order, and returns 0 when all calls have returned. `body` may come back here: whoever waits for a loop within
+    // must make calls meanwhile, or have made all of them itself. The library makes the calls that are left out.
+    //
+    // May be null: then the thread that reads or prepares does all the work.
+    int32_t (*each)(void *user, uint32_t count, tt_body body, void *of);
+} tt_jobs;
+
 // Options of reading. Zeros are the defaults.
 typedef struct {
     // `sizeof(tt_read_options)`.
@@ -260,6 +288,8 @@ typedef struct {
     uint64_t max_entities;
     // Placed parts and assemblies at most; 0 = 1 million.
     uint64_t max_instances;
+    // A pool that reads, instead of threads that end with the call; or null.
+    const tt_jobs *jobs;
 } tt_read_options;
 
 // A model while it is built, by one thread at a time: another one gets TT_ERROR_BUSY.
@@ -366,6 +396,8 @@ typedef struct {
     // Distance up to which borders of faces without edges become one, as a fraction of the part's diagonal, up to 1;
     // 0 = 1e-6, below 0 = they never do.
     double border_tolerance;
+    // A pool that prepares, instead of threads that end with the call; or null.
+    const tt_jobs *jobs;
 } tt_prepare_options;
 
 // A model that is ready for tessellation at any tolerance. It does not change, and any number of threads and sessions
@@ -575,12 +607,6 @@ typedef struct {
     uint32_t reserved;
 } tt_layout;
 
-// Work that the library gave to a pool, to be run once: `tt_job_run`. A pool that does not want it calls
-// `tt_job_drop`; whoever waits for the work does it then.
-typedef struct {
-    uint64_t id;
-} tt_job;
-
 // Options of a session. Zeros are the defaults.
 typedef struct {
     // `sizeof(tt_session_options)`.
@@ -615,19 +641,6 @@ typedef struct {
     // Memory of a frame at most, bytes, estimated; 0 = 16 GiB.
     uint64_t max_memory;
 } tt_session_options;
-
-// A pool of threads. Jobs may run in any order, at any time, also within `spawn`. They wait at most for one that runs
-// on another thread, so a pool of one thread suffices.
-typedef struct {
-    // `sizeof(tt_jobs)`.
-    uint32_t size;
-    // How many jobs can run at the same time, at least 1.
-    uint32_t width;
-    // Passed to `spawn`. Valid until the session is freed.
-    void *user;
-    // Takes a job, on any thread, several at the same time, and returns 0. Another number refuses the job.
-    int32_t (*spawn)(void *user, tt_job job);
-} tt_jobs;
 
 // Workers for one prepared model, and one sink that they keep up to date.
 //
@@ -726,19 +739,30 @@ typedef struct {
     const tt_instance *placed;
 } tt_scene;
 
+// The tiles that an instance draws in a view.
+typedef struct {
+    uint32_t view;
+    // One of those of `tt_scene`.
+    uint32_t instance;
+    // Where its words start.
+    uint32_t start;
+    // Number of its words, at least 1. Tiles beyond them are not drawn.
+    uint32_t count;
+} tt_drawn_row;
+
 // The tiles to draw, as `tt_sink.drawn` gets them. Pointers are valid until the callback returns.
 typedef struct {
     // `sizeof(tt_drawn)` of the library.
     uint32_t size;
-    // 1 if every instance draws all of its tiles in every view; there are no words then.
+    // 1 if every instance draws all of its tiles in every view; there are no rows then.
     uint32_t everything;
     // Number of views.
     uint32_t views;
-    // Number of instances, those of `tt_scene`.
-    uint32_t instances;
-    // Where the words of each (view, instance) start, view by view, then the end: `views * instances + 1` numbers.
-    const uint32_t *starts;
-    // Bits of tiles: tile t of an instance is bit `t % 64` of its word `t / 64`, the lowest bit first.
+    // Number of `rows`.
+    uint32_t count;
+    // What each instance draws that draws anything, by view, then by instance.
+    const tt_drawn_row *rows;
+    // Bits of tiles: tile t of an instance is bit `t % 64` of word `t / 64` of its row, the lowest bit first.
     const uint64_t *words;
 } tt_drawn;
 
