@@ -134,7 +134,7 @@ fn vertex(part: &Part, vertex: u32) -> Result<(VertexId, DVec3), Failure> {
 
 /// Adds an edge along the whole of a curve.
 fn edge(part: &mut Part, curve: NurbsCurve3, kind: CurveKind, ends: [VertexId; 2]) -> Result<usize, Failure> {
-    // A curve that is none has no domain; `tt_builder_finish` would tell, but not before it is asked for one.
+    // The domain is asked for before `tt_builder_finish` checks the curve, and an invalid curve has no domain.
     curve.check().map_err(|error| Failure::argument(format!("curve: {error}")))?;
     let (range, [start, end]) = (curve.domain(), ends);
     pushed(&mut part.edges, Edge { curve, range, start, end, kind, entity: 0 })

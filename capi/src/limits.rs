@@ -2,7 +2,7 @@
 
 use crate::status::Failure;
 
-/// The value of the variant whose number C states; a failure if there is none.
+/// The variant whose number C states. Fails if no variant has it.
 macro_rules! choice {
     ($name:literal, $number:expr, $kind:ident { $($variant:ident => $value:expr),* $(,)? }) => {{
         let number: u32 = $number;
@@ -20,7 +20,7 @@ pub(crate) fn set(value: &mut u64, by: u64) {
     }
 }
 
-/// A number above 0, if there is one. Infinity is a number here, NaN is none.
+/// A number above 0, or nothing if C leaves it at 0. Accepts infinity, refuses NaN.
 pub(crate) fn positive(name: &str, value: f64) -> Result<Option<f64>, Failure> {
     if value > 0.0 {
         return Ok(Some(value));
