@@ -333,10 +333,11 @@ fn a_view_that_is_shown_costs_no_calls() {
     let report = session.view(&path[..1], &mut sink).unwrap();
     assert_eq!((sink.calls, report.tiles, report.whole), (calls, 0, false));
     let at = session.scene().instances[0].transform;
-    session.move_instance(0, at).unwrap();
+    let key = session.instance_key(0).unwrap();
+    session.move_instance(key, at).unwrap();
     session.view(&path[..1], &mut sink).unwrap();
     assert_eq!(sink.calls, calls, "nothing moved");
-    session.move_instance(0, at * DAffine3::from_translation(DVec3::X)).unwrap();
+    session.move_instance(key, at * DAffine3::from_translation(DVec3::X)).unwrap();
     session.view(&path[..1], &mut sink).unwrap();
     assert!(sink.calls > calls, "an instance moved");
     let calls = sink.calls;

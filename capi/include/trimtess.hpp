@@ -400,14 +400,24 @@ public:
     }
     void cancel() { check(tt_session_cancel(get())); }
     void forget() { check(tt_session_forget(get())); }
-    std::uint32_t add_instance(const tt_placement &placement) {
+    std::uint64_t add_instance(const tt_placement &placement) {
+        std::uint64_t key = 0;
+        check(tt_session_add_instance(get(), &placement, &key));
+        return key;
+    }
+    std::uint64_t instance_key(std::uint32_t index) const {
+        std::uint64_t key = 0;
+        check(tt_session_get_instance_key(get(), index, &key));
+        return key;
+    }
+    std::uint32_t find_instance(std::uint64_t key) const {
         std::uint32_t index = 0;
-        check(tt_session_add_instance(get(), &placement, &index));
+        check(tt_session_find_instance(get(), key, &index));
         return index;
     }
-    void remove_instance(std::uint32_t index) { check(tt_session_remove_instance(get(), index)); }
-    void move_instance(std::uint32_t index, const double (&transform)[12]) {
-        check(tt_session_move_instance(get(), index, transform));
+    void remove_instance(std::uint64_t key) { check(tt_session_remove_instance(get(), key)); }
+    void move_instance(std::uint64_t key, const double (&transform)[12]) {
+        check(tt_session_move_instance(get(), key, transform));
     }
     tt_session_info info() const {
         auto info = sized<tt_session_info>();

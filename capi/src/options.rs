@@ -60,8 +60,8 @@ pub struct tt_session_info {
     pub instances: u32,
     /// 1 if `tt_session_finish` would return without waiting: the frame is made, or none was begun.
     pub is_made: u32,
-    /// 0.
-    pub reserved: u32,
+    /// Tiles that are not as they should be, of those that the sink of frames of views has.
+    pub degraded: u32,
 }
 versioned!(tt_session_info);
 

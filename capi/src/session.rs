@@ -18,7 +18,7 @@ use std::sync::Arc;
 use trimtess::control::Alone;
 use trimtess::mesh::SceneInstance;
 use trimtess::model::PartId;
-use trimtess::parallel::{FrameReport, Session};
+use trimtess::parallel::{FrameReport, InstanceError, InstanceKey, Session};
 use trimtess::view::View;
 
 /// Workers for one prepared model, and one sink that they keep up to date.
@@ -217,7 +217,7 @@ pub unsafe extern "C" fn tt_session_get_info(session: tt_session, info: *mut tt_
             parts: row.session.scene().parts.len() as u32,
             instances: row.session.scene().instances.len() as u32,
             is_made: row.session.is_made().into(),
-            reserved: 0,
+            degraded: row.session.degraded().count() as u32,
         }))?);
         Ok(())
     })
@@ -237,17 +237,42 @@ pub unsafe extern "C" fn tt_session_get_instance(
     })
 }
 
+/// The key of an instance, which stays the same when other instances come and go. Keys of removed instances are not
+/// given again.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tt_session_get_instance_key(session: tt_session, index: u32, key: *mut u64) -> tt_status {
+    entry!(c => {
+        let out = c.out("key", key)?;
+        out.give(with(session, |row| {
+            instance_at(&row.session.scene().instances, index)?;
+            row.session.instance_key(index as usize).ok_or_else(lost)
+        })?.to_bits());
+        Ok(())
+    })
+}
+
+/// The index of the instance of a key, from the next frame of views on.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tt_session_find_instance(session: tt_session, key: u64, index: *mut u32) -> tt_status {
+    entry!(c => {
+        let (out, key) = (c.out("index", index)?, InstanceKey::from_bits(key));
+        let gone = || InstanceError::NoInstance { key };
+        out.give(with(session, |row| Ok(row.session.instance_row(key).ok_or_else(gone)?))? as u32);
+        Ok(())
+    })
+}
+
 /// Adds an instance of a part of the prepared model, from the next frame of views on. Its index is the last. Cancels a
-/// frame that was begun. `index` may be null.
+/// frame that was begun. `key` may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_add_instance(
     session: tt_session,
     placement: *const tt_placement,
-    index: *mut u32,
+    key: *mut u64,
 ) -> tt_status {
     entry!(c => {
         let from = c.read("placement", placement)?;
-        let out = if index.is_null() { None } else { Some(c.out("index", index)?) };
+        let out = if key.is_null() { None } else { Some(c.out("key", key)?) };
         let placed = SceneInstance {
             part: PartId(from.part),
             transform: transform(&from.transform),
@@ -255,8 +280,8 @@ pub unsafe extern "C" fn tt_session_add_instance(
             name: c.text_or_empty("placement.name", from.name)?.into(),
             first_face: 0,
         };
-        let index = with(session, |row| Ok(row.session.add_instance(placed)?))?;
-        out.into_iter().for_each(|out| out.give(index as u32));
+        let key = with(session, |row| Ok(row.session.add_instance(placed)?))?;
+        out.into_iter().for_each(|out| out.give(key.to_bits()));
         Ok(())
     })
 }
@@ -264,23 +289,28 @@ pub unsafe extern "C" fn tt_session_add_instance(
 /// Removes an instance from the next frame of views on. Indices of later ones decrease by one. Cancels a frame that was
 /// begun.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn tt_session_remove_instance(session: tt_session, index: u32) -> tt_status {
+pub unsafe extern "C" fn tt_session_remove_instance(session: tt_session, key: u64) -> tt_status {
     entry!(_c => with(session, |row| {
-        instance_at(&row.session.scene().instances, index)?;
-        let lost = || Failure::new(tt_status::TT_ERROR_LOST, "an internal error ended the session");
-        row.session.remove_instance(index as usize).map(drop).ok_or_else(lost)
+        row.session.remove_instance(InstanceKey::from_bits(key))?;
+        Ok(())
     }))
 }
 
 /// Moves an instance from the next frame of views on: `transform` has 12 numbers, as in `tt_placement`. A frame that
 /// was begun goes on.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn tt_session_move_instance(session: tt_session, index: u32, transform: *const f64) -> tt_status {
+pub unsafe extern "C" fn tt_session_move_instance(session: tt_session, key: u64, transform: *const f64) -> tt_status {
     entry!(c => {
         let numbers = c.slice("transform", transform, 12)?;
         let numbers = finite("transform", std::array::from_fn(|k| numbers[k]))?;
-        with(session, |row| Ok(row.session.move_instance(index as usize, self::transform(&numbers))?))
+        with(session, |row| {
+            Ok(row.session.move_instance(InstanceKey::from_bits(key), self::transform(&numbers))?)
+        })
     })
+}
+
+fn lost() -> Failure {
+    Failure::new(tt_status::TT_ERROR_LOST, "an internal error ended the session")
 }
 
 /// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no

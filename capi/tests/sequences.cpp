@@ -198,6 +198,8 @@ struct Run {
     bool dead_used = false;
     // Calls, and those that succeeded.
     std::uint64_t calls = 0, good = 0;
+    // The key that was heard of last, of an instance of any session.
+    std::uint64_t instance = 0;
 
     // A handle of a kind; sometimes one that is none.
     template <class H> H pick(Kind kind) {
@@ -574,7 +576,7 @@ void Run::frames() {
     if (random.once_in(20)) views.back().size = 4;
     const auto *given_views = numbers(views);
     busy = alone && !dead_used ? session.id : 0;
-    switch (random.below(10)) {
+    switch (random.below(11)) {
     case 0: case 1: ended(tt_session_begin(session, given_views, views.size())); break;
     case 2: case 3: ended(tt_session_finish(session, sink(), report)); break;
     case 4: {
@@ -591,15 +593,20 @@ void Run::frames() {
     }
     case 7: ended(random.flag() ? tt_session_cancel(session) : tt_session_forget(session)); break;
     case 8: {
-        std::uint32_t index = 0;
-        if (random.flag()) ended(tt_session_add_instance(session, given(placement()), &index));
-        else ended(tt_session_remove_instance(session, random.index(2)));
+        if (random.flag()) ended(tt_session_add_instance(session, given(placement()), &instance));
+        else ended(tt_session_remove_instance(session, instance));
+        break;
+    }
+    case 9: {
+        std::uint32_t index = random.index(2);
+        ended(tt_session_get_instance_key(session, index, &instance));
+        ended(tt_session_find_instance(session, instance, &index));
         break;
     }
     default: {
         std::vector<double> transform(12);
         for (int k = 0; k < 12; k++) transform[k] = k % 4 == 0 ? 1 : k > 8 ? random.number(5) : 0;
-        ended(tt_session_move_instance(session, random.index(2), numbers(transform)));
+        ended(tt_session_move_instance(session, instance, numbers(transform)));
     }
     }
     busy = 0;
@@ -607,7 +614,7 @@ void Run::frames() {
 
 // The same handles from two threads: whatever is in use is busy.
 void Run::other_thread() {
-    Run other{Random{random.bits()}, false, {}, dead, {}, false, 0, 0};
+    Run other{Random{random.bits()}, false, {}, dead, {}, false, 0, 0, 0};
     for (int kind = 0; kind < KINDS; kind++) other.live[kind] = live[kind];
     const bool was_alone = std::exchange(alone, false);
     std::thread thread([&] {
@@ -659,7 +666,7 @@ int main(int argc, char **argv) {
     }
     std::uint64_t calls = 0, good = 0, threaded = 0;
     for (sequence = first; sequence < first + count; sequence++) {
-        Run run{Random{Random::scrambled(sequence)}, true, {}, {}, {}, false, 0, 0};
+        Run run{Random{Random::scrambled(sequence)}, true, {}, {}, {}, false, 0, 0, 0};
         static const char *shapes[] = {"box", "pair", "washer", "sphere", "flower", "cone"};
         tt_model model{};
         run.made(MODEL, tt_model_shape(shapes[run.random.below(6)], &model), model);

@@ -17,6 +17,8 @@ where
     I: Send + 'static,
     R: Send + 'static,
 {
+    let _span = tracing::trace_span!("loop", calls = items.len()).entered();
+    let work = move |item| tracing::trace_span!("call").in_scope(|| work(item));
     let helpers = jobs.width().min(items.len()).saturating_sub(1);
     if helpers == 0 {
         return items.into_iter().map(work).collect();

@@ -68,43 +68,50 @@ pub(super) enum Feed<'a> {
     },
 }
 
-/// What a sink is fed.
+/// What a sink is fed. Kept from frame to frame for its room.
 #[derive(Default)]
-struct Rows {
-    batches: Vec<Batch>,
+pub(super) struct Rows {
+    pub(super) batches: Vec<Batch>,
     /// Instead of batches.
     written: Vec<WrittenTile>,
     lines: Vec<EdgeLine>,
+    /// The tiles that were made, and their triangles.
+    pub(super) made: Vec<(PartId, TileId, u32)>,
     /// Rows of `written` that were handed over.
     handed: usize,
+    rungs: Vec<FaceRung>,
+    fills: Vec<(TileId, FaceFill)>,
 }
 
 /// Feeds a complete frame to the sink: `begin`, tiles by (part, tile), edge lines by (part, edge), the drawn tiles, `end`;
-/// `abort` after the first refusal. Also returns the batches.
+/// `abort` after the first refusal. Leaves the frame's tiles in `rows`.
 ///
 /// `writer`: where the tiles were written, if they were.
 pub(super) fn commit(
     deliveries: Vec<Delivery>,
     (scene, writer): (&Scene, Option<&Writer>),
     feed: Feed<'_>,
-    sink: &mut dyn MeshSink,
-) -> Result<(FrameReport, Vec<Batch>), FrameError> {
+    (rows, sink): (&mut Rows, &mut dyn MeshSink),
+) -> Result<FrameReport, FrameError> {
     let _span = tracing::debug_span!("commit").entered();
     let mut laps = Laps::start();
-    let mut report = FrameReport::default();
-    let (mut rows, mut rungs, mut fills) = (Rows::default(), Vec::new(), Vec::new());
+    let mut report = FrameReport { workers: Vec::with_capacity(deliveries.len()), ..FrameReport::default() };
+    rows.clear();
     for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
         report.workers.push(delivery.metrics);
         report.degraded.extend(delivery.degraded);
         report.lost_lines.extend(delivery.lost_lines);
-        rungs.extend(delivery.rungs);
-        fills.extend(delivery.fills);
+        rows.rungs.extend(delivery.rungs);
+        rows.fills.extend(delivery.fills);
         rows.batches.extend(delivery.batches);
         rows.written.extend(delivery.written.take());
         rows.lines.extend(delivery.lines);
     }
+    // The sink may take what is in a batch.
+    rows.made.extend(rows.batches.iter().map(|b| (b.part, b.tile, b.mesh.triangles.len() as u32)));
+    rows.made.extend(rows.written.iter().map(|t| (t.part, t.tile, t.triangles)));
     let made = rows.batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()).count();
     report.batches = made + rows.written.iter().filter(|tile| tile.triangles > 0).count();
     if let Feed::Views { whole, forgotten, .. } = feed {
@@ -127,13 +134,13 @@ pub(super) fn commit(
     rows.lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
-    report.fills = by_face(fills);
+    report.fills = by_face(&mut rows.fills);
     report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
     let all = matches!(feed, Feed::All);
     report.whole = !matches!(feed, Feed::Views { whole: false, .. });
     let faces = rows.batches.iter().map(|batch| (batch.part, batch.face));
     let faces = faces.chain(rows.written.iter().map(|tile| (tile.part, tile.face)));
-    (report.rungs, report.ladder) = climbed(all.then_some(scene), faces, rungs);
+    (report.rungs, report.ladder) = climbed(all.then_some(scene), faces, &rows.rungs);
     // A sink that panics has refused: the session goes on, with a whole frame.
     let fed = catch_unwind(AssertUnwindSafe(|| rows.feed(scene, (report.whole, feed), sink)));
     let fed = fed.unwrap_or_else(|panic| {
@@ -149,10 +156,20 @@ pub(super) fn commit(
         return Err(FrameError::Sink(error));
     }
     report.committed_in = laps.lap();
-    Ok((report, rows.batches))
+    Ok(report)
 }
 
 impl Rows {
+    fn clear(&mut self) {
+        self.batches.clear();
+        self.written.clear();
+        self.lines.clear();
+        self.made.clear();
+        self.rungs.clear();
+        self.fills.clear();
+        self.handed = 0;
+    }
+
     fn feed(
         &mut self,
         scene: &Scene,
@@ -185,13 +202,16 @@ pub(super) fn refusal(deliveries: &mut [Delivery]) -> Option<FrameError> {
 }
 
 /// Sums the fills of tiles by face, in the order of the tiles: areas round the same for any number of workers.
-fn by_face(mut tiles: Vec<(TileId, FaceFill)>) -> Vec<FaceFill> {
-    tiles.sort_unstable_by_key(|(tile, fill)| (fill.part, *tile));
-    let mut faces: BTreeMap<(PartId, FaceId), FaceFill> = BTreeMap::new();
+fn by_face(tiles: &mut [(TileId, FaceFill)]) -> Vec<FaceFill> {
+    tiles.sort_unstable_by_key(|(tile, fill)| (fill.part, fill.face, *tile));
+    let mut faces: Vec<FaceFill> = Vec::new();
     for (_, fill) in tiles {
-        faces.entry((fill.part, fill.face)).and_modify(|sum| sum.add(&fill)).or_insert(fill);
+        match faces.last_mut() {
+            Some(sum) if (sum.part, sum.face) == (fill.part, fill.face) => sum.add(fill),
+            _ => faces.push(*fill),
+        }
     }
-    faces.into_values().collect()
+    faces
 }
 
 /// The worst rung of each face that left the normal path, and the number of faces per rung. `scene` is given if all of
@@ -199,17 +219,19 @@ fn by_face(mut tiles: Vec<(TileId, FaceFill)>) -> Vec<FaceFill> {
 fn climbed(
     scene: Option<&Scene>,
     with_triangles: impl Iterator<Item = (PartId, FaceId)>,
-    tiles: Vec<FaceRung>,
+    tiles: &[FaceRung],
 ) -> (Vec<FaceRung>, Ladder) {
     let mut worst: BTreeMap<(PartId, FaceId), Rung> = BTreeMap::new();
     // A tile without area does not affect a face that has other tiles.
-    let (vanished, tiles): (Vec<_>, Vec<_>) = tiles.into_iter().partition(|tile| tile.rung == Rung::NoArea);
-    let vanished: BTreeSet<(PartId, FaceId)> = vanished.iter().map(|tile| (tile.part, tile.face)).collect();
+    let vanished = |tile: &&FaceRung| tile.rung == Rung::NoArea;
+    let tiles_left = tiles.iter().filter(|tile| !vanished(tile));
+    let vanished: BTreeSet<(PartId, FaceId)> =
+        tiles.iter().filter(vanished).map(|tile| (tile.part, tile.face)).collect();
     let parts = scene.map_or(&[][..], |scene| &scene.parts);
     let has_no_area = |part: PartId, face: FaceId| {
         parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
     };
-    for tile in tiles {
+    for tile in tiles_left {
         let rung = if has_no_area(tile.part, tile.face) { Rung::NoArea } else { tile.rung };
         let worst = worst.entry((tile.part, tile.face)).or_default();
         *worst = rung.max(*worst);

@@ -19,6 +19,8 @@ pub(super) enum Work {
 /// The workers of a session.
 pub(super) struct Crew<S: Stages> {
     workers: Vec<Worker<S>>,
+    /// Buffers returned to each worker by the frame that is recycled.
+    returned: Vec<usize>,
 }
 
 /// Most spare buffers per worker: enough for a frame of a moving camera, far fewer than the first frame filled.
@@ -28,7 +30,8 @@ impl<S: Stages> Crew<S> {
     /// One worker per hand.
     pub(super) fn of(stages: &Arc<S>, hands: Vec<Hand>, reuse: Reuse) -> Self {
         let worker = |(number, hand)| Worker::new(number, Arc::clone(stages), hand, reuse);
-        Self { workers: (0..).zip(hands).map(worker).collect() }
+        let workers: Vec<Worker<S>> = (0..).zip(hands).map(worker).collect();
+        Self { returned: vec![0; workers.len()], workers }
     }
 
     /// Replaces what the stages work on by the same with more parts.
@@ -43,6 +46,7 @@ impl<S: Stages> Crew<S> {
 
     /// Makes a frame. Workers that have nothing to do deliver nothing. When cancelled, deliveries are incomplete.
     pub(super) fn make(&mut self, jobs: &dyn Jobs, order: Order<S::Plan>, work: Work) -> Vec<Delivery> {
+        let _span = tracing::trace_span!("tiles").entered();
         let (parts, hands, timed) = match work {
             Work::All(parts) => (Some(parts), Vec::new(), false),
             Work::Some(hands, timed) => (None, hands, timed),
@@ -75,12 +79,12 @@ impl<S: Stages> Crew<S> {
     }
 
     /// Returns the buffers that a sink left in its batches to the workers that filled them.
-    pub(super) fn recycle(&mut self, batches: Vec<Batch>) {
-        let mut returned = vec![0; self.workers.len()];
+    pub(super) fn recycle(&mut self, batches: impl Iterator<Item = Batch>) {
+        self.returned.fill(0);
         for Batch { worker, mut mesh, .. } in batches {
             let k = worker as usize;
-            if returned.get(k).is_some_and(|&count| count < MOST_SPARE) && mesh.positions.capacity() > 0 {
-                returned[k] += 1;
+            if self.returned.get(k).is_some_and(|&count| count < MOST_SPARE) && mesh.positions.capacity() > 0 {
+                self.returned[k] += 1;
                 mesh.clear();
                 self.workers[k].reuse(mesh);
             }
@@ -90,7 +94,7 @@ impl<S: Stages> Crew<S> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::commit::{Feed, FrameReport, commit};
+    use super::super::commit::{Feed, FrameReport, Rows, commit};
     use super::super::error::FrameError;
     use super::super::handoff::{FaceRung, Watch};
     use super::*;
@@ -169,8 +173,9 @@ mod tests {
         fn frame(&mut self, plan: f64, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
             let order = Order { plan: Arc::new(plan), watch: Watch::default(), writer: None };
             let made = self.crew.make(&self.jobs, order, Work::All(9));
-            let (report, batches) = commit(made, (&Scene::default(), None), Feed::All, sink)?;
-            self.crew.recycle(batches);
+            let mut rows = Rows::default();
+            let report = commit(made, (&Scene::default(), None), Feed::All, (&mut rows, sink))?;
+            self.crew.recycle(rows.batches.drain(..));
             Ok(report)
         }
     }

@@ -1,10 +1,10 @@
 //! What a frame of views changes in a session: plans, residency, tile caches. The job that makes a frame has all of it,
 //! and gives it back.
 
-use super::commit::{Feed, FrameReport, commit, refusal};
+use super::commit::{Feed, FrameReport, Rows, commit, refusal};
 use super::crew::{Crew, Work};
 use super::error::FrameError;
-use super::handoff::{Delivery, Hand, Watch};
+use super::handoff::{DegradedTile, Delivery, Hand, Watch};
 use super::metrics::Laps;
 use super::options::SessionOptions;
 use super::owners::{Owners, hands};
@@ -22,6 +22,7 @@ use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
 use crate::view::View;
 use glam::DAffine3;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -77,6 +78,8 @@ pub(super) struct Engine {
     /// Writes tiles into the memory of the sink, if it wants that.
     writer: Option<Arc<Writer>>,
     planner: PlannerOptions,
+    /// Of the last commit.
+    rows: Rows,
     /// Made with the first frame of views.
     live: Option<Live>,
     /// Whether the sink shows the last frame of views that was made, and another one of these views would be the same.
@@ -84,6 +87,9 @@ pub(super) struct Engine {
     /// Number of the next frame.
     next: u64,
 }
+
+/// The degraded tiles that a sink has.
+pub(super) type Degraded = BTreeMap<(PartId, TileId), DegradedTile>;
 
 /// State between frames of views.
 struct Live {
@@ -120,6 +126,7 @@ impl Engine {
             edge_lines,
             writer,
             planner,
+            rows: Rows::default(),
             live: None,
             rests: false,
             next: 0,
@@ -191,9 +198,13 @@ impl Engine {
             residency: Residency::new(prepared),
         });
         // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
-        let shown = placed.shown_by(views);
-        self.levels.assign_shown(placed, &shown);
+        let shown = tracing::trace_span!("show").in_scope(|| {
+            let shown = placed.shown_by(views);
+            self.levels.assign_shown(placed, &shown);
+            shown
+        });
         let plan = Arc::clone(planner.plan_on(&**jobs, placed, (views, shown)));
+        let owing = tracing::trace_span!("owe").entered();
         let changes = planner.changes();
         residency.outdate(prepared, changes);
         let deferred = changes.deferred;
@@ -205,6 +216,7 @@ impl Engine {
         let hands = self.owners.share(prepared, &due);
         let idle = hands.iter().all(Hand::is_empty);
         let work = Work::Some(hands, self.owners.wants_times());
+        drop(owing);
         let watch = Watch::of(control);
         let order = Order { plan: Arc::clone(&plan), watch: watch.clone(), writer: self.writer.clone() };
         let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, order, work) };
@@ -229,11 +241,11 @@ impl Engine {
         self.owners.forget_all();
     }
 
-    /// Updates `sink`. Without changes, does not touch it.
+    /// Updates `sink`, and the degraded tiles that it has. Without changes, does not touch it.
     pub(super) fn commit(
         &mut self,
         mut frame: FinishedFrame,
-        scene: &Scene,
+        (scene, degraded): (&Scene, &mut Degraded),
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         if let Some(error) = refusal(&mut frame.deliveries) {
@@ -249,22 +261,26 @@ impl Engine {
         }
         let times = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied());
         self.owners.book(&self.prepared, times);
-        let batches = deliveries.iter().flat_map(|delivery| &delivery.batches);
-        let batches = batches.map(|b| (b.part, b.tile, b.mesh.triangles.len() as u32));
-        let written = deliveries.iter().flat_map(|delivery| delivery.written.tiles());
-        let triangles: Vec<_> = batches.chain(written.map(|t| (t.part, t.tile, t.triangles))).collect();
         let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
-        let (report, batches) = match commit(deliveries, (scene, self.writer.as_deref()), feed, sink) {
-            Ok(made) => made,
+        let report = match commit(deliveries, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
+            Ok(report) => report,
             Err(error) => {
                 self.forget();
                 return Err(error);
             }
         };
-        self.owners.forget(due.forgotten.iter().map(|&(part, tile, _)| (part, tile)));
-        residency.committed(&due, &triangles, (&plan.drawn, self.placed.version()));
+        let forgotten = || due.forgotten.iter().map(|&(part, tile, _)| (part, tile));
+        self.owners.forget(forgotten());
+        if due.whole {
+            degraded.clear();
+        } else if !degraded.is_empty() {
+            let gone = self.rows.made.iter().map(|&(part, tile, _)| (part, tile)).chain(forgotten());
+            gone.for_each(|tile| _ = degraded.remove(&tile));
+        }
+        degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));
+        residency.committed(&due, &self.rows.made, (&plan.drawn, self.placed.version()));
         self.rests = true;
-        self.crew.recycle(batches);
+        self.crew.recycle(self.rows.batches.drain(..));
         Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })
     }
 
@@ -277,8 +293,8 @@ impl Engine {
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next).entered();
         let frame = self.count();
-        let writer = self.writer.as_ref();
-        let report = whole_frame(&mut self.crew, (&*self.jobs, &self.prepared, writer), plan, (scene, control), sink)?;
+        let with = (&*self.jobs, &*self.prepared, self.writer.as_ref());
+        let report = whole_frame((&mut self.crew, &mut self.rows), with, plan, (scene, control), sink)?;
         Ok(FrameReport { frame, ..report })
     }
 
@@ -290,7 +306,7 @@ impl Engine {
 
 /// Makes a whole frame of the parts of `scene`, which are the first ones of `prepared`, and feeds it to the sink.
 pub(super) fn whole_frame(
-    crew: &mut Crew<Prepared>,
+    (crew, rows): (&mut Crew<Prepared>, &mut Rows),
     (jobs, prepared, writer): (&dyn Jobs, &Prepared, Option<&Arc<Writer>>),
     plan: &Arc<Plan>,
     (scene, control): (&Scene, &Control),
@@ -307,7 +323,7 @@ pub(super) fn whole_frame(
         return Err(error);
     }
     let made_in = laps.lap();
-    let (report, batches) = commit(deliveries, (scene, writer.map(|writer| &**writer)), Feed::All, sink)?;
-    crew.recycle(batches);
+    let report = commit(deliveries, (scene, writer.map(|writer| &**writer)), Feed::All, (&mut *rows, sink))?;
+    crew.recycle(rows.batches.drain(..));
     Ok(FrameReport { made_in, ..report })
 }

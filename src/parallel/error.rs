@@ -1,5 +1,6 @@
 //! Why a frame is not made.
 
+use super::instances::InstanceKey;
 use crate::control::StartError;
 use crate::mesh::{GridTooCoarse, SinkError};
 use crate::model::PartId;
@@ -57,7 +58,7 @@ impl std::error::Error for FrameError {
     }
 }
 
-/// Why an instance was not added or moved.
+/// Why an instance was not added, moved or removed.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum InstanceError {
@@ -68,12 +69,10 @@ pub enum InstanceError {
         /// Number of parts.
         count: usize,
     },
-    /// There is no such instance.
+    /// The instance was removed, or never was in this session.
     NoInstance {
-        /// Its index.
-        row: usize,
-        /// Number of instances.
-        count: usize,
+        /// Its key.
+        key: InstanceKey,
     },
     /// The transform is not a rigid motion with an optional uniform scale.
     Transform {
@@ -91,7 +90,7 @@ impl fmt::Display for InstanceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoPart { part, count } => write!(f, "no part {}; the model has {count}", part.0),
-            Self::NoInstance { row, count } => write!(f, "no instance {row}; the session has {count}"),
+            Self::NoInstance { key } => write!(f, "no instance {key:?}: it was removed, or never added"),
             Self::Transform { error } if error.is_nan() => f.write_str("the transform is singular or not finite"),
             Self::Transform { error } => {
                 write!(f, "the transform is not a rigid motion with a uniform scale (off by {error:.1e})")

@@ -11,6 +11,9 @@ mod writer;
 mod handoff;
 pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 
+mod instances;
+pub use instances::InstanceKey;
+
 mod error;
 pub use error::{FrameError, InstanceError};
 

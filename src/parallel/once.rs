@@ -1,6 +1,6 @@
 //! Prepared model and a plan -> one frame, without a session.
 
-use super::commit::FrameReport;
+use super::commit::{FrameReport, Rows};
 use super::crew::Crew;
 use super::engine::whole_frame;
 use super::error::FrameError;
@@ -58,5 +58,5 @@ pub fn tessellate_on(
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
     let mut crew = Crew::of(prepared, hands(prepared, jobs.width(), edge_lines), Reuse::NONE);
-    whole_frame(&mut crew, (jobs, prepared, None), plan, (&prepared.scene, control), sink)
+    whole_frame((&mut crew, &mut Rows::default()), (jobs, prepared, None), plan, (&prepared.scene, control), sink)
 }

@@ -184,9 +184,8 @@ impl Residency {
         self.placed == placed && self.shown == *drawn
     }
 
-    /// Records that `due` was committed. `made` lists the triangle count of each tile.
-    pub(super) fn committed(&mut self, due: &Due, made: &[(PartId, TileId, u32)], drawn: (&DrawnTiles, u64)) {
-        let (drawn, placed) = drawn;
+    /// Records that `due` was committed. `made`: the triangle count of each tile.
+    pub(super) fn committed(&mut self, due: &Due, made: &[(PartId, TileId, u32)], (drawn, placed): (&DrawnTiles, u64)) {
         (self.whole, self.placed) = (false, placed);
         for &(part, TileId(tile), triangles) in made {
             self.parts[part.index()].triangles[tile as usize] = triangles;

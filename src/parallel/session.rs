@@ -2,9 +2,11 @@
 //! caller's thread.
 
 use super::commit::FrameReport;
-use super::engine::{Engine, FinishedFrame};
+use super::engine::{Degraded, Engine, FinishedFrame};
 use super::error::{FrameError, InstanceError};
 use super::flight::Flight;
+use super::handoff::DegradedTile;
+use super::instances::{InstanceKey, Instances};
 use super::options::SessionOptions;
 use crate::control::{Control, Jobs, StartError, Threads};
 use crate::frame::internals::Levels;
@@ -70,12 +72,12 @@ pub struct Session {
     /// Without them.
     model: Arc<Prepared>,
     scene: Scene,
-    /// The model's part of each instance.
-    parts: Vec<PartId>,
+    rows: Instances,
     workers: usize,
     engine: EngineState,
     /// The plan of the last frame of views that was made.
     plan: Option<Arc<Plan>>,
+    degraded: Degraded,
     /// Instances that moved since the last frame of views was begun.
     moved: Vec<usize>,
 }
@@ -114,17 +116,18 @@ impl Session {
         let (prepared, levels) = Levels::of(&model, options.levels);
         let engine = Engine::new(Arc::clone(&prepared), levels, Arc::clone(&jobs), options);
         let scene = prepared.scene.clone();
-        let parts = scene.instances.iter().map(|instance| instance.part).collect();
+        let rows = Instances::of(scene.instances.iter().map(|instance| instance.part));
         let workers = engine.workers();
         Self {
             prepared,
             jobs,
             model,
             scene,
-            parts,
+            rows,
             workers,
             engine: EngineState::Idle(Box::new(engine), None),
             plan: None,
+            degraded: Degraded::new(),
             moved: Vec::new(),
         }
     }
@@ -160,16 +163,34 @@ impl Session {
         self.plan.as_ref()
     }
 
+    /// The degraded tiles that the sink of frames of views has, ascending by (part, tile).
+    pub fn degraded(&self) -> impl Iterator<Item = &DegradedTile> {
+        self.degraded.values()
+    }
+
     /// The prepared model. Further LODs of a part are parts of their own, after all parts of the model.
     #[must_use]
     pub fn prepared(&self) -> &Arc<Prepared> {
         &self.prepared
     }
 
-    /// The model's part of instance `row`, whatever its current LOD. `None` if out of range.
+    /// The model's part of the instance in this row of [`scene`](Self::scene), whatever its current LOD. `None` if out of
+    /// range.
     #[must_use]
     pub fn part_of(&self, row: usize) -> Option<PartId> {
-        self.parts.get(row).copied()
+        self.rows.part(row)
+    }
+
+    /// The key of the instance in this row of [`scene`](Self::scene). `None` if out of range.
+    #[must_use]
+    pub fn instance_key(&self, row: usize) -> Option<InstanceKey> {
+        self.rows.key(row)
+    }
+
+    /// The row of an instance in [`scene`](Self::scene), from the next frame of views on. `None` if it was removed.
+    #[must_use]
+    pub fn instance_row(&self, key: InstanceKey) -> Option<usize> {
+        self.rows.row(key)
     }
 
     /// A plan for [`frame`](Self::frame), for a tolerance everywhere ([`plan_within`](crate::frame::plan_within())),
@@ -186,15 +207,15 @@ impl Session {
         plan_for_view_on(&*self.jobs, &self.model, view, limits)
     }
 
-    /// Adds an instance of a part of the model, from the next frame of views on. Returns its index, which is the last.
-    /// Cancels a frame of views that was begun.
+    /// Adds an instance of a part of the model, from the next frame of views on. Its row is the last. Cancels a frame of
+    /// views that was begun.
     ///
     /// A part has as many LODs as instances, up to [`SessionOptions::levels`]. One that is added is the last part of
     /// [`scene`](Self::scene) from then on.
     ///
     /// # Errors
     /// When there is no such part, or the transform is not a rigid motion with an optional uniform scale.
-    pub fn add_instance(&mut self, instance: SceneInstance) -> Result<usize, InstanceError> {
+    pub fn add_instance(&mut self, instance: SceneInstance) -> Result<InstanceKey, InstanceError> {
         let count = self.model.scene.parts.len();
         if instance.part.index() >= count {
             return Err(InstanceError::NoPart { part: instance.part, count });
@@ -208,35 +229,40 @@ impl Session {
             self.prepared = Arc::clone(&engine.prepared);
             self.scene.parts.extend(self.prepared.scene.parts.last().cloned());
         }
-        self.parts.push(instance.part);
+        let key = self.rows.push(instance.part);
         self.scene.instances.push(instance);
         self.number_faces();
-        Ok(self.scene.instances.len() - 1)
+        Ok(key)
     }
 
-    /// Removes an instance from the next frame of views on. The indices of later instances decrease by one. `None` if
-    /// out of range. Cancels a frame of views that was begun.
-    pub fn remove_instance(&mut self, row: usize) -> Option<SceneInstance> {
-        let part = self.part_of(row)?;
+    /// Removes an instance from the next frame of views on. The rows of later instances decrease by one. Cancels a frame
+    /// of views that was begun.
+    ///
+    /// # Errors
+    /// When it was removed before, or an internal error ended the session.
+    pub fn remove_instance(&mut self, key: InstanceKey) -> Result<SceneInstance, InstanceError> {
+        let gone = || InstanceError::NoInstance { key };
+        let row = self.rows.row(key).ok_or_else(gone)?;
+        let part = self.rows.part(row).ok_or_else(gone)?;
         self.cancel();
         let moved = self.take_moved();
-        let (engine, _) = self.wait().ok()?;
+        let (engine, _) = self.wait().map_err(|error| InstanceError::Lost { why: error.to_string() })?;
         engine.place(moved);
         engine.remove_instance(row);
-        self.parts.remove(row);
+        self.rows.remove(row);
         let gone = self.scene.instances.remove(row);
         self.number_faces();
-        Some(SceneInstance { part, ..gone })
+        Ok(SceneInstance { part, ..gone })
     }
 
     /// Moves an instance from the next frame of views on.
     ///
     /// # Errors
-    /// When there is no such instance, or the transform is not a rigid motion with an optional uniform scale.
-    pub fn move_instance(&mut self, row: usize, transform: glam::DAffine3) -> Result<(), InstanceError> {
-        let count = self.scene.instances.len();
-        let instance = self.scene.instances.get_mut(row).ok_or(InstanceError::NoInstance { row, count })?;
+    /// When it was removed, or the transform is not a rigid motion with an optional uniform scale.
+    pub fn move_instance(&mut self, key: InstanceKey, transform: glam::DAffine3) -> Result<(), InstanceError> {
+        let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
         not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
+        let instance = &mut self.scene.instances[row];
         if instance.transform != transform {
             instance.transform = transform;
             self.moved.push(row);
@@ -383,7 +409,7 @@ impl Session {
         self.wait()?;
         match &mut self.engine {
             EngineState::Idle(engine, frame) => match frame.take() {
-                Some(frame) => engine.commit(frame, &self.scene, sink),
+                Some(frame) => engine.commit(frame, (&self.scene, &mut self.degraded), sink),
                 None => Ok(engine.unchanged()),
             },
             EngineState::Busy(..) | EngineState::Lost(_) => Ok(FrameReport::default()),

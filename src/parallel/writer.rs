@@ -91,10 +91,6 @@ impl Rooms {
         self.tiles.retain(|tile| tile.triangles > 0);
     }
 
-    pub(super) fn tiles(&self) -> &[WrittenTile] {
-        &self.tiles
-    }
-
     /// The tiles, for whoever hands them to the sink or gives their room back.
     pub(super) fn take(&mut self) -> Vec<WrittenTile> {
         std::mem::take(&mut self.tiles)

@@ -19,14 +19,15 @@
 use crate::parts::{CORPORA, Made, closed_by_reference, is_asked, make, name, number, on_all_cores, said, step_files};
 use crate::points::Points;
 use crate::random::Random;
+use cpu_time::ThreadTime;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use trimtess::control::{Alone, Control};
 use trimtess::frame::Tolerance;
-use trimtess::import::step::{StepOptions, read};
+use trimtess::import::step::{StepOptions, read_on};
 use trimtess::model::{FaceId, PartId, Severity};
 use trimtess::prepare::{PrepareOptions, Prepared, Shells, prepare_on};
 
@@ -60,6 +61,7 @@ struct Run {
     stated: Vec<bool>,
     closed: Vec<bool>,
     made: Made,
+    /// Processor time of this thread, which other processes do not add to.
     took: Duration,
 }
 
@@ -67,8 +69,9 @@ impl Run {
     /// `stated` are the parts that must be closed whatever the geometry of this file.
     fn of(bytes: &[u8], stated: Option<&[bool]>) -> Result<Self, String> {
         let work = || {
-            let start = Instant::now();
-            let model = read(bytes, &StepOptions::default()).map_err(|error| error.to_string())?;
+            let start = ThreadTime::now();
+            let model = read_on(&Alone, bytes, &StepOptions::default(), &Control::default())
+                .map_err(|error| error.to_string())?;
             let by_edges: Vec<bool> = model.parts.iter().map(|part| Shells::of(part).open == 0).collect();
             let prepared = prepare_on(&Alone, &model, &PrepareOptions::DEFAULT, &Control::default());
             let prepared = Arc::new(prepared.map_err(|error| error.to_string())?);
@@ -192,7 +195,7 @@ fn mutants(of: impl Fn(&str, &Points<'_>, &mut dyn FnMut(String, String, Vec<u8>
             keep(&mutant, &bytes);
             let again = || Run::of(&bytes, Some(&whole.stated));
             let mut run = again();
-            // Other processes make a run longer, never shorter.
+            // Other processes take caches away: they make a run longer, never shorter.
             if let Ok(first) = &mut run
                 && first.took > whole.most()
                 && let Ok(second) = again()

@@ -294,28 +294,54 @@ fn instances_come_move_and_go() {
     let coarse = session.view(&[view], &mut sink).unwrap().triangles;
     let mut nearer = session.scene().instances[0].clone();
     nearer.transform = DAffine3::from_translation(0.5 * (view.camera.eye - nearer.transform.translation));
-    assert_eq!(session.add_instance(nearer.clone()), Ok(1));
+    let (first, second) = (session.instance_key(0).unwrap(), session.add_instance(nearer.clone()).unwrap());
+    assert_eq!([first, second].map(|key| session.instance_row(key)), [Some(0), Some(1)]);
     assert_eq!(session.scene().instances[1].first_face, prepared.scene.parts[0].face_colours.len() as u32);
     let fine = session.view(&[view], &mut sink).unwrap();
     assert!(!fine.whole && fine.triangles > coarse, "{} {coarse}", fine.triangles);
     assert_eq!((sink.scene.instances.len(), drawn(&sink) == drawn(&from_scratch(&session))), (2, true));
-    session.move_instance(0, DAffine3::from_translation(DVec3::splat(1e6))).unwrap();
-    let none = InstanceError::NoInstance { row: 2, count: 2 };
-    assert_eq!(session.move_instance(2, nearer.transform), Err(none));
+    session.move_instance(first, DAffine3::from_translation(DVec3::splat(1e6))).unwrap();
     let bad = [DAffine3::from_scale(DVec3::new(1.0, 2.0, 1.0)), DAffine3::from_translation(DVec3::NAN)];
     for transform in bad {
-        let error = session.move_instance(0, transform).unwrap_err();
+        let error = session.move_instance(first, transform).unwrap_err();
         assert!(matches!(error, InstanceError::Transform { .. }), "{error}");
         let new = SceneInstance { transform, ..nearer.clone() };
         assert_eq!(session.add_instance(new).unwrap_err().to_string(), error.to_string());
     }
     session.view(&[view], &mut sink).unwrap();
     assert_eq!((sink.drawn.tiles(0, 0).count(), sink.drawn.tiles(0, 1).count() > 0), (0, true));
-    assert!(session.remove_instance(0).is_some() && session.remove_instance(1).is_none());
+    assert!(session.remove_instance(first).is_ok());
+    let none = InstanceError::NoInstance { key: first };
+    assert_eq!(session.remove_instance(first).unwrap_err(), none);
+    assert_eq!(session.move_instance(first, nearer.transform), Err(none));
+    assert_eq!((session.instance_row(second), session.instance_key(0)), (Some(0), Some(second)));
     session.view(&[view], &mut sink).unwrap();
     assert!(sink.scene.instances.len() == 1 && sink.drawn.tiles(0, 0).count() > 0);
     let none = InstanceError::NoPart { part: PartId(9), count: 1 };
     assert_eq!(session.add_instance(SceneInstance { part: PartId(9), ..nearer }), Err(none));
+}
+
+#[test]
+fn degraded_tiles_are_told_for_as_long_as_the_sink_has_them() {
+    let mut prepared = Prepared::clone(&shape("box"));
+    // A tile without loops is empty whenever it is made.
+    let part = Arc::make_mut(&mut prepared.parts[0]);
+    part.tiles[0].loops.clear();
+    part.edges.iter_mut().for_each(|edge| edge.uses.retain(|place| place.tile != TileId(0)));
+    let prepared = Arc::new(prepared);
+    let view = path(&mut SplitMix(2), prepared.bounds.unwrap(), 1)[0];
+    let aside = View { camera: Camera { forward: -view.camera.forward, ..view.camera }, ..view };
+    let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+    let mut sink = MemorySink::default();
+    assert_eq!(session.degraded().count(), 0);
+    for (k, view) in [view, view, aside, view].into_iter().enumerate() {
+        let report = session.view(&[view], &mut sink).unwrap();
+        let degraded: Vec<_> = session.degraded().map(|tile| (tile.part, tile.tile)).collect();
+        assert_eq!((degraded, report.degraded.len()), (vec![(PartId(0), TileId(0))], usize::from(k == 0)), "{k}");
+    }
+    session.forget();
+    assert_eq!(session.view(&[aside], &mut sink).unwrap().degraded.len(), 0);
+    assert_eq!(session.degraded().count(), 0, "a whole frame without the tile");
 }
 
 /// Rows of instances of a part, at increasing distances from the camera.
@@ -387,7 +413,8 @@ fn instances_that_are_added_have_levels_of_detail() {
             if k == first || k % 20 == 19 {
                 session.view(&[view], &mut sink).unwrap();
             }
-            assert_eq!(session.add_instance(instance.clone()), Ok(k + 1));
+            let key = session.add_instance(instance.clone()).unwrap();
+            assert_eq!(session.instance_row(key), Some(k + 1));
         }
         session.view(&[view], &mut sink).unwrap();
         assert_eq!((session.scene().parts.len(), sink.scene.parts.len()), (4, 4));

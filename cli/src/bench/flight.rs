@@ -254,7 +254,12 @@ fn kept(session: &mut Session, views: &[View], sink: &mut Uploads) -> Result<Reu
 }
 
 /// Makes a frame that reuses nothing.
-fn anew(session: &mut Session, view: &View, sink: &mut Uploads, common: &Common) -> Result<FrameReport, Failure> {
+pub(super) fn anew(
+    session: &mut Session,
+    view: &View,
+    sink: &mut Uploads,
+    common: &Common,
+) -> Result<FrameReport, Failure> {
     let begun = Instant::now();
     let plan = tracing::debug_span!("plan").in_scope(|| session.plan_for_view(view, &common.limits.plan()));
     let planned_in = begun.elapsed();

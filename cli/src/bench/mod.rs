@@ -9,6 +9,7 @@ mod plot;
 mod replay;
 mod route;
 mod scaling;
+mod steps;
 mod summary;
 mod tile_costs;
 mod uploads;
@@ -20,13 +21,13 @@ use crate::progress::Progress;
 use crate::tessellate::{positive, size};
 use crate::{Common, Done, Failure, MOST_WORKERS};
 use costs::Costs;
-use flight::{Coherence, Flight, Follow, Order, fly};
+use flight::{Coherence, Follow, Order, fly};
 use replay::{EPOCH, Policy, replay};
 use route::{PictureOverrides, Route};
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::sync::Arc;
-use summary::{Costly, Losses, Machine, Replay, Report, Row, Run, Spread, TileCosts};
+use summary::{Costly, Machine, Replay, Report, Row, Run, Spread, TileCosts};
 use trimtess::prepare::{Prepared, prepare};
 use trimtess::view::View;
 
@@ -86,7 +87,7 @@ pub(crate) struct BenchArgs {
           value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=MOST_WORKERS))]
     replay: Vec<u16>,
     /// Measure reading, preparing, and cold and coherent frames on 1, 2, 4 … all cores (or the numbers of --workers),
-    /// and as many copies of the model as threads.
+    /// and as many copies of the model as threads. Compute frames on up to 32 threads from the steps of one.
     #[arg(long, conflicts_with_all = ["replay", "coherence", "lines", "resync", "save_path"])]
     scaling: bool,
     /// With --scaling: copies of the model, side by side, each with parts of its own.
@@ -220,17 +221,12 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
         progress.stage("timing tiles");
         let costs = costs::record(&prepared, &views, common)?;
         let costly = costly(&prepared, &costs);
-        let flown = |coherence, follow| {
-            let is_so = move |flight: &&Flight| flight.coherence == coherence && flight.follow == follow;
-            flights.iter().filter(is_so).collect::<Vec<_>>()
-        };
-        replays.push(replayed(&costs, &numbers, &flown(Coherence::Off, Follow::Spread), Coherence::Off, costly)?);
+        replays.push(replayed(&costs, &numbers, Coherence::Off, costly));
         let follow = args.lines.first().copied().unwrap_or_default();
-        let on = flown(Coherence::On, follow);
-        if views.len() > 1 && !on.is_empty() {
+        if views.len() > 1 && args.coherence.contains(&Coherence::On) {
             let lines = follow.lines(args.most_lines, args.resync);
             let costs = costs::record_changes(&prepared, &views, lines, common)?;
-            replays.push(replayed(&costs, &numbers, &on, Coherence::On, Vec::new())?);
+            replays.push(replayed(&costs, &numbers, Coherence::On, Vec::new()));
         }
     }
     drop(progress);
@@ -256,43 +252,25 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
     Ok(Done::of(&prepared))
 }
 
-/// Simulates each number of workers: efficiency, and the parts of a frame's time. Planning and commit times are medians
-/// of `flights`.
-fn replayed(
-    costs: &Costs,
-    numbers: &[usize],
-    flights: &[&Flight],
-    coherence: Coherence,
-    costly: Vec<Costly>,
-) -> Result<Replay, Failure> {
+/// Simulates each number of workers.
+fn replayed(costs: &Costs, numbers: &[usize], coherence: Coherence, costly: Vec<Costly>) -> Replay {
     let Costs { tiles, stride, frames } = costs;
     let epoch = (EPOCH / stride).max(1);
-    let count = frames.len().max(1) as f64;
-    let median =
-        |of: fn(&flight::Times) -> f64| Spread::of(flights.iter().flat_map(|flight| &flight.times).map(of)).p50;
-    let (master, commit) = (median(|t| t.plan), median(|t| t.commit));
     let row = |&workers: &usize| {
-        let shares = Policy::ALL.map(|policy| (policy, replay(policy, tiles, frames, workers, epoch)));
-        let ours = shares[0].1;
-        let (work, most) = (ours.mean / count, ours.most / count);
-        let handoff = costs::hand_off(workers)? + commit;
-        Ok(Row {
-            workers,
-            efficiency: shares.iter().map(|(policy, share)| (policy.name(), share.efficiency())).collect(),
-            frame_ms: Losses { work, imbalance: most - work, master, handoff },
-        })
+        let efficiency = |policy| replay(policy, tiles, frames, workers, epoch).efficiency();
+        Row { workers, efficiency: Policy::ALL.map(|policy| (policy.name(), efficiency(policy))).into_iter().collect() }
     };
     // Tiles that were not made have cost 0.
     let all: Vec<f64> = frames.iter().flatten().filter(|&&ms| ms > 0.0).map(|ms| 1e3 * ms).collect();
     let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
     let most = all.iter().copied().fold(0.0, f64::max);
-    Ok(Replay {
+    Replay {
         coherence: coherence.name(),
         frames: frames.len(),
         tile_us: TileCosts { mean, spread: Spread::of(all), most },
         costly,
-        rows: numbers.iter().map(row).collect::<Result<_, Failure>>()?,
-    })
+        rows: numbers.iter().map(row).collect(),
+    }
 }
 
 /// The most expensive tiles of any frame, worst first.

@@ -2,6 +2,7 @@
 //! frames, and larger models on more threads.
 
 use super::flight::{Coherence, Flight, Follow, Order, Times, fly, ms};
+use super::steps::{Replayed, replay};
 use super::summary::Machine;
 use crate::input::Input;
 use crate::limits::unprepared;
@@ -43,6 +44,8 @@ pub(super) struct Scaling {
     faces: usize,
     threads: Vec<usize>,
     stages: Vec<Stage>,
+    /// Cold and coherent frames on more threads than there may be.
+    replayed: Vec<Replayed>,
     /// Hash of the mesh of the last view, by number of threads: all are equal.
     hashes: Vec<String>,
     /// As many copies of the model as threads.
@@ -106,6 +109,7 @@ pub(super) fn measure(
     let one = ready(&plan.input.read(&common.limits.step())?, common)?;
     let step = 1.1 * one.diagonal;
     let (mut hashes, mut weak, mut faces, mut done) = (Vec::new(), Vec::<Weak>::new(), 0, Done::Clean);
+    let mut last = None;
     for &threads in &plan.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|e| Failure::Cannot(e.to_string()))?;
@@ -136,6 +140,7 @@ pub(super) fn measure(
         let of_frames = [&cold, &coherent].into_iter().flat_map(|flight| parts.map(|of| mean(flight, of)));
         columns.iter_mut().zip([read, prepared_in].into_iter().chain(of_frames)).for_each(|(c, ms)| c.push(ms));
         hashes.push(hash(&prepared, &views, threads)?);
+        last = Some((prepared, views));
 
         progress.stage(format!("{threads} threads: {threads} copies"));
         let copies = side_by_side(&model, u32::try_from(threads).unwrap_or(u32::MAX), step);
@@ -154,9 +159,17 @@ pub(super) fn measure(
     }
     let names = ["read", "prepare", "cold: plan", "cold: tiles", "cold: commit", "cold frame", "coherent: plan"];
     let names = names.into_iter().chain(["coherent: tiles", "coherent: commit", "coherent frame"]);
+    let mut replayed = Vec::new();
+    for (cold, frames) in [(true, &columns[5]), (false, &columns[9])] {
+        progress.stage("computing frames on more threads");
+        let measured: Vec<(usize, f64)> = plan.threads.iter().copied().zip(frames.iter().copied()).collect();
+        if let Some((prepared, views)) = &last {
+            replayed.push(replay((prepared, views, plan.rounds), cold, &measured, common)?);
+        }
+    }
     let stages = names.zip(columns).map(|(name, ms)| Stage::of(name, &plan.threads, ms)).collect();
     let (model, machine, threads) = (plan.input.name(), Machine::this(), plan.threads.clone());
-    Ok(Scaling { model, machine, faces, threads, stages, hashes, weak, done })
+    Ok(Scaling { model, machine, faces, threads, stages, replayed, hashes, weak, done })
 }
 
 /// Prepares a model without a copy of it, which would be timed, too.
@@ -238,6 +251,7 @@ impl Scaling {
             text.push('\n');
         }
         let _ = writeln!(text, "mesh: {}", if self.is_equal() { "equal" } else { "NOT EQUAL" });
+        self.replayed.iter().for_each(|frames| frames.tell(&mut text));
         let _ = writeln!(text, "as many copies as threads: ms (efficiency)");
         for Weak { threads, faces, prepare_ms, frame_ms, prepare_efficiency, frame_efficiency } in &self.weak {
             let _ = writeln!(

@@ -212,27 +212,6 @@ pub(super) struct Row {
     pub(super) workers: usize,
     /// Mean over maximum load, by name of the [`Policy`].
     pub(super) efficiency: BTreeMap<&'static str, f64>,
-    /// Parts of a frame's time if tiles are dealt as in sessions, milliseconds.
-    pub(super) frame_ms: Losses,
-}
-
-/// A frame's time: its work, shared evenly, and the losses.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Losses {
-    /// Cost of all tiles divided by the number of workers.
-    pub(super) work: f64,
-    /// Excess of the most loaded worker over `work`.
-    pub(super) imbalance: f64,
-    /// Planning: the median of the flights.
-    pub(super) master: f64,
-    /// From the order to the last delivery in an empty frame, plus the commit (the median of the flights).
-    pub(super) handoff: f64,
-}
-
-impl Losses {
-    fn total(&self) -> f64 {
-        self.work + self.imbalance + self.master + self.handoff
-    }
 }
 
 impl Report {
@@ -319,15 +298,13 @@ impl Replay {
         Policy::ALL.iter().for_each(|policy| {
             let _ = write!(text, " {:>10}", policy.name());
         });
-        let _ = writeln!(text, " | ms/frame:   work  imbalance  master  hand-off |  all");
+        text.push('\n');
         for row in &self.rows {
             let _ = write!(text, "{:>7} |", row.workers);
             Policy::ALL.iter().for_each(|policy| {
                 let _ = write!(text, " {:>10.3}", row.efficiency.get(policy.name()).copied().unwrap_or(0.0));
             });
-            let Losses { work, imbalance, master, handoff } = row.frame_ms;
-            let total = row.frame_ms.total();
-            let _ = writeln!(text, " | {work:>16.3} {imbalance:>10.3} {master:>7.3} {handoff:>9.3} | {total:>6.3}");
+            text.push('\n');
         }
         let cap = 1e3 * CAP;
         let _ = writeln!(

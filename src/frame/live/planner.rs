@@ -223,6 +223,7 @@ impl Planner {
 
     /// Finds the drawn tiles.
     fn see(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
+        let _span = tracing::trace_span!("see").entered();
         let mut ranges: Vec<VisibleTiles> = Vec::new();
         for (part, (rates, sights)) in own(&mut self.rates).parts.iter_mut().zip(&*draft.sights).enumerate() {
             // Most parts of a large scene are neither in the picture nor were in it.
@@ -257,6 +258,7 @@ impl Planner {
 
     /// Finds the drawn tiles whose rate should change.
     fn look(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
+        let _span = tracing::trace_span!("look").entered();
         let (rates, sights) = (Arc::clone(&self.rates), Arc::clone(&draft.sights));
         let parts = rates.parts.iter().enumerate();
         let rows = parts.flat_map(|(p, part)| part.seen.ranges().map(move |tiles| (p, tiles)));
@@ -278,6 +280,7 @@ impl Planner {
     /// Defers the changes that exceed the budget.
     fn defer(&self, draft: &mut PlanDraft) {
         let Some(budget) = self.rates.options.budget else { return };
+        let _span = tracing::trace_span!("defer").entered();
         let wanted = std::mem::take(&mut draft.wanted);
         let count = wanted.len();
         draft.wanted = defer::within(budget, wanted, &self.rates.prepared, &draft.page);
@@ -286,6 +289,7 @@ impl Planner {
 
     /// Plans the lattices of the tiles that change, and marks their edges.
     fn apply(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
+        let _span = tracing::trace_span!("lattices").entered();
         let (rates, page) = (Arc::clone(&self.rates), Arc::clone(&draft.page));
         let wanted = chunks(jobs, std::mem::take(&mut draft.wanted), PLANNED);
         let made = map(jobs, wanted, move |wanted| -> Vec<_> {
@@ -323,6 +327,7 @@ impl Planner {
 
     /// Plans the tessellants of the marked edges.
     fn tessellate(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
+        let _span = tracing::trace_span!("tessellants").entered();
         let (rates, page, sights) = (Arc::clone(&self.rates), Arc::clone(&draft.page), Arc::clone(&draft.sights));
         let touched = chunks(jobs, self.touched.take(), PLANNED);
         let made = map(jobs, touched, move |edges| -> Vec<_> {

@@ -124,6 +124,7 @@ impl PlanRequest<'_> {
             parts.clone().flat_map(|part| (0..of(count(part))).map(move |row| (part, row))).collect()
         };
 
+        let step = tracing::trace_span!("lattices").entered();
         let shared = Arc::clone(&round);
         let made = map(jobs, chunks(jobs, rows(|(tiles, _)| tiles), CHUNK), move |rows| shared.lattices(rows));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
@@ -137,6 +138,8 @@ impl PlanRequest<'_> {
             }
         }
 
+        drop(step);
+        let _step = tracing::trace_span!("tessellants").entered();
         let (shared, first, lattices) = (Arc::clone(&round), parts.start, Arc::new(lattices));
         let beside = Arc::clone(&lattices);
         let made = map(jobs, chunks(jobs, rows(|(_, edges)| edges), CHUNK), move |rows| {

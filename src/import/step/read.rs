@@ -69,8 +69,7 @@ fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
 /// Each product definition with geometry becomes one part, placed as often as the assembly says. Geometry without a
 /// product becomes parts that are placed once. [`Model::diagnostics`] reports everything that is not understood; the
 /// rest is read all the same. A file without faces gives an empty model. A part further from the origin than 4096 of its
-/// diagonals has coordinates relative to its centre, and its instances place it. Runs on
-/// [`Rayon`]'s threads.
+/// diagonals has coordinates relative to its centre, and its instances place it. Runs on [`Rayon`]'s threads.
 ///
 /// # Errors
 /// If the bytes are not STEP text, their syntax is beyond repair, or a limit of `options` is exceeded.
@@ -78,8 +77,8 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     read_on(&Rayon, bytes, options, &Control::default())
 }
 
-/// As [`read`], on the threads of `jobs`, with progress and cancellation. The syntax is parsed in pieces before the first progress is reported.
-/// Cancelling takes effect between these pieces, between parts and within them.
+/// As [`read`], on the threads of `jobs`, with progress and cancellation. The syntax is parsed in pieces before the first
+/// progress is reported. Cancelling takes effect between these pieces, between parts and within them.
 ///
 /// # Errors
 /// As [`read`], and [`StepError::Cancelled`].

@@ -1,0 +1,328 @@
+//! A flight on one thread, recorded by the spans of the library -> the time of each step of a frame on any number of
+//! threads.
+
+use super::costs::hand_off;
+use super::flight::{anew, ms};
+use super::uploads::Uploads;
+use crate::{Common, Failure};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tracing::span::Id;
+use tracing::{Dispatch, Subscriber, dispatcher};
+use tracing_subscriber::filter::filter_fn;
+use tracing_subscriber::layer::{Context, SubscriberExt};
+use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::{Layer, registry};
+use trimtess::control::{Job, Jobs, Priority};
+use trimtess::frame::PlannerOptions;
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::Prepared;
+use trimtess::view::View;
+
+/// Spans of a frame's steps, in their order. A loop and its calls are spans within them.
+const STEPS: [&str; 10] = ["show", "plan", "see", "look", "defer", "lattices", "tessellants", "owe", "tiles", "commit"];
+const LOOP: &str = "loop";
+const CALL: &str = "call";
+/// What is in no step.
+const REST: &str = "rest";
+
+/// Numbers of threads for which frames are computed.
+pub(super) const THREADS: [usize; 6] = [1, 2, 4, 8, 16, 32];
+
+/// Times of a frame on numbers of threads, computed from the times of its steps and of their calls on one thread.
+/// Milliseconds, means over the frames of a flight.
+#[derive(Serialize)]
+pub(super) struct Replayed {
+    /// `cold` or `coherent`.
+    coherence: &'static str,
+    frames: usize,
+    threads: Vec<usize>,
+    steps: Vec<StepTimes>,
+    /// All steps.
+    frame_ms: Vec<f64>,
+    /// What one thread does while the others wait.
+    not_divided_ms: Vec<f64>,
+    speedup: Vec<f64>,
+    /// How long the calls of all loops wait for threads, as measured for a loop without work. Not in the other times.
+    hand_offs_ms: Vec<f64>,
+    /// By the clock, where this machine has as many threads.
+    measured_ms: Vec<Option<f64>>,
+}
+
+/// A step's time by the number of threads.
+#[derive(Serialize)]
+struct StepTimes {
+    name: &'static str,
+    ms: Vec<f64>,
+    not_divided_ms: Vec<f64>,
+}
+
+/// What one step did in a frame.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Step {
+    /// Outside of calls.
+    alone: Duration,
+    /// The calls of each loop, in their order.
+    loops: Vec<Vec<Duration>>,
+}
+
+type Frame = BTreeMap<&'static str, Step>;
+
+/// A span that is open.
+struct Open {
+    name: &'static str,
+    begun: Instant,
+    /// Time in spans within.
+    inside: Duration,
+    /// The calls of a loop.
+    calls: Vec<Duration>,
+}
+
+/// Adds up the spans of one thread.
+#[derive(Clone, Default)]
+struct Recorder(Arc<Mutex<Record>>);
+
+#[derive(Default)]
+struct Record {
+    open: Vec<Open>,
+    frame: Frame,
+}
+
+impl Recorder {
+    fn record(&self) -> MutexGuard<'_, Record> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What was recorded since the last call, with `whole` as the time of all of it.
+    fn take(&self, whole: Duration) -> Frame {
+        let mut frame = std::mem::take(&mut self.record().frame);
+        let known: Duration =
+            frame.values().map(|step| step.alone + step.loops.iter().flatten().sum::<Duration>()).sum();
+        frame.entry(REST).or_default().alone += whole.saturating_sub(known);
+        frame
+    }
+}
+
+impl Record {
+    fn enter(&mut self, name: &'static str) {
+        self.open.push(Open { name, begun: Instant::now(), inside: Duration::ZERO, calls: Vec::new() });
+    }
+
+    fn exit(&mut self) {
+        let Some(Open { name, begun, inside, calls }) = self.open.pop() else { return };
+        let took = begun.elapsed();
+        if let Some(around) = self.open.last_mut() {
+            around.inside += took;
+            if name == CALL {
+                around.calls.push(took);
+                return;
+            }
+        }
+        let step = if name == LOOP { self.open.last().map_or(REST, |around| around.name) } else { name };
+        let step = self.frame.entry(step).or_default();
+        step.alone += took.saturating_sub(inside);
+        if name == LOOP {
+            step.loops.push(calls);
+        }
+    }
+}
+
+impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for Recorder {
+    fn on_enter(&self, id: &Id, context: Context<'_, S>) {
+        if let Some(span) = context.metadata(id) {
+            self.record().enter(span.name());
+        }
+    }
+
+    fn on_exit(&self, _: &Id, _: Context<'_, S>) {
+        self.record().exit();
+    }
+}
+
+/// Cuts work for many threads, and has the caller do all of it.
+struct OneOf(usize);
+
+impl Jobs for OneOf {
+    fn width(&self) -> usize {
+        self.0
+    }
+
+    fn spawn(&self, _: Priority, _: Job) {}
+}
+
+/// The time in which `threads` threads make the calls of a loop: each takes the next call as soon as it is free.
+fn makespan(calls: &[Duration], threads: usize) -> Duration {
+    let mut free = vec![Duration::ZERO; threads.max(1)];
+    for call in calls {
+        if let Some(first) = free.iter_mut().min() {
+            *first += *call;
+        }
+    }
+    free.into_iter().max().unwrap_or_default()
+}
+
+impl Step {
+    fn on(&self, threads: usize) -> Duration {
+        self.alone + self.loops.iter().map(|calls| makespan(calls, threads)).sum::<Duration>()
+    }
+}
+
+/// Flies on one thread, with work cut for `threads`. Of each frame the quickest round counts.
+fn flown(
+    (prepared, views, rounds): (&Arc<Prepared>, &[View], u32),
+    (threads, cold): (usize, bool),
+    common: &Common,
+) -> Result<Vec<Frame>, Failure> {
+    let recorder = Recorder::default();
+    let seen = filter_fn(|of| of.is_span() && (STEPS.contains(&of.name()) || [LOOP, CALL].contains(&of.name())));
+    let spans = Dispatch::new(registry().with(recorder.clone().with_filter(seen)));
+    let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
+    let options = SessionOptions::DEFAULT.with_workers(threads).with_edge_lines(false).with_planner(planner);
+    let mut session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
+    let mut sink = Uploads::of(session.prepared());
+    let mut frames: Vec<(Duration, Frame)> = Vec::with_capacity(views.len());
+    for round in 0..rounds {
+        session.forget();
+        for (k, view) in views.iter().enumerate() {
+            sink.next_frame();
+            let begun = Instant::now();
+            dispatcher::with_default(&spans, || {
+                if cold {
+                    anew(&mut session, view, &mut sink, common).map(drop)
+                } else {
+                    session.view(&[*view], &mut sink).map(drop).map_err(|e| Failure::Cannot(e.to_string()))
+                }
+            })?;
+            let whole = begun.elapsed();
+            let frame = (whole, recorder.take(whole));
+            match frames.get_mut(k) {
+                Some(known) if known.0 > whole => *known = frame,
+                None if round == 0 => frames.push(frame),
+                _ => {}
+            }
+        }
+    }
+    // A session's first frame is whole, however the others are made.
+    let frames = frames.into_iter().skip(usize::from(!cold && views.len() > 1));
+    Ok(frames.map(|(_, frame)| frame).collect())
+}
+
+/// Computes the frames of a flight. `measured`: frames by the clock, by the number of threads.
+pub(super) fn replay(
+    flight: (&Arc<Prepared>, &[View], u32),
+    cold: bool,
+    measured: &[(usize, f64)],
+    common: &Common,
+) -> Result<Replayed, Failure> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = THREADS.to_vec();
+    let mut steps: BTreeMap<&'static str, StepTimes> = BTreeMap::new();
+    let (mut hand_offs_ms, mut measured_ms, mut count) = (Vec::new(), Vec::new(), 0);
+    for (column, &n) in threads.iter().enumerate() {
+        let frames = flown(flight, (n, cold), common)?;
+        count = frames.len();
+        let mean = |sum: Duration| ms(sum) / count.max(1) as f64;
+        for (name, step) in frames.iter().flatten() {
+            let empty = || StepTimes { name, ms: vec![0.0; threads.len()], not_divided_ms: vec![0.0; threads.len()] };
+            let times = steps.entry(name).or_insert_with(empty);
+            times.ms[column] += mean(step.on(n));
+            times.not_divided_ms[column] += mean(step.alone);
+        }
+        let loops: usize = frames.iter().flat_map(BTreeMap::values).map(|step| step.loops.len()).sum();
+        let one = if n == 1 { 0.0 } else { hand_off(n.min(cores))? };
+        hand_offs_ms.push(one * loops as f64 / count.max(1) as f64);
+        measured_ms.push(measured.iter().find(|(threads, _)| *threads == n).map(|(_, ms)| *ms));
+    }
+    let order = |name: &str| STEPS.iter().position(|step| *step == name).unwrap_or(STEPS.len());
+    let mut steps: Vec<StepTimes> = steps.into_values().collect();
+    steps.sort_by_key(|step| order(step.name));
+    let sums = |of: fn(&StepTimes) -> &[f64]| -> Vec<f64> {
+        (0..threads.len()).map(|column| steps.iter().map(|step| of(step)[column]).sum()).collect()
+    };
+    let (frame_ms, not_divided_ms) = (sums(|step| &step.ms), sums(|step| &step.not_divided_ms));
+    let speedup = frame_ms.iter().map(|ms| frame_ms[0] / ms).collect();
+    let coherence = if cold { "cold" } else { "coherent" };
+    Ok(Replayed {
+        coherence,
+        frames: count,
+        threads,
+        steps,
+        frame_ms,
+        not_divided_ms,
+        speedup,
+        hand_offs_ms,
+        measured_ms,
+    })
+}
+
+impl Replayed {
+    /// The times as a table.
+    pub(super) fn tell(&self, text: &mut String) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{} frames, computed from {} frames on one thread: ms (of that, what is not divided)",
+            self.coherence, self.frames
+        );
+        let _ = write!(text, "{:<16}", "threads");
+        self.threads.iter().for_each(|n| _ = write!(text, " {n:>16}"));
+        for StepTimes { name, ms, not_divided_ms } in &self.steps {
+            let _ = write!(text, "\n{name:<16}");
+            let cells = ms.iter().zip(not_divided_ms);
+            cells.for_each(|(ms, alone)| _ = write!(text, " {ms:>8.3} ({alone:>5.3})"));
+        }
+        let _ = write!(text, "\n{:<16}", "frame");
+        let cells = self.frame_ms.iter().zip(&self.not_divided_ms);
+        cells.for_each(|(ms, alone)| _ = write!(text, " {ms:>8.3} ({alone:>5.3})"));
+        let _ = write!(text, "\n{:<16}", "speedup");
+        self.speedup.iter().for_each(|x| _ = write!(text, " {x:>16.2}"));
+        let _ = write!(text, "\n{:<16}", "hand-offs");
+        self.hand_offs_ms.iter().for_each(|x| _ = write!(text, " {x:>16.3}"));
+        let _ = write!(text, "\n{:<16}", "by the clock");
+        for ms in &self.measured_ms {
+            let _ = write!(text, " {:>16}", ms.map_or_else(|| "-".to_owned(), |ms| format!("{ms:.3}")));
+        }
+        text.push('\n');
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_take_the_next_call_when_they_are_free() {
+        let calls = [3, 1, 1, 1, 4].map(Duration::from_millis);
+        let of = |threads| makespan(&calls, threads).as_millis();
+        assert_eq!([of(1), of(2), of(3), of(5), of(9)], [10, 7, 5, 4, 4]);
+        assert_eq!(makespan(&[], 4), Duration::ZERO);
+        let step = Step { alone: Duration::from_millis(2), loops: vec![calls.to_vec(), calls[..2].to_vec()] };
+        assert_eq!(step.on(2), Duration::from_millis(2 + 7 + 3));
+    }
+
+    #[test]
+    fn spans_are_added_up_by_step() {
+        let recorder = Recorder::default();
+        let spans = Dispatch::new(registry().with(recorder.clone()));
+        dispatcher::with_default(&spans, || {
+            tracing::trace_span!("plan").in_scope(|| {
+                tracing::trace_span!("look").in_scope(|| {
+                    for calls in [2, 3] {
+                        tracing::trace_span!("loop").in_scope(|| {
+                            (0..calls).for_each(|_| tracing::trace_span!("call").in_scope(|| ()));
+                        });
+                    }
+                });
+            });
+        });
+        let frame = recorder.take(Duration::from_secs(1));
+        assert_eq!(frame.keys().copied().collect::<Vec<_>>(), ["look", "plan", REST]);
+        assert_eq!(frame["look"].loops.iter().map(Vec::len).collect::<Vec<_>>(), [2, 3]);
+        let all: Duration = frame.values().map(|step| step.on(1)).sum();
+        assert_eq!(all, Duration::from_secs(1));
+        assert!(recorder.take(Duration::ZERO).len() == 1 && recorder.record().open.is_empty());
+    }
+}
