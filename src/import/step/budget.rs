@@ -62,7 +62,12 @@ impl ReadBudget {
     /// Adds memory, before it is allocated. Returns whether all of it is within the limit.
     pub(super) fn spend(&self, bytes: usize) -> bool {
         let before = self.spent.fetch_add(bytes as u64, Ordering::Relaxed);
-        before.saturating_add(bytes as u64) <= self.limit && !self.control.is_cancelled()
+        before.saturating_add(bytes as u64) <= self.limit && !self.is_cancelled()
+    }
+
+    /// Whether reading is cancelled: what it makes from now on is not looked at.
+    pub(super) fn is_cancelled(&self) -> bool {
+        self.control.is_cancelled()
     }
 
     /// Memory needed so far, bytes, if that is beyond the limit. Reading can then stop.
@@ -81,7 +86,7 @@ impl ReadBudget {
         let before = self.points[kind].fetch_add(count, Ordering::Relaxed);
         self.spend(count.saturating_mul(BYTES_PER_POINT));
         let what = ["points of shared curves", "points of shared surfaces"][kind];
-        let passed = before.saturating_add(count) > limit || self.control.is_cancelled();
+        let passed = before.saturating_add(count) > limit || self.is_cancelled();
         if passed { Err(StepTrouble::TooManyVisits { what, limit }) } else { Ok(()) }
     }
 }

@@ -213,11 +213,12 @@ impl Table {
     }
 
     /// The instances that satisfy `wanted`, ordered by number. `wanted` must depend on types only: it is called once
-    /// per type of simple instances, since a file has 10 to 100 types and up to millions of instances.
+    /// per type of simple instances, since a file has 10 to 100 types and up to millions of instances. Ends once reading is
+    /// cancelled.
     pub(super) fn of_types(&self, wanted: impl Fn(Entity<'_>) -> bool) -> impl Iterator<Item = Entity<'_>> {
         let instance = |row: usize| self.entity(&self.rows.list[row]);
         let verdicts: Vec<bool> = self.first_of_type.iter().map(|row| wanted(instance(*row))).collect();
-        let rows = self.types.iter().enumerate();
+        let rows = self.types.iter().enumerate().take_while(|_| !self.budget.is_cancelled());
         rows.filter_map(move |(row, of)| match verdicts.get(*of as usize) {
             Some(true) => Some(instance(row)),
             Some(false) => None,
