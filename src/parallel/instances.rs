@@ -21,7 +21,8 @@ impl InstanceKey {
     /// The key that this number stands for. Any number is allowed: most name no instance.
     #[must_use]
     pub fn from_bits(bits: u64) -> Self {
-        Self(KeyData::from_ffi(bits).into())
+        let key = KeyData::from_ffi(bits);
+        Self(if key.as_ffi() == bits { key.into() } else { DefaultKey::null() })
     }
 }
 
