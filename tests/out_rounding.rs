@@ -5,7 +5,22 @@ mod out_fixture;
 
 use glam::{DAffine3, DVec3};
 use out_fixture::{box_frame, folder};
+#[cfg(feature = "glb")]
+use trimtess::out::GlbOptions;
 use trimtess::out::{Format, RoundedTooFar, Rounding, read_back, save, save_within};
+
+/// All formats, and GLB in all its forms.
+fn formats() -> Vec<(String, Format)> {
+    let mut all: Vec<_> = Format::ALL.iter().map(|(name, format)| ((*name).to_owned(), *format)).collect();
+    #[cfg(feature = "glb")]
+    for k in 1..8 {
+        let options = GlbOptions::PLAIN.with_instanced(k & 1 > 0).with_quantized(k & 2 > 0);
+        #[cfg(feature = "meshopt")]
+        let options = options.with_compressed(k & 4 > 0);
+        all.push((format!("{k}.glb"), Format::Glb(options)));
+    }
+    all
+}
 
 fn turned_at(x: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::new(x, 0.3 * x, -x))
@@ -18,10 +33,10 @@ fn a_file_reads_back_as_the_frame_and_no_vertex_moves_further_than_told() {
     for x in [0.0, 1.0, 1e3, 1e5, 1e7] {
         let mirrored = turned_at(x) * DAffine3::from_scale(DVec3::new(-1.0, 1.0, 1.0));
         let frame = box_frame(DVec3::new(100.0, 20.0, 30.0), &[turned_at(x), mirrored, DAffine3::IDENTITY]);
-        for &(extension, format) in Format::ALL {
+        for (extension, format) in formats() {
             let path = folder.join(format!("box.{extension}"));
             let told = save(&frame, &path, format).unwrap();
-            let read = read_back(&frame, &path, format).unwrap();
+            let read = read_back(&frame, &path, format, f64::INFINITY).unwrap();
             assert_eq!((told.triangles, told.collapsed, read.triangles), (36, 0, 36), "{x} {extension}");
             assert_eq!(read.unbalanced_edges, 0, "{x} {extension}");
             assert!(read.moved <= told.moved + 1e-14 * x.max(100.0), "{x} {extension}: {read:?} {told:?}");
@@ -35,20 +50,20 @@ fn nodes_are_nested_where_one_translation_has_too_few_digits() {
     let folder = folder("nested");
     let path = folder.join("box.glb");
     let frame = box_frame(DVec3::ONE, &[turned_at(12_345.678_9), turned_at(1e7 / 3.0), DAffine3::IDENTITY]);
-    let plain = save(&frame, &path, Format::Glb).unwrap();
+    let plain = save(&frame, &path, Format::Glb(GlbOptions::PLAIN)).unwrap();
     assert!(plain.moved > 0.1, "{plain:?}");
-    let fine = save_within(&frame, &path, Format::Glb, 1e-4).unwrap();
+    let fine = save_within(&frame, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).unwrap();
     assert!(fine.moved <= 0.5e-4, "{fine:?}");
     // Readers take the decimals of nodes as single or as double precision, and both are read.
-    let read = read_back(&frame, &path, Format::Glb).unwrap();
+    let read = read_back(&frame, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).unwrap();
     assert!(read.moved <= fine.moved + 1e-8, "{read:?} {fine:?}");
     // A micrometre a hundred metres away, and an instance beyond all digits.
     let tiny = box_frame(DVec3::splat(1e-3), &[turned_at(1e5 / 3.0), turned_at(1e5 / 7.0)]);
-    let fine = save_within(&tiny, &path, Format::Glb, 1e-7).unwrap();
-    let read = read_back(&tiny, &path, Format::Glb).unwrap();
+    let fine = save_within(&tiny, &path, Format::Glb(GlbOptions::PLAIN), 1e-7).unwrap();
+    let read = read_back(&tiny, &path, Format::Glb(GlbOptions::PLAIN), 1e-7).unwrap();
     assert!(fine.moved <= 1e-7 && read.moved <= fine.moved + 1e-9, "{read:?} {fine:?}");
     let beyond = box_frame(DVec3::ONE, &[turned_at(1.234_567e25)]);
-    assert!(save_within(&beyond, &path, Format::Glb, 1e-4).is_err());
+    assert!(save_within(&beyond, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).is_err());
 }
 
 #[test]
@@ -73,14 +88,14 @@ fn collapsed_triangles_and_faces_are_counted() {
 #[test]
 fn a_damaged_file_does_not_read_back() {
     let folder = folder("damaged");
-    let frame = box_frame(DVec3::new(1.0, 2.0, 3.0), &[turned_at(10.0)]);
-    for &(extension, format) in Format::ALL {
+    let frame = box_frame(DVec3::new(1.0, 2.0, 3.0), &[turned_at(10.0), DAffine3::IDENTITY]);
+    for (extension, format) in formats() {
         let path = folder.join(format!("box.{extension}"));
         save(&frame, &path, format).unwrap();
         let whole = std::fs::read(&path).unwrap();
         for length in [0, 10, 30, 100, whole.len() / 2, whole.len() - 20] {
             std::fs::write(&path, &whole[..length]).unwrap();
-            assert!(read_back(&frame, &path, format).is_err(), "{extension} cut to {length}");
+            assert!(read_back(&frame, &path, format, f64::INFINITY).is_err(), "{extension} cut to {length}");
         }
     }
 }
@@ -90,7 +105,43 @@ fn a_damaged_file_does_not_read_back() {
 fn triangles_that_are_apart_in_their_node_and_coincide_in_the_world_are_balanced() {
     let path = folder("coincide").join("box.glb");
     let frame = box_frame(DVec3::splat(1e-10), &[DAffine3::from_translation(DVec3::splat(1e7))]);
-    save(&frame, &path, Format::Glb).unwrap();
-    let read = read_back(&frame, &path, Format::Glb).unwrap();
+    save(&frame, &path, Format::Glb(GlbOptions::PLAIN)).unwrap();
+    let read = read_back(&frame, &path, Format::Glb(GlbOptions::PLAIN), f64::INFINITY).unwrap();
     assert_eq!((read.triangles, read.unbalanced_edges), (12, 0));
+}
+
+#[cfg(feature = "glb")]
+#[test]
+fn a_grid_keeps_to_what_a_vertex_may_move_and_instances_become_one_node() {
+    let folder = folder("compact");
+    let places: Vec<DAffine3> = (0..50).map(|k| turned_at(f64::from(k))).collect();
+    let frame = box_frame(DVec3::new(100.0, 20.0, 30.0), &places);
+    let plain = GlbOptions::PLAIN;
+    let size = |name: &str, options: GlbOptions, most: f64| {
+        let path = folder.join(name);
+        let told = save_within(&frame, &path, Format::Glb(options), most).unwrap();
+        let read = read_back(&frame, &path, Format::Glb(options), most).unwrap();
+        assert!(told.moved <= most && read.moved <= told.moved * (1.0 + 1e-9), "{name}: {told:?} {read:?}");
+        assert_eq!((read.triangles, read.unbalanced_edges), (50 * 12, 0), "{name}");
+        let bytes = std::fs::read(&path).unwrap();
+        let json = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
+        (bytes.len(), String::from_utf8_lossy(&bytes[20..20 + json]).into_owned(), told.moved)
+    };
+    let (whole, text, moved) = size("plain.glb", plain, 0.01);
+    assert!(!text.contains("extensionsRequired") && moved < 1e-4);
+    let (listed, text, _) = size("instanced.glb", plain.with_instanced(true), 0.01);
+    assert!(
+        text.contains(r#""extensionsRequired":["EXT_mesh_gpu_instancing"]"#) && 2 * listed < whole,
+        "{listed} {whole}"
+    );
+    // A step of 2^-9 mm moves a point by up to 0.0017 mm. That is too much for the last one.
+    for (most, is_quantized) in [(0.01, true), (0.0036, true), (0.003, false)] {
+        let (_, text, moved) = size("quantized.glb", plain.with_quantized(true), most);
+        assert_eq!(
+            text.contains(r#""componentType":5122,"type":"VEC3","min""#) || text.contains(r#""min":[-"#),
+            true,
+            "{text}"
+        );
+        assert_eq!(moved > 1e-4, is_quantized, "{most}: {moved}");
+    }
 }

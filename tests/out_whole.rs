@@ -10,6 +10,8 @@ use out_fixture::box_frame;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+#[cfg(feature = "glb")]
+use trimtess::out::GlbOptions;
 use trimtess::out::{BeyondSingle, Format, save, write_whole};
 
 fn folder(test: &str) -> PathBuf {
@@ -99,7 +101,7 @@ fn positions_beyond_single_precision_are_reported_and_nothing_is_written() {
     let formats = [
         (Format::Stl, far),
         #[cfg(feature = "glb")]
-        (Format::Glb, 1e3 * far),
+        (Format::Glb(GlbOptions::PLAIN), 1e3 * far),
     ];
     for (format, place) in formats {
         let frames = [box_frame(DVec3::ONE, &[DAffine3::from_translation(place)]), box_frame(1e45 * DVec3::ONE, &[])];
@@ -123,7 +125,7 @@ fn positions_beyond_single_precision_are_reported_and_nothing_is_written() {
         (Format::Ply, &frame),
         (Format::Obj, &frame),
         #[cfg(feature = "glb")]
-        (Format::Glb, &frame),
+        (Format::Glb(GlbOptions::PLAIN), &frame),
         (Format::Stl, &box_frame(DVec3::ONE, &[DAffine3::from_translation(0.3 * far)])),
     ] {
         save(frame, &folder.join("mesh"), format).unwrap();

@@ -79,24 +79,23 @@ pub(crate) fn check(
     prepared: &Prepared,
     frame: &MemorySink,
     path: &Path,
-    format: Format,
-    chord: f64,
+    (format, chord): (Format, f64),
     report: &mut Report,
 ) {
     if !std::fs::metadata(path).is_ok_and(|known| known.is_file()) {
         return;
     }
-    let read = match read_back(frame, path, format) {
+    let read = match read_back(frame, path, format, most(chord)) {
         Ok(read) => read,
         Err(error) => return report.add_error(format!("the file cannot be read back: {error}")),
     };
     // Reading multiplies by the numbers of nodes and units, in double precision.
     let reach = prepared.bounds.map_or(0.0, |[low, high]| low.length().max(high.length()));
-    let most = report.rounding_mm * (1.0 + 1e-6) + 1e-14 * (reach + DVec3::from(report.offset_mm).length());
-    let inexact = read.moved > most;
+    let explained = report.rounding_mm * (1.0 + 1e-6) + 1e-14 * (reach + DVec3::from(report.offset_mm).length());
+    let inexact = read.moved > explained;
     if inexact {
         report.add_error(format!(
-            "a vertex in the file is {:.3e} mm off, and rounding explains {most:.3e} mm",
+            "a vertex in the file is {:.3e} mm off, and rounding explains {explained:.3e} mm",
             read.moved
         ));
     }

@@ -45,6 +45,9 @@ pub(crate) struct TessellateArgs {
     /// from the origin.
     #[arg(long)]
     recenter: bool,
+    /// What a GLB asks of its readers, so that it is smaller. A comma-separated list.
+    #[arg(long, value_name = "HOW", value_delimiter = ',')]
+    glb: Vec<Compact>,
     /// Write a report as JSON.
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
@@ -52,10 +55,36 @@ pub(crate) struct TessellateArgs {
     told: AsJson,
 }
 
+/// What a GLB asks of its readers.
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Compact {
+    /// Instances of a part are one node (EXT_mesh_gpu_instancing).
+    Instanced,
+    /// Positions and normals have 16 bits where the tolerance allows it (KHR_mesh_quantization).
+    Quantized,
+    /// Buffers are compressed (EXT_meshopt_compression).
+    Compressed,
+}
+
 impl TessellateArgs {
     /// The files to write.
     pub(crate) fn outputs(&self) -> Named<'_> {
         Named::default().output("output", Some(&self.output)).output("report", self.report.as_ref())
+    }
+
+    fn format(&self) -> Result<Format, Failure> {
+        let format = Format::of_path(&self.output).map_err(|e| Failure::Usage(e.to_string()))?;
+        let is = |how| self.glb.contains(&how);
+        match format {
+            Format::Glb(plain) => Ok(Format::Glb(
+                plain
+                    .with_instanced(is(Compact::Instanced))
+                    .with_quantized(is(Compact::Quantized))
+                    .with_compressed(is(Compact::Compressed)),
+            )),
+            other if self.glb.is_empty() => Ok(other),
+            _ => Err(Failure::Usage(format!("--glb is for .glb files, and not for {}", self.output.display()))),
+        }
     }
 }
 
@@ -117,7 +146,7 @@ pub(crate) fn run(
     mut laps: Laps,
     outputs: &mut Outputs,
 ) -> Result<Done, Failure> {
-    let format = Format::of_path(&args.output).map_err(|e| Failure::Usage(e.to_string()))?;
+    let format = args.format()?;
     let progress = Progress::start(common);
 
     progress.stage(format!("reading {}", args.input.name()));
@@ -134,7 +163,7 @@ pub(crate) fn run(
     progress.stage("tessellating");
     let plan = Arc::new(common.limits.accept(frame::plan_within(&prepared, &tolerance, &common.limits.plan()))?);
     let mut frame = MemorySink::default();
-    let made = make(&prepared, &plan, common, format == Format::Glb || args.check, &mut frame)?;
+    let made = make(&prepared, &plan, common, matches!(format, Format::Glb(_)) || args.check, &mut frame)?;
     let mut report = Report::of(&frame, &prepared, &made);
     plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
     let tessellate = laps.lap();
@@ -161,7 +190,7 @@ pub(crate) fn run(
     let write = laps.lap();
     if args.check {
         progress.stage("reading the file back");
-        rounded::check(&prepared, &frame, &pending, format, tolerance.chord, &mut report);
+        rounded::check(&prepared, &frame, &pending, (format, tolerance.chord), &mut report);
         check += laps.lap();
     }
     drop(progress);

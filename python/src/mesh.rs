@@ -168,15 +168,19 @@ impl Mesh {
     ///     path: The file. A replaced file keeps its mode, links are followed.
     ///     recenter: Whether to move the centre of the model to the origin. Formats in single precision (GLB, STL) lose
     ///         digits far from it.
+    ///     glb: What a GLB asks of its readers, so that it is smaller: "instanced" (EXT_mesh_gpu_instancing), "quantized"
+    ///         (KHR_mesh_quantization), "compressed" (EXT_meshopt_compression).
     ///
     /// Raises:
+    ///     ValueError: `glb` is for another format, or names something else.
     ///     FormatError: The ending is unknown.
     ///     RoundingError: The format's numbers would move a vertex by more than a tenth of the chord tolerance.
     ///     SaveError: The file cannot be written.
-    #[pyo3(signature = (path, *, recenter=false))]
-    fn save(&self, py: Python<'_>, path: PathBuf, recenter: bool) -> PyResult<Saved> {
+    #[pyo3(signature = (path, *, recenter=false, glb=Vec::new()))]
+    fn save(&self, py: Python<'_>, path: PathBuf, recenter: bool, glb: Vec<String>) -> PyResult<Saved> {
         let job = Job { py, stage: "save", progress: None, workers: 1 };
-        save(&job, (&self.frame, &self.prepared), &path, (self.tolerance.chord, recenter), self.status())
+        let how = (self.tolerance.chord, recenter, &glb[..]);
+        save(&job, (&self.frame, &self.prepared), &path, how, self.status())
     }
 
     /// Checks whether the mesh is closed and consistent, and measures area and volume. About 0.4 µs per triangle.

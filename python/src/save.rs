@@ -41,10 +41,21 @@ pub(crate) fn save(
     job: &Job<'_>,
     (frame, prepared): (&Arc<PackedFrame>, &Prepared),
     path: &Path,
-    (chord, recenter): (f64, bool),
+    (chord, recenter, glb): (f64, bool, &[String]),
     status: u8,
 ) -> PyResult<Saved> {
-    let format = Format::of_path(path).map_err(|failure| errors::unknown_format(job.py, &failure))?;
+    let mut format = Format::of_path(path).map_err(|failure| errors::unknown_format(job.py, &failure))?;
+    for word in glb {
+        let Format::Glb(options) = format else {
+            return Err(errors::out_of_range(job.py, "glb", word, "for files that end in .glb"));
+        };
+        format = Format::Glb(match word.as_str() {
+            "instanced" => options.with_instanced(true),
+            "quantized" => options.with_quantized(true),
+            "compressed" => options.with_compressed(true),
+            _ => return Err(errors::out_of_range(job.py, "glb", word, "instanced, quantized or compressed")),
+        });
+    }
     let most = Rounding::SHARE * chord;
     let centre = prepared.centre();
     let offset = if recenter { centre } else { DVec3::ZERO };

@@ -72,6 +72,17 @@ def test_recentred_files_equal_those_of_the_program(program, tmp_path):
     assert any(saved.offset_mm)
 
 
+def test_compact_files_equal_those_of_the_program(program, tmp_path):
+    theirs, ours = tmp_path / "program.glb", tmp_path / "python.glb"
+    assert run(program, SMALL, theirs, "--glb", "instanced,quantized,compressed") == 0
+    mesh = trimtess.read(SMALL).prepare().tessellate()
+    mesh.save(ours, glb=["instanced", "quantized", "compressed"])
+    assert digest(ours) == digest(theirs)
+    for path, words in [(ours, ["small"]), (tmp_path / "x.stl", ["quantized"])]:
+        with pytest.raises(ValueError, match="glb"):
+            mesh.save(path, glb=words)
+
+
 def test_flattened_arrays_are_those_of_a_ply(prepared, tmp_path):
     path = tmp_path / "x.ply"
     mesh = prepared.tessellate()

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "glb")]
 use super::glb::write_glb_within;
+#[cfg(feature = "glb")]
+use super::glb_options::GlbOptions;
 use super::{write_obj, write_ply, write_stl};
 use crate::mesh::FrameView;
 use std::fmt;
@@ -13,7 +15,7 @@ use std::path::Path;
 pub enum Format {
     /// Binary glTF, see [`write_glb`](super::write_glb).
     #[cfg(feature = "glb")]
-    Glb,
+    Glb(GlbOptions),
     /// Binary STL, see [`write_stl`].
     Stl,
     /// Stanford PLY, see [`write_ply`].
@@ -26,7 +28,7 @@ impl Format {
     /// Every format with its file extension.
     pub const ALL: &'static [(&'static str, Self)] = &[
         #[cfg(feature = "glb")]
-        ("glb", Self::Glb),
+        ("glb", Self::Glb(GlbOptions::PLAIN)),
         ("stl", Self::Stl),
         ("ply", Self::Ply),
         ("obj", Self::Obj),
@@ -49,7 +51,7 @@ impl Format {
         let _ = most;
         match self {
             #[cfg(feature = "glb")]
-            Self::Glb => write_glb_within(frame, most, file),
+            Self::Glb(options) => write_glb_within(frame, (options, most), file),
             Self::Stl => write_stl(frame, file),
             Self::Ply => write_ply(frame, file),
             Self::Obj => write_obj(frame, file),

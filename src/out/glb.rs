@@ -6,19 +6,22 @@
 //! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge.
 
 use super::colour;
-use super::node_place::{NodePlace, local};
+use super::glb_buffers::Buffers;
+#[cfg(feature = "meshopt")]
+use super::glb_compress::filtered;
+use super::glb_options::GlbOptions;
+use super::glb_stream::Stream;
+use super::node_place::{NodeGroup, NodePlace, PointNumbers, Turn, groups};
 use super::placed::{batches_by_part, by_part, distinct, instance_name};
 use super::single::BeyondSingle;
 use crate::mesh::{BatchView, EdgeLine, FrameView, ScenePart};
 use crate::model::Colour;
 use glam::{DVec3, Vec3};
-use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
-use gltf_json::buffer::{Stride, Target, View};
 use gltf_json::material::{AlphaMode, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use gltf_json::mesh::{Mode, Primitive, Semantic};
+use gltf_json::scene::UnitQuaternion;
 use gltf_json::validation::Checked::Valid;
-use gltf_json::validation::USize64;
-use gltf_json::{Accessor, Asset, Buffer, Index, Material, Mesh, Node, Root, Scene, Value};
+use gltf_json::{Accessor, Asset, Index, Material, Mesh, Node, Root, Scene, Value};
 use std::collections::{BTreeMap, HashMap};
 use std::io::{self, Write};
 
@@ -38,32 +41,39 @@ const SHORT_VERTICES: usize = 65_535;
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](BeyondSingle); nothing is
 /// written then.
 pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    write_glb_within(&frame.into(), f64::INFINITY, file)
+    write_glb_within(&frame.into(), (GlbOptions::PLAIN, f64::INFINITY), file)
 }
 
-/// As [`write_glb`]. A node whose translation is rounded by more than half of `most` millimetres is put into others, and
-/// the translations add up to the place.
-pub(super) fn write_glb_within(frame: &FrameView<'_>, most: f64, file: &mut impl Write) -> io::Result<()> {
-    let mut glb = Glb::default();
+/// As [`write_glb`], with options. A node whose translation is rounded by more than half of `most` millimetres is put
+/// into others, and the translations add up to the place.
+pub(super) fn write_glb_within(
+    frame: &FrameView<'_>,
+    (options, most): (GlbOptions, f64),
+    file: &mut impl Write,
+) -> io::Result<()> {
+    let mut glb = Glb { options, ..Glb::default() };
     let mut shapes = Vec::new();
-    for ((part, batches), lines) in
-        frame.scene.parts.iter().zip(batches_by_part(frame)).zip(by_part(frame, frame.edge_lines, |line| line.part))
-    {
-        shapes.push(glb.shape(part, &batches, &lines)?);
+    let rows = batches_by_part(frame).into_iter().zip(by_part(frame, frame.edge_lines, |line| line.part));
+    let numbers = PointNumbers::of(frame, options, most);
+    for ((part, (batches, lines)), numbers) in frame.scene.parts.iter().zip(rows).zip(&numbers) {
+        shapes.push(glb.shape((part, *numbers), &batches, &lines)?);
     }
     let mut meshes = HashMap::new();
     let mut children = Vec::new();
-    for instance in &frame.scene.instances {
+    for group in groups(frame, (options, most))? {
+        let Some((instance, _)) = group.places.first().map(|(row, place)| (&frame.scene.instances[*row], place)) else {
+            continue;
+        };
         let place = instance.part.index();
-        if let (Some(part), Some(shape)) = (frame.scene.parts.get(place), shapes.get(place)) {
-            let key = (instance.part, instance.colour.map(|colour| colour.map(f32::to_bits)));
-            let mesh = match meshes.get(&key) {
-                Some(mesh) => *mesh,
-                None => *meshes.entry(key).or_insert(glb.mesh(part, shape, instance.colour)),
-            };
-            let name = named(instance_name(&part.name, instance));
-            children.push(glb.node(&NodePlace::new(part, instance, most)?, name, mesh));
-        }
+        let (part, shape) = (&frame.scene.parts[place], &shapes[place]);
+        let key = (instance.part, instance.colour.map(|colour| colour.map(f32::to_bits)));
+        let mesh = match meshes.get(&key) {
+            Some(mesh) => *mesh,
+            None => *meshes.entry(key).or_insert(glb.mesh(part, shape, instance.colour)),
+        };
+        let names: Vec<&str> =
+            group.places.iter().map(|(row, _)| instance_name(&part.name, &frame.scene.instances[*row])).collect();
+        children.push(glb.nodes(&group, &names, mesh, numbers[place])?);
     }
     let world = glb.root.push(Node {
         name: named(&frame.scene.name),
@@ -76,13 +86,6 @@ pub(super) fn write_glb_within(frame: &FrameView<'_>, most: f64, file: &mut impl
     glb.write(file)
 }
 
-/// The bytes of one buffer view, and its accessors.
-#[derive(Default)]
-struct Pool {
-    bytes: Vec<u8>,
-    accessors: Vec<Index<Accessor>>,
-}
-
 /// The primitives of a part without materials, shared by its colour variants.
 struct PartShape {
     faces: Vec<(Option<Colour>, Primitive)>,
@@ -91,20 +94,29 @@ struct PartShape {
 
 #[derive(Default)]
 struct Glb {
+    options: GlbOptions,
     root: Root,
     materials: HashMap<[u32; 4], Index<Material>>,
-    /// Vec3 floats.
-    vectors: Pool,
-    /// Float scalars.
-    features: Pool,
-    long_indices: Pool,
-    short_indices: Pool,
+    buffers: Buffers,
+    uses: Uses,
+}
+
+/// Which extensions the file uses.
+#[derive(Default)]
+struct Uses {
+    integers: bool,
+    lists: bool,
 }
 
 impl Glb {
-    fn shape(&mut self, part: &ScenePart, batches: &[&BatchView<'_>], lines: &[&EdgeLine]) -> io::Result<PartShape> {
+    fn shape(
+        &mut self,
+        (part, numbers): (&ScenePart, PointNumbers),
+        batches: &[&BatchView<'_>],
+        lines: &[&EdgeLine],
+    ) -> io::Result<PartShape> {
         let round = |points: &[DVec3]| -> Result<Vec<Vec3>, BeyondSingle> {
-            points.iter().map(|&point| local(part, point)).collect()
+            points.iter().map(|&point| numbers.local(part, point)).collect()
         };
         let mut groups: Vec<(Option<Colour>, Vec<&BatchView<'_>>)> = Vec::new();
         let mut of_colour = HashMap::new();
@@ -118,7 +130,7 @@ impl Glb {
         }
         let mut faces = Vec::new();
         for (colour, batches) in groups {
-            let mut vertices = Vertices::default();
+            let mut vertices = Vertices { step: numbers.step, ..Vertices::default() };
             let mut normals = Vec::new();
             for batch in batches {
                 let base = vertices.positions.len() as u32;
@@ -138,7 +150,7 @@ impl Glb {
                 faces.push((colour, self.primitive(&vertices, normals, Mode::Triangles, "face")?));
             }
         }
-        let mut vertices = Vertices::default();
+        let mut vertices = Vertices { step: numbers.step, ..Vertices::default() };
         for line in lines {
             let base = vertices.positions.len() as u32;
             let rounded = round(&line.points)?;
@@ -162,32 +174,31 @@ impl Glb {
         label: &str,
     ) -> io::Result<Primitive> {
         let count = vertices.positions.len();
-        let (low, high) = vertices
-            .positions
-            .iter()
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), &point| (low.min(point), high.max(point)));
-        let bounds = |corner: Vec3| Some(Value::from(corner.to_array().to_vec()));
-        let Self { root, vectors, features, .. } = self;
-        let positions = vectors.push(root, floats(&vertices.positions), count, ComponentType::F32, Type::Vec3);
-        root.accessors[positions.value()].min = bounds(low);
-        root.accessors[positions.value()].max = bounds(high);
-        let ids = vertices.features.iter().map(|feature| *feature as f32).flat_map(f32::to_le_bytes);
-        let ids = features.push(root, ids, count, ComponentType::F32, Type::Scalar);
-        let mut attributes = BTreeMap::from([
-            (Valid(Semantic::Positions), positions),
-            (Valid(Semantic::Extras("FEATURE_ID_0".into())), ids),
-        ]);
+        let mut attributes = BTreeMap::from([(Valid(Semantic::Positions), self.positions(vertices))]);
+        let short = self.options.quantized && vertices.features.iter().all(|&feature| feature <= u32::from(u16::MAX));
+        let ids = vertices.features.iter();
+        let ids = if short {
+            let bytes = ids.flat_map(|&id| (id as u16 as u32).to_le_bytes());
+            self.buffers.push(&mut self.root, Stream::ShortFeatures, count, bytes)
+        } else {
+            let bytes = ids.flat_map(|&id| (id as f32).to_le_bytes());
+            self.buffers.push(&mut self.root, Stream::Features, count, bytes)
+        };
+        attributes.insert(Valid(Semantic::Extras("FEATURE_ID_0".into())), ids);
         if let Some(normals) = normals {
-            let normals = vectors.push(root, floats(normals), count, ComponentType::F32, Type::Vec3);
-            attributes.insert(Valid(Semantic::Normals), normals);
+            attributes.insert(Valid(Semantic::Normals), self.normals(normals));
         }
         let indices = &vertices.indices;
+        // Triangles and lines are compressed differently.
+        let apart = self.options.is_compressed() && mode == Mode::Lines;
         let indices = if count <= SHORT_VERTICES {
+            let stream = if apart { Stream::ShortLines } else { Stream::ShortIndices };
             let bytes = indices.iter().flat_map(|&index| (index as u16).to_le_bytes());
-            self.short_indices.push(root, bytes, indices.len(), ComponentType::U16, Type::Scalar)
+            self.buffers.push(&mut self.root, stream, indices.len(), bytes)
         } else {
+            let stream = if apart { Stream::LongLines } else { Stream::LongIndices };
             let bytes = indices.iter().flat_map(|&index| index.to_le_bytes());
-            self.long_indices.push(root, bytes, indices.len(), ComponentType::U32, Type::Scalar)
+            self.buffers.push(&mut self.root, stream, indices.len(), bytes)
         };
         let mut distinct = vertices.features.clone();
         distinct.sort_unstable();
@@ -205,6 +216,47 @@ impl Glb {
             mode: Valid(mode),
             targets: None,
         })
+    }
+
+    fn positions(&mut self, vertices: &Vertices) -> Index<Accessor> {
+        let Self { root, buffers, uses, .. } = self;
+        let points = &vertices.positions;
+        let bounds = |points: &mut dyn Iterator<Item = Vec3>| {
+            points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
+        };
+        let (accessor, (low, high)) = if let Some(step) = vertices.step {
+            uses.integers = true;
+            let integers = || points.iter().map(|&point| PointNumbers::integers(step, point));
+            let bytes = integers().flat_map(|[x, y, z]| [x, y, z, 0]).flat_map(i16::to_le_bytes);
+            let accessor = buffers.push(root, Stream::ShortVectors, points.len(), bytes);
+            (accessor, bounds(&mut integers().map(|integers| Vec3::from_array(integers.map(f32::from)))))
+        } else {
+            let accessor = buffers.push(root, Stream::Vectors, points.len(), floats(points));
+            (accessor, bounds(&mut points.iter().copied()))
+        };
+        let value = |corner: Vec3| match vertices.step {
+            Some(_) => Value::from(corner.to_array().map(|x| x as i64).to_vec()),
+            None => Value::from(corner.to_array().to_vec()),
+        };
+        root.accessors[accessor.value()].min = Some(value(low));
+        root.accessors[accessor.value()].max = Some(value(high));
+        accessor
+    }
+
+    fn normals(&mut self, normals: &[Vec3]) -> Index<Accessor> {
+        let Self { options, root, buffers, uses, .. } = self;
+        if !options.quantized {
+            return buffers.push(root, Stream::Vectors, normals.len(), floats(normals));
+        }
+        uses.integers = true;
+        #[cfg(feature = "meshopt")]
+        if options.compressed {
+            let bytes = filtered(normals.iter().map(Vec3::to_array)).into_iter().flatten().flat_map(i16::to_le_bytes);
+            return buffers.push(root, Stream::ShortNormals, normals.len(), bytes);
+        }
+        let short = |x: f32| (x * f32::from(i16::MAX)).round() as i16;
+        let rows = normals.iter().flat_map(|normal| [short(normal.x), short(normal.y), short(normal.z), 0]);
+        buffers.push(root, Stream::ShortNormals, normals.len(), rows.flat_map(i16::to_le_bytes))
     }
 
     fn material(&mut self, colour: Colour) -> Index<Material> {
@@ -243,55 +295,83 @@ impl Glb {
         Some(self.root.push(mesh))
     }
 
-    /// Adds the node of an instance, and those around it where one translation has too few digits.
-    fn node(&mut self, place: &NodePlace, name: Option<String>, mesh: Option<Index<Mesh>>) -> Index<Node> {
-        let node = Node { name, mesh, ..Node::default() };
-        let inner = self.root.push(match place.matrix() {
-            Some(matrix) => Node { matrix: Some(matrix), ..node },
-            None => Node { translation: Some(place.centre.to_array()), ..node },
+    /// Adds the node of a group of instances.
+    fn nodes(
+        &mut self,
+        group: &NodeGroup,
+        names: &[&str],
+        mesh: Option<Index<Mesh>>,
+        numbers: PointNumbers,
+    ) -> io::Result<Index<Node>> {
+        let step = numbers.step.unwrap_or(1.0);
+        let [(_, place)] = &group.places[..] else {
+            // Without a mesh there is nothing to list.
+            let Some(mesh) = mesh else { return Ok(self.root.push(Node::default())) };
+            return self.list(group, names, mesh, step);
+        };
+        let node = Node { name: named(names[0]), mesh, ..Node::default() };
+        let translation = Some(place.centre.to_array());
+        let scale = |scale: f32| (scale != 1.0).then_some([scale; 3]);
+        let inner = self.root.push(match place.turn {
+            Turn::None => Node { translation, scale: scale(step), ..node },
+            Turn::Rotation(rotation, by) => {
+                Node { translation, rotation: Some(UnitQuaternion(rotation)), scale: scale(by * step), ..node }
+            }
+            Turn::Axes(axes) => Node { matrix: Some(matrix(axes.map(|axis| axis * step), place.centre)), ..node },
         });
-        place.around.iter().rev().fold(inner, |inner, around| {
+        Ok(place.around.iter().rev().fold(inner, |inner, around| {
             let (translation, children) = (Some(around.to_array()), Some(vec![inner]));
             self.root.push(Node { translation, children, ..Node::default() })
-        })
+        }))
+    }
+
+    /// Adds one node for several instances.
+    fn list(&mut self, group: &NodeGroup, names: &[&str], mesh: Index<Mesh>, step: f32) -> io::Result<Index<Node>> {
+        let Self { root, buffers, uses, .. } = self;
+        uses.lists = true;
+        let count = group.places.len();
+        let turns = || {
+            group.places.iter().map(|(_, NodePlace { turn, .. })| match turn {
+                Turn::Rotation(rotation, scale) => (*rotation, scale * step),
+                Turn::None | Turn::Axes(_) => ([0.0, 0.0, 0.0, 1.0], step),
+            })
+        };
+        let centres = group.places.iter().flat_map(|(_, place)| place.centre.to_array()).flat_map(f32::to_le_bytes);
+        let to = buffers.push(root, Stream::Translations, count, centres);
+        let turned = turns().flat_map(|(rotation, _)| rotation).flat_map(f32::to_le_bytes);
+        let by = buffers.push(root, Stream::Rotations, count, turned);
+        let scales = turns().flat_map(|(_, scale)| [scale; 3]).flat_map(f32::to_le_bytes);
+        let scales = buffers.push(root, Stream::Scales, count, scales);
+        let [to, by, scales] = [to, by, scales].map(|accessor| accessor.value());
+        let attributes = format!(r#"{{"TRANSLATION":{to},"ROTATION":{by},"SCALE":{scales}}}"#);
+        let extension = format!(r#"{{"EXT_mesh_gpu_instancing":{{"attributes":{attributes}}}}}"#);
+        let extras = format!(r#"{{"names":{}}}"#, gltf_json::serialize::to_string(names)?);
+        Ok(root.push(Node {
+            name: root.get(mesh).and_then(|mesh| mesh.name.clone()),
+            mesh: Some(mesh),
+            extensions: Some(gltf_json::deserialize::from_str(&extension)?),
+            extras: Some(gltf_json::extras::RawValue::from_string(extras)?),
+            ..Node::default()
+        }))
     }
 
     fn write(mut self, file: &mut impl Write) -> io::Result<()> {
         self.root.asset =
             Asset { generator: Some(concat!("trimtess ", env!("CARGO_PKG_VERSION")).into()), ..Asset::default() };
-        // This order keeps every pool aligned: 16-bit indices come last.
-        let pools = [
-            (self.vectors, Some(12), Target::ArrayBuffer),
-            (self.features, Some(4), Target::ArrayBuffer),
-            (self.long_indices, None, Target::ElementArrayBuffer),
-            (self.short_indices, None, Target::ElementArrayBuffer),
-        ];
-        let total: u64 = pools.iter().map(|(pool, ..)| pool.bytes.len() as u64).sum();
+        let pieces = self.buffers.finish(&mut self.root, self.options)?;
+        let total: u64 = pieces.iter().map(|piece| piece.len() as u64).sum();
         let padding = (total.next_multiple_of(4) - total) as usize;
-        let mut offset = 0_u64;
-        for (pool, stride, target) in &pools {
-            if pool.bytes.is_empty() {
-                continue;
-            }
-            let view = self.root.push(View {
-                buffer: Index::new(0),
-                byte_length: USize64(pool.bytes.len() as u64),
-                byte_offset: Some(USize64(offset)),
-                byte_stride: stride.map(Stride),
-                name: None,
-                target: Some(Valid(*target)),
-                extensions: None,
-                extras: None,
-            });
-            for accessor in &pool.accessors {
-                self.root.accessors[accessor.value()].buffer_view = Some(view);
-            }
-            offset += pool.bytes.len() as u64;
-        }
         if total > 0 {
+            let Uses { integers, lists } = self.uses;
+            let needed = [
+                (integers, "KHR_mesh_quantization"),
+                (lists, "EXT_mesh_gpu_instancing"),
+                (self.options.is_compressed(), "EXT_meshopt_compression"),
+            ];
+            let needed = needed.into_iter().filter(|(is_used, _)| *is_used).map(|(_, name)| name.to_owned());
+            self.root.extensions_required = needed.collect();
             self.root.extensions_used = vec!["EXT_mesh_features".into()];
-            let byte_length = USize64(total);
-            self.root.push(Buffer { byte_length, name: None, uri: None, extensions: None, extras: None });
+            self.root.extensions_used.extend_from_slice(&self.root.extensions_required);
         }
         let mut json = self.root.to_vec()?;
         json.resize(json.len().next_multiple_of(4), b' ');
@@ -309,8 +389,8 @@ impl Glb {
         if total > 0 {
             file.write_all(&(binary as u32).to_le_bytes())?;
             file.write_all(b"BIN\0")?;
-            for (pool, ..) in &pools {
-                file.write_all(&pool.bytes)?;
+            for piece in &pieces {
+                file.write_all(piece)?;
             }
             file.write_all(&[0; 3][..padding])?;
         }
@@ -318,39 +398,11 @@ impl Glb {
     }
 }
 
-impl Pool {
-    fn push(
-        &mut self,
-        root: &mut Root,
-        bytes: impl Iterator<Item = u8>,
-        count: usize,
-        component: ComponentType,
-        kind: Type,
-    ) -> Index<Accessor> {
-        let offset = self.bytes.len() as u64;
-        self.bytes.extend(bytes);
-        let accessor = root.push(Accessor {
-            buffer_view: None, // set by `write`, once all pools are full
-            byte_offset: Some(USize64(offset)),
-            count: USize64(count as u64),
-            component_type: Valid(GenericComponentType(component)),
-            extensions: None,
-            extras: None,
-            type_: Valid(kind),
-            min: None,
-            max: None,
-            name: None,
-            normalized: false,
-            sparse: None,
-        });
-        self.accessors.push(accessor);
-        accessor
-    }
-}
-
 /// One primitive's vertices.
 #[derive(Default)]
 struct Vertices {
+    /// Size of an integer's step, if positions are integers.
+    step: Option<f32>,
     positions: Vec<Vec3>,
     features: Vec<u32>,
     indices: Vec<u32>,
@@ -361,6 +413,14 @@ impl Vertices {
         self.positions.extend_from_slice(positions);
         self.features.resize(self.positions.len(), feature);
     }
+}
+
+/// A matrix by columns.
+fn matrix([x, y, z]: [Vec3; 3], centre: Vec3) -> [f32; 16] {
+    let column = |axis: Vec3, last: f32| axis.extend(last).to_array();
+    let mut columns = [0.0; 16];
+    columns.copy_from_slice([column(x, 0.0), column(y, 0.0), column(z, 0.0), column(centre, 1.0)].as_flattened());
+    columns
 }
 
 fn floats(vectors: &[Vec3]) -> impl Iterator<Item = u8> {

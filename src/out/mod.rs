@@ -23,7 +23,23 @@ mod obj;
 pub use obj::write_obj;
 
 #[cfg(feature = "glb")]
+mod glb_options;
+#[cfg(feature = "glb")]
+pub use glb_options::GlbOptions;
+
+#[cfg(feature = "glb")]
 mod node_place;
+
+mod bytes;
+
+#[cfg(feature = "glb")]
+mod glb_stream;
+
+#[cfg(feature = "meshopt")]
+mod glb_compress;
+
+#[cfg(feature = "glb")]
+mod glb_buffers;
 
 #[cfg(feature = "glb")]
 mod glb;
@@ -35,8 +51,6 @@ pub use format::{Format, UnknownFormat};
 
 mod rounding;
 pub use rounding::{RoundedTooFar, Rounding};
-
-mod bytes;
 
 #[cfg(feature = "glb")]
 mod read_glb;

@@ -1,20 +1,71 @@
-//! Instances to nodes of glTF: metres in single precision, relative to the centres of parts, and what that costs.
+//! Instances to nodes of glTF, points of parts to their numbers in it: metres about the centres of parts, and what
+//! rounding to these numbers costs.
 
+use super::glb_options::GlbOptions;
 use super::single::{BeyondSingle, single};
-use crate::mesh::{SceneInstance, ScenePart};
-use glam::{DMat3, DVec3, Vec3};
+use crate::mesh::{FrameView, SceneInstance, ScenePart};
+use crate::model::PartId;
+use glam::{DMat3, DQuat, DVec3, Vec3};
+use std::collections::HashMap;
 
 const METRES_PER_MILLIMETRE: f64 = 1e-3;
 
-/// The rounded position of a part's point, metres from the part's centre.
-///
-/// # Errors
-/// If it overflows single precision.
-pub(super) fn local(part: &ScenePart, point: DVec3) -> Result<Vec3, BeyondSingle> {
-    single((point - part.centre) * METRES_PER_MILLIMETRE)
+/// The numbers in which a GLB has the points of a part: metres from its centre, in single precision or as 16-bit
+/// integers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PointNumbers {
+    /// Size of an integer's step, metres: a power of two. `None` for single precision.
+    pub(super) step: Option<f32>,
 }
 
-/// The distance by which [`local`] moves a point, millimetres.
+impl PointNumbers {
+    /// Those of each part. Where [`GlbOptions::quantized`] would move a point by more than half of `most` millimetres,
+    /// single precision.
+    pub(super) fn of(frame: &FrameView<'_>, options: GlbOptions, most: f64) -> Vec<Self> {
+        let parts = &frame.scene.parts;
+        if !options.quantized {
+            return vec![Self { step: None }; parts.len()];
+        }
+        let mut furthest = vec![0.0_f64; parts.len()];
+        let mut reach = |part: PartId, points: &[DVec3]| {
+            if let (Some(furthest), Some(part)) = (furthest.get_mut(part.index()), parts.get(part.index())) {
+                let off = points.iter().map(|point| (*point - part.centre).abs().max_element());
+                *furthest = off.fold(*furthest, f64::max);
+            }
+        };
+        frame.batches.iter().for_each(|batch| reach(batch.part, batch.mesh.positions));
+        frame.edge_lines.iter().for_each(|line| reach(line.part, &line.points));
+        let scales = frame.scene.largest_scales();
+        let step = |(furthest, scale): (f64, f64)| {
+            let step = (furthest * METRES_PER_MILLIMETRE / f64::from(i16::MAX)).log2().ceil().exp2();
+            // The distance to the nearest point of the grid.
+            let moved = 0.5 * 3_f64.sqrt() * step / METRES_PER_MILLIMETRE * scale;
+            let fits = (f64::from(f32::MIN_POSITIVE)..f64::from(f32::MAX)).contains(&step) && 2.0 * moved <= most;
+            Self { step: fits.then_some(step as f32) }
+        };
+        furthest.into_iter().zip(scales).map(step).collect()
+    }
+
+    /// The rounded position of a part's point, metres from the part's centre.
+    ///
+    /// # Errors
+    /// If it overflows single precision.
+    pub(super) fn local(self, part: &ScenePart, point: DVec3) -> Result<Vec3, BeyondSingle> {
+        let exact = (point - part.centre) * METRES_PER_MILLIMETRE;
+        match self.step.map(f64::from) {
+            // Exact: integers below 2^15 times a power of two.
+            Some(step) => single((exact / step).round() * step),
+            None => single(exact),
+        }
+    }
+
+    /// A rounded position as integers.
+    pub(super) fn integers(step: f32, rounded: Vec3) -> [i16; 3] {
+        (rounded / step).to_array().map(|x| x as i16)
+    }
+}
+
+/// The distance by which [`PointNumbers::local`] moves a point, millimetres.
 pub(super) fn moved(part: &ScenePart, point: DVec3, rounded: Vec3) -> f64 {
     (rounded.as_dvec3() - (point - part.centre) * METRES_PER_MILLIMETRE).length() / METRES_PER_MILLIMETRE
 }
@@ -29,10 +80,19 @@ pub(super) struct NodePlace {
     pub(super) around: Vec<Vec3>,
     /// Where the part's centre goes, metres.
     pub(super) centre: Vec3,
-    /// Columns of the matrix that turns and scales the part about its centre. `None` for the identity.
-    axes: Option<[Vec3; 3]>,
+    pub(super) turn: Turn,
     /// Upper bound on how far rounding these numbers moves a point of the part, millimetres.
     pub(super) moved: f64,
+}
+
+/// How a node turns and scales a part about its centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Turn {
+    None,
+    /// Columns of a matrix.
+    Axes([Vec3; 3]),
+    /// A unit quaternion, and a scale: what a list of instances can have.
+    Rotation([f32; 4], f32),
 }
 
 impl NodePlace {
@@ -41,7 +101,11 @@ impl NodePlace {
     ///
     /// # Errors
     /// If a number overflows single precision.
-    pub(super) fn new(part: &ScenePart, instance: &SceneInstance, most: f64) -> Result<Self, BeyondSingle> {
+    pub(super) fn new(
+        part: &ScenePart,
+        instance: &SceneInstance,
+        (options, most): (GlbOptions, f64),
+    ) -> Result<Self, BeyondSingle> {
         let millimetres = |metres: f64| metres / METRES_PER_MILLIMETRE;
         let mut rest = instance.transform.transform_point3(part.centre) * METRES_PER_MILLIMETRE;
         let mut centre = single(rest)?;
@@ -55,22 +119,67 @@ impl NodePlace {
             rest -= outer.as_dvec3();
             centre = single(rest)?;
         }
-        let moved = millimetres(off(rest, centre));
-        let turn = instance.transform.matrix3;
-        if turn == DMat3::IDENTITY {
-            return Ok(Self { around, centre, axes: None, moved });
+        let exact = instance.transform.matrix3;
+        let mut turn = Turn::None;
+        let mut turned = 0.0;
+        if exact != DMat3::IDENTITY || options.instanced && around.is_empty() {
+            let columns = [exact.x_axis, exact.y_axis, exact.z_axis];
+            let axes = [single(columns[0])?, single(columns[1])?, single(columns[2])?];
+            turned = columns.iter().zip(&axes).map(|(exact, axis)| off(*exact, *axis).powi(2)).sum::<f64>().sqrt();
+            turn = Turn::Axes(axes);
+            if let Some((rotation, off)) = rotation(exact).filter(|_| options.instanced && around.is_empty()) {
+                (turn, turned) = (rotation, off);
+            }
         }
-        let columns = [turn.x_axis, turn.y_axis, turn.z_axis];
-        let axes = [single(columns[0])?, single(columns[1])?, single(columns[2])?];
-        let turned = columns.iter().zip(&axes).map(|(exact, axis)| off(*exact, *axis).powi(2)).sum::<f64>().sqrt();
-        Ok(Self { around, centre, axes: Some(axes), moved: moved + turned * part.radius })
+        Ok(Self { moved: millimetres(off(rest, centre)) + turned * part.radius, around, centre, turn })
     }
 
-    /// The node's matrix by columns; `None` if it only translates.
-    pub(super) fn matrix(&self) -> Option<[f32; 16]> {
-        let [x, y, z] = self.axes?.map(|axis| axis.extend(0.0).to_array());
-        [x, y, z, self.centre.extend(1.0).to_array()].as_flattened().try_into().ok()
+    /// Whether it fits into a list of instances.
+    fn is_listed(&self) -> bool {
+        matches!(self.turn, Turn::Rotation(..)) && self.around.is_empty()
     }
+}
+
+/// A matrix as rotation and scale, and how far that moves a point at distance 1. `None` if it mirrors.
+fn rotation(exact: DMat3) -> Option<(Turn, f64)> {
+    let scale = exact.determinant().cbrt();
+    if !(scale > 0.0 && scale.is_finite()) {
+        return None;
+    }
+    let rotation = DQuat::from_mat3(&(exact * scale.recip())).normalize().as_quat();
+    let rounded = DMat3::from_quat(rotation.as_dquat()) * f64::from(scale as f32);
+    // Readers compute the matrix in single precision.
+    let arithmetic = 4.0 * f64::from(f32::EPSILON) * scale;
+    let columns = [rounded.x_axis - exact.x_axis, rounded.y_axis - exact.y_axis, rounded.z_axis - exact.z_axis];
+    let off = columns.map(|column| (column.length() + arithmetic).powi(2)).iter().sum::<f64>().sqrt();
+    Some((Turn::Rotation(rotation.to_array(), scale as f32), off))
+}
+
+/// Instances that are one node of a GLB.
+pub(super) struct NodeGroup {
+    /// Rows of the scene, ascending, each with its place. Several only if all can be listed.
+    pub(super) places: Vec<(usize, NodePlace)>,
+}
+
+/// The nodes of a frame. With [`GlbOptions::instanced`], the instances of a part that have one colour are one node, where
+/// none of them is mirrored or needs nested nodes. In the order of their first instances.
+///
+/// # Errors
+/// If a number overflows single precision.
+pub(super) fn groups(frame: &FrameView<'_>, with: (GlbOptions, f64)) -> Result<Vec<NodeGroup>, BeyondSingle> {
+    let mut groups: Vec<NodeGroup> = Vec::new();
+    let mut listed = HashMap::new();
+    for (row, instance) in frame.scene.instances.iter().enumerate() {
+        let Some(part) = frame.scene.parts.get(instance.part.index()) else { continue };
+        let place = NodePlace::new(part, instance, with)?;
+        let key = (instance.part, instance.colour.map(|colour| colour.map(f32::to_bits)));
+        let known = if place.is_listed() { *listed.entry(key).or_insert(groups.len()) } else { groups.len() };
+        match groups.get_mut(known) {
+            Some(group) => group.places.push((row, place)),
+            None => groups.push(NodeGroup { places: vec![(row, place)] }),
+        }
+    }
+    Ok(groups)
 }
 
 /// Upper bound on the distance between `exact` and what readers get from the JSON of `rounded`, its shortest decimal:

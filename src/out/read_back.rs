@@ -5,7 +5,7 @@
 use super::Format;
 use super::bytes::{FileTriangle, bad, bytes_at, vector};
 #[cfg(feature = "glb")]
-use super::node_place::local;
+use super::node_place::PointNumbers;
 use super::placed::{Placement, batches_by_part, distinct, placed};
 #[cfg(feature = "glb")]
 use super::read_glb::{Numbers, read_glb};
@@ -27,23 +27,23 @@ pub struct ReadBack {
     pub unbalanced_edges: u64,
 }
 
-/// Reads a file that [`save`](super::save) wrote for `frame`, and compares.
+/// Reads a file that [`save_within`](super::save_within) wrote for `frame` and `most`, and compares.
 ///
 /// # Errors
 /// If the file cannot be read or does not have the layout, or has another number of triangles than the frame has after
 /// rounding.
-pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format) -> io::Result<ReadBack> {
+pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format, most: f64) -> io::Result<ReadBack> {
     let frame = &frame.into();
     let mut bytes = Vec::new();
     std::fs::File::open(path)?.read_to_end(&mut bytes)?;
     let found = match format {
         #[cfg(feature = "glb")]
-        Format::Glb => read_glb(frame, &bytes, Numbers::Single)?,
+        Format::Glb(options) => read_glb(frame, &bytes, Numbers::Single, (options, most))?,
         Format::Stl => stl(&bytes)?,
         Format::Ply => ply(&bytes)?,
         Format::Obj => obj(&bytes)?,
     };
-    let mut expected = expected(frame, format)?;
+    let mut expected = expected(frame, format, most)?;
     if format != Format::Stl {
         // Colours change the order of faces in a GLB. Within a face, order is kept.
         expected.sort_by_key(|triangle| triangle.face);
@@ -52,7 +52,9 @@ pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Forma
     let moved = moved(found, &expected)?;
     #[cfg(feature = "glb")]
     let moved = match format {
-        Format::Glb => moved.max(self::moved(read_glb(frame, &bytes, Numbers::Double)?, &expected)?),
+        Format::Glb(options) => {
+            moved.max(self::moved(read_glb(frame, &bytes, Numbers::Double, (options, most))?, &expected)?)
+        }
         _ => moved,
     };
     Ok(ReadBack { triangles: expected.len() as u64, moved, unbalanced_edges })
@@ -64,14 +66,24 @@ fn moved(mut found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<
         return Err(bad(&format!("{} triangles, and not {}", found.len(), expected.len())));
     }
     found.sort_by_key(|triangle| triangle.face);
-    let corners = found.iter().zip(expected).flat_map(|(a, b)| a.corners.into_iter().zip(b.corners));
-    let distances = corners.map(|(a, b)| a.distance(b));
     // NaN must not pass as near.
-    Ok(distances.fold(0.0, |most, distance| if distance.is_nan() { f64::INFINITY } else { most.max(distance) }))
+    let worse = |most: f64, distance: f64| if distance.is_nan() { f64::INFINITY } else { most.max(distance) };
+    let off = |(a, b): (&FileTriangle, &FileTriangle)| {
+        // Compression may begin a triangle with another corner.
+        let from = |first: usize| (0..3).map(|k| a.corners[(first + k) % 3].distance(b.corners[k])).fold(0.0, worse);
+        (0..3).map(from).fold(f64::INFINITY, f64::min)
+    };
+    Ok(found.iter().zip(expected).map(off).fold(0.0, worse))
 }
 
 /// The frame's triangles whose corners stay apart after rounding, in the order of writing, with unrounded corners.
-fn expected(frame: &FrameView<'_>, format: Format) -> io::Result<Vec<FileTriangle>> {
+fn expected(frame: &FrameView<'_>, format: Format, most: f64) -> io::Result<Vec<FileTriangle>> {
+    #[cfg(feature = "glb")]
+    let numbers = match format {
+        Format::Glb(options) => PointNumbers::of(frame, options, most),
+        _ => Vec::new(),
+    };
+    let _ = most;
     let by_part = batches_by_part(frame);
     let mut out = Vec::new();
     for (instance, batches) in placed(frame, &by_part) {
@@ -80,9 +92,10 @@ fn expected(frame: &FrameView<'_>, format: Format) -> io::Result<Vec<FileTriangl
             let world: Vec<DVec3> = batch.mesh.positions.iter().map(|&point| placement.position(point)).collect();
             let rounded: Vec<Vec3> = match format {
                 #[cfg(feature = "glb")]
-                Format::Glb => {
-                    let part = &frame.scene.parts[instance.part.index()];
-                    batch.mesh.positions.iter().map(|&point| local(part, point)).collect::<Result<_, _>>()?
+                Format::Glb(_) => {
+                    let index = instance.part.index();
+                    let (part, numbers) = (&frame.scene.parts[index], numbers[index]);
+                    batch.mesh.positions.iter().map(|&point| numbers.local(part, point)).collect::<Result<_, _>>()?
                 }
                 Format::Stl => world.iter().map(|&point| single(point)).collect::<Result<_, _>>()?,
                 Format::Ply | Format::Obj => Vec::new(),

@@ -1,12 +1,18 @@
 //! A GLB that [`write_glb`](super::write_glb) wrote, back to triangles in millimetres and +Z up.
 
-use super::bytes::{FileTriangle, bad, bytes_at, vector};
+use super::bytes::{FileTriangle, bad, bytes_at};
+#[cfg(feature = "meshopt")]
+use super::glb_compress::decompress;
+use super::glb_options::GlbOptions;
+use super::node_place::groups;
 use crate::mesh::FrameView;
-use glam::{DMat4, DVec3, Mat4, Vec3};
-use gltf_json::accessor::ComponentType;
-use gltf_json::mesh::{Mode, Primitive, Semantic};
+use glam::{DMat3, DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
+use gltf_json::accessor::{ComponentType, GenericComponentType};
+use gltf_json::buffer::View;
+use gltf_json::mesh::{Mode, Semantic};
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Index, Mesh, Node, Root, Value};
+use std::borrow::Cow;
 use std::io;
 
 /// How a reader takes the numbers of nodes, which JSON has as decimals.
@@ -16,8 +22,13 @@ pub(super) enum Numbers {
     Double,
 }
 
-/// Reads all triangles, instance by instance. Faces are numbered as in `frame`.
-pub(super) fn read_glb(frame: &FrameView<'_>, bytes: &[u8], numbers: Numbers) -> io::Result<Vec<FileTriangle>> {
+/// Reads all triangles, node by node. Faces are numbered as in `frame`, which was written with `with`.
+pub(super) fn read_glb(
+    frame: &FrameView<'_>,
+    bytes: &[u8],
+    numbers: Numbers,
+    with: (GlbOptions, f64),
+) -> io::Result<Vec<FileTriangle>> {
     let json = u32::from_le_bytes(bytes_at(bytes, 12)?) as usize;
     let length = u32::from_le_bytes(bytes_at(bytes, 8)?) as usize;
     let text = bytes.get(20..20 + json).ok_or_else(|| bad("a GLB shorter than its header says"))?;
@@ -26,7 +37,7 @@ pub(super) fn read_glb(frame: &FrameView<'_>, bytes: &[u8], numbers: Numbers) ->
     }
     let root: Root = gltf_json::deserialize::from_slice(text)?;
     let decimals: Value = gltf_json::deserialize::from_slice(text)?;
-    let glb = File { root: &root, data: bytes.get(28 + json..).unwrap_or_default() };
+    let glb = File::new(&root, &decimals, bytes.get(28 + json..).unwrap_or_default())?;
     let matrix = |index: Index<Node>| match numbers {
         Numbers::Single => root.get(index).map_or(DMat4::IDENTITY, single_matrix),
         Numbers::Double => double_matrix(&decimals["nodes"][index.value()]),
@@ -34,15 +45,19 @@ pub(super) fn read_glb(frame: &FrameView<'_>, bytes: &[u8], numbers: Numbers) ->
     let mut out = Vec::new();
     let top = root.scenes.first().and_then(|scene| scene.nodes.first());
     let (top, world) = top.and_then(|&top| Some((top, root.get(top)?))).ok_or_else(|| bad("a GLB without a scene"))?;
-    let known = frame.scene.instances.iter().filter(|instance| instance.part.index() < frame.scene.parts.len());
-    for (&child, instance) in world.children.iter().flatten().zip(known) {
+    for (&child, group) in world.children.iter().flatten().zip(groups(frame, with)?) {
         let mut at = matrix(top);
         let mut node = Some(child);
-        // An instance is a node, or a node in nodes.
+        // An instance is a node, a node in nodes, or a row of a node's list.
         while let Some((index, here)) = node.and_then(|index| Some((index, root.get(index)?))) {
             at *= matrix(index);
             if let Some(mesh) = here.mesh {
-                glb.mesh(mesh, at, u64::from(instance.first_face), &mut out)?;
+                let list = &decimals["nodes"][index.value()]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+                for (k, (row, _)) in group.places.iter().enumerate() {
+                    let placed = if list.is_null() { DMat4::IDENTITY } else { glb.listed(list, k)? };
+                    let first = u64::from(frame.scene.instances[*row].first_face);
+                    glb.mesh(mesh, at * placed, first, &mut out)?;
+                }
             }
             node = here.children.as_ref().and_then(|children| children.first().copied());
         }
@@ -53,85 +68,138 @@ pub(super) fn read_glb(frame: &FrameView<'_>, bytes: &[u8], numbers: Numbers) ->
 /// The transform of a node as stored in single precision. Products are in double precision, so that translations of
 /// nested nodes add up.
 fn single_matrix(node: &Node) -> DMat4 {
-    match (node.matrix, node.translation) {
-        (Some(columns), _) => Mat4::from_cols_array(&columns).as_dmat4(),
-        (None, Some(translation)) => DMat4::from_translation(Vec3::from_array(translation).as_dvec3()),
-        (None, None) => DMat4::IDENTITY,
+    if let Some(columns) = node.matrix {
+        return Mat4::from_cols_array(&columns).as_dmat4();
     }
+    let of = |numbers: Option<[f32; 3]>, default| numbers.map_or(default, |x| Vec3::from_array(x).as_dvec3());
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |rotation| Quat::from_array(rotation.0).as_dquat());
+    placed(of(node.scale, DVec3::ONE), rotation, of(node.translation, DVec3::ZERO))
 }
 
 /// The transform of a node as its decimals say.
 fn double_matrix(node: &Value) -> DMat4 {
-    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
-    match (&node["matrix"], &node["translation"]) {
-        (Value::Array(columns), _) if columns.len() == 16 => {
-            DMat4::from_cols_array(&std::array::from_fn(|k| number(&columns[k])))
-        }
-        (_, Value::Array(to)) if to.len() == 3 => {
-            DMat4::from_translation(DVec3::from_array(std::array::from_fn(|k| number(&to[k]))))
-        }
-        _ => DMat4::IDENTITY,
+    let numbers = |value: &Value, default: &[f64]| -> Vec<f64> {
+        let found = value.as_array().map(|list| list.iter().map(|x| x.as_f64().unwrap_or(f64::NAN)).collect());
+        found.filter(|list: &Vec<f64>| list.len() == default.len()).unwrap_or_else(|| default.to_vec())
+    };
+    if node["matrix"].is_array() {
+        return DMat4::from_cols_slice(&numbers(&node["matrix"], &DMat4::IDENTITY.to_cols_array()));
     }
+    placed(
+        DVec3::from_slice(&numbers(&node["scale"], &[1.0; 3])),
+        DQuat::from_slice(&numbers(&node["rotation"], &[0.0, 0.0, 0.0, 1.0])),
+        DVec3::from_slice(&numbers(&node["translation"], &[0.0; 3])),
+    )
 }
 
+/// A transform of which the rotation need not be of unit length to the last digit.
+fn placed(scale: DVec3, rotation: DQuat, translation: DVec3) -> DMat4 {
+    let turned = DMat3::from_quat(rotation) * DMat3::from_diagonal(scale);
+    DMat4::from_translation(translation) * DMat4::from_mat3(turned)
+}
+
+/// A GLB with its views, decompressed.
 struct File<'a> {
     root: &'a Root,
-    data: &'a [u8],
+    views: Vec<Cow<'a, [u8]>>,
 }
 
-impl File<'_> {
+impl<'a> File<'a> {
+    fn new(root: &'a Root, decimals: &Value, data: &'a [u8]) -> io::Result<Self> {
+        let view = |(view, index): (&View, usize)| {
+            #[cfg(feature = "meshopt")]
+            if let told @ Value::Object(_) = &decimals["bufferViews"][index]["extensions"]["EXT_meshopt_compression"] {
+                return Ok(Cow::Owned(decompress(told, data)?));
+            }
+            #[cfg(not(feature = "meshopt"))]
+            let _ = (decimals, index);
+            let offset = view.byte_offset.map_or(0, |offset| offset.0 as usize);
+            let end = offset.checked_add(view.byte_length.0 as usize);
+            let bytes = end.and_then(|end| data.get(offset..end));
+            bytes.map(Cow::Borrowed).ok_or_else(|| bad("a GLB with a view beyond its data"))
+        };
+        let views = root.buffer_views.iter().zip(0..).map(view).collect::<io::Result<_>>()?;
+        Ok(Self { root, views })
+    }
+
+    /// The transform of row `k` of a node's list.
+    fn listed(&self, list: &Value, k: usize) -> io::Result<DMat4> {
+        let values = |name: &str| {
+            let index = list[name].as_u64().map(|index| Index::<Accessor>::new(index as u32));
+            self.values(index).ok_or_else(|| bad("a GLB with a list without numbers"))
+        };
+        let (scales, by, to) = (values("SCALE")?, values("ROTATION")?, values("TRANSLATION")?);
+        let rotation = DQuat::from_vec4(by.vector(k)?.extend(by.number(k, 3)?));
+        Ok(placed(scales.vector(k)?, rotation, to.vector(k)?))
+    }
+
     fn mesh(&self, mesh: Index<Mesh>, at: DMat4, first: u64, out: &mut Vec<FileTriangle>) -> io::Result<()> {
         let mesh = self.root.get(mesh).ok_or_else(|| bad("a GLB with a node of no mesh"))?;
         let mirrored = at.determinant() < 0.0;
         for primitive in mesh.primitives.iter().filter(|primitive| primitive.mode == Valid(Mode::Triangles)) {
-            let (points, faces) = (self.accessor(primitive, &Semantic::Positions)?, self.faces(primitive)?);
-            let indices = self.indices(primitive)?;
-            for row in indices.chunks_exact(3) {
+            let attribute = |semantic: Semantic| {
+                let values = self.values(primitive.attributes.get(&Valid(semantic)).copied());
+                values.ok_or_else(|| bad("a GLB without an attribute"))
+            };
+            let (points, faces) =
+                (attribute(Semantic::Positions)?, attribute(Semantic::Extras("FEATURE_ID_0".into()))?);
+            let indices = self.values(primitive.indices).ok_or_else(|| bad("a GLB without indices"))?;
+            for row in 0..indices.count / 3 {
+                let corner = |k: usize| Ok::<_, io::Error>(indices.number(3 * row + k, 0)? as usize);
+                let [a, b, c] =
+                    [corner(0)?, corner(if mirrored { 2 } else { 1 })?, corner(if mirrored { 1 } else { 2 })?];
                 let place = |index: usize| {
-                    let point = vector(self.data, points.0 + 12 * index)?;
-                    let DVec3 { x, y, z } = at.transform_point3(point.as_dvec3());
+                    let DVec3 { x, y, z } = at.transform_point3(points.vector(index)?);
                     // From metres and +Y up.
                     Ok::<_, io::Error>(DVec3::new(x, -z, y) * 1e3)
                 };
-                let [a, b, c] = if mirrored { [row[0], row[2], row[1]] } else { [row[0], row[1], row[2]] };
-                if row.iter().any(|&index| index >= points.1) {
-                    return Err(bad("a GLB with an index out of range"));
-                }
-                let face = f32::from_le_bytes(bytes_at(self.data, faces.0 + 4 * a)?);
-                out.push(FileTriangle { face: first + face as u64, corners: [place(a)?, place(b)?, place(c)?] });
+                let face = first + faces.number(a, 0)? as u64;
+                out.push(FileTriangle { face, corners: [place(a)?, place(b)?, place(c)?] });
             }
         }
         Ok(())
     }
 
-    fn faces(&self, primitive: &Primitive) -> io::Result<(usize, usize)> {
-        self.accessor(primitive, &Semantic::Extras("FEATURE_ID_0".into()))
+    /// The values of an accessor.
+    fn values(&self, accessor: Option<Index<Accessor>>) -> Option<Values<'_>> {
+        let accessor = self.root.get(accessor?)?;
+        let index = accessor.buffer_view?;
+        let Valid(GenericComponentType(component)) = accessor.component_type else { return None };
+        let Valid(kind) = accessor.type_ else { return None };
+        let tight = component.size() * kind.multiplicity();
+        let stride = self.root.get(index)?.byte_stride.map_or(tight, |stride| stride.0);
+        let start = accessor.byte_offset.map_or(0, |offset| offset.0 as usize);
+        let bytes = self.views.get(index.value())?.get(start..)?;
+        Some(Values { bytes, stride, component, count: accessor.count.0 as usize })
+    }
+}
+
+/// The values of an accessor.
+struct Values<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    component: ComponentType,
+    count: usize,
+}
+
+impl Values<'_> {
+    /// Component `axis` of value `k`.
+    fn number(&self, k: usize, axis: usize) -> io::Result<f64> {
+        if k >= self.count {
+            return Err(bad("a GLB with an index out of range"));
+        }
+        let at = self.stride * k + self.component.size() * axis;
+        Ok(match self.component {
+            ComponentType::F32 => f64::from(f32::from_le_bytes(bytes_at(self.bytes, at)?)),
+            ComponentType::U32 => f64::from(u32::from_le_bytes(bytes_at(self.bytes, at)?)),
+            ComponentType::U16 => f64::from(u16::from_le_bytes(bytes_at(self.bytes, at)?)),
+            ComponentType::I16 => f64::from(i16::from_le_bytes(bytes_at(self.bytes, at)?)),
+            ComponentType::I8 | ComponentType::U8 => return Err(bad("a GLB with numbers of one byte")),
+        })
     }
 
-    /// Offset and number of an attribute's values.
-    fn accessor(&self, primitive: &Primitive, semantic: &Semantic) -> io::Result<(usize, usize)> {
-        let accessor = primitive.attributes.get(&Valid(semantic.clone())).and_then(|index| self.root.get(*index));
-        accessor.and_then(|accessor| self.place(accessor)).ok_or_else(|| bad("a GLB without an attribute"))
-    }
-
-    fn place(&self, accessor: &Accessor) -> Option<(usize, usize)> {
-        let view = self.root.get(accessor.buffer_view?)?;
-        let offset = view.byte_offset.map_or(0, |offset| offset.0) + accessor.byte_offset.map_or(0, |offset| offset.0);
-        Some((offset as usize, accessor.count.0 as usize))
-    }
-
-    fn indices(&self, primitive: &Primitive) -> io::Result<Vec<usize>> {
-        let accessor = primitive.indices.and_then(|index| self.root.get(index));
-        let found = accessor.and_then(|accessor| Some((accessor, self.place(accessor)?)));
-        let (accessor, (offset, count)) = found.ok_or_else(|| bad("a GLB without indices"))?;
-        let long = matches!(accessor.component_type, Valid(kind) if kind.0 == ComponentType::U32);
-        let index = |k: usize| {
-            Ok(if long {
-                u32::from_le_bytes(bytes_at(self.data, offset + 4 * k)?) as usize
-            } else {
-                usize::from(u16::from_le_bytes(bytes_at(self.data, offset + 2 * k)?))
-            })
-        };
-        (0..count).map(index).collect()
+    /// The first three components of value `k`.
+    fn vector(&self, k: usize) -> io::Result<DVec3> {
+        Ok(DVec3::new(self.number(k, 0)?, self.number(k, 1)?, self.number(k, 2)?))
     }
 }

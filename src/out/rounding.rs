@@ -5,7 +5,9 @@
 
 use super::Format;
 #[cfg(feature = "glb")]
-use super::node_place::{NodePlace, local, moved};
+use super::glb_options::GlbOptions;
+#[cfg(feature = "glb")]
+use super::node_place::{NodePlace, PointNumbers, moved};
 use super::placed::{Placement, batches_by_part, distinct, placed};
 use super::single::{BeyondSingle, single};
 use crate::mesh::{BatchView, FrameView, SceneInstance};
@@ -81,7 +83,7 @@ impl Rounding {
         let frame = &frame.into();
         match format {
             #[cfg(feature = "glb")]
-            Format::Glb => Self::of_nodes(frame, most),
+            Format::Glb(options) => Self::of_nodes(frame, (options, most)),
             Format::Stl => Self::of_placed(frame, true),
             Format::Ply | Format::Obj => {
                 let _ = most;
@@ -111,11 +113,12 @@ impl Rounding {
 
     /// Points relative to the centres of parts, in nodes.
     #[cfg(feature = "glb")]
-    fn of_nodes(frame: &FrameView<'_>, most: f64) -> Result<Self, BeyondSingle> {
+    fn of_nodes(frame: &FrameView<'_>, with: (GlbOptions, f64)) -> Result<Self, BeyondSingle> {
         let mut tallies = Vec::with_capacity(frame.scene.parts.len());
-        for (part, batches) in frame.scene.parts.iter().zip(batches_by_part(frame)) {
+        let numbers = PointNumbers::of(frame, with.0, with.1);
+        for ((part, batches), numbers) in frame.scene.parts.iter().zip(batches_by_part(frame)).zip(numbers) {
             tallies.push(RoundingCount::of(&batches, |point| {
-                let rounded = local(part, point)?;
+                let rounded = numbers.local(part, point)?;
                 Ok((rounded, moved(part, point, rounded)))
             })?);
         }
@@ -123,7 +126,7 @@ impl Rounding {
         for instance in &frame.scene.instances {
             let place = instance.part.index();
             if let (Some(part), Some(tally)) = (frame.scene.parts.get(place), tallies.get(place)) {
-                let node = NodePlace::new(part, instance, most)?;
+                let node = NodePlace::new(part, instance, with)?;
                 let place = instance.transform.transform_point3(tally.place);
                 out.add(instance, tally, instance.scale() * tally.moved + node.moved, place);
             }

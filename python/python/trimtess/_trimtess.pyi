@@ -1,5 +1,5 @@
 import os
-from typing import Any, Callable, Dict, List, Optional, Tuple, Union, final
+from typing import Any, Callable, Dict, List, Literal, Optional, Sequence, Tuple, Union, final
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,7 @@ __all__ = [
 
 __version__: str
 
+_Glb = Literal["instanced", "quantized", "compressed"]
 _Rgba = Tuple[float, float, float, float]
 _Point = Tuple[float, float, float]
 _Progress = Callable[[str, int, int], object]
@@ -234,7 +235,7 @@ class Mesh:
     def diagnostics(self) -> List[Diagnostic]: ...
     @property
     def status(self) -> int: ...
-    def save(self, path: _Path, *, recenter: bool = False) -> Saved: ...
+    def save(self, path: _Path, *, recenter: bool = False, glb: Sequence[_Glb] = ()) -> Saved: ...
     def check(self) -> Check: ...
     def deviation(self, *, chord: Optional[float] = None) -> Deviation: ...
     def _repr_html_(self) -> str: ...
