@@ -835,8 +835,8 @@ typedef struct {
     uint32_t instances;
     // 1 if `tt_session_finish` would return without waiting: the frame is made, or none was begun.
     uint32_t is_made;
-    // 0.
-    uint32_t reserved;
+    // Tiles that are not as they should be, of those that the sink of frames of views has.
+    uint32_t degraded;
 } tt_session_info;
 
 #ifdef __cplusplus
@@ -1130,17 +1130,24 @@ tt_status tt_session_get_info(tt_session session, tt_session_info *info);
 // Describes an instance, with the level of detail that it had in the last frame. `instance` need not be set before.
 tt_status tt_session_get_instance(tt_session session, uint32_t index, tt_instance *instance);
 
+// The key of an instance, which stays the same when other instances come and go. Keys of removed instances are not
+// given again.
+tt_status tt_session_get_instance_key(tt_session session, uint32_t index, uint64_t *key);
+
+// The index of the instance of a key, from the next frame of views on.
+tt_status tt_session_find_instance(tt_session session, uint64_t key, uint32_t *index);
+
 // Adds an instance of a part of the prepared model, from the next frame of views on. Its index is the last. Cancels a
-// frame that was begun. `index` may be null.
-tt_status tt_session_add_instance(tt_session session, const tt_placement *placement, uint32_t *index);
+// frame that was begun. `key` may be null.
+tt_status tt_session_add_instance(tt_session session, const tt_placement *placement, uint64_t *key);
 
 // Removes an instance from the next frame of views on. Indices of later ones decrease by one. Cancels a frame that was
 // begun.
-tt_status tt_session_remove_instance(tt_session session, uint32_t index);
+tt_status tt_session_remove_instance(tt_session session, uint64_t key);
 
 // Moves an instance from the next frame of views on: `transform` has 12 numbers, as in `tt_placement`. A frame that
 // was begun goes on.
-tt_status tt_session_move_instance(tt_session session, uint32_t index, const double *transform);
+tt_status tt_session_move_instance(tt_session session, uint64_t key, const double *transform);
 
 // Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no
 // callback of the session is called any more. Jobs of it that a pool still has do nothing, but end their handles.
