@@ -86,7 +86,7 @@ impl Case {
             lines.sort_by(f64::total_cmp);
             lines
         };
-        *lattice = Arc::new(TileLattice { us: cut(&lattice.us), ..TileLattice::clone(lattice) });
+        *lattice = Arc::new(TileLattice { us: cut(&lattice.us).into(), ..TileLattice::clone(lattice) });
         plan
     }
 
@@ -140,7 +140,7 @@ fn tessellants(plan: &Plan, part: PartId, tile: &Tile) -> usize {
 
 /// About a quarter more tessellants between any two breaks, evenly spaced.
 fn spread(line: &EdgePolyline) -> EdgePolyline {
-    let mut out = EdgePolyline { ts: vec![line.ts[0]], breaks: vec![0] };
+    let mut out = EdgePolyline { ts: [line.ts[0]; 1][..].into(), breaks: [0; 1][..].into() };
     for ends in line.breaks.windows(2) {
         let (a, b) = (line.ts[ends[0] as usize], line.ts[ends[1] as usize]);
         let count = (ends[1] - ends[0]) * 5 / 4 + 1;

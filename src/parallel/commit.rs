@@ -71,7 +71,10 @@ pub(super) enum Feed<'a> {
 /// What a sink is fed. Kept from frame to frame for its room.
 #[derive(Default)]
 pub(super) struct Rows {
-    pub(super) batches: Vec<Batch>,
+    /// The batches of each delivery, ascending; last those of tiles to evict.
+    pub(super) batches: Vec<Vec<Batch>>,
+    /// The list and row of each batch to send, ascending by tile: batches are large, and stay where they are.
+    order: Vec<(u32, u32)>,
     /// Instead of batches.
     written: Vec<WrittenTile>,
     lines: Vec<EdgeLine>,
@@ -86,9 +89,9 @@ pub(super) struct Rows {
 /// Feeds a complete frame to the sink: `begin`, tiles by (part, tile), edge lines by (part, edge), the drawn tiles, `end`;
 /// `abort` after the first refusal. Leaves the frame's tiles in `rows`.
 ///
-/// `writer`: where the tiles were written, if they were.
+/// `asked`: the tiles that were asked for, ascending, and their workers. `writer`: where they were written, if they were.
 pub(super) fn commit(
-    deliveries: Vec<Delivery>,
+    (deliveries, asked): (Vec<Delivery>, impl Iterator<Item = (PartId, TileId, u32)>),
     (scene, writer): (&Scene, Option<&Writer>),
     feed: Feed<'_>,
     (rows, sink): (&mut Rows, &mut dyn MeshSink),
@@ -97,6 +100,7 @@ pub(super) fn commit(
     let mut laps = Laps::start();
     let mut report = FrameReport { workers: Vec::with_capacity(deliveries.len()), ..FrameReport::default() };
     rows.clear();
+    let mut lists = Vec::with_capacity(deliveries.len());
     for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
@@ -105,40 +109,27 @@ pub(super) fn commit(
         report.lost_lines.extend(delivery.lost_lines);
         rows.rungs.extend(delivery.rungs);
         rows.fills.extend(delivery.fills);
-        rows.batches.extend(delivery.batches);
-        rows.written.extend(delivery.written.take());
+        rows.batches.push(delivery.batches);
         rows.lines.extend(delivery.lines);
+        lists.push((delivery.metrics.worker, delivery.written.take()));
     }
-    // The sink may take what is in a batch.
-    rows.made.extend(rows.batches.iter().map(|b| (b.part, b.tile, b.mesh.triangles.len() as u32)));
-    rows.made.extend(rows.written.iter().map(|t| (t.part, t.tile, t.triangles)));
-    let made = rows.batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()).count();
-    report.batches = made + rows.written.iter().filter(|tile| tile.triangles > 0).count();
-    if let Feed::Views { whole, forgotten, .. } = feed {
-        if whole {
-            rows.batches.retain(|batch| !batch.mesh.triangles.is_empty());
-            rows.written.retain(|tile| tile.triangles > 0);
-        }
-        if let Some(writer) = writer {
-            let gone = |&(part, tile, face)| WrittenTile::gone((part, face, tile), writer.layout());
-            rows.written.extend(forgotten.iter().map(gone));
-        } else {
-            let empty = |&(part, tile, face)| Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
-            rows.batches.extend(forgotten.iter().map(empty));
-        }
-        report.forgotten = forgotten.len();
-    }
-    // The keys are unique, so there are no ties for the number of workers to decide.
-    rows.batches.sort_unstable_by_key(|b| (b.part, b.tile));
-    rows.written.sort_unstable_by_key(|t| (t.part, t.tile));
-    rows.lines.sort_unstable_by_key(|l| (l.part, l.edge));
+    let (whole, forgotten) = match feed {
+        Feed::All => (false, &[][..]),
+        Feed::Views { whole, forgotten, .. } => (whole, forgotten),
+    };
+    rows.put_in_order((asked, lists), (forgotten, writer), whole);
+    report.batches = rows.made.iter().filter(|(.., triangles)| *triangles > 0).count();
+    report.forgotten = forgotten.len();
+    // The keys are unique, so there are no ties for the number of workers to decide. Stable sorts merge what ascends.
+    rows.lines.sort_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.fills = by_face(&mut rows.fills);
     report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
     let all = matches!(feed, Feed::All);
     report.whole = !matches!(feed, Feed::Views { whole: false, .. });
-    let faces = rows.batches.iter().map(|batch| (batch.part, batch.face));
+    let batch = |&(list, row): &(u32, u32)| &rows.batches[list as usize][row as usize];
+    let faces = rows.order.iter().map(batch).map(|batch| (batch.part, batch.face));
     let faces = faces.chain(rows.written.iter().map(|tile| (tile.part, tile.face)));
     (report.rungs, report.ladder) = climbed(all.then_some(scene), faces, &rows.rungs);
     // A sink that panics has refused: the session goes on, with a whole frame.
@@ -162,12 +153,56 @@ pub(super) fn commit(
 impl Rows {
     fn clear(&mut self) {
         self.batches.clear();
+        self.order.clear();
         self.written.clear();
         self.lines.clear();
         self.made.clear();
         self.rungs.clear();
         self.fills.clear();
         self.handed = 0;
+    }
+
+    /// Follows the tiles that were asked for through the lists of their workers, which ascend: nothing is sorted. `lists`
+    /// has the number of each delivery's worker, and the tiles that it wrote. `whole`: tiles without triangles are left
+    /// out.
+    fn put_in_order(
+        &mut self,
+        (asked, lists): (impl Iterator<Item = (PartId, TileId, u32)>, Vec<(u32, Vec<WrittenTile>)>),
+        (forgotten, writer): (&[(PartId, TileId, FaceId)], Option<&Writer>),
+        whole: bool,
+    ) {
+        let workers = lists.iter().map(|(worker, _)| *worker as usize + 1).max().unwrap_or(0);
+        // By worker: its list, and the next row there.
+        let mut next: Vec<Option<(usize, usize)>> = vec![None; workers];
+        (0..).zip(&lists).for_each(|(list, (worker, _))| next[*worker as usize] = Some((list, 0)));
+        let (mut gone, mut evicted) = (forgotten.iter().peekable(), Vec::new());
+        let last = self.batches.len() as u32;
+        let mut evict = |rows: &mut Self, &(part, tile, face): &(PartId, TileId, FaceId)| match writer {
+            Some(writer) => rows.written.push(WrittenTile::gone((part, face, tile), writer.layout())),
+            None => {
+                rows.order.push((last, evicted.len() as u32));
+                evicted.push(Batch { part, face, tile, worker: 0, mesh: TileMesh::default() });
+            }
+        };
+        for (part, tile, worker) in asked {
+            while let Some(row) = gone.next_if(|(p, t, _)| (*p, *t) < (part, tile)) {
+                evict(self, row);
+            }
+            let Some((list, row)) = next.get_mut(worker as usize).and_then(Option::as_mut) else { continue };
+            let batch = self.batches[*list].get(*row).filter(|batch| (batch.part, batch.tile) == (part, tile));
+            let written = lists[*list].1.get(*row).filter(|written| (written.part, written.tile) == (part, tile));
+            // Tiles without triangles may have been left out by their workers.
+            let triangles = batch.map(|batch| batch.mesh.triangles.len() as u32);
+            let Some(triangles) = triangles.or(written.map(|written| written.triangles)) else { continue };
+            if !whole || triangles > 0 {
+                self.written.extend(written);
+                self.order.extend(batch.map(|_| (*list as u32, *row as u32)));
+            }
+            self.made.push((part, tile, triangles));
+            *row += 1;
+        }
+        gone.for_each(|row| evict(self, row));
+        self.batches.push(evicted);
     }
 
     fn feed(
@@ -177,7 +212,9 @@ impl Rows {
         sink: &mut dyn MeshSink,
     ) -> Result<(), SinkError> {
         if whole { sink.begin(scene) } else { sink.begin_changes(scene) }?;
-        self.batches.iter_mut().try_for_each(|batch| sink.batch(batch))?;
+        for &(list, row) in &self.order {
+            sink.batch(&mut self.batches[list as usize][row as usize])?;
+        }
         for tile in &self.written {
             self.handed += 1;
             sink.written(tile)?;

@@ -18,7 +18,9 @@ pub(super) enum Work {
 
 /// The workers of a session.
 pub(super) struct Crew<S: Stages> {
-    workers: Vec<Worker<S>>,
+    // Boxed: they are large, and move to threads and back.
+    #[allow(clippy::vec_box, reason = "see above")]
+    workers: Vec<Box<Worker<S>>>,
     /// Buffers returned to each worker by the frame that is recycled.
     returned: Vec<usize>,
 }
@@ -29,8 +31,8 @@ const MOST_SPARE: usize = 256;
 impl<S: Stages> Crew<S> {
     /// One worker per hand.
     pub(super) fn of(stages: &Arc<S>, hands: Vec<Hand>, reuse: Reuse) -> Self {
-        let worker = |(number, hand)| Worker::new(number, Arc::clone(stages), hand, reuse);
-        let workers: Vec<Worker<S>> = (0..).zip(hands).map(worker).collect();
+        let worker = |(number, hand)| Box::new(Worker::new(number, Arc::clone(stages), hand, reuse));
+        let workers: Vec<_> = (0..).zip(hands).map(worker).collect();
         Self { returned: vec![0; workers.len()], workers }
     }
 
@@ -54,7 +56,7 @@ impl<S: Stages> Crew<S> {
         let mut hands = hands.into_iter();
         let all = self.workers.drain(..).map(|worker| (worker, hands.next().unwrap_or_default()));
         let (busy, idle): (Vec<_>, Vec<_>) = all.partition(|(_, hand)| parts.is_some() || !hand.is_empty());
-        let made = map(jobs, busy, move |(mut worker, hand): (Worker<S>, Hand)| {
+        let made = map(jobs, busy, move |(mut worker, hand): (Box<Worker<S>>, Hand)| {
             // A caller's observer may panic. The worker must come back all the same, or its tiles would be missing later.
             let delivery = catch_unwind(AssertUnwindSafe(|| match parts {
                 Some(parts) => worker.make_all(&order, parts),
@@ -71,23 +73,32 @@ impl<S: Stages> Crew<S> {
                 Err(panic) => panicked = Some(panic),
             }
         }
-        self.workers.sort_unstable_by_key(Worker::number);
+        self.workers.sort_unstable_by_key(|worker| worker.number());
         if let Some(panic) = panicked {
             resume_unwind(panic);
         }
         deliveries
     }
 
-    /// Returns the buffers that a sink left in its batches to the workers that filled them.
-    pub(super) fn recycle(&mut self, batches: impl Iterator<Item = Batch>) {
+    /// Returns the buffers that a sink left in its batches to the workers that filled them, and frees what is more than
+    /// they need on all threads.
+    pub(super) fn recycle(&mut self, jobs: &dyn Jobs, batches: &mut Vec<Vec<Batch>>) {
+        let _span = tracing::trace_span!("recycle").entered();
         self.returned.fill(0);
-        for Batch { worker, mut mesh, .. } in batches {
-            let k = worker as usize;
-            if self.returned.get(k).is_some_and(|&count| count < MOST_SPARE) && mesh.positions.capacity() > 0 {
-                self.returned[k] += 1;
-                mesh.clear();
-                self.workers[k].reuse(mesh);
+        for list in &mut *batches {
+            let spare = list.len().saturating_sub(MOST_SPARE);
+            for Batch { worker, mut mesh, .. } in list.drain(spare..) {
+                let k = worker as usize;
+                if self.returned.get(k).is_some_and(|&count| count < MOST_SPARE) && mesh.positions.capacity() > 0 {
+                    self.returned[k] += 1;
+                    mesh.clear();
+                    self.workers[k].reuse(mesh);
+                }
             }
+        }
+        batches.retain(|list| !list.is_empty());
+        if !batches.is_empty() {
+            map(jobs, std::mem::take(batches), drop);
         }
     }
 }
@@ -167,6 +178,7 @@ mod tests {
     struct FakeSession {
         jobs: Threads,
         crew: Crew<Fake>,
+        workers: u32,
     }
 
     impl FakeSession {
@@ -174,8 +186,9 @@ mod tests {
             let order = Order { plan: Arc::new(plan), watch: Watch::default(), writer: None };
             let made = self.crew.make(&self.jobs, order, Work::All(9));
             let mut rows = Rows::default();
-            let report = commit(made, (&Scene::default(), None), Feed::All, (&mut rows, sink))?;
-            self.crew.recycle(rows.batches.drain(..));
+            let asked = (0..TILES).map(|k| (PartId(k / 20), TileId(k), k * 7 % self.workers));
+            let report = commit((made, asked), (&Scene::default(), None), Feed::All, (&mut rows, sink))?;
+            self.crew.recycle(&self.jobs, &mut rows.batches);
             Ok(report)
         }
     }
@@ -189,7 +202,7 @@ mod tests {
             hand.edges.push((PartId(k / 20), EdgeId(k)));
         }
         let crew = Crew::of(&fake, hands, Reuse::NONE);
-        (fake, FakeSession { jobs: Threads::start(3, false).unwrap(), crew })
+        (fake, FakeSession { jobs: Threads::start(3, false).unwrap(), crew, workers })
     }
 
     fn without_worker(sink: &MemorySink) -> Vec<Batch> {

@@ -259,16 +259,18 @@ impl Engine {
             self.rests = true;
             return Ok(FrameReport { planned_in, deferred, ..self.unchanged() });
         }
-        let times = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied());
-        self.owners.book(&self.prepared, times);
+        let times: Vec<_> = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied()).collect();
+        let asked = due.tiles.iter().map(|&(part, tile)| (part, tile, self.owners.of_tile(part, tile)));
         let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
-        let report = match commit(deliveries, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
+        let made = (deliveries, asked);
+        let report = match commit(made, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
             Ok(report) => report,
             Err(error) => {
                 self.forget();
                 return Err(error);
             }
         };
+        self.owners.book(&self.prepared, times.into_iter());
         let forgotten = || due.forgotten.iter().map(|&(part, tile, _)| (part, tile));
         self.owners.forget(forgotten());
         if due.whole {
@@ -280,7 +282,7 @@ impl Engine {
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));
         residency.committed(&due, &self.rows.made, (&plan.drawn, self.placed.version()));
         self.rests = true;
-        self.crew.recycle(self.rows.batches.drain(..));
+        self.crew.recycle(&*self.jobs, &mut self.rows.batches);
         Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })
     }
 
@@ -294,7 +296,8 @@ impl Engine {
         let _span = tracing::debug_span!("frame", number = self.next).entered();
         let frame = self.count();
         let with = (&*self.jobs, &*self.prepared, self.writer.as_ref());
-        let report = whole_frame((&mut self.crew, &mut self.rows), with, plan, (scene, control), sink)?;
+        let crew = (&mut self.crew, &self.owners, &mut self.rows);
+        let report = whole_frame(crew, with, plan, (scene, control), sink)?;
         Ok(FrameReport { frame, ..report })
     }
 
@@ -306,7 +309,7 @@ impl Engine {
 
 /// Makes a whole frame of the parts of `scene`, which are the first ones of `prepared`, and feeds it to the sink.
 pub(super) fn whole_frame(
-    (crew, rows): (&mut Crew<Prepared>, &mut Rows),
+    (crew, owners, rows): (&mut Crew<Prepared>, &Owners, &mut Rows),
     (jobs, prepared, writer): (&dyn Jobs, &Prepared, Option<&Arc<Writer>>),
     plan: &Arc<Plan>,
     (scene, control): (&Scene, &Control),
@@ -323,7 +326,10 @@ pub(super) fn whole_frame(
         return Err(error);
     }
     let made_in = laps.lap();
-    let report = commit(deliveries, (scene, writer.map(|writer| &**writer)), Feed::All, (&mut *rows, sink))?;
-    crew.recycle(rows.batches.drain(..));
+    let of_scene = prepared.tiles().take_while(|(part, ..)| part.index() < parts);
+    let asked = of_scene.map(|(part, tile, _)| (part, tile, owners.of_tile(part, tile)));
+    let made = (deliveries, asked);
+    let report = commit(made, (scene, writer.map(|writer| &**writer)), Feed::All, (&mut *rows, sink))?;
+    crew.recycle(jobs, &mut rows.batches);
     Ok(FrameReport { made_in, ..report })
 }

@@ -86,7 +86,7 @@ pub(crate) fn refine(edge: &PreparedEdge, line: &mut EdgePolyline, count: impl F
         ts.push(b);
         breaks.push(ts.len() as u32 - 1);
     }
-    (line.ts, line.breaks) = (ts, breaks);
+    (line.ts, line.breaks) = (ts.into(), breaks.into());
 }
 
 /// Two curves within `gap` of each other (or touching, or equal up to rounding), with a kept side between them.

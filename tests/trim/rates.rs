@@ -91,8 +91,8 @@ impl Rates {
             let lines =
                 Rates { growth: if face.kind == SurfaceKind::Plane { 1.0 } else { self.growth }, ..self.clone() };
             *lattice = Arc::new(TileLattice {
-                us: lines.spread(tile.min.x, tile.max.x, &creases[0], nu, &lattice.us),
-                vs: lines.spread(tile.min.y, tile.max.y, &creases[1], nv, &lattice.vs),
+                us: lines.spread(tile.min.x, tile.max.x, &creases[0], nu, &lattice.us).into(),
+                vs: lines.spread(tile.min.y, tile.max.y, &creases[1], nv, &lattice.vs).into(),
                 chord: lattice.chord,
             });
         }
@@ -110,7 +110,7 @@ impl Rates {
                 ts = within_cells(&ts, ends[0].min(ends[1])..=ends[0].max(ends[1]), &used.uv, lattice);
             }
             let line = Arc::make_mut(line);
-            line.ts = ts;
+            line.ts = ts.into();
             line.breaks = stops.iter().map(|stop| line.ts.partition_point(|t| t < stop) as u32).collect();
         }
     }

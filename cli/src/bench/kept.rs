@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn lines_cells_and_segments_are_counted_by_their_parameters() {
         assert_eq!(same(&[0.0, 0.5, 1.0], &[0.0, 0.25, 0.5, 1.0]), (3, 1));
-        let lattice = |us: &[f64]| TileLattice { us: us.to_vec(), vs: vec![0.0, 1.0, 2.0], chord: 1.0 };
+        let lattice = |us: &[f64]| TileLattice { us: us.into(), vs: vec![0.0, 1.0, 2.0].into(), chord: 1.0 };
         let mut counts = Counts::default();
         counts.lattice(&lattice(&[0.0, 0.5, 1.0]), &lattice(&[0.0, 0.25, 0.5, 1.0]));
         counts.lattice(&lattice(&[0.0, 1.0]), &lattice(&[0.0, 1.0]));

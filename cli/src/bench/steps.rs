@@ -1,15 +1,17 @@
 //! A flight on one thread, recorded by the spans of the library -> the time of each step of a frame on any number of
-//! threads.
+//! threads. All times are processor time of that thread: a call that another process interrupts would seem to hold up all
+//! others.
 
 use super::costs::hand_off;
 use super::flight::{anew, ms};
 use super::uploads::Uploads;
 use crate::{Common, Failure};
+use cpu_time::ThreadTime;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tracing::span::Id;
 use tracing::{Dispatch, Subscriber, dispatcher};
 use tracing_subscriber::filter::filter_fn;
@@ -74,11 +76,17 @@ type Frame = BTreeMap<&'static str, Step>;
 /// A span that is open.
 struct Open {
     name: &'static str,
-    begun: Instant,
+    /// Processor time of the thread then.
+    begun: Duration,
     /// Time in spans within.
     inside: Duration,
     /// The calls of a loop.
     calls: Vec<Duration>,
+}
+
+/// Processor time of the calling thread.
+fn now() -> Duration {
+    ThreadTime::now().as_duration()
 }
 
 /// Adds up the spans of one thread.
@@ -108,12 +116,12 @@ impl Recorder {
 
 impl Record {
     fn enter(&mut self, name: &'static str) {
-        self.open.push(Open { name, begun: Instant::now(), inside: Duration::ZERO, calls: Vec::new() });
+        self.open.push(Open { name, begun: now(), inside: Duration::ZERO, calls: Vec::new() });
     }
 
     fn exit(&mut self) {
         let Some(Open { name, begun, inside, calls }) = self.open.pop() else { return };
-        let took = begun.elapsed();
+        let took = now().saturating_sub(begun);
         if let Some(around) = self.open.last_mut() {
             around.inside += took;
             if name == CALL {
@@ -188,7 +196,7 @@ fn flown(
         session.forget();
         for (k, view) in views.iter().enumerate() {
             sink.next_frame();
-            let begun = Instant::now();
+            let begun = now();
             dispatcher::with_default(&spans, || {
                 if cold {
                     anew(&mut session, view, &mut sink, common).map(drop)
@@ -196,7 +204,7 @@ fn flown(
                     session.view(&[*view], &mut sink).map(drop).map_err(|e| Failure::Cannot(e.to_string()))
                 }
             })?;
-            let whole = begun.elapsed();
+            let whole = now().saturating_sub(begun);
             let frame = (whole, recorder.take(whole));
             match frames.get_mut(k) {
                 Some(known) if known.0 > whole => *known = frame,

@@ -135,8 +135,8 @@ pub(crate) fn lattice(
 ) -> (TileLattice, DensityMet) {
     if is_single(face, need.tolerance.max_edge) {
         let single = TileLattice {
-            us: vec![tile.min.x, tile.max.x],
-            vs: vec![tile.min.y, tile.max.y],
+            us: [tile.min.x, tile.max.x].into(),
+            vs: [tile.min.y, tile.max.y].into(),
             chord: need.tolerance.chord,
         };
         return (single, DensityMet { lines: true, cells: true });
@@ -307,7 +307,7 @@ fn spread(
         }
         kept.lines &= kept_u && kept_v;
         if fits || round == COARSER {
-            return (TileLattice { us, vs, chord: tolerance.chord }, kept);
+            return (TileLattice { us: us.into(), vs: vs.into(), chord: tolerance.chord }, kept);
         }
         kept.cells &= nu * nv <= most_cells as f64;
         kept.lines &= nu.max(nv) <= LINES_OF_TILE;

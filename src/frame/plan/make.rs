@@ -5,7 +5,7 @@ use super::lattice::{DensityMet, lattice, places};
 use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, PartPlan, Plan, TileLattice};
 use super::tessellants::{Tessellants, bare};
-use crate::control::{Alone, Jobs, chunks, map};
+use crate::control::{Alone, Jobs, map};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, PartTolerance};
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::{DrawnTiles, ScenePart};
@@ -119,40 +119,39 @@ impl PlanRequest<'_> {
         let Self { jobs, wanted, density, cells_per_tile } = *self;
         let (spent, wanted) = (SharedBudget { cells: AtomicU64::new(0), left: budget.left }, Arc::clone(wanted));
         let round = Arc::new(Round { wanted, density, cells_per_tile, spent });
-        let count = |k: usize| (self.wanted.parts[k].tiles.len(), self.wanted.parts[k].edges.len());
-        let rows = |of: fn((usize, usize)) -> usize| -> Vec<(usize, usize)> {
-            parts.clone().flat_map(|part| (0..of(count(part))).map(move |row| (part, row))).collect()
-        };
+        let counts =
+            |of: fn(&PreparedPart) -> usize| parts.clone().map(|k| (k, of(&self.wanted.parts[k]))).collect::<Vec<_>>();
+        let (tiles, edges) = (counts(|part| part.tiles.len()), counts(|part| part.edges.len()));
 
         let step = tracing::trace_span!("lattices").entered();
         let shared = Arc::clone(&round);
-        let made = map(jobs, chunks(jobs, rows(|(tiles, _)| tiles), CHUNK), move |rows| shared.lattices(rows));
+        let made = map(jobs, stretches(jobs, &tiles), move |rows| shared.lattices(rows));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
-        let mut lattices: Vec<_> = parts.clone().map(|k| Vec::with_capacity(count(k).0)).collect();
+        let mut lattices: Vec<_> = tiles.iter().map(|(_, count)| Vec::with_capacity(*count)).collect();
         for made in made {
-            for ((part, tile), lattice, kept) in made? {
-                let id = (PartId::new(part), TileId(tile as u32));
-                shortfall.tiles.extend((!kept.cells).then_some(id));
-                shortfall.lines.extend((!kept.lines).then_some(id));
-                lattices[part - parts.start].push(lattice);
+            for Planned { part, rows, short } in made? {
+                for (tile, kept) in short {
+                    let id = (PartId::new(part), TileId(tile as u32));
+                    shortfall.tiles.extend((!kept.cells).then_some(id));
+                    shortfall.lines.extend((!kept.lines).then_some(id));
+                }
+                lattices[part - parts.start].extend(rows);
             }
         }
-
         drop(step);
+
         let _step = tracing::trace_span!("tessellants").entered();
         let (shared, first, lattices) = (Arc::clone(&round), parts.start, Arc::new(lattices));
         let beside = Arc::clone(&lattices);
-        let made = map(jobs, chunks(jobs, rows(|(_, edges)| edges), CHUNK), move |rows| {
-            shared.polylines(rows, |part| &beside[part - first])
-        });
+        let made = map(jobs, stretches(jobs, &edges), move |rows| shared.polylines(rows, |part| &beside[part - first]));
         let lattices = Arc::into_inner(lattices)?.into_iter();
-        let plans =
-            lattices.zip(parts.clone()).map(|(tiles, k)| PartPlan { tiles, edges: Vec::with_capacity(count(k).1) });
-        let mut plans: Vec<PartPlan> = plans.collect();
+        let plan =
+            |(tiles, (_, count)): (Vec<_>, &(usize, usize))| PartPlan { tiles, edges: Vec::with_capacity(*count) };
+        let mut plans: Vec<PartPlan> = lattices.zip(&edges).map(plan).collect();
         for made in made {
-            for ((part, edge), polyline, kept) in made? {
-                shortfall.edges.extend((!kept).then_some((PartId::new(part), RowId(edge as u32))));
-                plans[part - first].edges.push(polyline);
+            for Planned { part, rows, short } in made? {
+                shortfall.edges.extend(short.iter().map(|(edge, ())| (PartId::new(part), RowId(*edge as u32))));
+                plans[part - first].edges.extend(rows);
             }
         }
         budget.spend(round.spent.cells.load(Ordering::Relaxed))?;
@@ -168,44 +167,83 @@ struct Round {
     spent: SharedBudget,
 }
 
-/// A part, and a tile or an edge of it.
-type Row = (usize, usize);
+/// A part, and some of its tiles or edges.
+type Stretch = (usize, Range<usize>);
+
+/// The tiles or edges of parts, in lists of [`CHUNK`]; all in one list if there is one thread.
+fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> Vec<Vec<Stretch>> {
+    let most = if jobs.width() == 1 { usize::MAX } else { CHUNK };
+    let (mut lists, mut list, mut room) = (Vec::new(), Vec::new(), most);
+    for &(part, count) in counts {
+        let mut from = 0;
+        while from < count {
+            let to = count.min(from.saturating_add(room));
+            list.push((part, from..to));
+            room -= to - from;
+            from = to;
+            if room == 0 {
+                lists.push(std::mem::take(&mut list));
+                room = most;
+            }
+        }
+    }
+    lists.extend((!list.is_empty()).then_some(list));
+    lists
+}
+
+/// A plan for a stretch.
+struct Planned<T, K> {
+    part: usize,
+    rows: Vec<Arc<T>>,
+    /// The rows that limits made coarser than asked.
+    short: Vec<(usize, K)>,
+}
 
 impl Round {
     /// The lattices of some tiles.
-    fn lattices(&self, rows: Vec<Row>) -> Option<Vec<(Row, Arc<TileLattice>, DensityMet)>> {
+    fn lattices(&self, stretches: Vec<Stretch>) -> Option<Vec<Planned<TileLattice, DensityMet>>> {
         let mut need = BoxTolerances::default();
-        let of_tile = |row: Row| {
-            let (asked, part) = (&self.wanted.asked[row.0], &self.wanted.parts[row.0]);
-            let tile = &part.tiles[row.1];
-            let face = &part.faces[part.face_of(tile)];
-            asked.over(places(face, tile), &mut need);
-            let (lattice, kept) = lattice(face, tile, &need, self.density, self.cells_per_tile, None);
-            self.spent.add(cells(&lattice))?;
-            Some((row, Arc::new(lattice), kept))
+        let of_stretch = |(part, range): Stretch| {
+            let mut planned = Planned { part, rows: Vec::with_capacity(range.len()), short: Vec::new() };
+            let (asked, part) = (&self.wanted.asked[part], &self.wanted.parts[part]);
+            for row in range {
+                let tile = &part.tiles[row];
+                let face = &part.faces[part.face_of(tile)];
+                asked.over(places(face, tile), &mut need);
+                let (lattice, kept) = lattice(face, tile, &need, self.density, self.cells_per_tile, None);
+                self.spent.add(cells(&lattice))?;
+                planned.rows.push(Arc::new(lattice));
+                planned.short.extend((!kept.cells || !kept.lines).then_some((row, kept)));
+            }
+            Some(planned)
         };
-        rows.into_iter().map(of_tile).collect()
+        stretches.into_iter().map(of_stretch).collect()
     }
 
     /// The tessellants of some edges, beside the lattices of their parts.
     fn polylines<'a>(
         &self,
-        rows: Vec<Row>,
+        stretches: Vec<Stretch>,
         lattices: impl Fn(usize) -> &'a [Arc<TileLattice>],
-    ) -> Option<Vec<(Row, Arc<EdgePolyline>, bool)>> {
+    ) -> Option<Vec<Planned<EdgePolyline, ()>>> {
         let (mut need, mut tessellants) = (BoxTolerances::default(), Tessellants::default());
-        let of_edge = |row: Row| {
-            let asked = &self.wanted.asked[row.0];
-            let (edge, tiles) = (&self.wanted.parts[row.0].edges[row.1], lattices(row.0));
-            let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
-            let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
-                asked.over(edge.bounds.places.iter(), &mut need);
-                tessellants.polyline(edge, tiles, &need, self.density, None)
-            });
-            self.spent.add(line.ts.len() as u64)?;
-            Some((row, Arc::new(line), kept))
+        let mut of_stretch = |(part, range): Stretch| {
+            let mut planned = Planned { part, rows: Vec::with_capacity(range.len()), short: Vec::new() };
+            let (asked, tiles) = (&self.wanted.asked[part], lattices(part));
+            for row in range {
+                let edge = &self.wanted.parts[part].edges[row];
+                let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
+                let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
+                    asked.over(edge.bounds.places.iter(), &mut need);
+                    tessellants.polyline(edge, tiles, &need, self.density, None)
+                });
+                self.spent.add(line.ts.len() as u64)?;
+                planned.rows.push(Arc::new(line));
+                planned.short.extend((!kept).then_some((row, ())));
+            }
+            Some(planned)
         };
-        rows.into_iter().map(of_edge).collect()
+        stretches.into_iter().map(&mut of_stretch).collect()
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::limits::Shortfall;
 use crate::mesh::DrawnTiles;
+use smallvec::SmallVec;
 use std::sync::Arc;
 
 /// Maximum number of lines of one tile in one direction between two creases, and of segments of an edge between two
@@ -15,9 +16,9 @@ pub(crate) const MAX_LINES: usize = 4096;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TileLattice {
     /// u-lines, strictly increasing.
-    pub us: Vec<f64>,
+    pub us: SmallVec<[f64; 2]>,
     /// v-lines, strictly increasing.
-    pub vs: Vec<f64>,
+    pub vs: SmallVec<[f64; 2]>,
     /// The strictest chord tolerance anywhere in the tile, in the part's own millimetres.
     pub chord: f64,
 }
@@ -97,9 +98,9 @@ impl<'a> CellWalk<'a> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EdgePolyline {
     /// Parameters, strictly increasing; contains all breaks.
-    pub ts: Vec<f64>,
+    pub ts: SmallVec<[f64; 2]>,
     /// Index of each break in `ts`.
-    pub breaks: Vec<u32>,
+    pub breaks: SmallVec<[u32; 4]>,
 }
 
 /// The plan of one part.

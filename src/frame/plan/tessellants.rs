@@ -7,6 +7,7 @@ use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::model::TileId;
 use crate::prepare::internals::EdgeImage;
 use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
+use smallvec::SmallVec;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -36,7 +37,8 @@ pub(crate) fn bare(edge: &PreparedEdge, tiles: &[Arc<TileLattice>]) -> Option<Ed
     if !edge.straight || is_closed(edge) || !edge.uses.iter().all(|place| single(place.tile)) {
         return None;
     }
-    let ts: Vec<f64> = if edge.uses.is_empty() { Vec::new() } else { edge.breaks.iter().map(|b| b.t).collect() };
+    let ts: SmallVec<_> =
+        if edge.uses.is_empty() { SmallVec::new() } else { edge.breaks.iter().map(|b| b.t).collect() };
     Some(EdgePolyline { breaks: (0..ts.len() as u32).collect(), ts })
 }
 
@@ -137,7 +139,7 @@ impl Tessellants {
         let (density, least) = (Density { breaks, rates }, Density { breaks, rates: least });
         ts.clear();
         ts.push(edge.breaks[0].t);
-        let mut at = Vec::with_capacity(edge.breaks.len());
+        let mut at = SmallVec::with_capacity(edge.breaks.len());
         at.push(0);
         let mut kept = true;
         let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, MAX_LINES);
@@ -148,7 +150,7 @@ impl Tessellants {
             };
             at.push(u32::try_from(ts.len() - 1).unwrap_or(u32::MAX));
         }
-        (EdgePolyline { ts: ts.clone(), breaks: at }, kept)
+        (EdgePolyline { ts: SmallVec::from_slice(ts), breaks: at }, kept)
     }
 }
 
