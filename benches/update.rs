@@ -140,7 +140,7 @@ fn tessellants(plan: &Plan, part: PartId, tile: &Tile) -> usize {
 
 /// About a quarter more tessellants between any two breaks, evenly spaced.
 fn spread(line: &EdgePolyline) -> EdgePolyline {
-    let mut out = EdgePolyline { ts: [line.ts[0]; 1][..].into(), breaks: [0; 1][..].into() };
+    let mut out = EdgePolyline { ts: std::iter::once(line.ts[0]).collect(), breaks: std::iter::once(0).collect() };
     for ends in line.breaks.windows(2) {
         let (a, b) = (line.ts[ends[0] as usize], line.ts[ends[1] as usize]);
         let count = (ends[1] - ends[0]) * 5 / 4 + 1;
