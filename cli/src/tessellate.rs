@@ -58,7 +58,7 @@ pub(crate) struct TessellateArgs {
 /// What a GLB asks of its readers.
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Compact {
-    /// Instances of a part are one node (EXT_mesh_gpu_instancing).
+    /// Instances of a part are one node (EXT_mesh_gpu_instancing). Leaves out edges.
     Instanced,
     /// Positions and normals have 16 bits where the tolerance allows it (KHR_mesh_quantization).
     Quantized,

@@ -53,7 +53,9 @@ pub(super) fn write_glb_within(
 ) -> io::Result<()> {
     let mut glb = Glb { options, ..Glb::default() };
     let mut shapes = Vec::new();
-    let rows = batches_by_part(frame).into_iter().zip(by_part(frame, frame.edge_lines, |line| line.part));
+    // Readers do not draw lists of lines.
+    let edge_lines = if options.instanced { &[] } else { frame.edge_lines };
+    let rows = batches_by_part(frame).into_iter().zip(by_part(frame, edge_lines, |line| line.part));
     let numbers = PointNumbers::of(frame, options, most);
     for ((part, (batches, lines)), numbers) in frame.scene.parts.iter().zip(rows).zip(&numbers) {
         shapes.push(glb.shape((part, *numbers), &batches, &lines)?);

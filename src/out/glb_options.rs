@@ -5,7 +5,8 @@
 #[non_exhaustive]
 pub struct GlbOptions {
     /// Whether all instances of a part and colour are one node (EXT_mesh_gpu_instancing), which a picture draws at once.
-    /// Mirrored instances have nodes of their own. Names of instances are in `extras`.
+    /// Mirrored instances have nodes of their own. Names of instances are in `extras`. There are no B-rep edges: readers do
+    /// not draw lists of lines.
     pub instanced: bool,
     /// Whether positions are integers of 16 bits on a grid of each part, and normals of 16 bits (KHR_mesh_quantization).
     /// Equal positions stay equal, so parts stay closed. A part for which the grid is too coarse keeps single precision:
