@@ -8,7 +8,7 @@
 import { createReadStream } from "node:fs";
 import { stat } from "node:fs/promises";
 import { createServer } from "node:http";
-import { extname, join, normalize, sep } from "node:path";
+import { extname, join, resolve, sep } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const here = fileURLToPath(new URL(".", import.meta.url));
@@ -18,7 +18,7 @@ export const POLICY =
   "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; style-src 'self'; connect-src 'self'; " +
   "img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/** Folders by the start of the path. */
+/** Folders by the start of the path. @type {[string, string][]} */
 const FOLDERS = [
   ["/examples/", join(here, "examples")],
   // What the examples import from npm, once `npm ci` has run in web/test.
@@ -36,19 +36,20 @@ const TYPES = {
   ".wasm": "application/wasm",
 };
 
-/** @param {string} url @returns {string | null} The file that a request means. */
-function fileOf(url) {
+/** @param {string} url @param {[string, string][]} folders @returns {string | null} The file that a request means. */
+function fileOf(url, folders) {
   let path;
   try {
     path = decodeURIComponent(new URL(url, "http://localhost").pathname);
   } catch {
     return null;
   }
-  for (const [start, folder] of FOLDERS) {
+  for (const [start, folder] of folders) {
     if (!path.startsWith(start)) continue;
     const rest = path.slice(start.length);
-    const file = normalize(join(folder, rest === "" || rest.endsWith("/") ? `${rest}index.html` : rest));
-    return file.startsWith(folder + sep) && !file.includes("\0") ? file : null;
+    const root = resolve(folder);
+    const file = resolve(root, `./${rest === "" || rest.endsWith("/") ? `${rest}index.html` : rest}`);
+    return file.startsWith(root + sep) && !file.includes("\0") ? file : null;
   }
   return null;
 }
@@ -56,11 +57,13 @@ function fileOf(url) {
 /**
  * Starts serving on 127.0.0.1.
  * @param {number} port 0 for any that is free.
+ * @param {{ folders?: [string, string][], policy?: string }} [other] More folders, and another policy than the page's.
  * @returns {Promise<{ url: string, close(): void }>}
  */
-export async function serve(port) {
+export async function serve(port, { folders = [], policy = POLICY } = {}) {
+  const all = [...folders, ...FOLDERS];
   const server = createServer(async (request, response) => {
-    const file = request.method === "GET" || request.method === "HEAD" ? fileOf(request.url ?? "/") : null;
+    const file = request.method === "GET" || request.method === "HEAD" ? fileOf(request.url ?? "/", all) : null;
     const found = file && (await stat(file).catch(() => null));
     if (!file || !found || !found.isFile()) {
       response.writeHead(404, { "Content-Type": "text/plain" }).end("not here\n");
@@ -69,7 +72,7 @@ export async function serve(port) {
     response.writeHead(200, {
       "Content-Type": TYPES[/** @type {keyof typeof TYPES} */ (extname(file))] ?? "application/octet-stream",
       "Content-Length": found.size,
-      "Content-Security-Policy": POLICY,
+      "Content-Security-Policy": policy,
       "Cross-Origin-Opener-Policy": "same-origin",
       "Cross-Origin-Resource-Policy": "same-origin",
       "Referrer-Policy": "no-referrer",
@@ -77,7 +80,10 @@ export async function serve(port) {
       "Cache-Control": "no-cache",
     });
     if (request.method === "HEAD") response.end();
-    else createReadStream(file).on("error", () => response.destroy()).pipe(response);
+    else
+      createReadStream(file)
+        .on("error", () => response.destroy())
+        .pipe(response);
   });
   await new Promise((resolve, reject) => {
     server.once("error", reject);

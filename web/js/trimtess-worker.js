@@ -54,7 +54,10 @@ const CALLS = {
     if (sample === undefined) {
       const refused = wasm.refusal(source.size ?? source.byteLength);
       if (refused) throw new Error(refused);
-      const bytes = source instanceof Uint8Array ? source : new Uint8Array(source instanceof Blob ? await source.arrayBuffer() : source);
+      const bytes =
+        source instanceof Uint8Array
+          ? source
+          : new Uint8Array(source instanceof Blob ? await source.arrayBuffer() : source);
       prepared = wasm.read(bytes, name, report).prepare(report);
     } else {
       prepared = wasm.sample(sample).prepare(report);
@@ -67,8 +70,12 @@ const CALLS = {
     const mesh = meshOf(tolerance);
     try {
       const parts = Array.from({ length: mesh.partCount() }, (_, part) => partOf(mesh.part(part)));
-      const instances = mesh.instances().map(({ matrix, ...instance }) =>
-        ({ ...instance, transform: translated(matrix, parts[instance.part].centre) }));
+      const instances = mesh
+        .instances()
+        .map(({ matrix, ...instance }) => ({
+          ...instance,
+          transform: translated(matrix, parts[instance.part].centre),
+        }));
       return { parts, instances, diagnostics: mesh.diagnostics(), triangles: mesh.triangles(), hash: mesh.hash() };
     } finally {
       mesh.free();
@@ -88,8 +95,10 @@ const CALLS = {
 /** The buffers in an answer, which are handed over rather than copied. @param {any} value @returns {Transferable[]} */
 function buffers(value) {
   if (value instanceof Uint8Array) return [value.buffer];
-  return (value.parts ?? []).flatMap((/** @type {import("./trimtess.js").Part} */ { positions, normals, indices, faces, edges }) =>
-    [positions, normals, indices, faces, ...edges.map(({ points }) => points)].map(({ buffer }) => buffer));
+  return (value.parts ?? []).flatMap(
+    (/** @type {import("./trimtess.js").Part} */ { positions, normals, indices, faces, edges }) =>
+      [positions, normals, indices, faces, ...edges.map(({ points }) => points)].map(({ buffer }) => buffer),
+  );
 }
 
 self.onmessage = async ({ data: { id, type, ...rest } }) => {

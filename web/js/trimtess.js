@@ -50,7 +50,7 @@
  * @property {Instance[]} instances
  * @property {Diagnostic[]} diagnostics Of reading, preparing and tessellating.
  * @property {number} triangles Those of all parts, each counted once.
- * @property {string} hash Of positions, normals, indices, faces and edges; the same bytes give the same hash everywhere.
+ * @property {string} hash Of positions, normals, indices, faces and edges: equal bytes, equal hash.
  */
 
 /**
@@ -173,7 +173,11 @@ export class Prepared {
     return this.#call("tessellate", { tolerance });
   }
 
-  /** The triangles as binary glTF, with the bytes that the program writes. @param {Tolerance} [tolerance] @returns {Promise<Uint8Array>} */
+  /**
+   * The triangles as binary glTF, with the bytes that the program writes.
+   * @param {Tolerance} [tolerance]
+   * @returns {Promise<Uint8Array>}
+   */
   glb(tolerance = {}) {
     return this.#call("glb", { tolerance });
   }

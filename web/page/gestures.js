@@ -86,14 +86,18 @@ export function listen(element, hands) {
   element.addEventListener("pointercancel", release);
   element.addEventListener("contextmenu", (event) => event.preventDefault());
 
-  element.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    const { x, y } = place(event);
-    // Lines and pages as pixels; a pinch on a touchpad arrives as a wheel with ctrl, in smaller numbers.
-    const unit = [1, 18, 400][event.deltaMode] * (event.ctrlKey ? 8 : 1);
-    const turned = Math.max(-600, Math.min(600, event.deltaY * unit));
-    hands.zoom(x, y, Math.exp(turned / 600));
-  }, { passive: false });
+  element.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      const { x, y } = place(event);
+      // Lines and pages as pixels; a pinch on a touchpad arrives as a wheel with ctrl, in smaller numbers.
+      const unit = [1, 18, 400][event.deltaMode] * (event.ctrlKey ? 8 : 1);
+      const turned = Math.max(-600, Math.min(600, event.deltaY * unit));
+      hands.zoom(x, y, Math.exp(turned / 600));
+    },
+    { passive: false },
+  );
 }
 
 /** Degrees that an arrow key turns, as a part of the picture's height: a drag over the height is half a turn. */

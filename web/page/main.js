@@ -1,4 +1,4 @@
-/** The page: opens files, forwards hands and settings to the worker that shows the file, and writes down what it says. */
+/** The page: opens files, forwards hands and settings to the worker that shows one, and writes down what it says. */
 
 import { listen, movement } from "./gestures.js";
 import { Stage } from "./stage.js";
@@ -8,8 +8,8 @@ import { Tree } from "./tree.js";
 /** @typedef {import("./stage.js").Source} Source */
 /** @typedef {import("./stage.js").Message} Message */
 
-/** How often a lost graphics device is replaced before the page gives up, per file. */
-const RECOVERIES = 3;
+/** How often a lost graphics device is replaced within a while, milliseconds, before the page gives up. */
+const [RECOVERIES, RECENT] = [3, 60_000];
 
 /** @template {HTMLElement} [T=HTMLElement] @param {string} id @returns {T} */
 const at = (id) => /** @type {T} */ (document.getElementById(id));
@@ -19,11 +19,14 @@ const gpu = new URLSearchParams(location.search).get("gpu") ?? "";
 
 /** @type {Stage | null} */ let shown = null;
 /** @type {Stage | null} */ let loading = null;
-let recoveries = 0;
+/** When the graphics device was lost. @type {number[]} */
+let losses = [];
 /** Nothing more is to come of the last picture. */
 let still = true;
 let startedAt = 0;
 let words = "";
+/** What the worker said of the model that was read last. @type {Message | null} */
+let model = null;
 
 const tree = new Tree(at("tree"), (instances, visible) => send({ type: "visible", instances, visible }));
 
@@ -62,6 +65,7 @@ function cancel() {
   busy();
   at("progress").hidden = true;
   at("welcome").hidden = shown !== null;
+  at("panel").hidden = shown === null;
 }
 
 /** @param {number | undefined} done Part that is done, 0 to 1, if known. */
@@ -74,8 +78,8 @@ function progress(done) {
 
 /** Tells what is being done, and for how long. */
 function tick() {
-  const seconds = (performance.now() - startedAt) / 1e3;
-  at("stage-words").textContent = `${words} … ${seconds.toFixed(0)} s`;
+  at("stage-words").textContent = words;
+  at("seconds").textContent = `${((performance.now() - startedAt) / 1e3).toFixed(0)} s`;
 }
 setInterval(() => loading && tick(), 500);
 
@@ -93,18 +97,18 @@ function heard(stage, message) {
       progress(message.done);
       break;
     case "loaded":
-      shown?.end();
-      [shown, loading, still, recoveries] = [stage, null, false, 0];
-      cancel();
-      stage.show();
-      describe(message);
+      // The panel takes its room before the first picture, which is made for what is left.
+      model = message;
+      at("panel").hidden = false;
+      stage.send({ type: "begin", size: size() });
       break;
     case "failed":
+    case "trouble":
       if (stage === loading) cancel();
       tell(message.message);
       break;
     case "frame":
-      if (stage !== shown) break;
+      if (stage === loading) swap(stage);
       still = !message.again && message.turn === stage.turn;
       busy();
       mark(message.marker);
@@ -113,23 +117,31 @@ function heard(stage, message) {
     case "lost":
       recover(stage, message.message);
       break;
-    case "trouble":
-      tell(message.message);
-      break;
   }
+}
+
+/** Shows a model that has its first picture in place of the last one. @param {Stage} stage */
+function swap(stage) {
+  shown?.end();
+  [shown, loading] = [stage, null];
+  cancel();
+  stage.show();
+  if (model) describe(model);
 }
 
 /** Goes on with a new graphics device. @param {Stage} stage @param {string} reason */
 function recover(stage, reason) {
-  if (recoveries === RECOVERIES) {
+  const now = performance.now();
+  losses = [...losses.filter((time) => now - time < RECENT), now];
+  if (losses.length > RECOVERIES) {
+    if (stage === loading) cancel();
     tell(`The graphics device was lost: ${reason}. Open the file again to go on.`);
     return;
   }
-  recoveries += 1;
   still = false;
   busy();
   // The browser takes a moment to start its graphics process again.
-  setTimeout(() => stage === shown && stage.replaceCanvas(), 300 * recoveries);
+  setTimeout(() => (stage === shown || stage === loading) && stage.replaceCanvas(), 300 * losses.length);
 }
 
 /** Opens a model. What is shown stays until it has been read. @param {Source} source */
@@ -150,7 +162,6 @@ function describe(model) {
   document.body.classList.add("has-model");
   document.title = `${model.name} – trimtess`;
   at("name").textContent = model.name;
-  at("panel").hidden = false;
   /** @type {HTMLButtonElement} */ (at("download")).disabled = false;
   fill(at("counts"), model.counts);
   tree.fill(model.tree);

@@ -52,8 +52,10 @@ export class Stage {
 
   /** Gives the worker a new canvas, and with it a new graphics device. */
   replaceCanvas() {
-    this.canvas.remove();
+    const old = this.canvas;
     this.canvas = this.#hand({ type: "replace" });
+    this.canvas.className = old.className;
+    old.remove();
   }
 
   /** @param {Message} reply */
@@ -70,7 +72,12 @@ export class Stage {
     this.#worker.postMessage({ ...message, turn: this.turn });
   }
 
-  /** Sends a message and waits for the answer. @param {string} type @param {Record<string, any>} [rest] @returns {Promise<any>} */
+  /**
+   * Sends a message and waits for the answer.
+   * @param {string} type
+   * @param {Record<string, any>} [rest]
+   * @returns {Promise<any>}
+   */
   call(type, rest = {}) {
     const id = this.#nextCall++;
     return new Promise((resolve, reject) => {

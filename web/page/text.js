@@ -2,7 +2,9 @@
 
 /** @param {number} number @returns {string} Digits in groups of three. */
 export function thousands(number) {
-  return Math.round(number).toString().replace(/\B(?=(\d{3})+$)/g, "\u202f");
+  return Math.round(number)
+    .toString()
+    .replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
 /** @param {number} count @returns {string} */

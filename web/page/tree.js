@@ -15,8 +15,8 @@ const CHUNK = 200;
  *   instance?: number,
  *   children: TreeNode[],
  * }} TreeNode A node as the worker tells it. Leaves have the instance that is drawn.
- * @typedef {{ node: TreeNode, parent: Branch | null, children: Branch[], box: HTMLInputElement | null, row: HTMLElement | null,
- *   open: (() => void) | null, shown: boolean }} Branch
+ * @typedef {{ node: TreeNode, parent: Branch | null, children: Branch[], box: HTMLInputElement | null,
+ *   row: HTMLElement | null, open: (() => void) | null, shown: boolean }} Branch
  */
 
 export class Tree {
@@ -53,12 +53,21 @@ export class Tree {
     return branch;
   }
 
-  /** Puts children from `first` on into a list. @param {HTMLElement} list @param {Branch[]} branches @param {number} first */
+  /**
+   * Puts children from `first` on into a list.
+   * @param {HTMLElement} list
+   * @param {Branch[]} branches
+   * @param {number} first
+   */
   #put(list, branches, first) {
     for (const branch of branches.slice(first, first + CHUNK)) list.append(this.#item(branch));
     const left = branches.length - first - CHUNK;
     if (left > 0) {
-      const more = element("button", { type: "button", class: "small more" }, `${Math.min(left, CHUNK)} more of ${left}`);
+      const more = element(
+        "button",
+        { type: "button", class: "small more" },
+        `${Math.min(left, CHUNK)} more of ${left}`,
+      );
       const item = element("li", {}, more);
       more.onclick = () => {
         item.remove();
@@ -86,7 +95,11 @@ export class Tree {
       row.prepend(element("span", { class: "twist" }));
       return item;
     }
-    const twist = element("button", { type: "button", class: "twist", "aria-expanded": "false", "aria-label": `Parts of ${title}` }, "▸");
+    const twist = element(
+      "button",
+      { type: "button", class: "twist", "aria-expanded": "false", "aria-label": `Parts of ${title}` },
+      "▸",
+    );
     const list = element("ul", { hidden: "" });
     const open = (/** @type {boolean} */ wanted) => {
       if (wanted && list.childElementCount === 0) this.#put(list, children, 0);
@@ -139,6 +152,7 @@ export class Tree {
     this.#picked = leaf.row;
     leaf.row?.classList.add("picked");
     // Scrolls the list alone, not the page.
-    if (leaf.row) this.list.scrollTop += leaf.row.getBoundingClientRect().top - this.list.getBoundingClientRect().top - 60;
+    if (leaf.row)
+      this.list.scrollTop += leaf.row.getBoundingClientRect().top - this.list.getBoundingClientRect().top - 60;
   }
 }

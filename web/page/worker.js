@@ -1,19 +1,25 @@
 /**
- * The worker of one file: reads it, prepares it, and draws it on the canvas that the page hands over. Messages come from
- * stage.js; main.js hears what is posted here. Long stages run in one go: the page ends them by ending the worker.
+ * The worker of one file: reads it, prepares it, and draws it on the canvas that the page hands over. Messages come
+ * from stage.js; main.js hears what is posted here. Long stages run in one go: the page ends them by ending the worker.
  */
 
 import init, * as wasm from "./wasm/trimtess_web.js";
 
 /** @typedef {import("./stage.js").Message} Message */
 /** @typedef {import("./stage.js").Source} Source */
-/** @typedef {{ colours: any, deviation: number, orthographic: boolean, edges: boolean, wireframe: boolean, backfaces: boolean,
- *   dark: boolean }} Settings */
+/** @typedef {{ colours: any, deviation: number, orthographic: boolean, edges: boolean, wireframe: boolean,
+ *   backfaces: boolean, dark: boolean }} Settings */
 
 /** Colours behind the model, top and bottom, by colour scheme. */
 const BACKGROUND = {
-  light: [[0.97, 0.98, 0.99, 1], [0.83, 0.86, 0.9, 1]],
-  dark: [[0.14, 0.16, 0.18, 1], [0.08, 0.09, 0.1, 1]],
+  light: [
+    [0.97, 0.98, 0.99, 1],
+    [0.83, 0.86, 0.9, 1],
+  ],
+  dark: [
+    [0.14, 0.16, 0.18, 1],
+    [0.08, 0.09, 0.1, 1],
+  ],
 };
 
 /** What the stages do, in words. */
@@ -32,18 +38,21 @@ let gpu = "";
 /** Number of the page's last message that the next picture has in it. */
 let turn = 0;
 let scheduled = false;
+/** The page has said how large the picture is. */
+let begun = false;
 
 /** @param {any} message @param {Transferable[]} [transfer] */
 const post = (message, transfer = []) => self.postMessage(message, { transfer });
 /** @param {unknown} error @returns {string} */
 function wordsOf(error) {
-  if (error instanceof WebAssembly.RuntimeError) return `stopped by a lack of memory or a defect of the program (${error.message})`;
+  if (error instanceof WebAssembly.RuntimeError)
+    return `stopped by a lack of memory or a defect of the program (${error.message})`;
   return error instanceof Error ? error.message : String(error);
 }
 
 // ---- Opening ----
 
-/** @param {string} words What is being done. @returns {(stage: "read" | "prepare" | "tessellate", done: number, total: number) => void} */
+/** @param {string} words What it is done to. @returns {wasm.Progress} */
 function reporter(words) {
   let last = 0;
   return (stage, done, total) => {
@@ -89,22 +98,22 @@ async function open({ canvas, source, size: pixels, settings: wanted, gpu: kind 
   const seconds = (performance.now() - start) / 1e3;
   post({ type: "progress", words: "starting the graphics device" });
   try {
-    await attach(canvas);
+    viewer = await wasm.Viewer.create(canvas, /** @type {any} */ (gpu));
+    describe(seconds);
+    post({ type: "progress", words: `drawing ${name}` });
   } catch (error) {
     post({ type: "failed", message: wordsOf(error) });
-    return;
   }
-  describe(seconds);
 }
 
-/** Draws on a canvas from now on. @param {OffscreenCanvas} canvas */
-async function attach(canvas) {
-  if (!prepared) throw new Error("nothing is shown");
-  viewer = await wasm.Viewer.create(canvas, /** @type {any} */ (gpu));
+/** Shows the model in a picture of the present size. */
+function begin() {
+  if (!prepared || !viewer) return;
   viewer.resize(size[0], size[1]);
   viewer.show(prepared);
   set(settings);
   for (const instance of hidden) viewer.setVisible(instance, false);
+  begun = true;
 }
 
 /** @param {number} seconds */
@@ -127,8 +136,12 @@ function describe(seconds) {
     ],
     tree: treeOf(info),
     instances: info.instances.length,
-    diagnostics: diagnostics.map(({ severity, code, text, face, place }) =>
-      ({ severity, code, message: text, target: face !== undefined || place !== undefined })),
+    diagnostics: diagnostics.map(({ severity, code, text, face, place }) => ({
+      severity,
+      code,
+      message: text,
+      target: face !== undefined || place !== undefined,
+    })),
   });
 }
 
@@ -143,8 +156,12 @@ function treeOf({ parts, instances }) {
   for (const [instance, { part }] of instances.entries()) places[part]?.push(instance);
   return parts.flatMap(({ name, faces }, part) => {
     const title = name || `part ${part}`;
-    const leaves = places[part].map((instance) => (
-      { name: instances[instance].name || title, faces, instance, children: [] }));
+    const leaves = places[part].map((instance) => ({
+      name: instances[instance].name || title,
+      faces,
+      instance,
+      children: [],
+    }));
     if (leaves.length < 2) return leaves.map((leaf) => ({ ...leaf, name: title }));
     return [{ name: `${title} × ${leaves.length}`, faces: faces * leaves.length, children: leaves }];
   });
@@ -158,7 +175,7 @@ function draw() {
   scheduled = true;
   requestAnimationFrame(() => {
     scheduled = false;
-    if (!viewer) return;
+    if (!viewer || !begun) return;
     const seen = turn;
     try {
       step(viewer, seen);
@@ -215,6 +232,10 @@ function set(wanted) {
 
 /** What the page sends without waiting for an answer. @type {Record<string, (message: Message) => void>} */
 const ORDERS = {
+  begin(message) {
+    size = message.size;
+    begin();
+  },
   set: (message) => set(message.settings),
   resize(message) {
     size = message.size;
@@ -271,7 +292,8 @@ async function answer(message) {
 /** Goes on with a new canvas after the device was lost. @param {Message} message */
 async function replace({ canvas }) {
   try {
-    await attach(canvas);
+    viewer = await wasm.Viewer.create(canvas, /** @type {any} */ (gpu));
+    begin();
   } catch (error) {
     lose(wordsOf(error));
   }
