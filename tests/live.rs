@@ -423,7 +423,7 @@ fn a_device_without_features_draws_the_same_from_frame_to_frame() {
     let mut memory = whole(&scene, 3);
     send(&memory, &mut live);
     let target = texture(&device, wgpu::TextureFormat::Rgba8UnormSrgb, 1);
-    let mut drawn = |live: &mut LiveScene, view: &RenderOptions| {
+    let drawn = |live: &mut LiveScene, view: &RenderOptions| {
         let drew = live.draw(&all(&target), 0, view).unwrap();
         (drew, Image::read(&device, &queue, &target).unwrap())
     };
@@ -502,12 +502,12 @@ fn a_scene_in_the_callers_pass_shares_its_depth() {
     for (nearest, hidden) in [(0.0, false), (1.0, true)] {
         let drawn = live.upload(0, &view).unwrap();
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let (colour, depth, target) = (all(&colour), all(&depth), all(&target));
+        let (colour, depth, resolved) = (all(&colour), all(&depth), all(&target));
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: &colour,
                 depth_slice: None,
-                resolve_target: Some(&target),
+                resolve_target: Some(&resolved),
                 ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
