@@ -2,6 +2,8 @@
 import * as THREE from "/node_modules/three/build/three.module.js";
 import * as trimtess from "/trimtess.js";
 
+const DEFAULT = [0.56, 0.65, 0.75];
+
 async function load(bytes) {
   const prepared = await trimtess.read(bytes);
   const mesh = await prepared.tessellate({ chordRel: 1e-3, angle: 20 });
@@ -13,8 +15,8 @@ async function load(bytes) {
       .setIndex(new THREE.BufferAttribute(indices, 1)),
   );
   const model = new THREE.Group();
-  for (const { part, transform, colour = [0.56, 0.65, 0.75] } of mesh.instances) {
-    const material = new THREE.MeshStandardMaterial({ color: new THREE.Color().setRGB(...colour, "srgb") });
+  for (const { part, transform, colour = DEFAULT } of mesh.instances) {
+    const material = new THREE.MeshStandardMaterial({ color: new THREE.Color().setRGB(...colour.slice(0, 3), THREE.SRGBColorSpace) });
     const solid = new THREE.Mesh(geometries[part], material);
     solid.applyMatrix4(new THREE.Matrix4().fromArray(transform));
     solid.userData = mesh.parts[part];

@@ -204,7 +204,7 @@ function step(viewer, seen) {
     triangles: frame.triangles,
     sent: frame.sentBytes,
     held: frame.heldBytes,
-    memory: wasm.memory(),
+    memory: wasm.memoryBytes(),
     marker: frame.mark ?? null,
   });
   if (frame.again) draw();

@@ -2,11 +2,11 @@
 
 use serde::Serialize;
 use trimtess::model;
-use tsify::Tsify;
+use tsify::{Ts, Tsify};
+use wasm_bindgen::JsError;
 
 /// What was not understood, repaired or lost.
 #[derive(Serialize, Tsify)]
-#[tsify(into_wasm_abi)]
 pub struct Diagnostic {
     #[tsify(type = "\"note\" | \"warning\" | \"error\"")]
     severity: &'static str,
@@ -52,6 +52,6 @@ impl From<&model::Diagnostic> for Diagnostic {
 }
 
 /// All diagnostics, in their order.
-pub(crate) fn listed(all: &[model::Diagnostic]) -> Vec<Diagnostic> {
-    all.iter().map(Diagnostic::from).collect()
+pub(crate) fn listed(all: &[model::Diagnostic]) -> Result<Vec<Ts<Diagnostic>>, JsError> {
+    all.iter().map(|told| Ok(Diagnostic::from(told).into_ts()?)).collect()
 }

@@ -7,7 +7,6 @@ use tsify::Tsify;
 
 /// A placed part.
 #[derive(Serialize, Tsify)]
-#[tsify(into_wasm_abi)]
 pub struct Instance {
     name: String,
     part: u32,

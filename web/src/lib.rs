@@ -2,6 +2,7 @@
 //!
 //! `docs/web.md` has the interface with examples; `web/js` wraps it. Empty for other targets than wasm32.
 #![cfg(target_arch = "wasm32")]
+#![allow(unreachable_pub, reason = "wasm-bindgen exports public items only")]
 
 mod progress;
 

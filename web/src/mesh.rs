@@ -16,7 +16,7 @@ use trimtess::model::{self, PartId};
 use trimtess::out::{self, Format, Rounding};
 use trimtess::parallel::tessellate_on;
 use trimtess::prepare::Prepared;
-use tsify::Tsify;
+use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::*;
 
 /// Default chord tolerance as a fraction of the diagonal, and angle in degrees: those of the program.
@@ -24,7 +24,6 @@ const DEFAULT: (f64, f64) = (1e-3, 20.0);
 
 /// Limits of a mesh. `chord` or `chordRel`, not both.
 #[derive(Deserialize, Tsify)]
-#[tsify(from_wasm_abi)]
 #[serde(rename_all = "camelCase")]
 pub struct Tolerance {
     /// Largest distance between triangles and surface, millimetres.
@@ -109,7 +108,7 @@ impl Mesh {
     ///
     /// # Errors
     /// If there is no such part.
-    pub fn part(&self, part: usize) -> Result<MeshPart, JsError> {
+    pub fn part(&self, part: usize) -> Result<Ts<MeshPart>, JsError> {
         let (Some(mesh), Some(scene)) = (self.frame.parts.get(part), self.frame.scene.parts.get(part)) else {
             return Err(told(format!("there is no part {part}; the mesh has {}", self.frame.parts.len())));
         };
@@ -117,7 +116,7 @@ impl Mesh {
         let lines = self.frame.edge_lines_of(PartId::new(part)).iter();
         let edges = lines.map(|line| Edge { edge: line.edge.0, points: relative(&line.points, centre) }).collect();
         let normals: Vec<f32> = mesh.normals.iter().flat_map(|normal| normal.to_array()).collect();
-        Ok(MeshPart {
+        let part = MeshPart {
             name: scene.name.clone(),
             centre: centre.into(),
             positions: relative(&mesh.positions, centre),
@@ -125,18 +124,23 @@ impl Mesh {
             indices: Uint32Array::from(mesh.triangles.as_flattened()),
             faces: groups(&mesh.face_ids, &scene.face_colours),
             edges,
-        })
+        };
+        Ok(part.into_ts()?)
     }
 
     /// Placed parts.
-    #[must_use]
-    pub fn instances(&self) -> Vec<Instance> {
-        instances(&self.frame.scene)
+    ///
+    /// # Errors
+    /// Those of making objects.
+    pub fn instances(&self) -> Result<Vec<Ts<Instance>>, JsError> {
+        instances(&self.frame.scene).iter().map(|placed| Ok(placed.into_ts()?)).collect()
     }
 
     /// What reading, preparing and tessellating repaired, approximated or lost.
-    #[must_use]
-    pub fn diagnostics(&self) -> Vec<Diagnostic> {
+    ///
+    /// # Errors
+    /// Those of making objects.
+    pub fn diagnostics(&self) -> Result<Vec<Ts<Diagnostic>>, JsError> {
         listed(&self.diagnostics)
     }
 
@@ -206,7 +210,6 @@ fn groups(faces: &[u32], colours: &[Option<model::Colour>]) -> Vec<Group> {
 
 /// The mesh of a part.
 #[derive(Serialize, Tsify)]
-#[tsify(into_wasm_abi)]
 pub struct MeshPart {
     name: String,
     /// What positions are relative to, in the part's coordinates, millimetres.

@@ -13,7 +13,7 @@ use trimtess::control::Alone;
 use trimtess::import::step::{self, StepError, StepOptions};
 use trimtess::model;
 use trimtess::prepare::{self, PrepareLimits, PrepareOptions};
-use tsify::Tsify;
+use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::*;
 
 /// Reading takes about ten bytes of memory for each byte of a file.
@@ -27,9 +27,9 @@ pub fn version() -> String {
 }
 
 /// Bytes of the module's memory. It never shrinks.
-#[wasm_bindgen]
+#[wasm_bindgen(js_name = memoryBytes)]
 #[must_use]
-pub fn memory() -> f64 {
+pub fn memory_bytes() -> f64 {
     let pages = core::arch::wasm32::memory_size(0);
     65_536.0 * pages as f64
 }
@@ -109,13 +109,15 @@ impl Prepared {
 #[wasm_bindgen]
 impl Prepared {
     /// What was read: parts, instances, counts, box.
-    #[must_use]
-    pub fn info(&self) -> Info {
+    ///
+    /// # Errors
+    /// Those of making objects.
+    pub fn info(&self) -> Result<Ts<Info>, JsError> {
         let prepared = &*self.0;
         let parts = prepared.scene.parts.iter();
         let parts: Vec<PartInfo> =
             parts.map(|part| PartInfo { name: part.name.clone(), faces: part.face_colours.len() }).collect();
-        Info {
+        let info = Info {
             name: prepared.scene.name.clone(),
             faces: parts.iter().map(|part| part.faces).sum(),
             parts,
@@ -123,12 +125,15 @@ impl Prepared {
             tiles: prepared.tiles().count(),
             bounds: prepared.bounds.map(|corners| corners.map(Into::into)),
             diagonal: prepared.diagonal,
-        }
+        };
+        Ok(info.into_ts()?)
     }
 
     /// What reading and preparing repaired, approximated or lost.
-    #[must_use]
-    pub fn diagnostics(&self) -> Vec<Diagnostic> {
+    ///
+    /// # Errors
+    /// Those of making objects.
+    pub fn diagnostics(&self) -> Result<Vec<Ts<Diagnostic>>, JsError> {
         listed(&self.0.diagnostics)
     }
 
@@ -136,14 +141,13 @@ impl Prepared {
     ///
     /// # Errors
     /// If the tolerance cannot be met, or a limit is exceeded.
-    pub fn tessellate(&self, tolerance: Tolerance, progress: Option<Progress>) -> Result<Mesh, JsError> {
-        Mesh::make(&self.0, &tolerance, &progress::control(progress))
+    pub fn tessellate(&self, tolerance: Ts<Tolerance>, progress: Option<Progress>) -> Result<Mesh, JsError> {
+        Mesh::make(&self.0, &tolerance.to_rust()?, &progress::control(progress))
     }
 }
 
 /// What was read.
 #[derive(Serialize, Tsify)]
-#[tsify(into_wasm_abi)]
 pub struct Info {
     name: String,
     parts: Vec<PartInfo>,
