@@ -13,7 +13,14 @@ pub(super) enum RecordRows {
     /// Read as an attribute of the draw.
     PerDraw(Rows),
     /// Read by the instance's first row and the tile of the vertex.
-    Merged { colours: Texels, firsts: Texels, group: Option<BindGroup> },
+    Merged(Box<RecordTexels>),
+}
+
+/// Colours by row, and the first row of each place.
+pub(super) struct RecordTexels {
+    colours: Texels,
+    firsts: Texels,
+    group: Option<BindGroup>,
 }
 
 impl RecordRows {
@@ -21,15 +28,17 @@ impl RecordRows {
         if gpu.indirect {
             return Self::PerDraw(Rows::new(BufferUsages::VERTEX));
         }
-        Self::Merged { colours: Texels::new(COLOUR_ROW_FORMAT), firsts: Texels::new(FIRST_ROW_FORMAT), group: None }
+        let (colours, firsts) = (Texels::new(COLOUR_ROW_FORMAT), Texels::new(FIRST_ROW_FORMAT));
+        Self::Merged(Box::new(RecordTexels { colours, firsts, group: None }))
     }
 
     /// Uploads the `changed` records. Returns the number of bytes uploaded.
     pub(super) fn write(&mut self, gpu: &Gpu, records: &Records, changed: Range<usize>) -> u64 {
         match self {
             Self::PerDraw(rows) => rows.write(gpu, &records.rows, changed),
-            Self::Merged { .. } if changed.is_empty() => 0,
-            Self::Merged { colours, firsts, group } => {
+            Self::Merged(_) if changed.is_empty() => 0,
+            Self::Merged(texels) => {
+                let RecordTexels { colours, firsts, group } = &mut **texels;
                 let row_colours: Vec<[u8; 4]> = records.rows.iter().map(|record| record.colour).collect();
                 let bytes = colours.write(gpu, &row_colours, changed)
                     + firsts.write(gpu, &records.firsts, 0..records.firsts.len());
@@ -44,7 +53,7 @@ impl RecordRows {
     pub(super) fn buffer(&self) -> Option<&Buffer> {
         match self {
             Self::PerDraw(rows) => rows.buffer(),
-            Self::Merged { .. } => None,
+            Self::Merged(_) => None,
         }
     }
 
@@ -52,14 +61,14 @@ impl RecordRows {
     pub(super) fn group(&self) -> Option<&BindGroup> {
         match self {
             Self::PerDraw(_) => None,
-            Self::Merged { group, .. } => group.as_ref(),
+            Self::Merged(texels) => texels.group.as_ref(),
         }
     }
 
     pub(super) fn bytes(&self) -> u64 {
         match self {
             Self::PerDraw(rows) => rows.bytes(),
-            Self::Merged { colours, firsts, .. } => colours.bytes() + firsts.bytes(),
+            Self::Merged(texels) => texels.colours.bytes() + texels.firsts.bytes(),
         }
     }
 }
