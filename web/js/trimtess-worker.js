@@ -92,12 +92,18 @@ const CALLS = {
   },
 };
 
-/** The buffers in an answer, which are handed over rather than copied. @param {any} value @returns {Transferable[]} */
+/**
+ * The buffers in an answer, which are handed over rather than copied.
+ * @param {any} value
+ * @returns {Transferable[]}
+ */
 function buffers(value) {
   if (value instanceof Uint8Array) return [value.buffer];
-  return (value.parts ?? []).flatMap(
-    (/** @type {import("./trimtess.js").Part} */ { positions, normals, indices, faces, edges }) =>
-      [positions, normals, indices, faces, ...edges.map(({ points }) => points)].map(({ buffer }) => buffer),
+  if (value.hash === undefined) return [];
+  return value.parts.flatMap((/** @type {import("./trimtess.js").Part} */ part) =>
+    [part.positions, part.normals, part.indices, part.faces, ...part.edges.map(({ points }) => points)].map(
+      ({ buffer }) => buffer,
+    ),
   );
 }
 

@@ -175,7 +175,7 @@ function costs(frame) {
   return [
     ["plan", milliseconds(frame.plan)],
     ["tiles made", `${thousands(frame.tiles)} in ${milliseconds(frame.made)}`],
-    ["draws", `${thousands(frame.draws)} in ${milliseconds(frame.drawn)}`],
+    ["picture", `${thousands(frame.draws)} draws in ${milliseconds(frame.whole)}`],
     ["triangles", thousands(frame.triangles)],
     ["sent", bytes(frame.sent)],
     ["held", bytes(frame.held)],
@@ -200,7 +200,7 @@ function facts(picked) {
   tree.pick(picked?.instance ?? null);
 }
 
-/** @param {{ severity: string, code: string, message: string, target: boolean }[]} diagnostics */
+/** @param {{ severity: string, code: string, message: string, shown: boolean }[]} diagnostics */
 function notes(diagnostics) {
   at("notes-count").textContent = diagnostics.length ? thousands(diagnostics.length) : "none";
   const section = /** @type {HTMLDetailsElement} */ (at("notes-section"));
@@ -209,7 +209,7 @@ function notes(diagnostics) {
     const severity = element("span", { class: `severity ${note.severity}` }, note.severity);
     const item = element("li", {}, severity, ` ${note.message} `);
     item.title = note.code;
-    if (note.target) {
+    if (note.shown) {
       const show = element("button", { type: "button", class: "small" }, "Show me");
       show.onclick = () => ask("show-note", { index });
       item.append(show);

@@ -30,6 +30,7 @@ const SPOKEN = 100;
 
 /** @type {wasm.Prepared | undefined} */ let prepared;
 /** @type {wasm.Viewer | undefined} */ let viewer;
+/** Where a device that was lost looked from. @type {Float64Array | undefined} */ let camera;
 /** @type {Settings} */ let settings;
 /** @type {[number, number]} */ let size = [1, 1];
 let name = "";
@@ -98,7 +99,7 @@ async function open({ canvas, source, size: pixels, settings: wanted, gpu: kind 
   const seconds = (performance.now() - start) / 1e3;
   post({ type: "progress", words: "starting the graphics device" });
   try {
-    viewer = await wasm.Viewer.create(canvas, /** @type {any} */ (gpu));
+    await attach(canvas);
     describe(seconds);
     post({ type: "progress", words: `drawing ${name}` });
   } catch (error) {
@@ -106,11 +107,20 @@ async function open({ canvas, source, size: pixels, settings: wanted, gpu: kind 
   }
 }
 
+/** Draws on a canvas from now on. @param {OffscreenCanvas} canvas */
+async function attach(canvas) {
+  const made = await wasm.Viewer.create(canvas, /** @type {any} */ (gpu));
+  viewer = made;
+  // WebGL tells nobody else.
+  canvas.addEventListener("webglcontextlost", () => viewer === made && lose("the browser took it away"));
+}
+
 /** Shows the model in a picture of the present size. */
 function begin() {
   if (!prepared || !viewer) return;
   viewer.resize(size[0], size[1]);
   viewer.show(prepared);
+  if (camera) viewer.setCameraState(camera);
   set(settings);
   for (const instance of hidden) viewer.setVisible(instance, false);
   begun = true;
@@ -136,12 +146,7 @@ function describe(seconds) {
     ],
     tree: treeOf(info),
     instances: info.instances.length,
-    diagnostics: diagnostics.map(({ severity, code, text, face, place }) => ({
-      severity,
-      code,
-      message: text,
-      target: face !== undefined || place !== undefined,
-    })),
+    diagnostics: diagnostics.map(({ severity, code, text, shown }) => ({ severity, code, message: text, shown })),
   });
 }
 
@@ -187,6 +192,7 @@ function draw() {
 
 /** @param {wasm.Viewer} viewer @param {number} seen */
 function step(viewer, seen) {
+  const start = performance.now();
   const frame = viewer.step();
   if (frame.lost !== undefined) {
     lose(frame.lost);
@@ -198,7 +204,7 @@ function step(viewer, seen) {
     again: frame.again,
     plan: frame.planMs,
     made: frame.makeMs,
-    drawn: frame.drawMs,
+    whole: performance.now() - start,
     tiles: frame.tiles,
     draws: frame.drawnTiles,
     triangles: frame.triangles,
@@ -212,6 +218,7 @@ function step(viewer, seen) {
 
 /** @param {string} message */
 function lose(message) {
+  camera = viewer?.cameraState() ?? camera;
   viewer = undefined;
   post({ type: "lost", message });
 }
@@ -267,7 +274,12 @@ const QUESTIONS = {
     return factsOf(await viewer?.pick(x, y));
   },
   async "show-note"({ index }) {
-    return factsOf(viewer?.showDiagnostic(index));
+    if (!prepared || !viewer?.showDiagnostic(index)) return null;
+    const { code, part, face, entity } = prepared.diagnostics()[index];
+    const rows = Object.entries({ note: code, part, face, entity: entity && `#${entity}` })
+      .filter(([, value]) => value !== undefined)
+      .map(([name, value]) => [name, String(value)]);
+    return { rows, instance: prepared.info().instances.findIndex((instance) => instance.part === part) };
   },
   async glb() {
     if (!prepared) throw new Error("nothing is shown");
@@ -292,7 +304,7 @@ async function answer(message) {
 /** Goes on with a new canvas after the device was lost. @param {Message} message */
 async function replace({ canvas }) {
   try {
-    viewer = await wasm.Viewer.create(canvas, /** @type {any} */ (gpu));
+    await attach(canvas);
     begin();
   } catch (error) {
     lose(wordsOf(error));

@@ -1,5 +1,6 @@
 /** What the tests share: the server, Chromium, the native program, files dropped on the page, and pictures compared. */
 
+import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdirSync, readFileSync } from "node:fs";
 import { basename, join } from "node:path";
@@ -18,11 +19,13 @@ export const data = (name) => join(ROOT, "tests/data", name);
 /** Flags that draw in software, so that pictures do not depend on the machine. */
 const SOFTWARE = {
   webgl2: ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+  // Canvases of a software device are composed by Vulkan alone.
   webgpu: [
     "--enable-unsafe-webgpu",
     "--use-webgpu-adapter=swiftshader",
     "--enable-features=Vulkan",
-    "--use-angle=swiftshader",
+    "--use-vulkan=swiftshader",
+    "--use-angle=vulkan",
   ],
 };
 
@@ -119,6 +122,12 @@ export function rows(page, id) {
     const texts = [...list.children].map((child) => child.textContent ?? "");
     return Object.fromEntries(texts.flatMap((text, index) => (index % 2 ? [[texts[index - 1], text]] : [])));
   });
+}
+
+/** Waits until so many workers run: ended ones are told a while later. @param {Page} page @param {number} count */
+export async function workers(page, count) {
+  for (let wait = 0; wait < 100 && page.workers().length !== count; wait += 1) await page.waitForTimeout(100);
+  assert.equal(page.workers().length, count, "workers");
 }
 
 /** Digits of a text as a number. @param {string} text */

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, before, describe, test } from "node:test";
 import { POLICY } from "../server.mjs";
-import { ROOT, compare, data, dropFile, fresh, picture, settled, start } from "./browser.mjs";
+import { ROOT, compare, data, dropFile, fresh, picture, settled, start, workers } from "./browser.mjs";
 
 const CUBE = "red_cube_blue_cylinder.step";
 const CTC = "nist_ctc05.step";
@@ -39,7 +39,7 @@ describe("life", () => {
       const name = file % 2 ? CTC : CUBE;
       await dropFile(page, data(name));
       await settled(page, name);
-      assert.equal(page.workers().length, 1);
+      await workers(page, 1);
       if (file % 5 === 0) {
         await page.requestGC();
         await page.waitForTimeout(1000);
@@ -82,10 +82,8 @@ describe("life", () => {
     await page.getByRole("button", { name: "left", exact: true }).click();
     await settled(page, CUBE);
     const before = await picture(page);
-    // Chromium's own way to have the graphics process crash: the address never loads.
-    const other = await session.context.newPage();
-    await other.goto("chrome://gpucrash").catch(() => {});
-    await other.close();
+    const client = await session.browser.newBrowserCDPSession();
+    await client.send("Browser.crashGpuProcess").catch(() => {});
     await page.waitForFunction(() => document.getElementById("stage")?.ariaBusy === "true", undefined, {
       timeout: 10_000,
     });
