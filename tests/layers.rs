@@ -127,3 +127,24 @@ fn the_scanner_finds_layers_and_crates() {
     assert!(names_crate("use rayon::prelude::*;", "rayon"));
     assert!(!names_crate("fn crayon::x() { rayon }", "rayon"));
 }
+
+#[test]
+fn elementary_functions_are_the_same_on_every_platform() {
+    let names =
+        ["sin", "cos", "sin_cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2", "ln"];
+    let more = ["log2", "log10", "powf", "hypot", "cbrt", "angle_between", "angle_to", "to_angle", "from_axis_angle"];
+    let mut bad = Vec::new();
+    for layer in ["model", "import", "mesh", "prepare", "frame"] {
+        for path in sources(&src().join(layer)).iter().filter(|path| !path.ends_with("tests.rs")) {
+            let code = code(path);
+            let of_library = code.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+            for name in names.iter().chain(&more) {
+                let called = of_library.contains(&format!(".{name}(")) || of_library.contains(&format!("::{name}("));
+                if called {
+                    bad.push(format!("{} calls `{name}`; see math::Elementary", path.display()));
+                }
+            }
+        }
+    }
+    assert!(bad.is_empty(), "{bad:#?}");
+}

@@ -6,6 +6,7 @@
 use super::cause::{ExpectedUnbalanced, bits};
 use super::{Batch, BatchView, Cause, EdgeLine, FrameView, SceneInstance};
 use crate::math::BitMix;
+use crate::math::Elementary as _;
 use crate::math::boxes::around;
 use crate::math::buckets::Buckets;
 use crate::math::sets::DisjointSets;
@@ -101,7 +102,7 @@ impl MeshFacts {
 
     /// Adds one instance of `part`. `det` is the determinant of its transform, a uniform scale; a negative one mirrors.
     fn add_placed(&mut self, part: &Self, det: f64) {
-        let scale = det.abs().cbrt();
+        let scale = det.abs().cube_root();
         self.triangles += part.triangles;
         self.vertices += part.vertices;
         self.collapsed += part.collapsed;

@@ -1,5 +1,6 @@
 //! What a sink needs besides triangles: parts, instances, names, colours.
 
+use crate::math::Elementary as _;
 use crate::model::{Colour, EdgeId, FaceId, PartId};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
@@ -59,7 +60,7 @@ impl SceneInstance {
     /// Uniform scale of the transform: the cube root of its determinant's absolute value.
     #[must_use]
     pub fn scale(&self) -> f64 {
-        self.transform.matrix3.determinant().abs().cbrt()
+        self.transform.matrix3.determinant().abs().cube_root()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::vertex_layout::{NormalFormat, PositionFormat, VertexLayout, octahedral};
 use super::{Origin, SinkError, TileMesh};
+use crate::math::Elementary as _;
 use crate::model::{FaceId, PartId, TileId};
 use glam::{DVec3, Vec2, Vec3};
 use std::fmt;
@@ -101,7 +102,7 @@ impl PartGrid {
         /// Steps across the largest tile: a little less than 16 bits hold, since edges may leave the tile's box.
         const ACROSS: f64 = 60_000.0;
         let finest = (largest / ACROSS).max(radius / f64::from(1 << 29)).max(f64::MIN_POSITIVE);
-        Self { centre, step: finest.log2().ceil().exp2() }
+        Self { centre, step: finest.binary_logarithm().ceil().binary_power() }
     }
 
     /// Distance by which rounding moves a point at most.

@@ -1,5 +1,7 @@
 //! Natural parameters of analytic surfaces <-> parameters of their exact NURBS.
 
+use crate::math::Elementary as _;
+
 /// Maps one natural parameter of a surface to the parameter of its NURBS form, and back.
 ///
 /// Both ways strictly increasing; the identity at span ends.
@@ -43,7 +45,7 @@ impl AxisMap {
             return start + step * near;
         }
         let span = turns.floor().min(last - 1.0);
-        let s = (0.5 * step * (turns - span - 0.5)).tan() / (0.25 * step).tan();
+        let s = (0.5 * step * (turns - span - 0.5)).tangent() / (0.25 * step).tangent();
         start + step * (span + 0.5 * (1.0 + s))
     }
 
@@ -65,7 +67,7 @@ impl AxisMap {
         }
         let span = turns.floor().min(last - 1.0);
         let s = 2.0 * (turns - span) - 1.0;
-        start + step * (span + 0.5) + 2.0 * (s * (0.25 * step).tan()).atan()
+        start + step * (span + 0.5) + 2.0 * (s * (0.25 * step).tangent()).arc_tangent()
     }
 
     /// The derivative of the NURBS parameter by the natural one at `natural`; between 0.785 and 1.28 for arcs.
@@ -75,13 +77,13 @@ impl AxisMap {
         let last = f64::from(spans);
         let turns = ((natural - start) / step).clamp(0.0, last);
         let span = turns.floor().min(last - 1.0);
-        slope((0.5 * step * (turns - span - 0.5)).tan() / (0.25 * step).tan(), step)
+        slope((0.5 * step * (turns - span - 0.5)).tangent() / (0.25 * step).tangent(), step)
     }
 }
 
 /// `d nurbs / d angle` at s across a span.
 fn slope(s: f64, step: f64) -> f64 {
-    let t = (0.25 * step).tan();
+    let t = (0.25 * step).tangent();
     0.25 * step * (1.0 + s * s * t * t) / t
 }
 

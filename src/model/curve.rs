@@ -2,6 +2,7 @@
 
 use super::Frame3;
 use super::knots;
+use crate::math::Elementary as _;
 use glam::{DVec2, DVec3};
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Sub};
@@ -262,12 +263,12 @@ impl ArcNet {
         let step = sweep / wanted;
         let half = 0.5 * step;
         let knot = |i: usize| if i == spans { a1 } else { a0 + step * i as f64 };
-        let ray = |a: f64| DVec2::new(a.cos(), a.sin());
+        let ray = |a: f64| DVec2::new(a.cosine(), a.sine());
         let mut net = Self { spans, step, knots: vec![a0], rays: vec![ray(a0)], weights: vec![1.0] };
         for i in 0..spans {
             net.knots.extend([knot(i), knot(i)]);
-            net.rays.extend([ray(knot(i) + half) / half.cos(), ray(knot(i + 1))]);
-            net.weights.extend([half.cos(), 1.0]);
+            net.rays.extend([ray(knot(i) + half) / half.cosine(), ray(knot(i + 1))]);
+            net.weights.extend([half.cosine(), 1.0]);
         }
         net.knots.extend([a1; 3]);
         // A full turn closes bit for bit.

@@ -1,6 +1,7 @@
 //! Surfaces in their natural parameters -> points, partial derivatives, normals (closed forms of ISO 10303-42).
 
 use super::{Frame3, Surface, SurfaceDerivatives};
+use crate::math::Elementary as _;
 use glam::DVec3;
 
 impl Surface {
@@ -42,15 +43,15 @@ impl Surface {
             },
             Self::Cylinder { frame, radius } => turned(frame, u, [*radius, 0.0, 0.0], [v, 1.0, 0.0]),
             Self::Cone { frame, radius, half_angle } => {
-                let slope = half_angle.tan();
+                let slope = half_angle.tangent();
                 turned(frame, u, [radius + v * slope, slope, 0.0], [v, 1.0, 0.0])
             }
             Self::Sphere { frame, radius } => {
-                let (s, c) = v.sin_cos();
+                let (s, c) = v.sine_cosine();
                 turned(frame, u, [radius * c, -radius * s, -radius * c], [radius * s, radius * c, -radius * s])
             }
             Self::Torus { frame, major, minor } => {
-                let (s, c) = v.sin_cos();
+                let (s, c) = v.sine_cosine();
                 turned(frame, u, [major + minor * c, -minor * s, -minor * c], [minor * s, minor * c, -minor * s])
             }
             Self::Extrusion { curve, direction } => {
@@ -90,17 +91,17 @@ impl Surface {
             Self::Plane { frame } => Some(frame.z),
             Self::Cylinder { frame, .. } => Some(Spin::new(frame, u).outward()),
             Self::Cone { frame, radius, half_angle } => {
-                let (s, c) = half_angle.sin_cos();
+                let (s, c) = half_angle.sine_cosine();
                 let normal = Spin::new(frame, u).outward() * c - frame.z * s;
                 // Beyond the apex S_u flips, and the normal with it.
-                Some(if radius + v * half_angle.tan() < 0.0 { -normal } else { normal })
+                Some(if radius + v * half_angle.tangent() < 0.0 { -normal } else { normal })
             }
             Self::Sphere { frame, .. } => {
-                let (s, c) = v.sin_cos();
+                let (s, c) = v.sine_cosine();
                 Some(Spin::new(frame, u).outward() * c + frame.z * s)
             }
             Self::Torus { frame, major, minor } => {
-                let (s, c) = v.sin_cos();
+                let (s, c) = v.sine_cosine();
                 let normal = Spin::new(frame, u).outward() * c + frame.z * s;
                 Some(if major + minor * c < 0.0 { -normal } else { normal })
             }
@@ -142,7 +143,7 @@ struct Spin<'a> {
 
 impl<'a> Spin<'a> {
     fn new(frame: &'a Frame3, angle: f64) -> Self {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = angle.sine_cosine();
         Self { frame, sin, cos }
     }
 

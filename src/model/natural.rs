@@ -2,6 +2,7 @@
 
 use super::nurbs_surface::extent;
 use super::{Frame3, NurbsCurve3, Surface};
+use crate::math::Elementary as _;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -82,14 +83,14 @@ impl Surface {
         match self {
             Self::Plane { .. } | Self::Cylinder { .. } | Self::Extrusion { .. } => Vec::new(),
             Self::Cone { frame, radius, half_angle } => {
-                let at = -radius / half_angle.tan();
+                let at = -radius / half_angle.tangent();
                 vec![Pole { axis: 1, at, point: frame.origin + frame.z * at }]
             }
             Self::Sphere { frame, radius } => [-FRAC_PI_2, FRAC_PI_2]
                 .map(|at| Pole { axis: 1, at, point: frame.origin + frame.z * radius.copysign(at) })
                 .to_vec(),
             Self::Torus { frame, major, minor } if minor >= major => {
-                let at = (-major / minor).acos();
+                let at = (-major / minor).arc_cosine();
                 let height = (minor * minor - major * major).sqrt();
                 let pole = |at: f64, z: f64| Pole { axis: 1, at, point: frame.origin + frame.z * z };
                 if height > 0.0 { vec![pole(at, height), pole(TAU - at, -height)] } else { vec![pole(PI, 0.0)] }
@@ -139,7 +140,7 @@ impl Surface {
             }
             Self::Cone { frame, radius, half_angle } => {
                 let (u, rho, z) = polar(frame, p);
-                let (s, c) = half_angle.sin_cos();
+                let (s, c) = half_angle.sine_cosine();
                 // The meridian line is (ρ, z) = (r, 0) + l (sin a, cos a); beyond the apex, ρ < 0 at u + π.
                 let across = |rho: f64| ((rho - radius) * c - z * s).abs();
                 let along = |rho: f64| ((rho - radius) * s + z * c) * c;
@@ -151,15 +152,15 @@ impl Surface {
             }
             Self::Sphere { frame, .. } => {
                 let (u, rho, z) = polar(frame, p);
-                DVec2::new(turn(u), z.atan2(rho))
+                DVec2::new(turn(u), z.arc_tangent_to(rho))
             }
             Self::Torus { frame, major, minor } => {
                 let (u, rho, z) = polar(frame, p);
-                let away = |rho: f64| ((rho - major).hypot(z) - minor).abs();
+                let away = |rho: f64| ((rho - major).hypotenuse(z) - minor).abs();
                 if minor > major && away(-rho) < away(rho) {
-                    DVec2::new(turn(u + PI), turn(z.atan2(-rho - major)))
+                    DVec2::new(turn(u + PI), turn(z.arc_tangent_to(-rho - major)))
                 } else {
-                    DVec2::new(turn(u), turn(z.atan2(rho - major)))
+                    DVec2::new(turn(u), turn(z.arc_tangent_to(rho - major)))
                 }
             }
             Self::Extrusion { .. } | Self::Revolution { .. } | Self::Nurbs(_) => return None,
@@ -171,7 +172,7 @@ impl Surface {
 /// Cylindrical coordinates: angle, distance from the axis, height.
 fn polar(frame: &Frame3, p: DVec3) -> (f64, f64, f64) {
     let local = frame.local(p);
-    (local.y.atan2(local.x), local.x.hypot(local.y), local.z)
+    (local.y.arc_tangent_to(local.x), local.x.hypotenuse(local.y), local.z)
 }
 
 /// Wraps an angle to [0, 2π).
@@ -183,7 +184,7 @@ fn turn(angle: f64) -> f64 {
 /// Distance of the curve point at `t` from the axis of revolution.
 fn axis_distance(curve: &NurbsCurve3, frame: &Frame3, t: f64) -> f64 {
     let local = frame.local(curve.point(t));
-    local.x.hypot(local.y)
+    local.x.hypotenuse(local.y)
 }
 
 /// Points of the curve within this distance of the axis of revolution lie on it.

@@ -4,6 +4,7 @@
 
 use super::curve::ArcNet;
 use super::{AxisMap, Frame3, NurbsCurve3, NurbsSurface, Surface, knots};
+use crate::math::Elementary as _;
 use glam::{DVec3, DVec4};
 
 impl Surface {
@@ -30,7 +31,7 @@ impl Surface {
             }
             Self::Cylinder { frame, radius } => turned(frame, u, &straight(v, |_| *radius), AxisMap::Identity),
             Self::Cone { frame, radius, half_angle } => {
-                let slope = half_angle.tan();
+                let slope = half_angle.tangent();
                 turned(frame, u, &straight(v, |v| radius + v * slope), AxisMap::Identity)
             }
             Self::Sphere { frame, radius } => {

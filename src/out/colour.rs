@@ -9,7 +9,7 @@ pub(super) const DEFAULT: Colour = [0.76, 0.78, 0.81, 1.0];
 /// become 1.
 pub(super) fn linear(colour: Colour) -> Colour {
     let [r, g, b, alpha] = colour.map(|value| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 });
-    let decode = |value: f32| if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+    let decode = |value: f32| if value <= 0.04045 { value / 12.92 } else { libm::powf((value + 0.055) / 1.055, 2.4) };
     [decode(r), decode(g), decode(b), alpha]
 }
 
@@ -17,6 +17,7 @@ pub(super) fn linear(colour: Colour) -> Colour {
 #[cfg(feature = "wgpu")]
 pub(super) fn srgb(colour: Colour) -> Colour {
     let [r, g, b, alpha] = colour.map(|value| value.clamp(0.0, 1.0));
-    let encode = |value: f32| if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 };
+    let encode =
+        |value: f32| if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * libm::powf(value, 1.0 / 2.4) - 0.055 };
     [encode(r), encode(g), encode(b), alpha]
 }

@@ -2,7 +2,11 @@
 
 #[cfg(feature = "cpu-time")]
 use cpu_time::ThreadTime;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+#[cfg(not(target_arch = "wasm32"))]
+use std::time::Instant;
+#[cfg(target_arch = "wasm32")]
+use web_time::Instant;
 
 /// One worker's counts and times of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -16,19 +16,7 @@ pub(super) fn facts(picked: &PickHit, scene: &Scene, prepared: &Prepared) -> Vec
     rows.push(("part", named(scene.parts.get(part).map(|part| part.name.as_str()), part)));
     rows.push(("instance", named(scene.instances.get(instance).map(|placed| &*placed.name), instance)));
     rows.push(("face", picked.face.index().to_string()));
-    if let Some(face) = prepared.parts.get(part).and_then(|part| part.face(picked.face)) {
-        rows.push(("surface", face.kind.name().to_owned()));
-        if face.entity != 0 {
-            rows.push(("entity", format!("#{}", face.entity)));
-        }
-        rows.push(("tiles", face.tiles.len().to_string()));
-        let (across, along) = face.patches.counts();
-        rows.push(("Bézier pieces", format!("{across} × {along}")));
-        rows.push(("edge gap", format!("{:.2e} mm", face.gap)));
-        if face.repaired {
-            rows.push(("boundary", "repaired".to_owned()));
-        }
-    }
+    rows.extend(prepared.face_facts(picked.part, picked.face));
     rows.push(("tile", picked.tile.0.to_string()));
     rows.push(("triangles", format!("{} in the tile", picked.triangles)));
     let [x, y, z] = picked.point.to_array();

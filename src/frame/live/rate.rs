@@ -5,6 +5,7 @@
 
 use crate::frame::tolerance::box_tolerance::BoxTolerances;
 use crate::frame::tolerance::object_tolerance::Tolerance;
+use crate::math::Elementary as _;
 
 /// Steps per doubling of the pixels per millimetre. The number of lines grows with its square root, so a step is a
 /// factor of 2^(1/4) in lines: 9 % more than needed on average, in each direction.
@@ -53,7 +54,7 @@ pub(crate) fn step(density: f64, before: Step) -> Step {
     if density <= 0.0 || density.is_nan() {
         return None;
     }
-    let exact = STEPS * density.log2();
+    let exact = STEPS * density.binary_logarithm();
     let kept = before.filter(|&k| exact <= f64::from(k) && exact >= f64::from(k) - SLACK);
     #[allow(clippy::cast_possible_truncation, reason = "clamped")]
     kept.or_else(|| Some(exact.ceil().clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16))
@@ -62,13 +63,13 @@ pub(crate) fn step(density: f64, before: Step) -> Step {
 /// Factor on the cells of a tile that becomes finer by so many steps: its lines grow with the root of the density, in
 /// both directions.
 pub(crate) fn growth_of(steps: f64) -> f64 {
-    (steps / STEPS).clamp(-40.0, 40.0).exp2()
+    (steps / STEPS).clamp(-40.0, 40.0).binary_power()
 }
 
 /// The range of densities for which a step is kept.
 pub(crate) fn band(step: Step) -> (f64, f64) {
     let Some(k) = step.map(f64::from) else { return (0.0, 0.0) };
-    (((k - SLACK) / STEPS).exp2(), (k / STEPS).exp2())
+    (((k - SLACK) / STEPS).binary_power(), (k / STEPS).binary_power())
 }
 
 /// What all rates of a frame have in common, besides their steps.
@@ -85,11 +86,11 @@ pub(crate) struct Terms {
 impl Terms {
     /// Factor by which the limits reduce the number of lines.
     pub(crate) fn coarsened(&self) -> f64 {
-        (0.5 * f64::from(self.coarser) / STEPS).exp2()
+        (0.5 * f64::from(self.coarser) / STEPS).binary_power()
     }
 
     fn density(&self, step: i16) -> f64 {
-        ((f64::from(step) - f64::from(self.coarser)) / STEPS).exp2()
+        ((f64::from(step) - f64::from(self.coarser)) / STEPS).binary_power()
     }
 
     /// The tolerances of a tile or edge with this rate and `boxes` boxes, in a part of this radius.
@@ -111,7 +112,7 @@ impl Terms {
     /// Rounds a chord tolerance down to a power of two. It then changes only every two steps, and so does what is
     /// measured against it.
     pub(crate) fn settled(chord: f64) -> f64 {
-        if chord > 0.0 && chord.is_finite() { chord.log2().floor().exp2() } else { chord }
+        if chord > 0.0 && chord.is_finite() { chord.binary_logarithm().floor().binary_power() } else { chord }
     }
 }
 

@@ -15,6 +15,7 @@ use crate::frame::plan::lattice::{lattice, places};
 use crate::frame::plan::output::Plan;
 use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
 use crate::frame::tolerance::part_camera::PixelScale;
+use crate::math::Elementary as _;
 use crate::model::{RowId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::BoundingBox;
@@ -151,7 +152,7 @@ impl Rates {
         };
         let growth = known.cells * more / now[t] as f64;
         // What has no step of these terms comes before what is only refined for its edges' sake.
-        ((growth.log2() / growth_of(1.0).log2()).max(1.0), growth)
+        ((growth.binary_logarithm() / growth_of(1.0).binary_logarithm()).max(1.0), growth)
     }
 
     fn cells_per_tile(&self) -> u64 {

@@ -9,6 +9,7 @@ use super::density::{Criteria, Density, FollowLines};
 use super::output::{MAX_LINES, TileLattice};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
 use crate::frame::tolerance::object_tolerance::Tolerance;
+use crate::math::Elementary as _;
 use crate::model::SurfaceKind;
 use crate::prepare::internals::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
 use std::borrow::Cow;
@@ -222,7 +223,7 @@ impl Densities {
             let (breaks, strips, _) = &sides[axis];
             most_turn((breaks, strips.clone()), &largest[axis], &turning[axis])
         };
-        let share = (0.5 * turn(0).hypot(turn(1))).min(1.0);
+        let share = (0.5 * turn(0).hypotenuse(turn(1))).min(1.0);
         let mut wanted = if share > 0.0 { rates(share) } else { largest };
         wanted.iter_mut().flatten().for_each(|rate| *rate *= factor);
         let least = |axis: usize| -> Vec<f64> {

@@ -5,6 +5,7 @@
 //! the Jacobian is 1/(z cos θ). Over a box it is at most the value at the box's least depth and widest angle. Boxes
 //! are convex, so two points of a box are at most that factor times their distance apart in the image.
 
+use crate::math::Elementary as _;
 use crate::math::sphere_tree::Sphere;
 use crate::mesh::SceneInstance;
 use crate::prepare::internals::BoundingBox;
@@ -135,11 +136,11 @@ impl PartCamera {
             SightLens::Orthographic { .. } => (self.forward, 0.0),
             SightLens::Perspective { .. } => {
                 let line = centre - self.eye;
-                (line, (radius / line.length()).min(1.0).asin())
+                (line, (radius / line.length()).min(1.0).arc_sine())
             }
         };
         let allowed = std::f64::consts::FRAC_PI_2 - half_angle - spread;
-        allowed > 0.0 && line.dot(axis) > line.length() * allowed.cos()
+        allowed > 0.0 && line.dot(axis) > line.length() * allowed.cosine()
     }
 }
 
@@ -160,7 +161,7 @@ impl View {
         let aspect = width / height;
         let lens = match self.camera.projection {
             Projection::Perspective { fov_y, near } => {
-                let slope = (0.5 * fov_y).tan();
+                let slope = (0.5 * fov_y).tangent();
                 SightLens::Perspective { focal: 0.5 * height / slope, slopes: [slope * aspect, slope], near }
             }
             Projection::Orthographic { height: shown } => {

@@ -7,6 +7,7 @@ use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::place::Geometry;
 use super::spline;
 use super::table::{Entity, MAX_DEPTH, Read, Trouble, link, measure, missing, number};
+use crate::math::Elementary as _;
 use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineTrouble, StepTrouble};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -130,7 +131,7 @@ impl Geometry<'_> {
                 let frame = turn(frame);
                 let angle = |p: DVec3| {
                     let d = frame.local(p);
-                    (d.y / b).atan2(d.x / a)
+                    (d.y / b).arc_tangent_to(d.x / a)
                 };
                 let from = angle(ends.start);
                 let sweep = (angle(ends.end) - from).rem_euclid(TAU);
@@ -356,7 +357,7 @@ impl Geometry<'_> {
                 Carrier::Line { point, along } => (p - *point).dot(*along) / along.length_squared(),
                 Carrier::Round { frame, a, b } => {
                     let d = frame.local(p);
-                    (d.y / b).atan2(d.x / a)
+                    (d.y / b).arc_tangent_to(d.x / a)
                 }
                 Carrier::Hyperbola { frame, b, .. } => (frame.local(p).y / b).asinh(),
                 Carrier::Parabola { frame, focal } => frame.local(p).y / (2.0 * focal),

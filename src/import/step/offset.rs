@@ -3,6 +3,7 @@
 
 use super::face_location::LocateFace;
 use super::revolution::sheet;
+use crate::math::Elementary as _;
 use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, StepOutcome, Surface};
 use glam::DVec3;
 
@@ -34,12 +35,12 @@ pub(super) fn offset(
         Surface::Cone { frame, radius, half_angle } => {
             // Moving the slant line sideways changes the radius at z = 0. If that is negative, the apex becomes the
             // origin.
-            let moved = radius + distance / half_angle.cos();
+            let moved = radius + distance / half_angle.cosine();
             if moved >= 0.0 {
                 Surface::Cone { frame: *frame, radius: moved, half_angle: *half_angle }
             } else {
                 let mut frame = *frame;
-                frame.origin -= frame.z * (moved / half_angle.tan());
+                frame.origin -= frame.z * (moved / half_angle.tangent());
                 Surface::Cone { frame, radius: 0.0, half_angle: *half_angle }
             }
         }

@@ -4,6 +4,7 @@
 use super::curve::Carrier;
 use super::face_location::{FaceLocation, Stated, extent, reaching, widened};
 use super::spline;
+use crate::math::Elementary as _;
 use crate::model::{Frame3, NurbsCurve3, StepTrouble, Surface};
 use glam::{DVec2, DVec3};
 
@@ -67,7 +68,7 @@ pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &FaceLocation) -> 
     let miss = |p: DVec3| {
         let at = plane.local(p);
         match carrier {
-            Carrier::Hyperbola { a, b, .. } => (at.x - a * (at.y / b).hypot(1.0)).abs(),
+            Carrier::Hyperbola { a, b, .. } => (at.x - a * (at.y / b).hypotenuse(1.0)).abs(),
             Carrier::Parabola { focal, .. } => (at.x - at.y * at.y / (4.0 * focal)).abs(),
             Carrier::Line { .. } | Carrier::Round { .. } | Carrier::Spline { .. } => f64::INFINITY,
         }
@@ -89,7 +90,7 @@ pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &FaceLocation) -> 
 /// Distance from the axis, and height.
 fn meridian(frame: &Frame3, p: DVec3) -> DVec2 {
     let local = frame.local(p);
-    DVec2::new(local.x.hypot(local.y), local.z)
+    DVec2::new(local.x.hypotenuse(local.y), local.z)
 }
 
 /// Size of a profile, including its distance from the axis.

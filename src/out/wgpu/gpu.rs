@@ -2,6 +2,8 @@
 
 use super::error::RenderError;
 use super::pipelines::Pipelines;
+use super::scopes::Scopes;
+use std::sync::Arc;
 
 /// Device, queue and pipelines. Cheap to clone: clones share everything.
 #[derive(Clone, Debug)]
@@ -11,8 +13,9 @@ pub(super) struct Gpu {
     /// Format of the pictures.
     pub(super) format: ::wgpu::TextureFormat,
     pub(super) pipelines: Pipelines,
-    /// Draws are read from buffers. Otherwise each draw is a call.
+    /// Draws are read from buffers, one per tile. Otherwise a draw is a call, and the tiles of an instance are merged.
     pub(super) indirect: bool,
+    scopes: Arc<Scopes>,
 }
 
 /// Optional feature that makes drawing cheaper.
@@ -28,9 +31,11 @@ impl Gpu {
         queue: ::wgpu::Queue,
         format: ::wgpu::TextureFormat,
     ) -> Result<Self, RenderError> {
-        let indirect = device.features().contains(WELCOME);
-        let pipelines = checked(&device, |device| Pipelines::new(device, format))?;
-        Ok(Self { device, queue, format, pipelines, indirect })
+        // In browsers, a call that draws from a buffer is as many calls as there are draws.
+        let indirect = device.features().contains(WELCOME) && !cfg!(target_arch = "wasm32");
+        let scopes = Arc::new(Scopes::default());
+        let pipelines = scopes.checked(&device, |device| Pipelines::new(device, format, indirect))?;
+        Ok(Self { device, queue, format, pipelines, indirect, scopes })
     }
 
     /// Checks that the device supports pictures of this size.
@@ -40,23 +45,8 @@ impl Gpu {
         if possible { Ok(()) } else { Err(RenderError::Size { size, limit }) }
     }
 
-    /// See [`checked`].
+    /// See [`Scopes::checked`].
     pub(super) fn checked<T>(&self, work: impl FnOnce(&::wgpu::Device) -> T) -> Result<T, RenderError> {
-        checked(&self.device, work)
-    }
-}
-
-/// Runs `work` and returns the device errors it causes. Without error scopes wgpu would panic on them.
-pub(super) fn checked<T>(device: &::wgpu::Device, work: impl FnOnce(&::wgpu::Device) -> T) -> Result<T, RenderError> {
-    let memory = device.push_error_scope(::wgpu::ErrorFilter::OutOfMemory);
-    let validation = device.push_error_scope(::wgpu::ErrorFilter::Validation);
-    let internal = device.push_error_scope(::wgpu::ErrorFilter::Internal);
-    let made = work(device);
-    let (internal, validation, memory) = (internal.pop(), validation.pop(), memory.pop());
-    let (internal, validation) = (pollster::block_on(internal), pollster::block_on(validation));
-    // A failed allocation causes validation errors later on: report the cause first.
-    match pollster::block_on(memory).or(internal).or(validation) {
-        Some(error) => Err(RenderError::Device(error.to_string())),
-        None => Ok(made),
+        self.scopes.checked(&self.device, work)
     }
 }

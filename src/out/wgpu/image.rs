@@ -1,11 +1,36 @@
 //! Pixels to a PNG file.
 
 use super::error::RenderError;
-use super::target::read_back;
+use super::target::Reading;
 use crate::mesh::SinkError;
 use crate::out::pending::PendingFile;
+use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
+
+/// A picture on its way from the device.
+pub struct ImageReading {
+    device: ::wgpu::Device,
+    size: (u32, u32),
+    of: Reading,
+}
+
+impl ImageReading {
+    /// The picture, if it has arrived; `None` until then. Does not wait. Not to be called again after an answer.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn poll(&self) -> Option<Result<Image, RenderError>> {
+        let (width, height) = self.size;
+        Some(self.of.poll(&self.device)?.map(|pixels| Image { width, height, pixels }))
+    }
+}
+
+impl fmt::Debug for ImageReading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ImageReading").field("size", &self.size).finish_non_exhaustive()
+    }
+}
 
 /// A picture in memory.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -30,7 +55,24 @@ impl Image {
         texture: &::wgpu::Texture,
     ) -> Result<Self, RenderError> {
         let ::wgpu::Extent3d { width, height, .. } = texture.size();
-        Ok(Self { width, height, pixels: read_back(device, queue, texture, 4)? })
+        Ok(Self { width, height, pixels: Reading::begin(device, queue, texture, 4)?.wait(device)? })
+    }
+
+    /// Begins to [`read`](Self::read) a texture, without waiting. Browsers let no caller wait.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn begin_read(
+        device: &::wgpu::Device,
+        queue: &::wgpu::Queue,
+        texture: &::wgpu::Texture,
+    ) -> Result<ImageReading, RenderError> {
+        let ::wgpu::Extent3d { width, height, .. } = texture.size();
+        Ok(ImageReading {
+            device: device.clone(),
+            size: (width, height),
+            of: Reading::begin(device, queue, texture, 4)?,
+        })
     }
 
     /// The pixel `x` from the left and `y` from the top. `None` outside of the picture.

@@ -14,6 +14,9 @@ pub(super) struct Vertex {
     pub(super) normal: [i16; 2],
 }
 
+/// Number of a vertex's tile within its part. On devices that merge tiles only.
+pub(super) type TileOfVertex = u32;
+
 /// Per-draw data of one tile of one instance, in a vertex buffer indexed by the draw's instance number.
 #[repr(C)]
 #[derive(Clone, Copy, Default, PartialEq, Pod, Zeroable)]

@@ -14,17 +14,22 @@ mod layout;
 
 mod pipelines;
 
+mod scopes;
+
 mod gpu;
 
+#[cfg(not(target_arch = "wasm32"))]
 mod adapter;
 
 mod target;
 
 mod live;
-pub use live::{DeviceMemory, DrawStats, LiveScene, PickHit};
+pub use live::{DeviceMemory, DrawStats, LiveScene, PickHit, Picking, SceneInPass};
 
 mod image;
-pub use image::Image;
+pub use image::{Image, ImageReading};
 
+#[cfg(not(target_arch = "wasm32"))]
 mod renderer;
+#[cfg(not(target_arch = "wasm32"))]
 pub use renderer::Renderer;

@@ -1,21 +1,24 @@
 //! The shader to pipelines: backdrop, surfaces, lattice lines, wireframe, B-rep edges, picking.
 
 use super::formats::{DEPTH_FORMAT, PICK_FORMAT, SAMPLES};
-use super::layout::{CellPlace, Record, Vertex};
+use super::layout::{CellPlace, Record, TileOfVertex, Vertex};
 use ::wgpu::{
-    BindGroupLayout, BufferBindingType, ColorTargetState, CompareFunction, ShaderStages, TextureFormat,
-    VertexBufferLayout, VertexStepMode,
+    BindGroupLayout, BindingType, BufferBindingType, ColorTargetState, CompareFunction, PrimitiveTopology,
+    ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension, VertexAttribute, VertexBufferLayout,
+    VertexStepMode,
 };
 
-/// The render pipelines. Bind group 0 is the view in all of them; lines read their points from another group.
+/// The render pipelines. Bind group 0 is the view in all of them.
 #[derive(Clone, Debug)]
 pub(super) struct Pipelines {
     /// Globals and places.
     pub(super) view: BindGroupLayout,
-    /// A page of points.
+    /// Points of edges.
     pub(super) points: BindGroupLayout,
-    /// A page of vertices and one of indices.
-    pub(super) triangles: BindGroupLayout,
+    /// A page of vertices and one of indices. Where tiles are not merged.
+    pub(super) triangles: Option<BindGroupLayout>,
+    /// Colours and first rows. Where tiles are merged.
+    pub(super) records: Option<BindGroupLayout>,
     pub(super) backdrop: ::wgpu::RenderPipeline,
     pub(super) surface: ::wgpu::RenderPipeline,
     pub(super) lattice: ::wgpu::RenderPipeline,
@@ -30,6 +33,7 @@ struct PipelineKind<'a> {
     fragment: &'a str,
     groups: &'a [Option<&'a BindGroupLayout>],
     buffers: &'a [Option<VertexBufferLayout<'a>>],
+    topology: PrimitiveTopology,
     depth: CompareFunction,
     target: ColorTargetState,
     samples: u32,
@@ -51,7 +55,8 @@ impl PipelineKind<'_> {
                 compilation_options: ::wgpu::PipelineCompilationOptions::default(),
                 buffers: self.buffers,
             },
-            primitive: ::wgpu::PrimitiveState::default(), // triangle list, counter-clockwise in front, nothing culled
+            // Counter-clockwise in front, nothing culled.
+            primitive: ::wgpu::PrimitiveState { topology: self.topology, ..::wgpu::PrimitiveState::default() },
             depth_stencil: Some(::wgpu::DepthStencilState {
                 format: DEPTH_FORMAT,
                 depth_write_enabled: Some(self.depth == CompareFunction::Greater),
@@ -73,42 +78,51 @@ impl PipelineKind<'_> {
 }
 
 impl Pipelines {
-    pub(super) fn new(device: &::wgpu::Device, format: TextureFormat) -> Self {
+    /// Those for a device that reads draws from buffers (`indirect`), or for one that merges tiles.
+    pub(super) fn new(device: &::wgpu::Device, format: TextureFormat, indirect: bool) -> Self {
+        let of_draws = if indirect { include_str!("per_tile.wgsl") } else { include_str!("merged.wgsl") };
         let shader = device.create_shader_module(::wgpu::ShaderModuleDescriptor {
             label: Some("trimtess"),
-            source: ::wgpu::ShaderSource::Wgsl(include_str!("shader.wgsl").into()),
+            source: ::wgpu::ShaderSource::Wgsl([include_str!("shader.wgsl"), of_draws].concat().into()),
         });
-        let read = BufferBindingType::Storage { read_only: true };
-        let view = layout(device, &[BufferBindingType::Uniform, read]);
-        let points = layout(device, &[read]);
-        let triangles = layout(device, &[read, read]);
+        let array = BindingType::Buffer {
+            ty: BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let texels = |sample_type| BindingType::Texture {
+            sample_type,
+            view_dimension: TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let rows = texels(TextureSampleType::Float { filterable: false });
+        let globals =
+            BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
+        let view = layout(device, &[globals, rows]);
+        let points = layout(device, &[rows]);
+        let triangles = indirect.then(|| layout(device, &[array, array]));
+        let records = (!indirect).then(|| layout(device, &[rows, texels(TextureSampleType::Uint)]));
         let vertex = ::wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm16x2];
-        let vertex = VertexBufferLayout {
-            array_stride: size_of::<Vertex>() as u64,
-            step_mode: VertexStepMode::Vertex,
-            attributes: &vertex,
-        };
+        let vertex = per_vertex(size_of::<Vertex>(), &vertex);
         let record = ::wgpu::vertex_attr_array![2 => Uint32, 3 => Uint32, 4 => Uint32, 5 => Unorm8x4];
-        let record = VertexBufferLayout {
-            array_stride: size_of::<Record>() as u64,
-            step_mode: VertexStepMode::Instance,
-            attributes: &record,
-        };
+        let record =
+            VertexBufferLayout { step_mode: VertexStepMode::Instance, ..per_vertex(size_of::<Record>(), &record) };
+        let tile = ::wgpu::vertex_attr_array![7 => Uint32];
+        let tile = per_vertex(size_of::<TileOfVertex>(), &tile);
+        let cells = ::wgpu::vertex_attr_array![6 => Float32x2];
+        let cells = per_vertex(size_of::<CellPlace>(), &cells);
         // Only lines have alpha.
         let lit = ColorTargetState { blend: Some(::wgpu::BlendState::ALPHA_BLENDING), ..format.into() };
         let pipeline = |kind: &PipelineKind<'_>| kind.pipeline(device, &shader);
-        let cells = ::wgpu::vertex_attr_array![6 => Float32x2];
-        let cells = VertexBufferLayout {
-            array_stride: size_of::<CellPlace>() as u64,
-            step_mode: VertexStepMode::Vertex,
-            attributes: &cells,
-        };
-        let tiles = [Some(vertex.clone()), Some(record.clone())];
+        let of_tiles = [Some(&view), None, None, records.as_ref()];
+        let groups = &of_tiles[..if indirect { 1 } else { 4 }];
+        let tiles = [Some(vertex.clone()), Some(if indirect { record.clone() } else { tile.clone() })];
         let surface = PipelineKind {
             vertex: "surface_vertex",
             fragment: "surface_fragment",
-            groups: &[Some(&view)],
+            groups,
             buffers: &tiles,
+            topology: PrimitiveTopology::TriangleList,
             depth: CompareFunction::Greater,
             target: lit.clone(),
             samples: SAMPLES,
@@ -117,12 +131,31 @@ impl Pipelines {
             fragment: "line_fragment",
             depth: CompareFunction::GreaterEqual,
             target: lit.clone(),
+            groups: &[Some(&view)],
             ..surface
+        };
+        let wire = if indirect {
+            pipeline(&PipelineKind {
+                vertex: "wire_vertex",
+                groups: &[Some(&view), None, triangles.as_ref()],
+                buffers: &[Some(record)],
+                target: lit.clone(),
+                ..line
+            })
+        } else {
+            pipeline(&PipelineKind {
+                vertex: "wire_vertex",
+                buffers: &[Some(vertex.clone())],
+                topology: PrimitiveTopology::LineList,
+                target: lit.clone(),
+                ..line
+            })
         };
         Self {
             backdrop: pipeline(&PipelineKind {
                 vertex: "backdrop_vertex",
                 fragment: "backdrop_fragment",
+                groups: &[Some(&view)],
                 buffers: &[],
                 depth: CompareFunction::Always,
                 target: lit.clone(),
@@ -137,17 +170,11 @@ impl Pipelines {
             lattice: pipeline(&PipelineKind {
                 vertex: "lattice_vertex",
                 fragment: "lattice_fragment",
-                buffers: &[Some(vertex), Some(record.clone()), Some(cells)],
+                buffers: &[Some(vertex), tiles[1].clone(), Some(cells)],
                 target: lit.clone(),
                 ..line
             }),
-            wire: pipeline(&PipelineKind {
-                vertex: "wire_vertex",
-                groups: &[Some(&view), None, Some(&triangles)],
-                buffers: &[Some(record)],
-                target: lit.clone(),
-                ..line
-            }),
+            wire,
             edge: pipeline(&PipelineKind {
                 vertex: "edge_vertex",
                 groups: &[Some(&view), Some(&points)],
@@ -158,17 +185,25 @@ impl Pipelines {
             view,
             points,
             triangles,
+            records,
         }
     }
 }
 
-fn layout(device: &::wgpu::Device, types: &[BufferBindingType]) -> BindGroupLayout {
-    let entry = |(binding, &ty): (usize, &BufferBindingType)| ::wgpu::BindGroupLayoutEntry {
-        binding: binding as u32,
-        visibility: ShaderStages::VERTEX
-            | if ty == BufferBindingType::Uniform { ShaderStages::FRAGMENT } else { ShaderStages::NONE },
-        ty: ::wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-        count: None,
+fn per_vertex(bytes: usize, attributes: &[VertexAttribute]) -> VertexBufferLayout<'_> {
+    VertexBufferLayout { array_stride: bytes as u64, step_mode: VertexStepMode::Vertex, attributes }
+}
+
+fn layout(device: &::wgpu::Device, types: &[BindingType]) -> BindGroupLayout {
+    let entry = |(binding, &ty): (usize, &BindingType)| {
+        let is_uniform = matches!(ty, BindingType::Buffer { ty: BufferBindingType::Uniform, .. });
+        let fragments = if is_uniform { ShaderStages::FRAGMENT } else { ShaderStages::NONE };
+        ::wgpu::BindGroupLayoutEntry {
+            binding: binding as u32,
+            visibility: ShaderStages::VERTEX | fragments,
+            ty,
+            count: None,
+        }
     };
     let entries: Vec<_> = types.iter().enumerate().map(entry).collect();
     device.create_bind_group_layout(&::wgpu::BindGroupLayoutDescriptor { label: Some("trimtess"), entries: &entries })

@@ -27,20 +27,27 @@ struct Place {
 };
 
 @group(0) @binding(0) var<uniform> globals: Globals;
-@group(0) @binding(1) var<storage, read> places: array<Place>;
+// Arrays are textures of this width, which vertex shaders read on every device.
+const WIDTH: u32 = 2048u;
+@group(0) @binding(1) var places: texture_2d<f32>;
+
+fn texel(index: u32) -> vec2<u32> {
+    return vec2(index % WIDTH, index / WIDTH);
+}
+
+fn place_of(number: u32) -> Place {
+    let first = 3u * number;
+    return Place(
+        textureLoad(places, texel(first), 0),
+        textureLoad(places, texel(first + 1u), 0),
+        textureLoad(places, texel(first + 2u), 0),
+    );
+}
 
 fn placed(place: Place, position: vec3<f32>) -> vec3<f32> {
     let point = vec4(position, 1.0);
     return vec3(dot(place.x, point), dot(place.y, point), dot(place.z, point));
 }
-
-// Per-draw record of a tile of an instance.
-struct Drawn {
-    @location(2) first_index: u32,    // top bit set: indices have four bytes
-    @location(3) base_vertex: u32,
-    @location(4) place: u32,
-    @location(5) colour: vec4<f32>,
-};
 
 struct Surface {
     @builtin(position) clip: vec4<f32>,
@@ -62,14 +69,8 @@ fn unfolded(square: vec2<f32>) -> vec3<f32> {
     return vec3(square - select(vec2(below), vec2(-below), square < vec2(0.0)), z);
 }
 
-@vertex
-fn surface_vertex(
-    @location(0) position: vec3<f32>,
-    @location(1) square: vec2<f32>,
-    drawn: Drawn,
-    @builtin(instance_index) number: u32,
-) -> Surface {
-    let place = places[drawn.place];
+// A vertex of a tile at a place. `number` is the record's.
+fn surface(place: Place, position: vec3<f32>, square: vec2<f32>, colour: vec3<f32>, number: u32) -> Surface {
     let world = placed(place, position);
     // Cofactors transform normals; mirroring placements need the opposite sign.
     let cofactors = mat3x3(
@@ -79,7 +80,7 @@ fn surface_vertex(
     );
     let mirrored = dot(place.x.xyz, cofactors[0]) < 0.0;
     let normal = unfolded(square) * cofactors * select(1.0, -1.0, mirrored);
-    return Surface(globals.clip * vec4(world, 1.0), world, normal, linear(drawn.colour.rgb), u32(mirrored), number);
+    return Surface(globals.clip * vec4(world, 1.0), world, normal, linear(colour), u32(mirrored), number);
 }
 
 @fragment
@@ -108,13 +109,8 @@ struct Ruled {
     @location(0) cell: vec2<f32>,
 };
 
-@vertex
-fn lattice_vertex(
-    @location(0) position: vec3<f32>,
-    drawn: Drawn,
-    @location(6) cell: vec2<f32>,
-) -> Ruled {
-    var clip = globals.clip * vec4(placed(places[drawn.place], position), 1.0);
+fn ruled(place: Place, position: vec3<f32>, cell: vec2<f32>) -> Ruled {
+    var clip = globals.clip * vec4(placed(place, position), 1.0);
     clip.z = clip.z * globals.nearer.x + globals.nearer.y;
     return Ruled(clip, cell);
 }
@@ -133,9 +129,9 @@ fn lattice_fragment(in: Ruled) -> @location(0) vec4<f32> {
 
 // Picks: the draw's record number plus one, and the distance from the eye, in orthographic projection from its plane.
 @fragment
-fn pick_fragment(in: Surface) -> @location(0) vec2<u32> {
+fn pick_fragment(in: Surface) -> @location(0) vec4<u32> {
     let far = select(length(in.place), -dot(in.place, globals.eye.xyz), globals.eye.w > 0.5);
-    return vec2(in.number + 1u, bitcast<u32>(far));
+    return vec4(in.number + 1u, bitcast<u32>(far), 0u, 0u);
 }
 
 struct Line {
@@ -143,12 +139,17 @@ struct Line {
     @location(0) colour: vec4<f32>,
 };
 
+// Outside the clip volume.
+fn no_line() -> Line {
+    return Line(vec4(0.0, 0.0, 2.0, 1.0), vec4(0.0));
+}
+
 // One of the six vertices of a segment, drawn as two triangles of constant width on the screen with square caps.
 fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, width: f32) -> Line {
     var a = globals.clip * vec4(first, 1.0);
     var b = globals.clip * vec4(last, 1.0);
     if max(a.w, b.w) < globals.near {
-        return Line(vec4(0.0, 0.0, 2.0, 1.0), vec4(0.0)); // behind the eye: outside the clip volume
+        return no_line(); // behind the eye
     }
     let whole_a = a;
     if a.w < globals.near {
@@ -173,43 +174,20 @@ fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, widt
     return Line(clip, vec4(linear(colour.rgb), opacity));
 }
 
-@group(1) @binding(0) var<storage, read> points: array<f32>;
+// Points of polylines, one after the other; w is 0 in the last point of each.
+@group(1) @binding(0) var points: texture_2d<f32>;
 
-fn point(index: u32) -> vec3<f32> {
-    return vec3(points[3u * index], points[3u * index + 1u], points[3u * index + 2u]);
-}
-
-// Six vertices per point of a polyline except the last. The instance index is the place.
+// Six vertices per point. The instance index is the place.
 @vertex
 fn edge_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Line {
-    let place = places[instance];
-    let index = vertex / 6u;
-    return strip(
-        placed(place, point(index)), placed(place, point(index + 1u)), vertex % 6u, globals.edge, globals.edge_width);
-}
-
-@group(2) @binding(0) var<storage, read> vertices: array<vec4<f32>>;
-@group(2) @binding(1) var<storage, read> indices: array<u32>;
-
-fn corner_of(drawn: Drawn, corner: u32) -> vec3<f32> {
-    let at = (drawn.first_index & 0x7fffffffu) + corner;
-    var index = 0u;
-    if drawn.first_index >= 0x80000000u {
-        index = indices[at];
-    } else {
-        index = (indices[at / 2u] >> (16u * (at % 2u))) & 0xffffu;
+    let place = place_of(instance);
+    let first = textureLoad(points, texel(vertex / 6u), 0);
+    let last = textureLoad(points, texel(vertex / 6u + 1u), 0);
+    if first.w == 0.0 {
+        return no_line();
     }
-    return placed(places[drawn.place], vertices[drawn.base_vertex + index].xyz);
-}
-
-// Six vertices per side of each triangle. Adjacent triangles both draw their common side.
-@vertex
-fn wire_vertex(@builtin(vertex_index) vertex: u32, drawn: Drawn) -> Line {
-    let triangle = 3u * (vertex / 18u);
-    let side = (vertex / 6u) % 3u;
-    let first = corner_of(drawn, triangle + side);
-    let last = corner_of(drawn, triangle + (side + 1u) % 3u);
-    return strip(first, last, vertex % 6u, globals.wire, globals.wire_width);
+    return strip(
+        placed(place, first.xyz), placed(place, last.xyz), vertex % 6u, globals.edge, globals.edge_width);
 }
 
 @fragment

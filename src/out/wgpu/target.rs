@@ -2,8 +2,10 @@
 
 use super::error::RenderError;
 use super::formats::{DEPTH_FORMAT, SAMPLES};
-use super::gpu::{Gpu, checked};
+use super::gpu::Gpu;
+use super::scopes::Scopes;
 use ::wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// Creates a texture to draw to, with one mip level.
 pub(super) fn texture(
@@ -44,45 +46,76 @@ impl SampleTargets {
     }
 }
 
-/// Waits for all submitted work, then reads the pixels of a texture, `bytes` each, row by row from the top.
-pub(super) fn read_back(
-    device: &::wgpu::Device,
-    queue: &::wgpu::Queue,
-    texture: &Texture,
-    bytes: u32,
-) -> Result<Vec<u8>, RenderError> {
-    let Extent3d { width, height, .. } = texture.size();
-    let row = bytes * width;
-    let padded = row.next_multiple_of(::wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = checked(device, |device| {
-        let buffer = device.create_buffer(&::wgpu::BufferDescriptor {
-            label: Some("pixels"),
-            size: u64::from(padded) * u64::from(height),
-            usage: ::wgpu::BufferUsages::COPY_DST | ::wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
+/// The pixels of a texture on their way from the device.
+pub(super) struct Reading {
+    buffer: ::wgpu::Buffer,
+    mapped: Receiver<Result<(), ::wgpu::BufferAsyncError>>,
+    /// Bytes of a row of pixels, and from one row to the next.
+    row: [u32; 2],
+}
+
+impl Reading {
+    /// Begins to read the pixels of a texture, `bytes` each.
+    pub(super) fn begin(
+        device: &::wgpu::Device,
+        queue: &::wgpu::Queue,
+        texture: &Texture,
+        bytes: u32,
+    ) -> Result<Self, RenderError> {
+        let Extent3d { width, height, .. } = texture.size();
+        let row = bytes * width;
+        let padded = row.next_multiple_of(::wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let (sender, mapped) = channel();
+        let buffer = Scopes::default().checked(device, |device| {
+            let buffer = device.create_buffer(&::wgpu::BufferDescriptor {
+                label: Some("pixels"),
+                size: u64::from(padded) * u64::from(height),
+                usage: ::wgpu::BufferUsages::COPY_DST | ::wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            });
+            let layout = ::wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None };
+            let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_texture_to_buffer(
+                texture.as_image_copy(),
+                ::wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
+                texture.size(),
+            );
+            queue.submit([encoder.finish()]);
+            buffer
+        })?;
+        buffer.map_async(::wgpu::MapMode::Read, .., move |result| {
+            // The caller may have dropped the receiver.
+            let _ = sender.send(result);
         });
-        let layout = ::wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None };
-        let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_texture_to_buffer(
-            texture.as_image_copy(),
-            ::wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
-            texture.size(),
-        );
-        queue.submit([encoder.finish()]);
-        buffer
-    })?;
-    let (sender, receiver) = std::sync::mpsc::channel();
-    buffer.map_async(::wgpu::MapMode::Read, .., move |result| {
-        // The receiver outlives the wait below.
-        let _ = sender.send(result);
-    });
-    let failed = |cause: &dyn std::fmt::Display| RenderError::Device(cause.to_string());
-    device.poll(::wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
-    receiver.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
-    let rows = buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
-    let mut pixels = Vec::with_capacity(row as usize * height as usize);
-    for line in rows.chunks(padded as usize) {
-        pixels.extend_from_slice(&line[..row as usize]);
+        Ok(Self { buffer, mapped, row: [row, padded] })
     }
-    Ok(pixels)
+
+    /// The pixels, row by row from the top, if they have arrived. `None` until then. Does not wait.
+    pub(super) fn poll(&self, device: &::wgpu::Device) -> Option<Result<Vec<u8>, RenderError>> {
+        if let Err(error) = device.poll(::wgpu::PollType::Poll) {
+            return Some(Err(failed(&error)));
+        }
+        match self.mapped.try_recv() {
+            Ok(mapped) => Some(mapped.map_err(|error| failed(&error)).and_then(|()| self.pixels())),
+            Err(TryRecvError::Empty) => None,
+            Err(gone @ TryRecvError::Disconnected) => Some(Err(failed(&gone))),
+        }
+    }
+
+    /// Waits for all submitted work, and returns the pixels.
+    pub(super) fn wait(&self, device: &::wgpu::Device) -> Result<Vec<u8>, RenderError> {
+        device.poll(::wgpu::PollType::wait_indefinitely()).map_err(|error| failed(&error))?;
+        self.mapped.recv().map_err(|error| failed(&error))?.map_err(|error| failed(&error))?;
+        self.pixels()
+    }
+
+    fn pixels(&self) -> Result<Vec<u8>, RenderError> {
+        let [row, padded] = self.row.map(|bytes| bytes as usize);
+        let rows = self.buffer.get_mapped_range(..).map_err(|error| failed(&error))?;
+        Ok(rows.chunks(padded).flat_map(|line| &line[..row]).copied().collect())
+    }
+}
+
+fn failed(cause: &dyn std::fmt::Display) -> RenderError {
+    RenderError::Device(cause.to_string())
 }

@@ -165,6 +165,20 @@ impl Prepared {
     pub fn centre(&self) -> DVec3 {
         self.bounds.map_or(DVec3::ZERO, |[low, high]| 0.5 * low + 0.5 * high)
     }
+
+    /// What viewers tell of a face of a part, as names and values; nothing of a face that prepare could not use.
+    #[must_use]
+    pub fn face_facts(&self, part: PartId, face: FaceId) -> Vec<(&'static str, String)> {
+        let Some(face) = self.parts.get(part.index()).and_then(|part| part.face(face)) else { return Vec::new() };
+        let (across, along) = face.patches.counts();
+        let mut rows = vec![("surface", face.kind.name().to_owned())];
+        rows.extend((face.entity != 0).then(|| ("entity", format!("#{}", face.entity))));
+        rows.push(("tiles", face.tiles.len().to_string()));
+        rows.push(("Bézier pieces", format!("{across} × {along}")));
+        rows.push(("edge gap", format!("{:.2e} mm", face.gap)));
+        rows.extend(face.repaired.then(|| ("boundary", "repaired".to_owned())));
+        rows
+    }
 }
 
 impl Prepared {

@@ -4,6 +4,7 @@
 //! corners lie on the edge. So of two edges that share a vertex, one follows the other side by side up to where they
 //! separate, and an edge that meets itself is straightened.
 
+use crate::math::Elementary as _;
 use crate::model::{CurveKind, Part, VertexId};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
@@ -240,7 +241,7 @@ fn beside(
     let far = |uv: DVec2| projector.length(corner.uv, uv - corner.uv);
     // The point of the other image at distance `radius` from the corner.
     let (start, back) = (at_end(other, along).t, at_end(other, End { first: !along.first, ..along }).t);
-    let beyond = (1..=64).map(|k| 0.5_f64.powf(0.5 * f64::from(64 - k)));
+    let beyond = (1..=64).map(|k| 0.5_f64.power(0.5 * f64::from(64 - k)));
     let other_at = |radius: f64| {
         let share =
             beyond.clone().find(|share| far(UvSample::on(other, start + (back - start) * share).uv) >= radius)?;

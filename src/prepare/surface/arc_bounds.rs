@@ -7,6 +7,7 @@
 
 use super::decompose::BezierPatches;
 use super::tables::{Bend, BoundingBox, BoxBounds, StripBounds, SurfaceBounds};
+use crate::math::Elementary as _;
 use crate::model::{AxisMap, Surface};
 use glam::DVec4;
 
@@ -28,7 +29,7 @@ struct ArcStrip {
 impl ArcStrip {
     /// Part `i` of `n` of a span of `step` radians that starts at angle `start` and is `width` wide in the parameter.
     fn new(start: f64, step: f64, width: f64, i: usize, n: usize) -> Self {
-        let k = (0.25 * step).tan();
+        let k = (0.25 * step).tangent();
         let s = |i: usize| 2.0 * i as f64 / n as f64 - 1.0;
         let (a, b) = (s(i), s(i + 1));
         // φ' falls with |s|. |φ''| grows with |s| while k²s² < 1/3: for all steps up to 120°.
@@ -36,7 +37,7 @@ impl ArcStrip {
         let most = a.abs().max(b.abs());
         let rate = |s: f64| 4.0 * k / (1.0 + (k * s).powi(2));
         let bend = |s: f64| 16.0 * k.powi(3) * s / (1.0 + (k * s).powi(2)).powi(2);
-        let angle = |s: f64| start + 0.5 * step + 2.0 * (k * s).atan();
+        let angle = |s: f64| start + 0.5 * step + 2.0 * (k * s).arc_tangent();
         Self { first: rate(least) / width, second: bend(most) / (width * width), angles: (angle(a), angle(b)) }
     }
 
@@ -45,9 +46,9 @@ impl ArcStrip {
     fn acceleration(&self, reach: f64, level: f64, across: f64) -> Bend {
         let centripetal = self.first.powi(2);
         Bend {
-            norm: reach * centripetal.hypot(self.second),
+            norm: reach * centripetal.hypotenuse(self.second),
             lift: reach * centripetal * level,
-            slide: reach * (centripetal * across).hypot(self.second),
+            slide: reach * (centripetal * across).hypotenuse(self.second),
         }
     }
 
@@ -60,8 +61,8 @@ impl ArcStrip {
         use std::f64::consts::{FRAC_PI_2, PI};
         let (a, b) = self.angles;
         let holds = |x: f64| ((b - x) / PI).floor() * PI + x >= a;
-        let cos = if holds(0.0) { 1.0 } else { a.cos().abs().max(b.cos().abs()) };
-        let sin = if holds(FRAC_PI_2) { 1.0 } else { a.sin().abs().max(b.sin().abs()) };
+        let cos = if holds(0.0) { 1.0 } else { a.cosine().abs().max(b.cosine().abs()) };
+        let sin = if holds(FRAC_PI_2) { 1.0 } else { a.sine().abs().max(b.sine().abs()) };
         (cos, sin)
     }
 }
@@ -96,7 +97,7 @@ pub(crate) fn analytic(surface: &Surface, maps: &[AxisMap; 2], patches: &BezierP
         }
         Surface::Cylinder { radius, .. } => ruled(maps, patches, radius, 0.0),
         Surface::Cone { radius, half_angle, .. } => {
-            let slope = half_angle.tan();
+            let slope = half_angle.tangent();
             let reach = (radius + ends.0 * slope).abs().max((radius + ends.1 * slope).abs());
             ruled(maps, patches, reach, half_angle)
         }
@@ -125,12 +126,12 @@ fn ruled(maps: &[AxisMap; 2], patches: &BezierPatches, reach: f64, half_angle: f
     let cells = around
         .iter()
         .map(|s| BoxBounds {
-            uu: s.acceleration(reach, half_angle.cos(), half_angle.sin().abs()),
-            uv: tangential(half_angle.tan().abs() * s.first),
+            uu: s.acceleration(reach, half_angle.cosine(), half_angle.sine().abs()),
+            uv: tangential(half_angle.tangent().abs() * s.first),
             vv: Bend::default(),
             u: reach * s.first,
-            v: 1.0 / half_angle.cos(),
-            turn_u: 2.0 * (half_angle.cos() * (0.5 * s.turn()).sin()).asin(),
+            v: 1.0 / half_angle.cosine(),
+            turn_u: 2.0 * (half_angle.cosine() * (0.5 * s.turn()).sine()).arc_sine(),
             turn_v: 0.0,
         })
         .collect();
@@ -145,7 +146,7 @@ fn tube(maps: &[AxisMap; 2], patches: &BezierPatches, major: f64, minor: f64) ->
     for s in &around {
         for t in &across {
             let (cos, sin) = t.extremes();
-            let reach = [t.angles.0, t.angles.1].map(|v| (major + minor * v.cos()).abs());
+            let reach = [t.angles.0, t.angles.1].map(|v| (major + minor * v.cosine()).abs());
             // Inside the strip the distance from the axis is extreme only where cos v is.
             let reach = if cos == 1.0 { major + minor } else { reach[0].max(reach[1]) };
             cells.push(BoxBounds {
@@ -175,19 +176,19 @@ pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Vec<StripBounds>> {
             let [p, q, r] = [a, b, c].map(|x| x.truncate() / x.w);
             let (legs, chord) = ((q - p, r - q), r - p);
             let length = legs.0.length();
-            let half = (b.w / a.w).acos();
+            let half = (b.w / a.w).arc_cosine();
             let is_arc = (legs.1.length() - length).abs() <= 1e-9 * length
-                && (chord.length() - 2.0 * length * half.cos()).abs() <= 1e-9 * length
+                && (chord.length() - 2.0 * length * half.cosine()).abs() <= 1e-9 * length
                 && half <= std::f64::consts::FRAC_PI_3;
             if !is_arc {
                 return None;
             }
-            let radius = length / half.tan();
+            let radius = length / half.tangent();
             let strip = |i| {
                 let s = ArcStrip::new(0.0, 2.0 * half, width, i, PARTS);
                 StripBounds {
                     first: radius * s.first,
-                    second: radius * s.first.powi(2).hypot(s.second),
+                    second: radius * s.first.powi(2).hypotenuse(s.second),
                     turn: s.turn(),
                 }
             };

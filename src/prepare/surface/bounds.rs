@@ -8,6 +8,7 @@
 use super::arc_bounds;
 use super::decompose::{BezierPatches, BezierSpline3};
 use super::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
+use crate::math::Elementary as _;
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
 use crate::model::{SurfaceDerivatives, quotient};
@@ -419,7 +420,7 @@ fn chord_angle(chord: f64) -> f64 {
         let square = chord * chord;
         return chord * (1.0 + square * (1.0 / 24.0 + square * (3.0 / 640.0)));
     }
-    2.0 * (0.5 * chord).min(1.0).asin()
+    2.0 * (0.5 * chord).min(1.0).arc_sine()
 }
 
 /// How far the tangent of a segment turns, given the basis rows at the samples.

@@ -4,6 +4,7 @@
 //! one cubic is bounded by its Bézier points, or by its exact extent across a line.
 
 use super::draft::{DraftAlong, DraftUse};
+use crate::math::Elementary as _;
 use crate::math::boxes::around;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use glam::DVec2;
@@ -388,8 +389,9 @@ fn cone(s: ArcSpan<'_>, p: DVec2) -> Option<(f64, f64, f64)> {
     let (mut low, mut high) = (0.0_f64, 0.0_f64);
     for d in s.points().iter().map(|x| *x - p).filter(|d| d.length() > SAME_SHARE) {
         // Angles relative to the first direction; an arc that turns back around `p` fills everything.
-        let angle = first.get_or_insert(d).angle_to(d);
+        let zero = *first.get_or_insert(d);
+        let angle = zero.perp_dot(d).arc_tangent_to(zero.dot(d));
         (low, high) = (low.min(angle), high.max(angle));
     }
-    Some((first?.to_angle(), low, high))
+    first.map(|zero| (zero.y.arc_tangent_to(zero.x), low, high))
 }

@@ -2,6 +2,7 @@
 
 use super::arrangement::ArrangedTile;
 use super::cuts::spans;
+use crate::math::Elementary as _;
 use crate::model::{AxisMap, FaceError, NurbsSurface, Surface};
 use crate::prepare::report::room::Room;
 use crate::prepare::surface::arc_bounds;
@@ -118,7 +119,8 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
             places.iter().map(|&y| [-step, step].map(|step| tangent(breaks[k] + step, y))).collect();
         let longest = sides.as_flattened().iter().map(|t| t.length()).fold(0.0, f64::max);
         let has_tangent = |t: &DVec3| t.length() > NO_TANGENT * longest;
-        sides.iter().any(|[a, b]| has_tangent(a) && has_tangent(b) && a.angle_between(*b) > BREAK)
+        let turn = |a: DVec3, b: DVec3| a.cross(b).length().arc_tangent_to(a.dot(b));
+        sides.iter().any(|[a, b]| has_tangent(a) && has_tangent(b) && turn(*a, *b) > BREAK)
     };
     (1..breaks.len() - 1)
         .filter(|&k| knots.iter().filter(|&&x| (x - breaks[k]).abs() <= 1e-12 * (1.0 + x.abs())).count() >= degree)

@@ -2,8 +2,10 @@
 
 use super::store::{Line, StoredTile};
 use crate::mesh::{DrawnTiles, Scene};
-use crate::model::Colour;
+use crate::model::{Colour, InstanceId};
+use crate::view::Camera;
 use glam::{DAffine3, DVec3};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// A part and its tiles and edges on the device.
@@ -49,6 +51,8 @@ pub(super) struct DeviceScene {
     /// Instances sorted by part, without those of unknown parts.
     pub(super) places: Vec<DevicePlace>,
     pub(super) drawn: DrawnTiles,
+    /// Instances that are not drawn, whatever `drawn` says.
+    pub(super) hidden: BTreeSet<InstanceId>,
     /// Centre and half diagonal of the box of all [`corners`](Self::corners).
     pub(super) extent: (DVec3, f64),
 }
@@ -109,6 +113,49 @@ impl DeviceScene {
     /// All tiles that have triangles.
     pub(super) fn tiles(&self) -> impl Iterator<Item = &StoredTile> {
         self.parts.iter().flat_map(|part| part.tiles.iter().flatten())
+    }
+
+    /// Whether a place is drawn.
+    fn is_visible(&self, place: &DevicePlace) -> bool {
+        self.hidden.is_empty() || !self.hidden.contains(&InstanceId(place.instance))
+    }
+
+    /// The places in a range that are drawn, as ranges.
+    pub(super) fn visible(&self, places: Range<u32>) -> Vec<Range<u32>> {
+        let mut ranges: Vec<Range<u32>> = Vec::new();
+        for place in places.filter(|&place| self.is_visible(&self.places[place as usize])) {
+            match ranges.last_mut().filter(|range| range.end == place) {
+                Some(range) => range.end = place + 1,
+                None => ranges.push(place..place + 1),
+            }
+        }
+        ranges
+    }
+
+    /// Place, number and data of each tile that a view draws, by place; all tiles past the last view.
+    pub(super) fn drawn_tiles(&self, view: usize) -> impl Iterator<Item = (u32, u32, &StoredTile)> {
+        let places = self.places.iter().enumerate().filter(|(_, at)| self.is_visible(at));
+        places.flat_map(move |(place, at)| {
+            let tiles = &self.parts[at.part as usize].tiles;
+            let listed = (view < self.drawn.views()).then(|| self.drawn.tiles(view, at.instance as usize));
+            let all = if listed.is_none() { 0..tiles.len() as u32 } else { 0..0 };
+            let numbers = listed.into_iter().flatten().map(|tile| tile.0).chain(all);
+            numbers.filter_map(move |number| Some((place as u32, number, tiles.get(number as usize)?.as_ref()?)))
+        })
+    }
+
+    /// Least depth of the spheres around the instances, which may be negative; 0 without any.
+    pub(super) fn nearest(&self, camera: &Camera) -> f64 {
+        let back = camera.axes()[2];
+        let depth = |place: &DevicePlace| {
+            let part = &self.parts[place.part as usize];
+            let columns = place.transform.matrix3;
+            let scale = columns.x_axis.length().max(columns.y_axis.length()).max(columns.z_axis.length());
+            // A little less, for what rounding adds.
+            (camera.eye - place.transform.transform_point3(part.centre)).dot(back) - 1.001 * scale * part.radius
+        };
+        let nearest = self.places.iter().map(depth).fold(f64::INFINITY, f64::min);
+        if nearest.is_finite() { nearest } else { 0.0 }
     }
 
     /// Corners of a bounding box of each instance, in world coordinates.

@@ -9,8 +9,8 @@ use glam::DVec3;
 #[derive(Default)]
 pub(super) struct Encoded {
     pub(super) vertices: Vec<Vertex>,
-    /// Pairs of two-byte indices, the first in the lower half (the last upper half may be unused), or four-byte
-    /// indices.
+    /// Pairs of two-byte indices, the first in the lower half (the last upper half may be unused), or indices of four
+    /// bytes.
     pub(super) indices: Vec<u32>,
     pub(super) triangles: u32,
     /// Whether indices have four bytes.
@@ -18,8 +18,9 @@ pub(super) struct Encoded {
 }
 
 impl Encoded {
-    /// Encodes `mesh` with positions relative to `centre`. Triangles with a missing vertex are skipped.
-    pub(super) fn tile(&mut self, mesh: &TileMesh, centre: DVec3) {
+    /// Encodes `mesh` with positions relative to `centre`. Triangles with a missing vertex are skipped. Indices are in
+    /// `pairs` where they fit.
+    pub(super) fn tile(&mut self, mesh: &TileMesh, centre: DVec3, pairs: bool) {
         let count = mesh.positions.len();
         self.vertices.clear();
         self.vertices.extend(mesh.positions.iter().enumerate().map(|(index, &position)| Vertex {
@@ -27,7 +28,7 @@ impl Encoded {
             normal: octahedral(mesh.normals.get(index).copied().unwrap_or_default()),
         }));
         self.indices.clear();
-        self.wide = count > 1 << 16;
+        self.wide = !pairs || count > 1 << 16;
         let sound = mesh.triangles.iter().filter(|corners| corners.iter().all(|&corner| (corner as usize) < count));
         let mut corners = sound.flatten().copied();
         if self.wide {
@@ -81,14 +82,18 @@ mod tests {
         let mut encoded = Encoded::default();
         let mut mesh = TileMesh { positions: vec![DVec3::ONE; 4], ..TileMesh::default() };
         mesh.triangles = vec![[0, 1, 2], [1, 2, 4], [3, 2, 1], [0, 2, 3]];
-        encoded.tile(&mesh, DVec3::ONE);
+        encoded.tile(&mesh, DVec3::ONE, true);
         assert_eq!((encoded.triangles, encoded.wide, encoded.vertices.len()), (3, false, 4));
         assert_eq!(encoded.indices, [0x1_0000, 0x3_0002, 0x1_0002, 0x2_0000, 3]);
         assert_eq!(encoded.vertices[0].position, [0.0; 3]);
         mesh.positions = vec![DVec3::ONE; (1 << 16) + 1];
         mesh.triangles = vec![[0, 1, 1 << 16]];
-        encoded.tile(&mesh, DVec3::ZERO);
+        encoded.tile(&mesh, DVec3::ZERO, true);
         assert_eq!((&encoded.indices[..], encoded.triangles, encoded.wide), (&[0, 1, 1 << 16][..], 1, true));
         assert_eq!(size_of::<Vertex>(), 16);
+        mesh.positions.truncate(4);
+        mesh.triangles = vec![[0, 1, 2]];
+        encoded.tile(&mesh, DVec3::ZERO, false);
+        assert_eq!((&encoded.indices[..], encoded.triangles, encoded.wide), (&[0, 1, 2][..], 1, true));
     }
 }

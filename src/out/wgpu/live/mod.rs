@@ -7,13 +7,19 @@ mod store;
 mod device_scene;
 mod pending;
 mod records;
+mod rows;
+mod texels;
+mod tile_draws;
+mod merged;
 mod lists;
+mod edges;
+mod record_rows;
 mod uniforms;
 
 mod scene;
-pub use scene::{DeviceMemory, DrawStats, LiveScene};
+pub use scene::{DeviceMemory, DrawStats, LiveScene, SceneInPass};
 
 mod sink;
 
 mod pick;
-pub use pick::PickHit;
+pub use pick::{PickHit, Picking};

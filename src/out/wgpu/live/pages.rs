@@ -5,6 +5,15 @@ use super::super::gpu::Gpu;
 use ::wgpu::{Buffer, BufferDescriptor, BufferUsages};
 use offset_allocator::{Allocation, Allocator};
 
+/// What companion buffers hold per vertex.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Beside {
+    /// Its place in the lattice.
+    Cells,
+    /// The number of its tile.
+    Tiles,
+}
+
 /// A range of a page, in units.
 #[derive(Clone, Copy)]
 pub(super) struct Range {
@@ -21,8 +30,8 @@ impl Range {
 
 struct Page {
     buffer: Buffer,
-    /// Companion buffer: as many units of another size.
-    beside: Option<Buffer>,
+    /// Companion buffers: as many units of other sizes.
+    beside: [Option<Buffer>; 2],
     bytes: u64,
     allocator: Allocator,
     /// Number of allocated ranges.
@@ -40,8 +49,8 @@ pub(super) struct Pages {
     first: u32,
     /// Page size over maximum number of ranges. Bookkeeping for more ranges would take more memory than it saves.
     per_range: u32,
-    /// Bytes per unit of the companion buffers; `None` without them.
-    beside: Option<u64>,
+    /// Bytes per unit of the companion buffers, by [`Beside`]; `None` without them.
+    beside: [Option<u64>; 2],
     pages: Vec<Option<Page>>,
 }
 
@@ -51,27 +60,42 @@ const MOST_BYTES: u64 = 64 << 20;
 impl Pages {
     /// Creates a set without pages. `unit` is in bytes and a multiple of 4, `first` and `per_range` in units.
     pub(super) fn new(label: &'static str, usage: BufferUsages, unit: u64, first: u32, per_range: u32) -> Self {
-        Self { label, usage: usage | BufferUsages::COPY_DST, unit, first, per_range, beside: None, pages: Vec::new() }
+        Self {
+            label,
+            usage: usage | BufferUsages::COPY_DST,
+            unit,
+            first,
+            per_range,
+            beside: [None; 2],
+            pages: Vec::new(),
+        }
+    }
+
+    /// Adds companion buffers to a set without pages.
+    pub(super) fn with(mut self, what: Beside, unit: Option<u64>) -> Self {
+        self.beside[what as usize] = unit;
+        self
     }
 
     /// Adds a zeroed companion buffer to each page, with units of `unit` bytes (a multiple of 4), or removes them.
-    pub(super) fn keep_beside(&mut self, gpu: &Gpu, unit: Option<u64>) -> Result<(), RenderError> {
-        if self.beside == unit {
+    pub(super) fn keep_beside(&mut self, gpu: &Gpu, what: Beside, unit: Option<u64>) -> Result<(), RenderError> {
+        let kind = what as usize;
+        if self.beside[kind] == unit {
             return Ok(());
         }
-        self.beside = unit;
+        self.beside[kind] = unit;
         for number in 0..self.pages.len() {
             let Some(bytes) = self.pages[number].as_ref().map(|page| page.bytes) else { continue };
-            let beside = self.beside_of(gpu, bytes)?;
-            self.pages[number].as_mut().into_iter().for_each(|page| page.beside.clone_from(&beside));
+            let beside = self.beside_of(gpu, what, bytes)?;
+            self.pages[number].as_mut().into_iter().for_each(|page| page.beside[kind].clone_from(&beside));
         }
         Ok(())
     }
 
-    /// Creates the companion of a page of `bytes` bytes.
-    fn beside_of(&self, gpu: &Gpu, bytes: u64) -> Result<Option<Buffer>, RenderError> {
+    /// Creates a companion of a page of `bytes` bytes.
+    fn beside_of(&self, gpu: &Gpu, what: Beside, bytes: u64) -> Result<Option<Buffer>, RenderError> {
         let make = |unit| gpu.checked(|_| self.buffer_of(gpu, bytes / self.unit * unit));
-        self.beside.map(make).transpose()
+        self.beside[what as usize].map(make).transpose()
     }
 
     fn buffer_of(&self, gpu: &Gpu, size: u64) -> Buffer {
@@ -98,13 +122,15 @@ impl Pages {
         let size = findable(half.clamp(self.first, most).max(units));
         let bytes = u64::from(size) * self.unit;
         let limits = gpu.device.limits();
-        let limit = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
+        let storage = self.usage.contains(BufferUsages::STORAGE);
+        let bound = if storage { limits.max_storage_buffer_binding_size } else { u64::MAX };
+        let limit = limits.max_buffer_size.min(bound);
         let too_large = || RenderError::Device(format!("{} of {bytes} bytes; the device takes {limit}", self.label));
         if bytes > limit {
             return Err(too_large());
         }
         let buffer = gpu.checked(|_| self.buffer_of(gpu, bytes))?;
-        let beside = self.beside_of(gpu, bytes)?;
+        let beside = [self.beside_of(gpu, Beside::Cells, bytes)?, self.beside_of(gpu, Beside::Tiles, bytes)?];
         let mut allocator = Allocator::with_max_allocs(size, (size / self.per_range).max(64));
         let allocation = allocator.allocate(units).ok_or_else(too_large)?;
         let page = Some(Page { buffer, beside, bytes, allocator, ranges: 1 });
@@ -138,14 +164,14 @@ impl Pages {
     }
 
     /// The companion buffer of a range, and the range's byte offset there.
-    pub(super) fn beside(&self, range: &Range) -> Option<(&Buffer, u64)> {
-        let buffer = self.beside_page(range.page)?;
-        Some((buffer, u64::from(range.start()) * self.beside?))
+    pub(super) fn beside(&self, what: Beside, range: &Range) -> Option<(&Buffer, u64)> {
+        let buffer = self.beside_page(what, range.page)?;
+        Some((buffer, u64::from(range.start()) * self.beside[what as usize]?))
     }
 
     /// The companion buffer of a page.
-    pub(super) fn beside_page(&self, page: u32) -> Option<&Buffer> {
-        self.pages[page as usize].as_ref()?.beside.as_ref()
+    pub(super) fn beside_page(&self, what: Beside, page: u32) -> Option<&Buffer> {
+        self.pages[page as usize].as_ref()?.beside[what as usize].as_ref()
     }
 
     /// Byte offset of a range in its buffer.
@@ -155,7 +181,7 @@ impl Pages {
 
     /// Bytes of all pages and their companions.
     pub(super) fn bytes(&self) -> u64 {
-        let of = |page: &Page| page.bytes + page.beside.as_ref().map_or(0, Buffer::size);
+        let of = |page: &Page| page.bytes + page.beside.iter().flatten().map(Buffer::size).sum::<u64>();
         self.pages.iter().flatten().map(of).sum()
     }
 

@@ -6,9 +6,11 @@ use crate::model::{FaceId, InstanceId, PartId, TileId};
 use crate::out::wgpu::error::RenderError;
 use crate::out::wgpu::formats::{DEPTH_FORMAT, PICK_FORMAT};
 use crate::out::wgpu::options::RenderOptions;
-use crate::out::wgpu::target::{read_back, texture, whole};
+use crate::out::wgpu::target::{Reading, texture, whole};
+use crate::view::Camera;
 use ::wgpu::{LoadOp, Operations, StoreOp, TextureUsages};
 use glam::DVec3;
+use std::fmt;
 
 /// The surface point under a pixel, and what it belongs to.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -28,6 +30,22 @@ pub struct PickHit {
     pub point: DVec3,
 }
 
+/// A pick on its way from the device.
+pub struct Picking {
+    reading: Reading,
+    camera: Camera,
+    pixel: (u32, u32),
+    size: (u32, u32),
+    /// [`Records::layout`](super::records::Records) when the pixel was drawn.
+    layout: u64,
+}
+
+impl fmt::Debug for Picking {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Picking").field("pixel", &self.pixel).finish_non_exhaustive()
+    }
+}
+
 impl LiveScene {
     /// Finds the surface under the centre of a pixel, `x` from the left and `y` from the top, in a picture as
     /// [`draw`](Self::draw) makes it. `None` for the background and for pixels outside of the picture.
@@ -38,10 +56,26 @@ impl LiveScene {
     /// If the device fails.
     pub fn pick(
         &mut self,
-        (x, y): (u32, u32),
+        pixel: (u32, u32),
         view: usize,
         options: &RenderOptions,
     ) -> Result<Option<PickHit>, RenderError> {
+        let Some(picking) = self.begin_pick(pixel, view, options)? else { return Ok(None) };
+        let seen = picking.reading.wait(&self.gpu.device)?;
+        Ok(self.hit(&picking, &seen))
+    }
+
+    /// Begins to [`pick`](Self::pick), without waiting. Browsers let no caller wait. `None` for pixels outside of the
+    /// picture.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn begin_pick(
+        &mut self,
+        (x, y): (u32, u32),
+        view: usize,
+        options: &RenderOptions,
+    ) -> Result<Option<Picking>, RenderError> {
         let (width, height) = options.size;
         if x >= width || y >= height {
             return Ok(None);
@@ -51,7 +85,7 @@ impl LiveScene {
         let aim = Aim { camera: &camera, pixel: Some((x, y)) };
         let gpu = self.gpu.clone();
         let seen = gpu.checked(|device| {
-            let (sight, _) = self.refresh(view, options, &aim);
+            let (sight, _, _) = self.refresh(view, options, &aim);
             let target = texture(&gpu, (1, 1), PICK_FORMAT, 1, TextureUsages::COPY_SRC);
             let depth = texture(&gpu, (1, 1), DEPTH_FORMAT, 1, TextureUsages::empty());
             let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
@@ -61,7 +95,7 @@ impl LiveScene {
                     view: &whole(&target),
                     depth_slice: None,
                     resolve_target: None,
-                    ops: Operations { load: LoadOp::Clear(::wgpu::Color::BLACK), store: StoreOp::Store },
+                    ops: Operations { load: LoadOp::Clear(::wgpu::Color::TRANSPARENT), store: StoreOp::Store },
                 })],
                 depth_stencil_attachment: Some(::wgpu::RenderPassDepthStencilAttachment {
                     view: &whole(&depth),
@@ -77,21 +111,36 @@ impl LiveScene {
             gpu.queue.submit([encoder.finish()]);
             target
         })?;
-        let seen = read_back(&self.gpu.device, &self.gpu.queue, &seen, 8)?;
+        let reading = Reading::begin(&self.gpu.device, &self.gpu.queue, &seen, 16)?;
+        Ok(Some(Picking { reading, camera, pixel: (x, y), size: options.size, layout: self.records.layout }))
+    }
+
+    /// The answer of a pick, if it has arrived; `None` until then. Does not wait. Not to be called again after an answer.
+    ///
+    /// Where instances came or went since the pick began, nothing is found.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub fn poll_pick(&self, picking: &Picking) -> Option<Result<Option<PickHit>, RenderError>> {
+        Some(picking.reading.poll(&self.gpu.device)?.map(|seen| self.hit(picking, &seen)))
+    }
+
+    /// What the pixel's numbers name.
+    fn hit(&self, picking: &Picking, seen: &[u8]) -> Option<PickHit> {
         let word = |k: usize| seen.get(4 * k..4 * k + 4).map_or(0, |b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-        let Some(row) = word(0).checked_sub(1) else { return Ok(None) };
+        let row = word(0).checked_sub(1).filter(|_| picking.layout == self.records.layout)?;
         let (place, tile) = self.records.tile_of(row);
         let place = &self.shown.places[place as usize];
         let part = &self.shown.parts[place.part as usize];
-        let Some(of_tile) = part.tiles[tile as usize] else { return Ok(None) };
-        let (start, direction) = camera.ray((x, y), options.size);
-        Ok(Some(PickHit {
+        let of_tile = part.tiles.get(tile as usize)?.as_ref()?;
+        let (start, direction) = picking.camera.ray(picking.pixel, picking.size);
+        Some(PickHit {
             instance: InstanceId(place.instance),
             part: PartId(part.number),
             face: of_tile.face,
             tile: TileId(tile),
             triangles: of_tile.triangles,
             point: start + f64::from(f32::from_bits(word(1))) * direction,
-        }))
+        })
     }
 }

@@ -14,7 +14,7 @@ const WIDE: u32 = 1 << 31;
 pub(super) struct Records {
     pub(super) rows: Vec<Record>,
     /// The first row of each place.
-    firsts: Vec<u32>,
+    pub(super) firsts: Vec<u32>,
     palette: Palette,
     /// The highlighted face.
     marked: Option<(InstanceId, FaceId)>,
@@ -22,6 +22,8 @@ pub(super) struct Records {
     all: bool,
     /// Parts and tiles whose rows are outdated.
     stale: Vec<(u32, u32)>,
+    /// Counts changes of `firsts`.
+    pub(super) layout: u64,
 }
 
 impl Records {
@@ -79,7 +81,7 @@ impl Records {
 
     fn refresh_all(&mut self, shown: &DeviceScene) -> std::ops::Range<usize> {
         (self.all, self.stale) = (false, Vec::new());
-        self.firsts.clear();
+        let before = std::mem::take(&mut self.firsts);
         self.rows.clear();
         for (number, place) in shown.places.iter().enumerate() {
             self.firsts.push(self.rows.len() as u32);
@@ -87,6 +89,7 @@ impl Records {
                 self.rows.push(self.made(shown, number as u32, tile as u32));
             }
         }
+        self.layout += u64::from(before != self.firsts);
         0..self.rows.len()
     }
 
@@ -113,7 +116,7 @@ impl Records {
             own: at.colour.or(part.face_colours.get(tile.face.index()).copied().flatten()),
         };
         Record {
-            first_index: tile.first_index() | if tile.wide { WIDE } else { 0 },
+            first_index: tile.indices().map_or(0, |(_, wide, first)| first | if wide { WIDE } else { 0 }),
             base_vertex: tile.vertices.start(),
             place,
             colour: if marked { MARKED } else { self.palette.of(&painted) },

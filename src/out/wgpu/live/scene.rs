@@ -1,18 +1,22 @@
 //! Frames to a scene on the graphics device, and to its pictures.
 
 use super::super::error::RenderError;
+use super::super::formats::{DEPTH_FORMAT, SAMPLES};
 use super::super::gpu::Gpu;
 use super::super::options::RenderOptions;
 use super::super::target::SampleTargets;
 use super::device_scene::DeviceScene;
-use super::lists::{Edges, Rows, Tiles};
+use super::edges::Edges;
+use super::lists::Tiles;
 use super::pending::Pending;
+use super::record_rows::RecordRows;
 use super::records::Records;
 use super::store::Store;
 use super::uniforms::{Aim, SceneSight};
 use crate::model::{FaceId, InstanceId};
 use crate::view::{Camera, ViewPoint};
-use ::wgpu::{BindGroup, BufferUsages, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
+use ::wgpu::{BindGroup, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
+use glam::{DMat4, DVec3};
 use std::fmt;
 
 /// A [`MeshSink`](crate::mesh::MeshSink) that keeps the last complete frame on the graphics device and draws it from
@@ -26,7 +30,8 @@ use std::fmt;
 /// so that large parts and large worlds do not jitter.
 ///
 /// Memory: 16 bytes per vertex, 2 per index (4 in tiles of more than 65 536 vertices), and per tile of an instance 16
-/// plus 20 for its draw. Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the device.
+/// plus 20 for its draw. Where tiles are merged ([`new`](Self::new)): 20 bytes per vertex, 4 per index of each instance,
+/// 4 per tile of an instance, and in the caller's memory 4 per index. Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the device.
 pub struct LiveScene {
     pub(super) gpu: Gpu,
     pub(super) store: Store,
@@ -39,7 +44,7 @@ pub struct LiveScene {
     /// Counts frames that change edges.
     pub(super) edges_version: u64,
     pub(super) records: Records,
-    pub(super) record_rows: Rows,
+    pub(super) record_rows: RecordRows,
     /// By view.
     pub(super) tiles: Vec<Tiles>,
     pub(super) edges: Edges,
@@ -62,7 +67,7 @@ pub struct DeviceMemory {
     pub vertices: u64,
     /// Pages of indices.
     pub indices: u64,
-    /// Pages of edges.
+    /// Points of edges, once they were drawn.
     pub edges: u64,
     /// Draws and their data: records of tiles per instance, placements.
     pub draws: u64,
@@ -92,12 +97,53 @@ pub struct DrawStats {
     pub bytes: u64,
 }
 
+/// What a picture of a scene needs of the device, from [`LiveScene::upload`] to [`LiveScene::encode`].
+#[derive(Clone, Debug)]
+pub struct SceneInPass {
+    sight: BindGroup,
+    view: usize,
+    clip: DMat4,
+    eye: DVec3,
+    lattice: bool,
+    wireframe: bool,
+    edges: bool,
+    stats: DrawStats,
+}
+
+impl SceneInPass {
+    /// What the picture will draw, and what was uploaded for it.
+    #[must_use]
+    pub fn stats(&self) -> DrawStats {
+        self.stats
+    }
+
+    /// World relative to [`eye`](Self::eye), to clip space with reversed depth. Large worlds jitter in single precision
+    /// unless the eye is subtracted first.
+    #[must_use]
+    pub fn clip(&self) -> DMat4 {
+        self.clip
+    }
+
+    /// The camera's eye, world coordinates.
+    #[must_use]
+    pub fn eye(&self) -> DVec3 {
+        self.eye
+    }
+}
+
 impl LiveScene {
+    /// Depth format of the passes that [`encode`](Self::encode) takes.
+    pub const DEPTH: TextureFormat = DEPTH_FORMAT;
+
+    /// Samples per pixel of the passes that [`encode`](Self::encode) takes.
+    pub const SAMPLES: u32 = SAMPLES;
+
     /// Creates an empty scene on the caller's device, for pictures of `format`.
     ///
-    /// Shaders write linear light, so a format that does not encode sRGB looks too dark. The device needs three storage
-    /// buffers in vertex shaders (`DownlevelFlags::VERTEX_STORAGE`) and no features. With
-    /// `Features::INDIRECT_FIRST_INSTANCE` all draws from a page are one call.
+    /// Shaders write linear light, so a format that does not encode sRGB looks too dark. The device needs no features:
+    /// that of OpenGL ES 3.0 or WebGL 2 suffices. With `Features::INDIRECT_FIRST_INSTANCE`, and two storage buffers in
+    /// vertex shaders, all draws from a page are one call; otherwise the tiles of an instance are merged into one draw
+    /// per page, and the wireframe has lines of a pixel that do not fade out.
     ///
     /// # Errors
     /// If the device rejects the shaders.
@@ -107,15 +153,15 @@ impl LiveScene {
 
     pub(in super::super) fn with(gpu: Gpu) -> Self {
         Self {
+            store: Store::new(&gpu),
+            record_rows: RecordRows::new(&gpu),
             gpu,
-            store: Store::new(),
             shown: DeviceScene::default(),
             whole: false,
             pending: None,
             version: 1,
             edges_version: 1,
             records: Records::default(),
-            record_rows: Rows::new(BufferUsages::VERTEX),
             tiles: Vec::new(),
             edges: Edges::new(),
             sight: SceneSight::new(),
@@ -140,20 +186,11 @@ impl LiveScene {
         view: usize,
         options: &RenderOptions,
     ) -> Result<DrawStats, RenderError> {
-        self.gpu.takes(options.size)?;
-        let view = self.known(view);
-        let camera = self.camera(options);
+        let drawn = self.upload(view, options)?;
         let gpu = self.gpu.clone();
         gpu.checked(|device| {
             if self.samples.as_ref().is_none_or(|samples| samples.size != options.size) {
                 self.samples = Some(SampleTargets::new(&gpu, options.size));
-            }
-            let (sight, mut bytes) = self.refresh(view, options, &Aim { camera: &camera, pixel: None });
-            if options.wireframe {
-                bytes += self.tiles[view].refresh_wires(&gpu, &self.store);
-            }
-            if options.edges {
-                bytes += self.edges.refresh(&gpu, &self.shown, &self.store, self.edges_version);
             }
             let Some(samples) = &self.samples else { return DrawStats::default() };
             let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
@@ -172,29 +209,76 @@ impl LiveScene {
                 }),
                 ..::wgpu::RenderPassDescriptor::default()
             });
-            pass.set_bind_group(0, &sight, &[]);
+            pass.set_bind_group(0, &drawn.sight, &[]);
             pass.set_pipeline(&gpu.pipelines.backdrop);
             pass.draw(0..3, 0..1);
-            pass.set_pipeline(&gpu.pipelines.surface);
-            self.draw_tiles(&mut pass, view);
-            if options.lattice {
-                pass.set_pipeline(&gpu.pipelines.lattice);
-                self.draw_lattice(&mut pass, view);
-            }
-            // Lines come after all surfaces, to be drawn over the surface they lie on.
-            if let Some(records) = self.record_rows.buffer().filter(|_| options.wireframe) {
-                pass.set_pipeline(&gpu.pipelines.wire);
-                pass.set_vertex_buffer(0, records.slice(..));
-                self.tiles[view].draw_wires(&mut pass);
-            }
-            if options.edges {
-                pass.set_pipeline(&gpu.pipelines.edge);
-                self.edges.draw(&mut pass);
-            }
+            self.encode(&mut pass, &drawn);
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
-            DrawStats { triangles: self.tiles[view].triangles, tiles: self.tiles[view].count(), bytes }
+            drawn.stats
         })
+    }
+
+    /// Uploads what [`encode`](Self::encode) needs for a picture, as [`draw`](Self::draw) does.
+    ///
+    /// # Errors
+    /// As [`draw`](Self::draw).
+    pub fn upload(&mut self, view: usize, options: &RenderOptions) -> Result<SceneInPass, RenderError> {
+        self.gpu.takes(options.size)?;
+        let view = self.known(view);
+        let camera = self.camera(options);
+        let gpu = self.gpu.clone();
+        gpu.checked(|_| {
+            let (sight, clip, mut bytes) = self.refresh(view, options, &Aim { camera: &camera, pixel: None });
+            if options.wireframe {
+                bytes += self.tiles[view].refresh_wires(&gpu, &self.store);
+            }
+            if options.edges {
+                bytes += self.edges.refresh(&gpu, &self.shown, self.edges_version);
+            }
+            let stats = DrawStats { triangles: self.tiles[view].triangles, tiles: self.tiles[view].count, bytes };
+            let RenderOptions { lattice, wireframe, edges, .. } = *options;
+            SceneInPass { sight, view, clip, eye: camera.eye, lattice, wireframe, edges, stats }
+        })
+    }
+
+    /// Encodes the scene into the caller's pass: surfaces first, then lines over them. No backdrop.
+    ///
+    /// The pass has one colour target of this scene's format and depth of [`DEPTH`](Self::DEPTH), both with
+    /// [`SAMPLES`](Self::SAMPLES) samples. Depth is reversed: cleared to 0, greater is nearer. What the caller draws
+    /// with [`SceneInPass::clip`] shares it. Changes pipeline, bind groups, vertex and index buffers of the pass.
+    ///
+    /// `drawn` is the last that [`upload`](Self::upload) returned, with no frame, pick or picture since.
+    pub fn encode(&self, pass: &mut RenderPass<'_>, drawn: &SceneInPass) {
+        let pipelines = &self.gpu.pipelines;
+        pass.set_bind_group(0, &drawn.sight, &[]);
+        pass.set_pipeline(&pipelines.surface);
+        self.draw_tiles(pass, drawn.view);
+        if drawn.lattice {
+            pass.set_pipeline(&pipelines.lattice);
+            self.bind_records(pass, 1);
+            self.tiles[drawn.view].draw_lattice(pass, &self.store);
+        }
+        // Lines come after all surfaces, to be drawn over the surface they lie on.
+        if drawn.wireframe {
+            pass.set_pipeline(&pipelines.wire);
+            self.bind_records(pass, 0);
+            self.tiles[drawn.view].draw_wires(pass, &self.store);
+        }
+        if drawn.edges {
+            pass.set_pipeline(&pipelines.edge);
+            self.edges.draw(pass);
+        }
+    }
+
+    /// Shows or hides an instance of the scene in all views. Frames do not change it. An unknown number is kept for an
+    /// instance to come.
+    pub fn set_visible(&mut self, instance: InstanceId, visible: bool) {
+        let hidden = &mut self.shown.hidden;
+        if if visible { hidden.remove(&instance) } else { hidden.insert(instance) } {
+            self.version += 1;
+            self.edges_version += 1;
+        }
     }
 
     /// Stores the lattice position of each vertex (8 bytes), which [`RenderOptions::lattice`] needs. Off by default.
@@ -217,19 +301,19 @@ impl LiveScene {
     /// Size of this scene's buffers on the device, without the textures that pictures are drawn to.
     #[must_use]
     pub fn held(&self) -> DeviceMemory {
-        let Store { vertices, indices, points, staging, .. } = &self.store;
+        let Store { vertices, indices, staging, .. } = &self.store;
         let lists: u64 = self.tiles.iter().map(Tiles::bytes).sum();
         DeviceMemory {
             vertices: vertices.bytes(),
             indices: indices.bytes(),
-            edges: points.bytes(),
-            draws: self.record_rows.bytes() + lists + self.edges.bytes() + self.sight.bytes(),
+            edges: self.edges.bytes(),
+            draws: self.record_rows.bytes() + lists + self.sight.bytes(),
             staging: staging.held(),
-            pages: vertices.count() + indices.count() + points.count(),
+            pages: vertices.count() + indices.count(),
         }
     }
 
-    /// Bytes of tiles and edges that the last complete frame uploaded.
+    /// Bytes of tiles that the last complete frame uploaded.
     #[must_use]
     pub fn uploaded(&self) -> u64 {
         self.uploaded
@@ -246,29 +330,31 @@ impl LiveScene {
         options.camera.unwrap_or_else(|| ViewPoint::ISO.fit(self.shown.corners(), aspect))
     }
 
-    /// Updates records, draw list and globals for a view. Returns bind group 0 and the number of bytes uploaded.
-    pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> (BindGroup, u64) {
+    /// Updates records, draw list and globals for a view. Returns bind group 0, the projection relative to the eye and
+    /// the number of bytes uploaded.
+    pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> (BindGroup, DMat4, u64) {
         let changed = self.records.refresh(&self.shown, options.colour_by);
-        let mut bytes = self.record_rows.write(&self.gpu, &self.records.rows, changed);
+        let mut bytes = self.record_rows.write(&self.gpu, &self.records, changed);
         while self.tiles.len() <= view {
-            self.tiles.push(Tiles::new());
+            self.tiles.push(Tiles::new(&self.gpu));
         }
         bytes += self.tiles[view].refresh(&self.gpu, &self.shown, &self.records, view, self.version);
-        let (sight, seen) = self.sight.refresh(&self.gpu, &self.shown, aim, options);
-        (sight, bytes + seen)
+        let (sight, clip, seen) = self.sight.refresh(&self.gpu, &self.shown, aim, options);
+        (sight, clip, bytes + seen)
     }
 
     pub(super) fn draw_tiles(&self, pass: &mut RenderPass<'_>, view: usize) {
-        if let Some(records) = self.record_rows.buffer() {
-            pass.set_vertex_buffer(1, records.slice(..));
-            self.tiles[view].draw(pass, &self.store);
-        }
+        self.bind_records(pass, 1);
+        self.tiles[view].draw(pass, &self.store);
     }
 
-    fn draw_lattice(&self, pass: &mut RenderPass<'_>, view: usize) {
+    /// Binds the records, as a vertex buffer where they are one.
+    fn bind_records(&self, pass: &mut RenderPass<'_>, slot: u32) {
         if let Some(records) = self.record_rows.buffer() {
-            pass.set_vertex_buffer(1, records.slice(..));
-            self.tiles[view].draw_lattice(pass, &self.store);
+            pass.set_vertex_buffer(slot, records.slice(..));
+        }
+        if let Some(records) = self.record_rows.group() {
+            pass.set_bind_group(3, records, &[]);
         }
     }
 }

@@ -4,6 +4,7 @@ use super::super::error::RenderError;
 use super::device_scene::DeviceScene;
 use super::pending::{Base, Pending};
 use super::scene::LiveScene;
+use super::store::line as encoded_line;
 use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError};
 use std::io;
 
@@ -26,7 +27,6 @@ impl LiveScene {
         self.store.staging.discard();
         if let Some(pending) = self.pending.take() {
             pending.tiles.into_iter().filter_map(|row| row.2).for_each(|tile| self.store.drop_tile(tile));
-            pending.lines.into_iter().filter_map(|row| row.2).for_each(|line| self.store.drop_line(line));
         }
     }
 
@@ -46,8 +46,7 @@ impl LiveScene {
         let Some(pending) = &mut self.pending else { return Err(not_begun()) };
         let parts = if let Base::Whole(shown) = &pending.base { &shown.parts } else { &self.shown.parts };
         if let Some(part) = parts.get(line.part.index()) {
-            let sent = self.store.line(&self.gpu, &line.points, part.centre).map_err(failed)?;
-            pending.lines.push((line.part.0, line.edge, sent));
+            pending.lines.push((line.part.0, line.edge, encoded_line(&line.points, part.centre)));
         }
         Ok(())
     }
@@ -56,14 +55,11 @@ impl LiveScene {
     fn commit(&mut self, Pending { base, tiles, lines, drawn }: Pending) {
         let mut edges_changed = !lines.is_empty();
         let mut old_tiles = Vec::new();
-        let mut old_lines = Vec::new();
         match base {
             Base::Whole(shown) => {
                 let old = std::mem::replace(&mut self.shown, shown);
-                for part in old.parts {
-                    old_tiles.extend(part.tiles.into_iter().flatten());
-                    old_lines.extend(part.lines.into_iter().flatten());
-                }
+                self.shown.hidden = old.hidden;
+                old_tiles.extend(old.parts.into_iter().flat_map(|part| part.tiles).flatten());
                 self.records.stale_all();
                 edges_changed = true;
             }
@@ -82,10 +78,9 @@ impl LiveScene {
             self.records.stale(part, tile.0);
         }
         for (part, edge, new) in lines {
-            old_lines.extend(put(&mut self.shown.parts[part as usize].lines, edge.0, new));
+            put(&mut self.shown.parts[part as usize].lines, edge.0, new);
         }
         old_tiles.into_iter().for_each(|tile| self.store.drop_tile(tile));
-        old_lines.into_iter().for_each(|line| self.store.drop_line(line));
         self.shown.drawn = drawn;
         self.version += 1;
         self.edges_version += u64::from(edges_changed);

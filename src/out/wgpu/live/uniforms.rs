@@ -1,12 +1,14 @@
 //! A camera to shader globals and placements relative to the eye, subtracted in f64 so that large worlds do not jitter.
 
 use super::super::RenderOptions;
+use super::super::formats::ROW_FORMAT;
 use super::super::gpu::Gpu;
 use super::device_scene::DeviceScene;
-use super::lists::{Rows, bind};
+use super::rows::{Rows, bind};
+use super::texels::Texels;
 use crate::out::colour;
 use crate::view::{Camera, Projection};
-use ::wgpu::{BindGroup, BufferUsages};
+use ::wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
 
@@ -53,8 +55,8 @@ struct Globals {
     rest: [f32; 3],
 }
 
-/// `Place` in the shader: rows of the transform from part to world, relative to the eye.
-type PlaceRow = [[f32; 4]; 3];
+/// A row of the transform from part to world, relative to the eye.
+type PlaceRow = [f32; 4];
 
 /// A camera, and the only pixel to draw when picking.
 pub(super) struct Aim<'a> {
@@ -65,38 +67,37 @@ pub(super) struct Aim<'a> {
 /// Globals and placements on the device.
 pub(super) struct SceneSight {
     globals: Rows,
-    places: Rows,
+    places: Texels,
+    /// Three per place.
     rows: Vec<PlaceRow>,
 }
 
 impl SceneSight {
     pub(super) fn new() -> Self {
-        Self { globals: Rows::new(BufferUsages::UNIFORM), places: Rows::new(BufferUsages::STORAGE), rows: Vec::new() }
+        Self { globals: Rows::new(BufferUsages::UNIFORM), places: Texels::new(ROW_FORMAT), rows: Vec::new() }
     }
 
-    /// Uploads globals and placements. Returns their bind group and the number of bytes uploaded.
+    /// Uploads globals and placements. Returns their bind group, the projection and the number of bytes uploaded.
     pub(super) fn refresh(
         &mut self,
         gpu: &Gpu,
         shown: &DeviceScene,
         aim: &Aim<'_>,
         options: &RenderOptions,
-    ) -> (BindGroup, u64) {
+    ) -> (BindGroup, DMat4, u64) {
         let eye = aim.camera.eye;
         self.rows.clear();
-        self.rows.extend(shown.places.iter().map(|place| {
+        self.rows.extend(shown.places.iter().flat_map(|place| {
             let centre = shown.parts[place.part as usize].centre;
             let (m, at) = (place.transform.matrix3, place.transform.transform_point3(centre) - eye);
             [0, 1, 2].map(|row| m.row(row).as_vec3().extend(at[row] as f32).to_array())
         }));
-        if self.rows.is_empty() {
-            self.rows.push(PlaceRow::default()); // empty buffers cannot be bound
-        }
-        let globals = globals(shown, aim, options);
+        let (globals, clip) = globals(shown, aim, options);
         let mut bytes = self.globals.write(gpu, &[globals], 0..1);
         bytes += self.places.write(gpu, &self.rows, 0..self.rows.len());
-        let buffers: Vec<_> = [&self.globals, &self.places].into_iter().filter_map(Rows::buffer).collect();
-        (bind(gpu, &gpu.pipelines.view, &buffers), bytes)
+        let globals = self.globals.buffer().map(Buffer::as_entire_binding);
+        let places = self.places.view().map(BindingResource::TextureView);
+        (bind(gpu, &gpu.pipelines.view, globals.into_iter().chain(places).collect()), clip, bytes)
     }
 
     pub(super) fn bytes(&self) -> u64 {
@@ -104,7 +105,7 @@ impl SceneSight {
     }
 }
 
-fn globals(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> Globals {
+fn globals(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (Globals, DMat4) {
     let (width, height) = (f64::from(options.size.0), f64::from(options.size.1));
     let camera = aim.camera;
     let (centre, radius) = shown.extent;
@@ -112,7 +113,8 @@ fn globals(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> Globa
     let depth = (camera.eye - centre).dot(camera.axes()[2]);
     let (near, far, nearer, parallel) = match camera.projection {
         Projection::Perspective { near, .. } => {
-            let near = near.max(NEAR * camera.eye.distance(centre).max(radius));
+            // The nearest part may be far beyond. OpenGL maps depth to -1 to 1, and has no precision to spare.
+            let near = near.max(NEAR * camera.eye.distance(centre).max(radius)).max(shown.nearest(camera));
             (near, f64::INFINITY, [NEARER, 0.0], 0.0)
         }
         Projection::Orthographic { height } => {
@@ -132,7 +134,7 @@ fn globals(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> Globa
     let [right, up, back] = [view.row(0), view.row(1), view.row(2)].map(|row| row.truncate().as_vec3());
     let key: Vec3 = (0.75 * up + 0.65 * back - 0.55 * right).normalize_or_zero();
     let [top, bottom] = options.background.map(colour::linear);
-    Globals {
+    let globals = Globals {
         clip: clip.as_mat4().to_cols_array(),
         key: key.extend(0.0).to_array(),
         top,
@@ -150,5 +152,6 @@ fn globals(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> Globa
         backfaces: if options.backfaces { 1.0 } else { 0.0 },
         lattice_width: LATTICE.width,
         rest: [0.0; 3],
-    }
+    };
+    (globals, clip)
 }

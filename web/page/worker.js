@@ -1,0 +1,321 @@
+/**
+ * The worker of one file: reads it, prepares it, and draws it on the canvas that the page hands over. Messages come
+ * from stage.js; main.js hears what is posted here. Long stages run in one go: the page ends them by ending the worker.
+ */
+
+import init, * as wasm from "./wasm/trimtess_web.js";
+
+/** @typedef {import("./stage.js").Message} Message */
+/** @typedef {import("./stage.js").Source} Source */
+/** @typedef {{ colours: any, deviation: number, orthographic: boolean, edges: boolean, wireframe: boolean,
+ *   backfaces: boolean, dark: boolean }} Settings */
+
+/** Colours behind the model, top and bottom, by colour scheme. */
+const BACKGROUND = {
+  light: [
+    [0.97, 0.98, 0.99, 1],
+    [0.83, 0.86, 0.9, 1],
+  ],
+  dark: [
+    [0.14, 0.16, 0.18, 1],
+    [0.08, 0.09, 0.1, 1],
+  ],
+};
+
+/** What the stages do, in words. */
+const STAGES = { read: "reading", prepare: "preparing", tessellate: "making triangles" };
+
+/** Least time between two messages of progress, milliseconds. */
+const SPOKEN = 100;
+
+/** @type {wasm.Prepared | undefined} */ let prepared;
+/** @type {wasm.Viewer | undefined} */ let viewer;
+/** Where a device that was lost looked from. @type {Float64Array | undefined} */ let camera;
+/** @type {Settings} */ let settings;
+/** @type {[number, number]} */ let size = [1, 1];
+let name = "";
+let gpu = "";
+/** @type {Set<number>} */ const hidden = new Set();
+/** Number of the page's last message that the next picture has in it. */
+let turn = 0;
+let scheduled = false;
+/** The page has said how large the picture is. */
+let begun = false;
+
+/** @param {any} message @param {Transferable[]} [transfer] */
+const post = (message, transfer = []) => self.postMessage(message, { transfer });
+/** @param {unknown} error @returns {string} */
+function wordsOf(error) {
+  if (error instanceof WebAssembly.RuntimeError)
+    return `stopped by a lack of memory or a defect of the program (${error.message})`;
+  return error instanceof Error ? error.message : String(error);
+}
+
+// ---- Opening ----
+
+/** @param {string} words What it is done to. @returns {wasm.Progress} */
+function reporter(words) {
+  let last = 0;
+  return (stage, done, total) => {
+    const now = performance.now();
+    if (now - last < SPOKEN) return;
+    last = now;
+    post({ type: "progress", words: `${STAGES[stage]} ${words}`, done: total > 0 ? done / total : undefined });
+  };
+}
+
+/** @param {Source} source @returns {Promise<Uint8Array>} */
+async function bytesOf(source) {
+  if ("file" in source) {
+    const refused = wasm.refusal(source.file.size);
+    if (refused) throw new Error(refused);
+    return new Uint8Array(await source.file.arrayBuffer());
+  }
+  if ("url" in source) {
+    const response = await fetch(source.url);
+    if (!response.ok) throw new Error(`the server says ${response.status}`);
+    return new Uint8Array(await response.arrayBuffer());
+  }
+  throw new Error("nothing to read");
+}
+
+/** @param {Message} message */
+async function open({ canvas, source, size: pixels, settings: wanted, gpu: kind }) {
+  [settings, size, gpu] = [wanted, pixels, kind];
+  name = "file" in source ? source.file.name : "url" in source ? source.name : `builtin:${source.builtin}`;
+  const start = performance.now();
+  try {
+    post({ type: "progress", words: "starting" });
+    await init();
+    const report = reporter(name);
+    post({ type: "progress", words: `reading ${name}` });
+    const model = "builtin" in source ? wasm.sample(source.builtin) : wasm.read(await bytesOf(source), name, report);
+    post({ type: "progress", words: `preparing ${name}` });
+    prepared = model.prepare(report);
+  } catch (error) {
+    post({ type: "failed", message: `${name}: ${wordsOf(error)}` });
+    return;
+  }
+  const seconds = (performance.now() - start) / 1e3;
+  post({ type: "progress", words: "starting the graphics device" });
+  try {
+    await attach(canvas);
+    describe(seconds);
+    post({ type: "progress", words: `drawing ${name}` });
+  } catch (error) {
+    post({ type: "failed", message: wordsOf(error) });
+  }
+}
+
+/** Draws on a canvas from now on. @param {OffscreenCanvas} canvas */
+async function attach(canvas) {
+  const made = await wasm.Viewer.create(canvas, /** @type {any} */ (gpu));
+  viewer = made;
+  // WebGL tells nobody else.
+  canvas.addEventListener("webglcontextlost", () => viewer === made && lose("the browser took it away"));
+}
+
+/** Shows the model in a picture of the present size. */
+function begin() {
+  if (!prepared || !viewer) return;
+  viewer.resize(size[0], size[1]);
+  viewer.show(prepared);
+  if (camera) viewer.setCameraState(camera);
+  set(settings);
+  for (const instance of hidden) viewer.setVisible(instance, false);
+  begun = true;
+}
+
+/** @param {number} seconds */
+function describe(seconds) {
+  if (!prepared || !viewer) return;
+  const info = prepared.info();
+  const diagnostics = prepared.diagnostics();
+  const { backend, name: device } = viewer.adapter();
+  post({
+    type: "loaded",
+    name,
+    counts: [
+      ["parts", String(info.parts.length)],
+      ["instances", String(info.instances.length)],
+      ["faces", String(info.faces)],
+      ["tiles", String(info.tiles)],
+      ["diagonal", `${info.diagonal.toPrecision(6)} mm`],
+      ["read in", `${seconds.toFixed(2)} s`],
+      ["drawn by", `${backend === "webgpu" ? "WebGPU" : "WebGL 2"}${device ? `, ${device}` : ""}`],
+    ],
+    tree: treeOf(info),
+    instances: info.instances.length,
+    diagnostics: diagnostics.map(({ severity, code, text, shown }) => ({ severity, code, message: text, shown })),
+  });
+}
+
+/**
+ * Instances by part. A part that is placed once is a leaf.
+ * @param {ReturnType<wasm.Prepared["info"]>} info
+ * @returns {import("./tree.js").TreeNode[]}
+ */
+function treeOf({ parts, instances }) {
+  /** @type {number[][]} */
+  const places = parts.map(() => []);
+  for (const [instance, { part }] of instances.entries()) places[part]?.push(instance);
+  return parts.flatMap(({ name, faces }, part) => {
+    const title = name || `part ${part}`;
+    const leaves = places[part].map((instance) => ({
+      name: instances[instance].name || title,
+      faces,
+      instance,
+      children: [],
+    }));
+    if (leaves.length < 2) return leaves.map((leaf) => ({ ...leaf, name: title }));
+    return [{ name: `${title} × ${leaves.length}`, faces: faces * leaves.length, children: leaves }];
+  });
+}
+
+// ---- Pictures ----
+
+/** Has a picture drawn soon. */
+function draw() {
+  if (scheduled) return;
+  scheduled = true;
+  requestAnimationFrame(() => {
+    scheduled = false;
+    if (!viewer || !begun) return;
+    const seen = turn;
+    try {
+      step(viewer, seen);
+    } catch (error) {
+      post({ type: "trouble", message: wordsOf(error) });
+    }
+  });
+}
+
+/** @param {wasm.Viewer} viewer @param {number} seen */
+function step(viewer, seen) {
+  const start = performance.now();
+  const frame = viewer.step();
+  if (frame.lost !== undefined) {
+    lose(frame.lost);
+    return;
+  }
+  post({
+    type: "frame",
+    turn: seen,
+    again: frame.again,
+    plan: frame.planMs,
+    made: frame.makeMs,
+    whole: performance.now() - start,
+    tiles: frame.tiles,
+    draws: frame.drawnTiles,
+    triangles: frame.triangles,
+    sent: frame.sentBytes,
+    held: frame.heldBytes,
+    memory: wasm.memoryBytes(),
+    marker: frame.mark ?? null,
+  });
+  if (frame.again) draw();
+}
+
+/** @param {string} message */
+function lose(message) {
+  camera = viewer?.cameraState() ?? camera;
+  viewer = undefined;
+  post({ type: "lost", message });
+}
+
+/** @param {Settings} wanted */
+function set(wanted) {
+  settings = wanted;
+  viewer?.orthographic(settings.orthographic);
+  viewer?.set({
+    deviationPx: settings.deviation,
+    colourBy: settings.colours,
+    wireframe: settings.wireframe,
+    edges: settings.edges,
+    backfaces: settings.backfaces,
+    background: /** @type {any} */ (settings.dark ? BACKGROUND.dark : BACKGROUND.light),
+  });
+}
+
+/** What the page sends without waiting for an answer. @type {Record<string, (message: Message) => void>} */
+const ORDERS = {
+  begin(message) {
+    size = message.size;
+    begin();
+  },
+  set: (message) => set(message.settings),
+  resize(message) {
+    size = message.size;
+    viewer?.resize(size[0], size[1]);
+  },
+  press: ({ x, y }) => viewer?.press(x, y),
+  orbit: ({ dx, dy }) => viewer?.orbit(dx, dy),
+  pan: ({ x0, y0, x1, y1 }) => viewer?.pan(x0, y0, x1, y1),
+  zoom: ({ x, y, factor }) => viewer?.zoom(x, y, factor),
+  fit: ({ side }) => (side === "fit" ? viewer?.fit() : viewer?.side(side)),
+  unpick: () => viewer?.unpick(),
+  visible({ instances, visible }) {
+    for (const instance of instances) {
+      if (visible) hidden.delete(instance);
+      else hidden.add(instance);
+      viewer?.setVisible(instance, visible);
+    }
+  },
+};
+
+// ---- Questions ----
+
+/** @param {wasm.Pick | undefined} picked */
+const factsOf = (picked) => (picked ? { rows: picked.facts, instance: picked.instance } : null);
+
+/** What the page asks and waits for. @type {Record<string, (message: Message) => Promise<any>>} */
+const QUESTIONS = {
+  async pick({ x, y }) {
+    return factsOf(await viewer?.pick(x, y));
+  },
+  async "show-note"({ index }) {
+    if (!prepared || !viewer?.showDiagnostic(index)) return null;
+    const { code, part, face, entity } = prepared.diagnostics()[index];
+    const rows = Object.entries({ note: code, part, face, entity: entity && `#${entity}` })
+      .filter(([, value]) => value !== undefined)
+      .map(([name, value]) => [name, String(value)]);
+    return { rows, instance: prepared.info().instances.findIndex((instance) => instance.part === part) };
+  },
+  async glb() {
+    if (!prepared) throw new Error("nothing is shown");
+    const mesh = prepared.tessellate({ chordRel: 1e-3 });
+    try {
+      return { data: mesh.glb(), name: `${name.replace(/^builtin:|\.(step|stp|p21)$/gi, "")}.glb` };
+    } finally {
+      mesh.free();
+    }
+  },
+};
+
+/** @param {Message} message */
+async function answer(message) {
+  try {
+    post({ type: "reply", id: message.id, value: await QUESTIONS[message.type](message) });
+  } catch (error) {
+    post({ type: "reply", id: message.id, error: wordsOf(error) });
+  }
+}
+
+/** Goes on with a new canvas after the device was lost. @param {Message} message */
+async function replace({ canvas }) {
+  try {
+    await attach(canvas);
+    begin();
+  } catch (error) {
+    lose(wordsOf(error));
+  }
+}
+
+self.onmessage = async ({ data: message }) => {
+  if (message.type === "open") await open(message);
+  else if (message.type === "replace") await replace(message);
+  else if (message.type in QUESTIONS) await answer(message);
+  else ORDERS[message.type](message);
+  turn = Math.max(turn, message.turn);
+  draw();
+};

@@ -1,0 +1,131 @@
+//! Settings of the picture and of the camera, as JavaScript states them.
+
+use serde::{Deserialize, Serialize};
+use trimtess::glam::DVec3;
+use trimtess::out::wgpu::{BadColourBy, ColourBy, RenderOptions};
+use trimtess::view::{Camera, Projection, View, ViewPoint};
+use tsify::Tsify;
+
+/// Settings of the picture. What is left out stays.
+#[derive(Default, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Settings {
+    /// Largest screen distance between surface and triangles, pixels, above 0. 0.5 at first.
+    #[tsify(optional)]
+    deviation_px: Option<f64>,
+    /// What triangles are coloured by: model, part, face, tile or rate.
+    #[tsify(optional)]
+    colour_by: Option<String>,
+    /// Draws triangle edges.
+    #[tsify(optional)]
+    wireframe: Option<bool>,
+    /// Draws the edges of faces.
+    #[tsify(optional)]
+    edges: Option<bool>,
+    /// Draws the lattice lines of tiles.
+    #[tsify(optional)]
+    lattice: Option<bool>,
+    /// Paints back-facing surfaces magenta.
+    #[tsify(optional)]
+    backfaces: Option<bool>,
+    /// sRGB colours at the top and the bottom.
+    #[tsify(optional, type = "[[number, number, number, number], [number, number, number, number]]")]
+    background: Option<[[f32; 4]; 2]>,
+}
+
+/// From where the camera looks.
+#[derive(Serialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub struct Side {
+    /// Degrees about the vertical.
+    yaw: f64,
+    /// Degrees above the horizon.
+    pitch: f64,
+    orthographic: bool,
+}
+
+/// Options of the picture and its deviation.
+#[derive(Clone, Copy)]
+pub(crate) struct Looks {
+    pub(crate) options: RenderOptions,
+    deviation_px: f64,
+}
+
+impl Default for Looks {
+    fn default() -> Self {
+        Self { options: RenderOptions::DEFAULT.with_edges(true), deviation_px: 0.5 }
+    }
+}
+
+impl Looks {
+    /// Takes over what the settings state.
+    pub(crate) fn set(&mut self, settings: Settings) -> Result<(), BadColourBy> {
+        if let Some(by) = settings.colour_by {
+            self.options.colour_by = by.parse::<ColourBy>()?;
+        }
+        if let Some(deviation) = settings.deviation_px.filter(|deviation| deviation.is_finite() && *deviation > 0.0) {
+            self.deviation_px = deviation;
+        }
+        let options = &mut self.options;
+        let flags = [
+            (settings.wireframe, &mut options.wireframe),
+            (settings.edges, &mut options.edges),
+            (settings.lattice, &mut options.lattice),
+            (settings.backfaces, &mut options.backfaces),
+        ];
+        for (stated, flag) in flags {
+            *flag = stated.unwrap_or(*flag);
+        }
+        options.background = settings.background.unwrap_or(options.background);
+        Ok(())
+    }
+
+    /// Options for a picture of `size` pixels seen by `camera`.
+    pub(crate) fn options(&self, camera: Camera, size: (u32, u32)) -> RenderOptions {
+        self.options.with_camera(Some(camera)).with_size(size)
+    }
+
+    /// The view that the frame is planned for.
+    pub(crate) fn view(&self, camera: Camera, size: (u32, u32)) -> View {
+        View { camera, size, deviation_px: self.deviation_px, size_px: None, angle: View::ANGLE }
+    }
+}
+
+/// Fits a camera of the same projection as `like` to points.
+pub(crate) fn fit(like: &Camera, from: &ViewPoint, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
+    if is_orthographic(like) { from.fit_orthographic(points, aspect) } else { from.fit(points, aspect) }
+}
+
+pub(crate) fn is_orthographic(camera: &Camera) -> bool {
+    matches!(camera.projection, Projection::Orthographic { .. })
+}
+
+/// From where a camera looks.
+pub(crate) fn side(camera: &Camera) -> Side {
+    let ViewPoint { yaw, pitch, .. } = camera.view_point();
+    Side { yaw, pitch, orthographic: is_orthographic(camera) }
+}
+
+/// A camera as eleven numbers: eye, direction, up, 1 for an orthographic one, and its height or angle.
+pub(crate) fn numbers(camera: &Camera) -> Vec<f64> {
+    let (orthographic, size) = match camera.projection {
+        Projection::Perspective { fov_y, .. } => (0.0, fov_y),
+        Projection::Orthographic { height } => (1.0, height),
+    };
+    let points = [camera.eye, camera.forward, camera.up];
+    points.iter().flat_map(DVec3::to_array).chain([orthographic, size]).collect()
+}
+
+/// The camera of eleven numbers; `None` if they are not one's.
+pub(crate) fn camera(numbers: &[f64]) -> Option<Camera> {
+    let &[ex, ey, ez, fx, fy, fz, ux, uy, uz, orthographic, size] = numbers else { return None };
+    let projection = if orthographic > 0.0 {
+        Projection::Orthographic { height: size }
+    } else {
+        Projection::Perspective { fov_y: size, near: 0.0 }
+    };
+    let [eye, forward, up] = [[ex, ey, ez], [fx, fy, fz], [ux, uy, uz]].map(DVec3::from);
+    let camera = Camera { eye, forward, up, projection };
+    let view = View { camera, size: (1, 1), deviation_px: 1.0, size_px: None, angle: View::ANGLE };
+    view.check().ok().map(|()| camera)
+}

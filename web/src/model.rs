@@ -1,0 +1,171 @@
+//! Bytes of a file, or a built-in model -> a prepared model.
+
+use crate::diagnostic::{Diagnostic, listed};
+use crate::instance::{Instance, instances};
+use crate::limits::MEMORY;
+use crate::mesh::{Mesh, Tolerance};
+use crate::progress::{self, Progress};
+use crate::told;
+use serde::Serialize;
+use std::path::Path;
+use std::sync::Arc;
+use trimtess::control::Alone;
+use trimtess::import::step::{self, StepError, StepOptions};
+use trimtess::model;
+use trimtess::prepare::{self, PrepareLimits, PrepareOptions};
+use tsify::{Ts, Tsify};
+use wasm_bindgen::prelude::*;
+
+/// Reading takes about ten bytes of memory for each byte of a file.
+const READ: StepOptions = StepOptions::DEFAULT.with_max_bytes(MEMORY / 10).with_max_memory(MEMORY);
+
+/// Version of the library.
+#[wasm_bindgen]
+#[must_use]
+pub fn version() -> String {
+    env!("CARGO_PKG_VERSION").to_owned()
+}
+
+/// Bytes of the module's memory. It never shrinks.
+#[wasm_bindgen(js_name = memoryBytes)]
+#[must_use]
+pub fn memory_bytes() -> f64 {
+    let pages = core::arch::wasm32::memory_size(0);
+    65_536.0 * pages as f64
+}
+
+/// Bytes of the largest file that is read.
+#[wasm_bindgen(js_name = maxBytes)]
+#[must_use]
+pub fn max_bytes() -> f64 {
+    READ.max_bytes as f64
+}
+
+/// The words with which a file of so many bytes is refused before it is read, if it is.
+#[wasm_bindgen]
+#[must_use]
+pub fn refusal(bytes: f64) -> Option<String> {
+    // Sizes of files are integers far below 2^53.
+    let (bytes, limit) = (bytes as u64, READ.max_bytes);
+    (bytes > limit).then(|| StepError::TooLarge { bytes, limit }.to_string())
+}
+
+/// Names of the built-in models.
+#[wasm_bindgen]
+#[must_use]
+pub fn samples() -> Vec<String> {
+    trimtess_models::names().map(str::to_owned).collect()
+}
+
+/// Reads a STEP file. The model has the file's name, without extension.
+///
+/// # Errors
+/// Those of the reader.
+#[wasm_bindgen]
+pub fn read(bytes: &[u8], name: &str, progress: Option<Progress>) -> Result<Model, JsError> {
+    let mut model = step::read_on(&Alone, bytes, &READ, &progress::control(progress)).map_err(told)?;
+    model.name = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    Ok(Model(model))
+}
+
+/// Makes a built-in model.
+///
+/// # Errors
+/// If there is none of that name.
+#[wasm_bindgen]
+pub fn sample(name: &str) -> Result<Model, JsError> {
+    let model = trimtess_models::by_name(name);
+    model.map(Model).ok_or_else(|| told(format!("unknown model builtin:{name}")))
+}
+
+/// A model as the file states it.
+#[wasm_bindgen]
+pub struct Model(model::Model);
+
+#[wasm_bindgen]
+impl Model {
+    /// Prepares the model for tessellation, and consumes it.
+    ///
+    /// # Errors
+    /// If a limit is exceeded.
+    pub fn prepare(self, progress: Option<Progress>) -> Result<Prepared, JsError> {
+        let limits = PrepareLimits::DEFAULT.with_bytes(MEMORY);
+        let options = PrepareOptions::DEFAULT.with_limits(limits);
+        let prepared = prepare::prepare_on(&Alone, &self.0, &options, &progress::control(progress)).map_err(told)?;
+        Ok(Prepared(Arc::new(prepared)))
+    }
+}
+
+/// A model that is ready for tessellation.
+#[wasm_bindgen]
+pub struct Prepared(Arc<prepare::Prepared>);
+
+impl Prepared {
+    pub(crate) fn of(&self) -> &Arc<prepare::Prepared> {
+        &self.0
+    }
+}
+
+#[wasm_bindgen]
+impl Prepared {
+    /// What was read: parts, instances, counts, box.
+    ///
+    /// # Errors
+    /// Those of making objects.
+    pub fn info(&self) -> Result<Ts<Info>, JsError> {
+        let prepared = &*self.0;
+        let parts = prepared.scene.parts.iter();
+        let parts: Vec<PartInfo> =
+            parts.map(|part| PartInfo { name: part.name.clone(), faces: part.face_colours.len() }).collect();
+        let info = Info {
+            name: prepared.scene.name.clone(),
+            faces: parts.iter().map(|part| part.faces).sum(),
+            parts,
+            instances: instances(&prepared.scene),
+            tiles: prepared.tiles().count(),
+            bounds: prepared.bounds.map(|corners| corners.map(Into::into)),
+            diagonal: prepared.diagonal,
+        };
+        Ok(info.into_ts()?)
+    }
+
+    /// What reading and preparing repaired, approximated or lost.
+    ///
+    /// # Errors
+    /// Those of making objects.
+    pub fn diagnostics(&self) -> Result<Vec<Ts<Diagnostic>>, JsError> {
+        listed(&self.0.diagnostics)
+    }
+
+    /// Tessellates the model within a tolerance. The mesh is that of the program, bit by bit.
+    ///
+    /// # Errors
+    /// If the tolerance cannot be met, or a limit is exceeded.
+    pub fn tessellate(&self, tolerance: Ts<Tolerance>, progress: Option<Progress>) -> Result<Mesh, JsError> {
+        Mesh::make(&self.0, &tolerance.to_rust()?, &progress::control(progress))
+    }
+}
+
+/// What was read.
+#[derive(Serialize, Tsify)]
+pub struct Info {
+    name: String,
+    parts: Vec<PartInfo>,
+    instances: Vec<Instance>,
+    /// Faces of all parts, each part counted once.
+    faces: usize,
+    /// Tiles of all parts, each part counted once.
+    tiles: usize,
+    /// Lowest and highest corner of the trimmed, placed model, millimetres.
+    #[tsify(optional)]
+    bounds: Option<[[f64; 3]; 2]>,
+    /// Diagonal of that box, millimetres.
+    diagonal: f64,
+}
+
+/// A part.
+#[derive(Serialize, Tsify)]
+pub struct PartInfo {
+    name: String,
+    faces: usize,
+}

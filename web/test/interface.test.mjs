@@ -1,0 +1,231 @@
+/** The JavaScript interface for other pages, and the example that uses it. */
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, describe, test } from "node:test";
+import { OUT, ROOT, compare, data, native, program, start, workers } from "./browser.mjs";
+
+const CUBE = "red_cube_blue_cylinder.step";
+const CTC = "nist_ctc05.step";
+
+/**
+ * All numbers of a binary glTF file: of scalars that are integers, and of vectors.
+ * @param {Buffer} bytes
+ */
+function contents(bytes) {
+  const length = bytes.readUInt32LE(12);
+  const { accessors, bufferViews } = JSON.parse(bytes.toString("utf8", 20, 20 + length));
+  /** @type {number[]} */
+  const indices = [];
+  /** @type {number[]} */
+  const numbers = [];
+  const width = { SCALAR: 1, VEC3: 3 };
+  for (const { bufferView, byteOffset = 0, count, componentType, type } of accessors) {
+    const start = 28 + length + (bufferViews[bufferView].byteOffset ?? 0) + byteOffset;
+    for (let k = 0; k < count * width[/** @type {keyof typeof width} */ (type)]; k += 1) {
+      if (componentType === 5126) numbers.push(bytes.readFloatLE(start + 4 * k));
+      else indices.push(componentType === 5123 ? bytes.readUInt16LE(start + 2 * k) : bytes.readUInt32LE(start + 4 * k));
+    }
+  }
+  assert(indices.length > 0 && numbers.length > 0);
+  return { indices, numbers };
+}
+
+describe("interface", () => {
+  /** @type {import("./browser.mjs").Session} */ let session;
+  /** @type {import("playwright-core").Page} */ let page;
+  before(async () => {
+    session = await start("webgl2");
+    page = session.page;
+    await page.route("**/data/*", (route) =>
+      route.fulfill({ path: data(/[^/]*$/.exec(route.request().url())?.[0] ?? "") }),
+    );
+    await page.goto(`${session.url}examples/three.html`);
+  });
+  after(async () => {
+    await session.close();
+    assert.deepEqual(session.troubles, []);
+    assert.deepEqual(session.foreign, []);
+  });
+
+  for (const input of [CUBE, CTC, "builtin:brake-assembly"]) {
+    test(`${input} has the triangles of the program`, async (context) => {
+      if (!program) return context.skip("the program has not been built");
+      const path = input.startsWith("builtin:") ? input : data(input);
+      const output = join(OUT, "native.glb");
+      const run = native(["-q", "tessellate", path, "-o", output, "--chord-rel", "1e-3", "--angle", "20"]);
+      assert([0, 3].includes(run.status), run.err);
+      const text = await page.evaluate(async (input) => {
+        // @ts-ignore: served by the test's server.
+        const trimtess = await import("/trimtess.js");
+        const builtin = input.startsWith("builtin:") ? input.slice(8) : null;
+        const prepared = builtin
+          ? await trimtess.sample(builtin)
+          : await trimtess.read(await (await fetch(`/data/${input}`)).blob(), { name: input });
+        const glb = await prepared.glb({ chordRel: 1e-3, angle: 20 });
+        prepared.close();
+        return btoa(Array.from(glb, (/** @type {number} */ byte) => String.fromCharCode(byte)).join(""));
+      }, input);
+      const [mine, theirs] = [Buffer.from(text, "base64"), readFileSync(output)].map(contents);
+      // Sines and cosines of WebAssembly differ from the machine's in the last digit, and with them the diagonals of
+      // squares.
+      const turned = mine.indices.filter((index, k) => index !== theirs.indices[k]).length;
+      assert.equal(mine.indices.length, theirs.indices.length);
+      assert(turned < 0.05 * theirs.indices.length, `${turned} of ${theirs.indices.length} indices`);
+      const size = theirs.numbers.reduce((most, number) => Math.max(most, Math.abs(number)), 0);
+      const far = mine.numbers.findIndex((number, k) => !(Math.abs(number - theirs.numbers[k]) <= 1e-6 * size));
+      assert.equal(mine.numbers.length, theirs.numbers.length);
+      assert.equal(far, -1, `number ${far}: ${mine.numbers[far]} and ${theirs.numbers[far]}`);
+    });
+  }
+
+  test("meshes are sound typed arrays, with a face for each triangle", async () => {
+    const facts = await page.evaluate(async (input) => {
+      // @ts-ignore: served by the test's server.
+      const trimtess = await import("/trimtess.js");
+      /** @type {string[]} */
+      const stages = [];
+      const bytes = new Uint8Array(await (await fetch(`/data/${input}`)).arrayBuffer());
+      const prepared = await trimtess.read(bytes, {
+        name: input,
+        onProgress: (/** @type {string} */ stage) => stages.push(stage),
+      });
+      const mesh = await prepared.tessellate({ chordRel: 1e-3, angle: 20 });
+      const again = await prepared.tessellate({ chordRel: 1e-3, angle: 20 });
+      const finer = await prepared.tessellate({ chordRel: 1e-4, angle: 10 });
+      const { info } = prepared;
+      prepared.close();
+      let [low, high] = [
+        [Infinity, Infinity, Infinity],
+        [-Infinity, -Infinity, -Infinity],
+      ];
+      for (const { part, transform: m } of mesh.instances) {
+        const { positions: p } = mesh.parts[part];
+        for (let k = 0; k < p.length; k += 3) {
+          const at = [0, 1, 2].map(
+            (row) => m[row] * p[k] + m[4 + row] * p[k + 1] + m[8 + row] * p[k + 2] + m[12 + row],
+          );
+          low = low.map((value, axis) => Math.min(value, at[axis]));
+          high = high.map((value, axis) => Math.max(value, at[axis]));
+        }
+      }
+      const parts = mesh.parts.map((/** @type {any} */ { positions, normals, indices, faces, groups, edges }) => ({
+        arrays: [positions, normals, indices, faces].map((array) => array.constructor.name),
+        lengths: positions.length === normals.length && indices.length === 3 * faces.length,
+        inside: indices.every((/** @type {number} */ index) => index < positions.length / 3),
+        unit: normals.every(
+          (/** @type {number} */ _, /** @type {number} */ k) =>
+            k % 3 || Math.abs(Math.hypot(normals[k], normals[k + 1], normals[k + 2]) - 1) < 1e-3,
+        ),
+        faces: new Set(faces).size,
+        groups: groups.length,
+        edges: edges.length,
+      }));
+      return {
+        stages: [...new Set(stages)],
+        parts,
+        info,
+        low,
+        high,
+        hash: mesh.hash,
+        again: again.hash,
+        finer: finer.triangles,
+        triangles: mesh.triangles,
+        counted: mesh.parts.reduce((/** @type {number} */ sum, /** @type {any} */ part) => sum + part.faces.length, 0),
+        notes: mesh.diagnostics.length,
+      };
+    }, CTC);
+    const [part] = facts.parts;
+    assert.deepEqual(part.arrays, ["Float32Array", "Float32Array", "Uint32Array", "Uint32Array"]);
+    assert(part.lengths && part.inside && part.unit);
+    assert.equal(part.faces, 156);
+    assert.equal(part.edges, 331);
+    assert.equal(facts.counted, facts.triangles);
+    assert(facts.finer > facts.triangles);
+    assert.match(facts.hash, /^[0-9a-f]{16}$/);
+    assert.equal(facts.hash, facts.again);
+    assert(facts.stages.includes("read") && facts.stages.includes("tessellate"), facts.stages.join());
+    assert(facts.notes >= facts.info.diagnostics.length && facts.info.diagnostics.length === 4);
+    const { bounds } = facts.info;
+    assert(bounds);
+    for (const [axis, value] of [...facts.low, ...facts.high].entries()) {
+      const stated = bounds[axis < 3 ? 0 : 1][axis % 3];
+      assert(Math.abs(value - stated) < 1.5, `corner ${axis}: ${value}, the model's box: ${stated}`);
+    }
+  });
+
+  test("what cannot be done is told, and an abort ends the worker", async () => {
+    const seen = await page.evaluate(async (input) => {
+      // @ts-ignore: served by the test's server.
+      const trimtess = await import("/trimtess.js");
+      const words = (/** @type {Promise<any>} */ promise) =>
+        promise.then(
+          () => "done",
+          (error) => String(error.message ?? error),
+        );
+      const bytes = new Uint8Array(await (await fetch(`/data/${input}`)).arrayBuffer());
+      const controller = new AbortController();
+      const aborted = words(trimtess.read(bytes, { signal: controller.signal }));
+      controller.abort(new Error("enough"));
+      const prepared = await trimtess.read(bytes);
+      const result = {
+        broken: await words(trimtess.read(new TextEncoder().encode("no STEP file"))),
+        aborted: await aborted,
+        before: await words(trimtess.read(bytes, { signal: AbortSignal.abort(new Error("too late")) })),
+        zero: await words(prepared.tessellate({ chord: 0 })),
+        nan: await words(prepared.tessellate({ angle: NaN })),
+        sample: await words(trimtess.sample("no such model")),
+      };
+      prepared.close();
+      return { ...result, closed: await words(prepared.tessellate()) };
+    }, CTC);
+    assert.match(seen.broken, /not a STEP file/);
+    assert.equal(seen.aborted, "enough");
+    assert.equal(seen.before, "too late");
+    assert.equal(seen.closed, "the file was closed");
+    for (const words of [seen.zero, seen.nan, seen.sample]) assert(words !== "done" && words.length > 10, words);
+    await workers(page, 0);
+  });
+
+  test("the three.js example draws a file, and tells the face that is clicked", async () => {
+    const before = await page.locator("canvas").screenshot();
+    await page.locator("input").setInputFiles(data(CUBE));
+    await page.waitForFunction(() => document.querySelector("output")?.value === "Click a face.", undefined, {
+      timeout: 10_000,
+    });
+    let far = 0;
+    for (let wait = 0; wait < 50 && far < 0.05; wait += 1) {
+      await page.waitForTimeout(200);
+      ({ far } = await compare(
+        session,
+        before,
+        await page.locator("canvas").screenshot({ path: join(OUT, "three.png") }),
+      ));
+    }
+    assert(far >= 0.05, `${far}`);
+    const box = await page.locator("canvas").boundingBox();
+    assert(box);
+    await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+    assert.match(await page.locator("output").innerText(), /^face \d+ of /);
+  });
+
+  test("the package has what its list says, and the version of the library", () => {
+    const stated = JSON.parse(readFileSync(join(ROOT, "web/js/package.json"), "utf8"));
+    assert.equal(stated.version, /^version = "(.*)"$/m.exec(readFileSync(join(ROOT, "Cargo.toml"), "utf8"))?.[1]);
+    const [{ files }] = JSON.parse(
+      execFileSync("npm", ["pack", "--dry-run", "--json"], { cwd: join(ROOT, "web/dist"), stdio: "pipe" }).toString(),
+    );
+    const names = files.map((/** @type {{ path: string }} */ { path }) => path);
+    for (const name of [
+      "trimtess.js",
+      "trimtess.d.ts",
+      "trimtess-worker.js",
+      "wasm/trimtess_web.js",
+      "wasm/trimtess_web_bg.wasm",
+    ]) {
+      assert(names.includes(name), name);
+    }
+  });
+});
