@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use wasm_bindgen::JsError;
 use web_sys::OffscreenCanvas;
-use wgpu::{Backends, CurrentSurfaceTexture, SurfaceConfiguration, TextureFormat, TextureView};
+use wgpu::{Backends, CurrentSurfaceTexture, SurfaceConfiguration, Texture, TextureFormat, TextureUsages, TextureView};
 
 /// A canvas and its device.
 pub(crate) struct Canvas {
@@ -15,6 +15,8 @@ pub(crate) struct Canvas {
     pub(crate) name: String,
     /// Format of pictures, which encodes sRGB.
     pub(crate) format: TextureFormat,
+    /// The last picture, where the canvas itself takes no format that encodes sRGB.
+    picture: Option<Texture>,
     surface: wgpu::Surface<'static>,
     configuration: SurfaceConfiguration,
     /// Why the device is lost.
@@ -67,12 +69,12 @@ impl Canvas {
         configuration.format = formats.iter().copied().find(TextureFormat::is_srgb).unwrap_or(configuration.format);
         let format = configuration.format.add_srgb_suffix();
         if format != configuration.format {
-            configuration.view_formats.push(format);
+            configuration.usage |= TextureUsages::COPY_DST;
         }
         surface.configure(&device, &configuration);
         let backend = if backends == Backends::GL { "webgl2" } else { "webgpu" };
         let name = adapter.get_info().name;
-        Ok(Self { device, queue, backend, name, format, surface, configuration, lost })
+        Ok(Self { device, queue, backend, name, format, picture: None, surface, configuration, lost })
     }
 
     /// Width and height, pixels.
@@ -97,7 +99,7 @@ impl Canvas {
 
     /// Has `draw` draw the next picture. `None` where the browser shows none now.
     pub(crate) fn present<T>(
-        &self,
+        &mut self,
         draw: impl FnOnce(&TextureView) -> Result<T, JsError>,
     ) -> Result<Option<T>, JsError> {
         let texture = match self.surface.get_current_texture() {
@@ -109,10 +111,38 @@ impl Canvas {
             CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => return Ok(None),
             CurrentSurfaceTexture::Validation => return Err(JsError::new("the canvas' texture is not valid")),
         };
-        let view = wgpu::TextureViewDescriptor { format: Some(self.format), ..wgpu::TextureViewDescriptor::default() };
-        let drawn = draw(&texture.texture.create_view(&view))?;
+        let whole = wgpu::TextureViewDescriptor::default();
+        let drawn = if self.format == self.configuration.format {
+            draw(&texture.texture.create_view(&whole))?
+        } else {
+            // A view of the canvas in another format would do, but software devices ignore it when they resolve samples.
+            let size = texture.texture.size();
+            let picture = self.picture.take().filter(|picture| picture.size() == size);
+            let picture = picture.unwrap_or_else(|| self.texture(TextureUsages::COPY_SRC));
+            let drawn = draw(&picture.create_view(&whole))?;
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_texture_to_texture(picture.as_image_copy(), texture.texture.as_image_copy(), size);
+            self.queue.submit([encoder.finish()]);
+            self.picture = Some(picture);
+            drawn
+        };
         self.queue.present(texture);
         Ok(Some(drawn))
+    }
+
+    /// A texture to draw to, as large as the canvas.
+    pub(crate) fn texture(&self, usage: TextureUsages) -> Texture {
+        let (width, height) = self.size();
+        self.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("picture"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: self.format,
+            usage: TextureUsages::RENDER_ATTACHMENT | usage,
+            view_formats: &[],
+        })
     }
 }
 

@@ -297,17 +297,7 @@ impl State {
 
     fn begin_read(&mut self) -> Result<trimtess::out::wgpu::ImageReading, JsError> {
         let options = self.options();
-        let (width, height) = options.size;
-        let texture = self.canvas.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("pixels"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: self.canvas.format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
+        let texture = self.canvas.texture(wgpu::TextureUsages::COPY_SRC);
         let target = texture.create_view(&wgpu::TextureViewDescriptor::default());
         self.scene.draw(&target, 0, &options).map_err(crate::told)?;
         Image::begin_read(&self.canvas.device, &self.canvas.queue, &texture).map_err(crate::told)

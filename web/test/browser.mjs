@@ -164,7 +164,7 @@ export async function picture(page) {
 }
 
 /**
- * Compares two pictures of the same size.
+ * Compares two pictures of the same height. What one has to the right of the other is left out.
  * @param {Session} session @param {Buffer} one @param {Buffer} other
  * @returns {Promise<{ mean: number, far: number }>} The mean difference of channels, 0 to 255, and the share of pixels
  *     that differ by more than 32 in a channel.
@@ -174,19 +174,19 @@ export async function compare(session, one, other) {
   try {
     return await page.evaluate(
       async (texts) => {
-        const [a, b] = await Promise.all(
-          texts.map(async (text) => {
+        const bitmaps = await Promise.all(
+          texts.map((text) => {
             const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-            const bitmap = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-            const canvas = new OffscreenCanvas(bitmap.width, bitmap.height);
-            const context = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d"));
-            context.drawImage(bitmap, 0, 0);
-            return context.getImageData(0, 0, bitmap.width, bitmap.height);
+            return createImageBitmap(new Blob([bytes], { type: "image/png" }));
           }),
         );
-        if (a.width !== b.width || a.height !== b.height) {
-          throw new Error(`${a.width} × ${a.height} and ${b.width} × ${b.height} pixels`);
-        }
+        const width = Math.min(...bitmaps.map((bitmap) => bitmap.width));
+        const [a, b] = bitmaps.map((bitmap) => {
+          const context = new OffscreenCanvas(width, bitmap.height).getContext("2d");
+          context?.drawImage(bitmap, 0, 0);
+          return /** @type {ImageData} */ (context?.getImageData(0, 0, width, bitmap.height));
+        });
+        if (a.height !== b.height) throw new Error(`${a.height} and ${b.height} pixels high`);
         let [sum, far] = [0, 0];
         for (let pixel = 0; pixel < a.data.length; pixel += 4) {
           let most = 0;
