@@ -4,10 +4,10 @@
  *
  *     node web/bench/compare.mjs FILE-OR-FOLDER…
  *
- * The chord is 1e-3 of the model's diagonal, in millimetres, for both, the angle 20°. Seconds are from the file's bytes
- * to typed arrays, the least of three rounds; loading the modules is not in them. Faces count in every place of their
- * part. "Lost" are faces of the file without triangles. "Open" are sides of triangles that no triangle of the same solid
- * or part uses the other way round, which also counts the borders of files that are open.
+ * The chord is 1e-3 of the model's diagonal, in millimetres, for both, the angle 20°. Seconds are from the bytes of the
+ * file to typed arrays, the least of three rounds; loading the modules is not in them. Faces count in every place of
+ * their part. "Lost" are faces of the file without triangles. "Open" are sides of triangles that no triangle of the same
+ * solid or part uses the other way round, which also counts the borders of files that are open.
  */
 
 import { readdirSync, statSync } from "node:fs";

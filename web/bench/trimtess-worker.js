@@ -19,7 +19,15 @@ self.onmessage = async ({ data: { url } }) => {
       triangles: indices.length / 3,
       meshed: meshedFaces({ positions, indices, faces: faces.map(({ count }) => ({ first: 0, last: count - 1 })) }),
     }));
-    const sum = { seconds, faces: 0, meshed: 0, triangles: 0, open: 0, chord: 1e-3 * diagonal, memory: wasm.memoryBytes() };
+    const sum = {
+      seconds,
+      faces: 0,
+      meshed: 0,
+      triangles: 0,
+      open: 0,
+      chord: 1e-3 * diagonal,
+      memory: wasm.memoryBytes(),
+    };
     for (const { part } of mesh.instances()) {
       sum.faces += stated[part].faces;
       sum.meshed += facts[part].meshed;

@@ -16,7 +16,9 @@ async function load(bytes) {
   );
   const model = new THREE.Group();
   for (const { part, transform, colour = DEFAULT } of mesh.instances) {
-    const material = new THREE.MeshStandardMaterial({ color: new THREE.Color().setRGB(...colour.slice(0, 3), THREE.SRGBColorSpace) });
+    const material = new THREE.MeshStandardMaterial({
+      color: new THREE.Color().setRGB(...colour.slice(0, 3), THREE.SRGBColorSpace),
+    });
     const solid = new THREE.Mesh(geometries[part], material);
     solid.applyMatrix4(new THREE.Matrix4().fromArray(transform));
     solid.userData = mesh.parts[part];

@@ -70,12 +70,10 @@ const CALLS = {
     const mesh = meshOf(tolerance);
     try {
       const parts = Array.from({ length: mesh.partCount() }, (_, part) => partOf(mesh.part(part)));
-      const instances = mesh
-        .instances()
-        .map(({ matrix, ...instance }) => ({
-          ...instance,
-          transform: translated(matrix, parts[instance.part].centre),
-        }));
+      const instances = mesh.instances().map(({ matrix, ...instance }) => ({
+        ...instance,
+        transform: translated(matrix, parts[instance.part].centre),
+      }));
       return { parts, instances, diagnostics: mesh.diagnostics(), triangles: mesh.triangles(), hash: mesh.hash() };
     } finally {
       mesh.free();

@@ -46,7 +46,7 @@
  * @property {Instance[]} instances
  * @property {Diagnostic[]} diagnostics Of reading, preparing and tessellating.
  * @property {number} triangles Those of all parts, each counted once.
- * @property {string} hash Of positions, normals, indices, faces and edges; the same bytes give the same hash everywhere.
+ * @property {string} hash Of positions, normals, indices, faces and edges: equal bytes, equal hash.
  */
 /**
  * @typedef {object} Tolerance
@@ -95,7 +95,11 @@ export class Prepared {
     get info(): Info;
     /** @param {Tolerance} [tolerance] @returns {Promise<Mesh>} */
     tessellate(tolerance?: Tolerance): Promise<Mesh>;
-    /** The triangles as binary glTF, with the bytes that the program writes. @param {Tolerance} [tolerance] @returns {Promise<Uint8Array>} */
+    /**
+     * The triangles as binary glTF, with the bytes that the program writes.
+     * @param {Tolerance} [tolerance]
+     * @returns {Promise<Uint8Array>}
+     */
     glb(tolerance?: Tolerance): Promise<Uint8Array>;
     /** Ends the worker and returns its memory. Meshes stay. */
     close(): void;
@@ -199,7 +203,7 @@ export type Mesh = {
      */
     triangles: number;
     /**
-     * Of positions, normals, indices, faces and edges; the same bytes give the same hash everywhere.
+     * Of positions, normals, indices, faces and edges: equal bytes, equal hash.
      */
     hash: string;
 };
