@@ -11,15 +11,23 @@ use trimtess::out::{Format, RoundedTooFar, Rounding, read_back, save, save_withi
 
 /// All formats, and GLB in all its forms.
 fn formats() -> Vec<(String, Format)> {
-    let mut all: Vec<_> = Format::ALL.iter().map(|(name, format)| ((*name).to_owned(), *format)).collect();
-    #[cfg(feature = "glb")]
-    for k in 1..8 {
+    let plain = Format::ALL.iter().map(|(name, format)| ((*name).to_owned(), *format));
+    plain.chain(compact()).collect()
+}
+
+#[cfg(feature = "glb")]
+fn compact() -> impl Iterator<Item = (String, Format)> {
+    (1..8).map(|k| {
         let options = GlbOptions::PLAIN.with_instanced(k & 1 > 0).with_quantized(k & 2 > 0);
         #[cfg(feature = "meshopt")]
         let options = options.with_compressed(k & 4 > 0);
-        all.push((format!("{k}.glb"), Format::Glb(options)));
-    }
-    all
+        (format!("{k}.glb"), Format::Glb(options))
+    })
+}
+
+#[cfg(not(feature = "glb"))]
+fn compact() -> impl Iterator<Item = (String, Format)> {
+    std::iter::empty()
 }
 
 fn turned_at(x: f64) -> DAffine3 {
