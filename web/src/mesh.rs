@@ -13,7 +13,7 @@ use trimtess::frame::{self, PlanLimits, plan_on};
 use trimtess::glam::DVec3;
 use trimtess::mesh::{PackedFrame, PartMesh};
 use trimtess::model::{self, PartId};
-use trimtess::out::{self, Format, Rounding};
+use trimtess::out::{self, Format, GlbOptions, Rounding};
 use trimtess::parallel::tessellate_on;
 use trimtess::prepare::Prepared;
 use tsify::{Ts, Tsify};
@@ -169,7 +169,7 @@ impl Mesh {
     /// If the model is so far from the origin that the format's numbers would move a vertex by more than a tenth of the
     /// chord tolerance.
     pub fn glb(&self) -> Result<Vec<u8>, JsError> {
-        let rounding = Rounding::of(&self.frame, Format::Glb, f64::INFINITY).map_err(told)?;
+        let rounding = Rounding::of(&self.frame, Format::Glb(GlbOptions::PLAIN), f64::INFINITY).map_err(told)?;
         rounding.within(self.rounding).map_err(told)?;
         file(|bytes| out::write_glb(&self.frame, bytes))
     }
