@@ -21,8 +21,6 @@ pub(super) struct Crew<S: Stages> {
     // Boxed: they are large, and move to threads and back.
     #[allow(clippy::vec_box, reason = "see above")]
     workers: Vec<Box<Worker<S>>>,
-    /// Buffers returned to each worker by the frame that is recycled.
-    returned: Vec<usize>,
 }
 
 /// Most spare buffers per worker: enough for a frame of a moving camera, far fewer than the first frame filled.
@@ -32,8 +30,7 @@ impl<S: Stages> Crew<S> {
     /// One worker per hand.
     pub(super) fn of(stages: &Arc<S>, hands: Vec<Hand>, reuse: Reuse) -> Self {
         let worker = |(number, hand)| Box::new(Worker::new(number, Arc::clone(stages), hand, reuse));
-        let workers: Vec<_> = (0..).zip(hands).map(worker).collect();
-        Self { returned: vec![0; workers.len()], workers }
+        Self { workers: (0..).zip(hands).map(worker).collect() }
     }
 
     /// Replaces what the stages work on by the same with more parts.
@@ -82,23 +79,18 @@ impl<S: Stages> Crew<S> {
 
     /// Returns the buffers that a sink left in its batches to the workers that filled them, and frees what is more than
     /// they need on all threads.
-    pub(super) fn recycle(&mut self, jobs: &dyn Jobs, batches: &mut Vec<Vec<Batch>>) {
+    pub(super) fn recycle(&mut self, jobs: &dyn Jobs, lists: &mut Vec<Vec<Batch>>) {
         let _span = tracing::trace_span!("recycle").entered();
-        self.returned.fill(0);
-        for list in &mut *batches {
-            let spare = list.len().saturating_sub(MOST_SPARE);
-            for Batch { worker, mut mesh, .. } in list.drain(spare..) {
-                let k = worker as usize;
-                if self.returned.get(k).is_some_and(|&count| count < MOST_SPARE) && mesh.positions.capacity() > 0 {
-                    self.returned[k] += 1;
-                    mesh.clear();
-                    self.workers[k].reuse(mesh);
-                }
+        let mut rest = Vec::new();
+        for mut list in lists.drain(..) {
+            if list.len() > MOST_SPARE {
+                rest.push(list.split_off(MOST_SPARE));
             }
+            let worker = list.first().and_then(|batch| self.workers.get_mut(batch.worker as usize));
+            worker.into_iter().for_each(|worker| worker.take_back(std::mem::take(&mut list)));
         }
-        batches.retain(|list| !list.is_empty());
-        if !batches.is_empty() {
-            map(jobs, std::mem::take(batches), drop);
+        if !rest.is_empty() {
+            map(jobs, rest, drop);
         }
     }
 }

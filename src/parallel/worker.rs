@@ -72,13 +72,15 @@ pub(super) struct Worker<S: Stages> {
     memories: ByTile<(S::Cache, usize)>,
     /// Sum of the sizes.
     kept: usize,
+    /// What the sink left of the last batches.
+    returned: Vec<Batch>,
 }
 
 impl<S: Stages> Worker<S> {
     /// Creates worker `number`.
     pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, reuse: Reuse) -> Self {
         let (scratch, memories) = (S::Scratch::default(), HashMap::default());
-        Self { number, stages, hand: Arc::new(hand), scratch, reuse, memories, kept: 0 }
+        Self { number, stages, hand: Arc::new(hand), scratch, reuse, memories, kept: 0, returned: Vec::new() }
     }
 
     /// Replaces what the stages work on by the same with more parts.
@@ -91,9 +93,9 @@ impl<S: Stages> Worker<S> {
         self.number
     }
 
-    /// Gives a used buffer to later tiles.
-    pub(super) fn reuse(&mut self, mesh: TileMesh) {
-        S::reuse(&mut self.scratch, mesh);
+    /// Takes back what it made, once its sink is done with it. Buffers that the sink left are for later tiles.
+    pub(super) fn take_back(&mut self, batches: Vec<Batch>) {
+        self.returned = batches;
     }
 
     /// Makes all tiles and edges of the hand in the first `parts` parts by `plan`, in ascending order.
@@ -124,6 +126,11 @@ impl<S: Stages> Worker<S> {
         let mut delivery = Delivery { written: Rooms::of(writer.as_ref()), ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
+        for Batch { mesh, .. } in std::mem::take(&mut self.returned) {
+            if mesh.positions.capacity() > 0 {
+                S::reuse(&mut self.scratch, cleared(mesh));
+            }
+        }
         for &(part, tile, face) in tiles {
             if watch.is_cancelled() {
                 return delivery;

@@ -25,7 +25,8 @@ use trimtess::prepare::Prepared;
 use trimtess::view::View;
 
 /// Spans of a frame's steps, in their order. A loop and its calls are spans within them.
-const STEPS: [&str; 10] = ["show", "plan", "see", "look", "defer", "lattices", "tessellants", "owe", "tiles", "commit"];
+const STEPS: [&str; 11] =
+    ["show", "plan", "see", "look", "defer", "lattices", "tessellants", "owe", "tiles", "commit", "recycle"];
 const LOOP: &str = "loop";
 const CALL: &str = "call";
 /// What is in no step.
@@ -97,6 +98,8 @@ struct Recorder(Arc<Mutex<Record>>);
 struct Record {
     open: Vec<Open>,
     frame: Frame,
+    /// What recording a call takes, besides what is counted as the call.
+    per_call: Duration,
 }
 
 impl Recorder {
@@ -104,11 +107,28 @@ impl Recorder {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Measures what recording takes, by loops without work: it would count as work that is not divided.
+    fn calibrate(&self) {
+        const CALLS: u32 = 1000;
+        let empty = || {
+            tracing::trace_span!("loop").in_scope(|| {
+                (0..CALLS).for_each(|_| tracing::trace_span!("call").in_scope(|| ()));
+            });
+            self.take(Duration::ZERO)[REST].alone / CALLS
+        };
+        self.record().per_call = (0..5).map(|_| empty()).min().unwrap_or_default();
+    }
+
     /// What was recorded since the last call, with `whole` as the time of all of it.
     fn take(&self, whole: Duration) -> Frame {
-        let mut frame = std::mem::take(&mut self.record().frame);
-        let known: Duration =
-            frame.values().map(|step| step.alone + step.loops.iter().flatten().sum::<Duration>()).sum();
+        let (mut frame, per_call) = {
+            let mut record = self.record();
+            (std::mem::take(&mut record.frame), record.per_call)
+        };
+        let of_step = |step: &Step| -> Duration {
+            step.alone + step.loops.iter().flatten().map(|call| *call + per_call).sum::<Duration>()
+        };
+        let known: Duration = frame.values().map(of_step).sum();
         frame.entry(REST).or_default().alone += whole.saturating_sub(known);
         frame
     }
@@ -131,7 +151,7 @@ impl Record {
         }
         let step = if name == LOOP { self.open.last().map_or(REST, |around| around.name) } else { name };
         let step = self.frame.entry(step).or_default();
-        step.alone += took.saturating_sub(inside);
+        step.alone += took.saturating_sub(inside + self.per_call * calls.len() as u32);
         if name == LOOP {
             step.loops.push(calls);
         }
@@ -192,6 +212,7 @@ fn flown(
     let mut session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
     let mut sink = Uploads::of(session.prepared());
     let mut frames: Vec<(Duration, Frame)> = Vec::with_capacity(views.len());
+    dispatcher::with_default(&spans, || recorder.calibrate());
     for round in 0..rounds {
         session.forget();
         for (k, view) in views.iter().enumerate() {
