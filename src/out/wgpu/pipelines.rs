@@ -85,23 +85,7 @@ impl Pipelines {
             label: Some("trimtess"),
             source: ::wgpu::ShaderSource::Wgsl([include_str!("shader.wgsl"), of_draws].concat().into()),
         });
-        let array = BindingType::Buffer {
-            ty: BufferBindingType::Storage { read_only: true },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let texels = |sample_type| BindingType::Texture {
-            sample_type,
-            view_dimension: TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let rows = texels(TextureSampleType::Float { filterable: false });
-        let globals =
-            BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
-        let view = layout(device, &[globals, rows]);
-        let points = layout(device, &[rows]);
-        let triangles = indirect.then(|| layout(device, &[array, array]));
-        let records = (!indirect).then(|| layout(device, &[rows, texels(TextureSampleType::Uint)]));
+        let Layouts { view, points, triangles, records } = Layouts::new(device, indirect);
         let vertex = ::wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm16x2];
         let vertex = per_vertex(size_of::<Vertex>(), &vertex);
         let record = ::wgpu::vertex_attr_array![2 => Uint32, 3 => Uint32, 4 => Uint32, 5 => Unorm8x4];
@@ -186,6 +170,38 @@ impl Pipelines {
             points,
             triangles,
             records,
+        }
+    }
+}
+
+/// The bindings of the shaders, group by group.
+struct Layouts {
+    view: BindGroupLayout,
+    points: BindGroupLayout,
+    triangles: Option<BindGroupLayout>,
+    records: Option<BindGroupLayout>,
+}
+
+impl Layouts {
+    fn new(device: &::wgpu::Device, indirect: bool) -> Self {
+        let array = BindingType::Buffer {
+            ty: BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let texels = |sample_type| BindingType::Texture {
+            sample_type,
+            view_dimension: TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let rows = texels(TextureSampleType::Float { filterable: false });
+        let globals =
+            BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
+        Self {
+            view: layout(device, &[globals, rows]),
+            points: layout(device, &[rows]),
+            triangles: indirect.then(|| layout(device, &[array, array])),
+            records: (!indirect).then(|| layout(device, &[rows, texels(TextureSampleType::Uint)])),
         }
     }
 }

@@ -31,7 +31,8 @@ use std::fmt;
 ///
 /// Memory: 16 bytes per vertex, 2 per index (4 in tiles of more than 65 536 vertices), and per tile of an instance 16
 /// plus 20 for its draw. Where tiles are merged ([`new`](Self::new)): 20 bytes per vertex, 4 per index of each instance,
-/// 4 per tile of an instance, and in the caller's memory 4 per index. Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the device.
+/// 4 per tile of an instance, and in the caller's memory 4 per index. Buffers grow by pages; nothing is moved. Only
+/// [`pick`](Self::pick) waits for the device.
 pub struct LiveScene {
     pub(super) gpu: Gpu,
     pub(super) store: Store,
