@@ -233,6 +233,31 @@ fn frames_of_views_are_those_of_batches_for_any_number_of_workers() {
 }
 
 #[test]
+fn rebalanced_sessions_make_whole_frames_of_all_tiles() {
+    let prepared = shape("brake-assembly");
+    let mut expected = MemorySink::default();
+    let plan = Arc::new(plan(&prepared, &tolerance(&prepared, 1e-3)));
+    serial(&prepared, &plan, false, &mut expected).unwrap();
+    for workers in [2, 5] {
+        let options = SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false).with_rebalance_every(2);
+        let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
+        let (mut batches, mut written) = (MemorySink::default(), BlockSink::default());
+        for view in views(&prepared, 6) {
+            session.view(&[view], &mut batches).unwrap();
+        }
+        session.frame(&plan, &mut batches).unwrap();
+        assert!(session.prepared().tiles().count() >= batches.batches.len());
+        assert_eq!(batches.batches.len(), expected.batches.len());
+        for (made, wanted) in batches.batches.iter().zip(&expected.batches) {
+            assert_eq!((made.part, made.tile, &made.mesh), (wanted.part, wanted.tile, &wanted.mesh));
+        }
+        session.write_into(VertexLayout::COMPACT, Arc::<Blocks>::clone(&written.memory));
+        session.frame(&plan, &mut written).unwrap();
+        same(&written, &expected.batches, &prepared);
+    }
+}
+
+#[test]
 fn no_room_is_lost_by_cancelled_frames_and_added_instances() {
     let prepared = shape("brake-assembly");
     let path = views(&prepared, 40);

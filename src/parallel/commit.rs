@@ -74,7 +74,7 @@ pub(super) struct Rows {
     /// The batches of each delivery, ascending; last those of tiles to evict.
     pub(super) batches: Vec<Vec<Batch>>,
     /// The list and row of each batch to send, ascending by tile: batches are large, and stay where they are.
-    order: Vec<(u32, u32)>,
+    order: Vec<BatchPlace>,
     /// Instead of batches.
     written: Vec<WrittenTile>,
     lines: Vec<EdgeLine>,
@@ -86,12 +86,19 @@ pub(super) struct Rows {
     fills: Vec<(TileId, FaceFill)>,
 }
 
+/// Where the batch of a tile is.
+struct BatchPlace {
+    tile: (PartId, TileId),
+    list: u32,
+    row: u32,
+}
+
 /// Feeds a complete frame to the sink: `begin`, tiles by (part, tile), edge lines by (part, edge), the drawn tiles, `end`;
 /// `abort` after the first refusal. Leaves the frame's tiles in `rows`.
 ///
-/// `asked`: the tiles that were asked for, ascending, and their workers. `writer`: where they were written, if they were.
+/// `writer`: where the tiles were written, if they were.
 pub(super) fn commit(
-    (deliveries, asked): (Vec<Delivery>, impl Iterator<Item = (PartId, TileId, u32)>),
+    deliveries: Vec<Delivery>,
     (scene, writer): (&Scene, Option<&Writer>),
     feed: Feed<'_>,
     (rows, sink): (&mut Rows, &mut dyn MeshSink),
@@ -100,7 +107,6 @@ pub(super) fn commit(
     let mut laps = Laps::start();
     let mut report = FrameReport { workers: Vec::with_capacity(deliveries.len()), ..FrameReport::default() };
     rows.clear();
-    let mut lists = Vec::with_capacity(deliveries.len());
     for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
@@ -111,16 +117,15 @@ pub(super) fn commit(
         rows.fills.extend(delivery.fills);
         rows.batches.push(delivery.batches);
         rows.lines.extend(delivery.lines);
-        lists.push((delivery.metrics.worker, delivery.written.take()));
+        rows.written.extend(delivery.written.take());
     }
     let (whole, forgotten) = match feed {
         Feed::All => (false, &[][..]),
         Feed::Views { whole, forgotten, .. } => (whole, forgotten),
     };
-    rows.put_in_order((asked, lists), (forgotten, writer), whole);
+    rows.put_in_order((forgotten, writer), whole);
     report.batches = rows.made.iter().filter(|(.., triangles)| *triangles > 0).count();
     report.forgotten = forgotten.len();
-    // The keys are unique, so there are no ties for the number of workers to decide. Stable sorts merge what ascends.
     rows.lines.sort_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
@@ -128,7 +133,7 @@ pub(super) fn commit(
     report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
     let all = matches!(feed, Feed::All);
     report.whole = !matches!(feed, Feed::Views { whole: false, .. });
-    let batch = |&(list, row): &(u32, u32)| &rows.batches[list as usize][row as usize];
+    let batch = |place: &BatchPlace| &rows.batches[place.list as usize][place.row as usize];
     let faces = rows.order.iter().map(batch).map(|batch| (batch.part, batch.face));
     let faces = faces.chain(rows.written.iter().map(|tile| (tile.part, tile.face)));
     (report.rungs, report.ladder) = climbed(all.then_some(scene), faces, &rows.rungs);
@@ -162,47 +167,33 @@ impl Rows {
         self.handed = 0;
     }
 
-    /// Follows the tiles that were asked for through the lists of their workers, which ascend: nothing is sorted. `lists`
-    /// has the number of each delivery's worker, and the tiles that it wrote. `whole`: tiles without triangles are left
-    /// out.
-    fn put_in_order(
-        &mut self,
-        (asked, lists): (impl Iterator<Item = (PartId, TileId, u32)>, Vec<(u32, Vec<WrittenTile>)>),
-        (forgotten, writer): (&[(PartId, TileId, FaceId)], Option<&Writer>),
-        whole: bool,
-    ) {
-        let workers = lists.iter().map(|(worker, _)| *worker as usize + 1).max().unwrap_or(0);
-        // By worker: its list, and the next row there.
-        let mut next: Vec<Option<(usize, usize)>> = vec![None; workers];
-        (0..).zip(&lists).for_each(|(list, (worker, _))| next[*worker as usize] = Some((list, 0)));
-        let (mut gone, mut evicted) = (forgotten.iter().peekable(), Vec::new());
-        let last = self.batches.len() as u32;
-        let mut evict = |rows: &mut Self, &(part, tile, face): &(PartId, TileId, FaceId)| match writer {
-            Some(writer) => rows.written.push(WrittenTile::gone((part, face, tile), writer.layout())),
-            None => {
-                rows.order.push((last, evicted.len() as u32));
-                evicted.push(Batch { part, face, tile, worker: 0, mesh: TileMesh::default() });
-            }
-        };
-        for (part, tile, worker) in asked {
-            while let Some(row) = gone.next_if(|(p, t, _)| (*p, *t) < (part, tile)) {
-                evict(self, row);
-            }
-            let Some((list, row)) = next.get_mut(worker as usize).and_then(Option::as_mut) else { continue };
-            let batch = self.batches[*list].get(*row).filter(|batch| (batch.part, batch.tile) == (part, tile));
-            let written = lists[*list].1.get(*row).filter(|written| (written.part, written.tile) == (part, tile));
-            // Tiles without triangles may have been left out by their workers.
-            let triangles = batch.map(|batch| batch.mesh.triangles.len() as u32);
-            let Some(triangles) = triangles.or(written.map(|written| written.triangles)) else { continue };
-            if !whole || triangles > 0 {
-                self.written.extend(written);
-                self.order.extend(batch.map(|_| (*list as u32, *row as u32)));
-            }
-            self.made.push((part, tile, triangles));
-            *row += 1;
+    /// Adds the tiles to evict, and sorts. `whole`: leaves out tiles without triangles.
+    fn put_in_order(&mut self, (forgotten, writer): (&[(PartId, TileId, FaceId)], Option<&Writer>), whole: bool) {
+        // The sink may take what is in a batch.
+        let triangles = |b: &Batch| (b.part, b.tile, b.mesh.triangles.len() as u32);
+        self.made.extend(self.batches.iter().flatten().map(triangles));
+        self.made.extend(self.written.iter().map(|t| (t.part, t.tile, t.triangles)));
+        if whole {
+            self.written.retain(|tile| tile.triangles > 0);
         }
-        gone.for_each(|row| evict(self, row));
-        self.batches.push(evicted);
+        for (list, batches) in (0..).zip(&self.batches) {
+            let sent = (0..).zip(batches).filter(|(_, batch)| !whole || !batch.mesh.triangles.is_empty());
+            self.order.extend(sent.map(|(row, b)| BatchPlace { tile: (b.part, b.tile), list, row }));
+        }
+        if let Some(writer) = writer {
+            let gone = |&(part, tile, face)| WrittenTile::gone((part, face, tile), writer.layout());
+            self.written.extend(forgotten.iter().map(gone));
+        } else {
+            let list = self.batches.len() as u32;
+            let place = |(row, &(part, tile, _))| BatchPlace { tile: (part, tile), list, row };
+            self.order.extend((0..).zip(forgotten).map(place));
+            let empty = |&(part, tile, face)| Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
+            self.batches.push(forgotten.iter().map(empty).collect());
+        }
+        // The keys are unique, so there are no ties for the number of workers to decide. Stable sorts merge what ascends,
+        // as the tiles of each worker do.
+        self.order.sort_by_key(|place| place.tile);
+        self.written.sort_by_key(|t| (t.part, t.tile));
     }
 
     fn feed(
@@ -212,7 +203,7 @@ impl Rows {
         sink: &mut dyn MeshSink,
     ) -> Result<(), SinkError> {
         if whole { sink.begin(scene) } else { sink.begin_changes(scene) }?;
-        for &(list, row) in &self.order {
+        for &BatchPlace { list, row, .. } in &self.order {
             sink.batch(&mut self.batches[list as usize][row as usize])?;
         }
         for tile in &self.written {

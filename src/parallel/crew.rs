@@ -170,7 +170,6 @@ mod tests {
     struct FakeSession {
         jobs: Threads,
         crew: Crew<Fake>,
-        workers: u32,
     }
 
     impl FakeSession {
@@ -178,8 +177,7 @@ mod tests {
             let order = Order { plan: Arc::new(plan), watch: Watch::default(), writer: None };
             let made = self.crew.make(&self.jobs, order, Work::All(9));
             let mut rows = Rows::default();
-            let asked = (0..TILES).map(|k| (PartId(k / 20), TileId(k), k * 7 % self.workers));
-            let report = commit((made, asked), (&Scene::default(), None), Feed::All, (&mut rows, sink))?;
+            let report = commit(made, (&Scene::default(), None), Feed::All, (&mut rows, sink))?;
             self.crew.recycle(&self.jobs, &mut rows.batches);
             Ok(report)
         }
@@ -194,7 +192,7 @@ mod tests {
             hand.edges.push((PartId(k / 20), EdgeId(k)));
         }
         let crew = Crew::of(&fake, hands, Reuse::NONE);
-        (fake, FakeSession { jobs: Threads::start(3, false).unwrap(), crew, workers })
+        (fake, FakeSession { jobs: Threads::start(3, false).unwrap(), crew })
     }
 
     fn without_worker(sink: &MemorySink) -> Vec<Batch> {

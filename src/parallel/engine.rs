@@ -260,10 +260,8 @@ impl Engine {
             return Ok(FrameReport { planned_in, deferred, ..self.unchanged() });
         }
         let times: Vec<_> = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied()).collect();
-        let asked = due.tiles.iter().map(|&(part, tile)| (part, tile, self.owners.of_tile(part, tile)));
         let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
-        let made = (deliveries, asked);
-        let report = match commit(made, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
+        let report = match commit(deliveries, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
             Ok(report) => report,
             Err(error) => {
                 self.forget();
@@ -296,8 +294,7 @@ impl Engine {
         let _span = tracing::debug_span!("frame", number = self.next).entered();
         let frame = self.count();
         let with = (&*self.jobs, &*self.prepared, self.writer.as_ref());
-        let crew = (&mut self.crew, &self.owners, &mut self.rows);
-        let report = whole_frame(crew, with, plan, (scene, control), sink)?;
+        let report = whole_frame((&mut self.crew, &mut self.rows), with, plan, (scene, control), sink)?;
         Ok(FrameReport { frame, ..report })
     }
 
@@ -309,7 +306,7 @@ impl Engine {
 
 /// Makes a whole frame of the parts of `scene`, which are the first ones of `prepared`, and feeds it to the sink.
 pub(super) fn whole_frame(
-    (crew, owners, rows): (&mut Crew<Prepared>, &Owners, &mut Rows),
+    (crew, rows): (&mut Crew<Prepared>, &mut Rows),
     (jobs, prepared, writer): (&dyn Jobs, &Prepared, Option<&Arc<Writer>>),
     plan: &Arc<Plan>,
     (scene, control): (&Scene, &Control),
@@ -326,10 +323,7 @@ pub(super) fn whole_frame(
         return Err(error);
     }
     let made_in = laps.lap();
-    let of_scene = prepared.tiles().take_while(|(part, ..)| part.index() < parts);
-    let asked = of_scene.map(|(part, tile, _)| (part, tile, owners.of_tile(part, tile)));
-    let made = (deliveries, asked);
-    let report = commit(made, (scene, writer.map(|writer| &**writer)), Feed::All, (&mut *rows, sink))?;
+    let report = commit(deliveries, (scene, writer.map(|writer| &**writer)), Feed::All, (&mut *rows, sink))?;
     crew.recycle(jobs, &mut rows.batches);
     Ok(FrameReport { made_in, ..report })
 }

@@ -5,7 +5,7 @@ use super::crew::Crew;
 use super::engine::whole_frame;
 use super::error::FrameError;
 use super::options::SessionOptions;
-use super::owners::{Owners, hands};
+use super::owners::hands;
 use crate::control::{Alone, Control, Jobs, Threads};
 use crate::frame::{Plan, Reuse};
 use crate::mesh::MeshSink;
@@ -57,9 +57,7 @@ pub fn tessellate_on(
     control: &Control,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
-    let hands = hands(prepared, jobs.width(), edge_lines);
-    let owners = Owners::of(prepared, &hands, None);
-    let mut crew = Crew::of(prepared, hands, Reuse::NONE);
-    let with = (&mut crew, &owners, &mut Rows::default());
+    let mut crew = Crew::of(prepared, hands(prepared, jobs.width(), edge_lines), Reuse::NONE);
+    let with = (&mut crew, &mut Rows::default());
     whole_frame(with, (jobs, prepared, None), plan, (&prepared.scene, control), sink)
 }

@@ -67,11 +67,6 @@ impl Owners {
         }
     }
 
-    /// The worker that owns a tile.
-    pub(super) fn of_tile(&self, part: PartId, tile: TileId) -> u32 {
-        self.parts[part.index()][tile.0 as usize]
-    }
-
     /// Whether workers have to measure each tile.
     pub(super) fn wants_times(&self) -> bool {
         self.epoch.is_some()
