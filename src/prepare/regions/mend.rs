@@ -238,7 +238,8 @@ fn beside(
     /// Least speed of an image, as a share of its mean speed.
     const HESITATION: f64 = 0.05;
     let corner = at_end(samples, end);
-    let far = |uv: DVec2| projector.length(corner.uv, uv - corner.uv);
+    let length = projector.lengths(corner.uv);
+    let far = |uv: DVec2| length(uv - corner.uv);
     // The point of the other image at distance `radius` from the corner.
     let (start, back) = (at_end(other, along).t, at_end(other, End { first: !along.first, ..along }).t);
     let beyond = (1..=64).map(|k| 0.5_f64.power(0.5 * f64::from(64 - k)));

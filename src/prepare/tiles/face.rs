@@ -18,7 +18,7 @@ use crate::prepare::report::room::Room;
 use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::region::Region;
-use crate::prepare::uv::uv_loop::Along;
+use crate::prepare::uv::uv_loop::{Along, UvLoop};
 use crate::prepare::wires::chain::Chain;
 use crate::prepare::wires::order::without_seams;
 use glam::DVec3;
@@ -54,7 +54,7 @@ pub(crate) fn draft(
         return Err(FaceError::Internal("its boundary needs more memory than the limit".to_owned()));
     }
     let traced = Traced::of(part, face, free, size, Some(room));
-    let stated = traced.as_ref().map_err(Clone::clone).and_then(|traced| draft_traced(traced, Loops::Nested, &[]));
+    let stated = traced.as_ref().map_err(Clone::clone).and_then(|traced| draft_traced(traced, Loops::Nested, None));
     if free.is_some() {
         // Free trims are separated already.
         return stated;
@@ -63,7 +63,7 @@ pub(crate) fn draft(
         if let Some(loops) = without_seams(part, face) {
             let face = Face { loops, ..face.clone() };
             let again = Traced::of(part, &face, None, size, Some(room))
-                .and_then(|traced| draft_traced(&traced, Loops::Nested, &[]))
+                .and_then(|traced| draft_traced(&traced, Loops::Nested, None))
                 .ok();
             if let Some(mut draft) = again.filter(|draft| !draft.crosses) {
                 draft.notes.push(FaceTrouble::BothWays);
@@ -77,7 +77,7 @@ pub(crate) fn draft(
             // The faces beyond shared edges would not reverse the lobe.
             let may_turn = stated.joints.len() <= MAX_JOINTS && traced.loops.iter().any(|l| !lobes::stays(l, shared));
             if let Some(draft) =
-                may_turn.then(|| draft_traced(traced, Loops::ByLobes(shared), &[])).and_then(Result::ok)
+                may_turn.then(|| draft_traced(traced, Loops::ByLobes(shared), None)).and_then(Result::ok)
             {
                 return Ok(draft);
             }
@@ -97,7 +97,7 @@ fn boundary_memory(part: &Part, face: &Face) -> usize {
 
 /// Prepares a face by itself with loops that run as stated, however they are nested.
 pub(crate) fn draft_as_stated(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
-    draft_traced(&Traced::of(part, face, None, size, None)?, Loops::AsStated, &[])
+    draft_traced(&Traced::of(part, face, None, size, None)?, Loops::AsStated, None)
 }
 
 /// Which way loops run.
@@ -112,16 +112,37 @@ enum Loops<'a> {
     AsStated,
 }
 
+/// The images of a face's edges, moved apart.
+struct Mended {
+    loops: Vec<UvLoop>,
+    /// Largest move, mm.
+    by: f64,
+}
+
+impl Mended {
+    fn of(traced: &Traced<'_>, mends: &[Mend]) -> Self {
+        let mut loops = traced.loops.clone();
+        let most = MEND_SHARE * traced.extent;
+        let by = loops.iter_mut().map(|l| mend::mend(l, mends, most, &traced.projector)).fold(0.0, f64::max);
+        Self { loops, by }
+    }
+}
+
 /// Drafts the face with the images of its edges moved apart around `tangles`, where they meet. Each attempt moves them
 /// around all meetings found so far, over a longer stretch. `None` if they still meet.
-fn mended(traced: &Traced<'_>, tangles: &[Tangle]) -> Option<FaceDraft> {
-    let mut tangles = tangles.to_vec();
+fn mended(traced: &Traced<'_>, stated: &[Tangle]) -> Option<FaceDraft> {
+    let mut tangles = stated.to_vec();
     for (way, reach) in [(Way::Straight, 4.0), (Way::Beside, 2.0), (Way::Straight, 16.0), (Way::Beside, 8.0)] {
         if tangles.is_empty() || tangles.len() > MAX_TANGLES {
             return None;
         }
-        let mends = mend::about(traced.part, &tangles, way, reach)?;
-        let draft = draft_traced(traced, Loops::Nested, &mends).ok()?;
+        let mended = Mended::of(traced, &mend::about(traced.part, &tangles, way, reach)?);
+        if mended.by == 0.0 {
+            // The images meet where they met.
+            tangles.extend(stated);
+            continue;
+        }
+        let draft = draft_traced(traced, Loops::Nested, Some(mended)).ok()?;
         if !draft.crosses {
             return Some(draft);
         }
@@ -146,7 +167,7 @@ struct FaceOutline {
 }
 
 impl FaceOutline {
-    fn of(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<Self, FaceError> {
+    fn of(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> Result<Self, FaceError> {
         let (notes, repairs) = (traced.notes.clone(), traced.repairs.clone());
         let stops = traced.passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |stop| (edge, stop.0)));
         let (breaks, joints, lobed) = (stops.collect(), Vec::new(), Vec::new());
@@ -159,7 +180,7 @@ impl FaceOutline {
                 Self { region, gap, chain, breaks, joints, lobed, notes, repairs }
             }
             None => {
-                let (region, notes) = stated_region(traced, way, mends, notes)?;
+                let (region, notes) = stated_region(traced, way, mended, notes)?;
                 let chain = boundary::of_region(traced.part, &region.loops);
                 Self { region, gap: traced.gap, chain, breaks, joints, lobed, notes, repairs }
             }
@@ -204,25 +225,21 @@ impl FaceOutline {
     }
 }
 
-/// The region that the loops bound, with their images mended.
+/// The region that the loops bound, or their mended images.
 fn stated_region(
     traced: &Traced<'_>,
     way: Loops<'_>,
-    mends: &[Mend],
+    mended: Option<Mended>,
     mut notes: Vec<FaceTrouble>,
 ) -> Result<(Region, Vec<FaceTrouble>), FaceError> {
-    let Traced { projector, extent, named_pole, .. } = traced;
-    let mut loops = traced.loops.clone();
-    let moved = loops.iter_mut().map(|l| mend::mend(l, mends, MEND_SHARE * extent, projector)).fold(0.0, f64::max);
-    if moved > 0.0 {
-        notes.push(FaceTrouble::ImagesMoved { by_mm: moved });
-    }
-    Ok((region(loops, *named_pole, projector, way != Loops::AsStated)?, notes))
+    notes.extend(mended.iter().map(|m| FaceTrouble::ImagesMoved { by_mm: m.by }));
+    let loops = mended.map_or_else(|| traced.loops.clone(), |m| m.loops);
+    Ok((region(loops, traced.named_pole, &traced.projector, way != Loops::AsStated)?, notes))
 }
 
-fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mends: &[Mend]) -> Result<FaceDraft, FaceError> {
+fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> Result<FaceDraft, FaceError> {
     let Traced { part, face, projector, passages, .. } = traced;
-    let mut outline = FaceOutline::of(traced, way, mends)?;
+    let mut outline = FaceOutline::of(traced, way, mended)?;
     let (grid, arranged) = cut(&outline.region, &face.surface, projector, &mut outline.notes)?;
     // The images are in the tiles now: where a boundary runs along itself thousands of times, copies count.
     drop(std::mem::take(&mut outline.region.loops));

@@ -5,5 +5,6 @@ pub(super) mod uv_loop;
 pub(super) mod polygon;
 pub(super) mod region;
 pub(super) mod inside;
+pub(super) mod foot;
 pub(super) mod lead;
 pub(super) mod pcurve;

@@ -4,6 +4,7 @@
 //! one sheet of a folded or periodic surface. Samples carry derivatives and are joined by cubic Hermite pieces, which
 //! are refined until the fit stays within a tolerance of the projection.
 
+use super::foot::{Foot, jacobian_solve, least_squares};
 use super::lead::{EndBlend, before_breaks, leads};
 use super::uv_curve::UvSample;
 use crate::model::{CurveKind, Edge, Pole, Surface};
@@ -102,15 +103,18 @@ impl<'a> Projector<'a> {
 
     /// Length in space of a small step in (u,v), to first order.
     pub(crate) fn length(&self, at: DVec2, step: DVec2) -> f64 {
-        let w = self.wrap(at);
-        let [_, du, dv] = self.surface.tangents(w.x, w.y);
-        (du * step.x + dv * step.y).length()
+        self.lengths(at)(step)
+    }
+
+    /// Lengths in space of small steps from one place.
+    pub(crate) fn lengths(&self, at: DVec2) -> impl Fn(DVec2) -> f64 {
+        let [_, du, dv] = self.tangents(at);
+        move |step| (du * step.x + dv * step.y).length()
     }
 
     /// Area in space per area in (u,v).
     pub(crate) fn area(&self, at: DVec2) -> f64 {
-        let w = self.wrap(at);
-        let [_, du, dv] = self.surface.tangents(w.x, w.y);
+        let [_, du, dv] = self.tangents(at);
         du.cross(dv).length()
     }
 
@@ -122,9 +126,14 @@ impl<'a> Projector<'a> {
 
     /// The surface's point and its derivative along `step`. Periodic parameters may lie outside the domain.
     pub(crate) fn along(&self, at: DVec2, step: DVec2) -> (DVec3, DVec3) {
-        let w = self.wrap(at);
-        let [point, du, dv] = self.surface.tangents(w.x, w.y);
+        let [point, du, dv] = self.tangents(at);
         (point, du * step.x + dv * step.y)
+    }
+
+    /// The surface's point and its derivatives by u and v. Periodic parameters may lie outside the domain.
+    fn tangents(&self, at: DVec2) -> [DVec3; 3] {
+        let w = self.wrap(at);
+        self.surface.tangents(w.x, w.y)
     }
 
     /// The pole within ten tolerances of `p`.
@@ -144,23 +153,30 @@ impl<'a> Projector<'a> {
 
     /// Parameters of the surface point nearest to `p`; on the sheet of `seed`, if given.
     pub(crate) fn project(&self, p: DVec3, seed: Option<DVec2>) -> DVec2 {
-        if let Some(uv) = self.surface.invert(p) {
-            return seed.map_or(uv, |s| self.unwrap(uv, s));
-        }
-        if let Some(s) = seed {
-            let (uv, distance) = self.newton(p, s);
-            if distance <= 1e3 * self.tolerance || self.vain.get() >= MAX_VAIN {
-                return uv;
-            }
-            let (far, better) = self.search(p);
-            let found = better < 0.5 * distance;
-            self.vain.set(if found { 0 } else { self.vain.get() + 1 });
-            return if found { self.unwrap(far, s) } else { uv };
-        }
-        self.search(p).0
+        self.foot(p, seed).uv
     }
 
-    fn search(&self, p: DVec3) -> (DVec2, f64) {
+    fn foot(&self, p: DVec3, seed: Option<DVec2>) -> Foot {
+        if let Some(uv) = self.surface.invert(p) {
+            return self.foot_at(seed.map_or(uv, |s| self.unwrap(uv, s)), p);
+        }
+        let Some(s) = seed else { return self.search(p) };
+        let near = self.newton(p, s);
+        if near.off <= 1e3 * self.tolerance || self.vain.get() >= MAX_VAIN {
+            return near;
+        }
+        let far = self.search(p);
+        let found = far.off < 0.5 * near.off;
+        self.vain.set(if found { 0 } else { self.vain.get() + 1 });
+        if found { Foot { uv: self.unwrap(far.uv, s), ..far } } else { near }
+    }
+
+    fn foot_at(&self, uv: DVec2, p: DVec3) -> Foot {
+        let tangents = self.tangents(uv);
+        Foot { uv, off: p.distance(tangents[0]), tangents }
+    }
+
+    fn search(&self, p: DVec3) -> Foot {
         let seeds = self.seeds.get_or_init(|| self.seed_grid());
         let sweep = match self.surface {
             Surface::Extrusion { direction, .. } => direction.normalize_or_zero(),
@@ -175,14 +191,14 @@ impl<'a> Projector<'a> {
                 best.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
         }
-        let mut answer = (DVec2::ZERO, f64::INFINITY);
+        let mut answer = Foot { off: f64::INFINITY, ..self.foot_at(DVec2::ZERO, p) };
         for (d, uv) in best {
             if d.is_finite() {
                 let found = self.newton(p, uv);
-                if found.1 < answer.1 {
+                if found.off < answer.off {
                     answer = found;
                 }
-                if answer.1 <= self.tolerance {
+                if answer.off <= self.tolerance {
                     break;
                 }
             }
@@ -226,53 +242,58 @@ impl<'a> Projector<'a> {
     }
 
     /// Moves parameters into the domain: by whole periods, or clamped where the surface is not periodic.
-    fn wrap(&self, mut uv: DVec2) -> DVec2 {
+    fn wrap(&self, uv: DVec2) -> DVec2 {
+        let mut uv = self.clamp(uv);
         for axis in 0..2 {
             let (lo, hi) = self.domain[axis];
-            if let Some(p) = self.period[axis] {
-                if lo.is_finite() && (uv[axis] < lo || uv[axis] > hi) {
-                    uv[axis] = lo + (uv[axis] - lo).rem_euclid(p);
-                }
-            } else {
-                uv[axis] = uv[axis].clamp(lo, hi);
+            if let Some(p) = self.period[axis]
+                && lo.is_finite()
+                && (uv[axis] < lo || uv[axis] > hi)
+            {
+                uv[axis] = lo + (uv[axis] - lo).rem_euclid(p);
             }
         }
         uv
     }
 
-    /// Gauss–Newton to the foot point of `p`. Returns its parameters and its distance from `p`.
-    ///
-    /// If that does not converge, as across a crease between pieces of different speeds, it restarts from the nearest
-    /// point so far and halves each step until the distance falls.
-    fn newton(&self, p: DVec3, start: DVec2) -> (DVec2, f64) {
-        let mut uv = start;
+    /// Clamps parameters to the domain where the surface is not periodic.
+    fn clamp(&self, mut uv: DVec2) -> DVec2 {
         for axis in 0..2 {
             if self.period[axis].is_none() {
                 uv[axis] = uv[axis].clamp(self.domain[axis].0, self.domain[axis].1);
             }
         }
-        let mut best = (uv, f64::INFINITY);
+        uv
+    }
+
+    /// Gauss–Newton to the foot point of `p`.
+    ///
+    /// If that does not converge, as across a crease between pieces of different speeds, it restarts from the nearest
+    /// point so far and halves each step until the distance falls.
+    fn newton(&self, p: DVec3, start: DVec2) -> Foot {
+        let mut uv = self.clamp(start);
+        let mut best = Foot { uv, off: f64::INFINITY, tangents: [DVec3::NAN; 3] };
         let (mut halves, mut vain) = (false, 0);
         let is_far = |off: f64| off > FAR_OFF * self.tolerance && self.vain.get() >= MAX_VAIN;
         for step in 0..2 * MAX_STEPS {
-            let swings = vain >= MAX_VAIN_STEPS && is_far(best.1);
+            let swings = vain >= MAX_VAIN_STEPS && is_far(best.off);
             let restarts = !halves && (step == MAX_STEPS || swings);
             if restarts {
-                (uv, halves) = (best.0, true);
+                (uv, halves) = (best.uv, true);
             }
-            let w = self.wrap(uv);
-            let [point, du, dv] = self.surface.tangents(w.x, w.y);
+            let here = self.foot_at(uv, p);
+            let [point, du, dv] = here.tangents;
             let length = |step: DVec2| du.length() * step.x.abs() + dv.length() * step.y.abs();
             let r = p - point;
-            let off = best.1.min(r.length());
+            let off = best.off.min(here.off);
             let enough = if is_far(off) { FAR_ENOUGH * off } else { 1e-4 * self.tolerance };
-            if r.length() < best.1 {
-                (best, vain) = ((uv, r.length()), 0);
+            if here.off < best.off {
+                (best, vain) = (here, 0);
             } else if halves && !restarts {
-                if is_far(off) && length(uv - best.0) <= enough {
+                if is_far(off) && length(uv - best.uv) <= enough {
                     return best;
                 }
-                uv = 0.5 * (uv + best.0);
+                uv = 0.5 * (uv + best.uv);
                 continue;
             } else {
                 vain += 1;
@@ -298,17 +319,12 @@ impl<'a> Projector<'a> {
                     }
                 }
             }
-            for axis in 0..2 {
-                if self.period[axis].is_none() {
-                    next[axis] = next[axis].clamp(self.domain[axis].0, self.domain[axis].1);
-                }
-            }
+            next = self.clamp(next);
             let moved = next - uv;
             uv = next;
             if length(moved) <= enough {
-                let w = self.wrap(uv);
-                let r = self.surface.point(w.x, w.y).distance(p);
-                return if r <= best.1 { (uv, r) } else { best };
+                let last = self.foot_at(uv, p);
+                return if last.off <= best.off { last } else { best };
             }
         }
         best
@@ -495,9 +511,7 @@ impl Walk<'_> {
         } else {
             point
         };
-        let uv = self.projector.project(p, seed);
-        let w = self.projector.wrap(uv);
-        let [point, du, dv] = self.projector.surface.tangents(w.x, w.y);
+        let Foot { uv, tangents: [point, du, dv], .. } = self.projector.foot(p, seed);
         let d = jacobian_solve(du, dv, d1);
         (UvSample { t, uv, d }, point.distance(p), DVec2::new(du.length(), dv.length()))
     }
@@ -558,33 +572,5 @@ fn fill_slopes(samples: &mut [UvSample]) {
         let k = if i + 1 < samples.len() { i + 1 } else { i - 1 };
         let chord = (samples[k].uv - samples[i].uv) / (samples[k].t - samples[i].t);
         samples[i].d = if samples[k].d.is_finite() { 2.0 * chord - samples[k].d } else { chord };
-    }
-}
-
-/// The step (du, dv) that brings `a du + b dv` nearest to `r`. Where `a` and `b` are parallel, a step along the longer
-/// one.
-fn least_squares(a: DVec3, b: DVec3, r: DVec3) -> DVec2 {
-    let (e, f, g) = (a.length_squared(), a.dot(b), b.length_squared());
-    let det = e * g - f * f;
-    if det > 1e-14 * e * g {
-        return DVec2::new((g * r.dot(a) - f * r.dot(b)) / det, (e * r.dot(b) - f * r.dot(a)) / det);
-    }
-    if e >= g && e > 0.0 {
-        DVec2::new(r.dot(a) / e, 0.0)
-    } else if g > 0.0 {
-        DVec2::new(0.0, r.dot(b) / g)
-    } else {
-        DVec2::ZERO
-    }
-}
-
-/// The velocity in (u,v) of a point that moves with velocity `c` in space; NaN where the surface is singular.
-fn jacobian_solve(a: DVec3, b: DVec3, c: DVec3) -> DVec2 {
-    let (e, f, g) = (a.length_squared(), a.dot(b), b.length_squared());
-    let det = e * g - f * f;
-    if det > 1e-12 * e * g && e > 1e-18 * g && g > 1e-18 * e {
-        DVec2::new((g * c.dot(a) - f * c.dot(b)) / det, (e * c.dot(b) - f * c.dot(a)) / det)
-    } else {
-        DVec2::NAN
     }
 }
