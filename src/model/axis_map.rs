@@ -52,22 +52,30 @@ impl AxisMap {
     /// Converts a NURBS parameter to the natural parameter: the inverse of [`to_nurbs`](Self::to_nurbs).
     #[must_use]
     pub fn to_natural(&self, nurbs: f64) -> f64 {
-        let Self::Arc { start, step, spans } = *self else { return nurbs };
-        let turns = (nurbs - start) / step;
-        if turns < 0.0 {
-            return natural_end(nurbs, start, 1.0 / slope(1.0, step));
+        self.naturals()(nurbs)
+    }
+
+    /// [`to_natural`](Self::to_natural) for many parameters: computes what they share once.
+    pub fn naturals(self) -> impl Fn(f64) -> f64 {
+        let quarter = if let Self::Arc { step, .. } = self { (0.25 * step).tangent() } else { 0.0 };
+        move |nurbs| {
+            let Self::Arc { start, step, spans } = self else { return nurbs };
+            let turns = (nurbs - start) / step;
+            if turns < 0.0 {
+                return natural_end(nurbs, start, 1.0 / slope(1.0, step));
+            }
+            let last = f64::from(spans);
+            if turns > last {
+                return natural_end(nurbs, start + step * last, 1.0 / slope(1.0, step));
+            }
+            let near = turns.round();
+            if (turns - near).abs() <= SNAP * last.max(1.0) {
+                return start + step * near;
+            }
+            let span = turns.floor().min(last - 1.0);
+            let s = 2.0 * (turns - span) - 1.0;
+            start + step * (span + 0.5) + 2.0 * (s * quarter).arc_tangent()
         }
-        let last = f64::from(spans);
-        if turns > last {
-            return natural_end(nurbs, start + step * last, 1.0 / slope(1.0, step));
-        }
-        let near = turns.round();
-        if (turns - near).abs() <= SNAP * last.max(1.0) {
-            return start + step * near;
-        }
-        let span = turns.floor().min(last - 1.0);
-        let s = 2.0 * (turns - span) - 1.0;
-        start + step * (span + 0.5) + 2.0 * (s * (0.25 * step).tangent()).arc_tangent()
     }
 
     /// The derivative of the NURBS parameter by the natural one at `natural`; between 0.785 and 1.28 for arcs.

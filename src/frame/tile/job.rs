@@ -14,7 +14,7 @@ use crate::frame::vertices::boundary::{cell_size, trace_loops};
 use crate::frame::vertices::places::evaluate_vertices;
 use crate::frame::vertices::scratch::Scratch;
 use crate::mesh::{Origin, TileMesh};
-use crate::model::{PartId, SurfaceKind, TileId};
+use crate::model::{AxisMap, PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
@@ -194,11 +194,10 @@ fn finish(
         s.trimmed.rename(|v| if v >= tessellants + corners { v - corners + corners_used } else { v });
     }
     let fresh = vertices(corners_used as usize, s, mesh);
-    mesh.uvs.extend(
-        s.uvs.iter().map(|p| Vec2::new(face.maps[0].to_natural(p.x) as f32, face.maps[1].to_natural(p.y) as f32)),
-    );
-    for ((to, from), map) in mesh.lines.iter_mut().zip([&lattice.us, &lattice.vs]).zip(&face.maps) {
-        to.extend(from.iter().map(|&x| map.to_natural(x) as f32));
+    let natural = face.maps.map(AxisMap::naturals);
+    mesh.uvs.extend(s.uvs.iter().map(|p| Vec2::new(natural[0](p.x) as f32, natural[1](p.y) as f32)));
+    for ((to, from), natural) in mesh.lines.iter_mut().zip([&lattice.us, &lattice.vs]).zip(&natural) {
+        to.extend(from.iter().map(|&x| natural(x) as f32));
     }
     mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * quads.len());
     let mut trimmed = 0;
