@@ -10,9 +10,12 @@ use std::thread;
 use std::time::Duration;
 use trimtess::control::Control;
 
-/// How often progress is reported and signals are heard. Slower, and Ctrl-C feels late; faster, and threads of other
-/// Python code wait for the lock.
-const EVERY: Duration = Duration::from_millis(50);
+/// How often signals are heard: work that Ctrl-C ends has most of 50 ms for the tiles in hand. Faster, and threads of
+/// other Python code wait for the lock.
+pub(crate) const HEARD_EVERY: Duration = Duration::from_millis(10);
+
+/// Waits between two reports of progress.
+const WAITS_PER_REPORT: u32 = 5;
 
 /// Stack of threads, as the main thread has on Linux.
 const STACK: usize = 8 << 20;
@@ -27,10 +30,10 @@ impl Ended {
         self.1.notify_all();
     }
 
-    /// Waits until the work has ended, at most [`EVERY`]. Returns whether it has.
+    /// Waits until the work has ended, at most [`HEARD_EVERY`]. Returns whether it has.
     fn wait(&self) -> bool {
         let ended = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let waited = self.1.wait_timeout_while(ended, EVERY, |ended| !*ended);
+        let waited = self.1.wait_timeout_while(ended, HEARD_EVERY, |ended| !*ended);
         *waited.unwrap_or_else(PoisonError::into_inner).0
     }
 }
@@ -74,12 +77,15 @@ impl Job<'_> {
             let builder = thread::Builder::new().name(format!("trimtess-{}", self.stage)).stack_size(STACK);
             let started = builder.spawn_scoped(scope, run);
             let started = started.map_err(|e| errors::internal(self.py, format!("cannot start a thread: {e}")))?;
-            let mut raised = None;
+            let (mut raised, mut waits) = (None, 0);
             while !self.py.detach(|| ended.wait()) {
-                if raised.is_none() {
-                    raised = self.py.check_signals().and_then(|()| self.report(&counts)).err();
-                    raised.iter().for_each(|_| control.cancel());
+                if raised.is_some() {
+                    continue;
                 }
+                waits += 1;
+                let report = || if waits % WAITS_PER_REPORT == 0 { self.report(&counts) } else { Ok(()) };
+                raised = self.py.check_signals().and_then(|()| report()).err();
+                raised.iter().for_each(|_| control.cancel());
             }
             let done = started.join().unwrap_or_else(Err);
             // Signals that came meanwhile are the interpreter's, which looks for them after this call.

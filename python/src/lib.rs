@@ -26,6 +26,10 @@ mod mesh;
 #[cfg(feature = "wgpu")]
 mod picture;
 
+mod view;
+
+mod session;
+
 mod prepared;
 
 use pyo3::prelude::*;
@@ -43,6 +47,10 @@ fn _trimtess(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<model::Edge>()?;
     module.add_class::<model::Instance>()?;
     module.add_class::<prepared::Prepared>()?;
+    module.add_class::<view::View>()?;
+    module.add_class::<session::Session>()?;
+    module.add_class::<session::Frame>()?;
+    module.add_class::<session::Tile>()?;
     module.add_class::<mesh::Mesh>()?;
     module.add_class::<mesh::MeshPart>()?;
     module.add_class::<flat::Flat>()?;

@@ -4,12 +4,16 @@ use crate::diagnostic::{self, Diagnostic};
 use crate::errors;
 use crate::job::Job;
 use crate::mesh::Mesh;
+use crate::session::Session;
+use crate::view::View;
 use pyo3::prelude::*;
 use std::sync::{Arc, OnceLock};
-use trimtess::frame::{PlanLimits, Tolerance, plan_within};
+use std::time::Duration;
+use trimtess::frame::{PlanLimits, PlannerOptions, Tolerance, plan_within};
 use trimtess::mesh::PackedFrame;
-use trimtess::parallel::{SessionOptions, tessellate};
+use trimtess::parallel::{SessionOptions, coarse_points, tessellate};
 use trimtess::prepare::{self, Shells};
+use trimtess::view::{self, ViewPoint};
 
 /// Default chord tolerance as a fraction of the model's diagonal, and angle in degrees. Those of the program.
 const DEFAULT: (f64, f64) = (1e-3, 20.0);
@@ -131,6 +135,67 @@ impl Prepared {
             tolerance,
             flat: OnceLock::new(),
         })
+    }
+
+    /// Starts a session: frames of views that follow a moving camera. Its threads end with it, so a process must not fork
+    /// while one lives.
+    ///
+    /// Args:
+    ///     workers: Threads; one per core if None or 0.
+    ///     edges: Whether frames have the polylines of edges.
+    ///     levels: Levels of detail of a part with several instances at most.
+    ///     budget_ms: Time for the tiles of a frame, in milliseconds of one worker; what exceeds it waits for later frames.
+    ///         No limit if None.
+    ///     max_memory: Memory of a frame at most, bytes; that of `prepare` and `read` if None.
+    ///
+    /// Raises:
+    ///     RangeError: The budget is not a finite number above 0.
+    #[pyo3(signature = (*, workers=None, edges=false, levels=4, budget_ms=None, max_memory=None))]
+    fn session(
+        &self,
+        py: Python<'_>,
+        workers: Option<usize>,
+        edges: bool,
+        levels: usize,
+        budget_ms: Option<f64>,
+        max_memory: Option<u64>,
+    ) -> PyResult<Session> {
+        let budget = errors::positive(py, "budget_ms", budget_ms)?;
+        let budget = budget.map(|ms| Duration::try_from_secs_f64(1e-3 * ms).unwrap_or(Duration::MAX));
+        let planner = PlannerOptions::DEFAULT.with_limits(self.limits(max_memory)).with_budget(budget);
+        let options = SessionOptions::DEFAULT.with_workers(workers.unwrap_or(0)).with_edge_lines(edges);
+        Session::start(py, &self.prepared, &options.with_levels(levels).with_planner(planner))
+    }
+
+    /// A view in which the whole model fits.
+    ///
+    /// Args:
+    ///     view: As that of `render`.
+    ///     size: Width and height of the picture, pixels.
+    ///     orthographic: Whether the camera is orthographic.
+    ///     deviation_px: Largest screen-space error, pixels.
+    ///     size_px: Longest side of a lattice cell on the screen, pixels; no limit if None.
+    ///
+    /// Raises:
+    ///     RangeError: An argument is out of range.
+    #[pyo3(signature = (view="iso", *, size=(1280, 960), orthographic=false, deviation_px=0.5, size_px=None))]
+    fn view(
+        &self,
+        py: Python<'_>,
+        view: &str,
+        size: (u32, u32),
+        orthographic: bool,
+        deviation_px: f64,
+        size_px: Option<f64>,
+    ) -> PyResult<View> {
+        let from: ViewPoint = view.parse().map_err(|e| errors::out_of_range(py, "view", view, &format!("{e}")))?;
+        let job = Job { py, stage: "view", progress: None, workers: 1 };
+        let options = SessionOptions::DEFAULT;
+        let points = job.run(|control| coarse_points(&self.prepared, &options, &self.limits(None), control))?;
+        let points = points.map_err(|failure| errors::unmade(py, &failure))?;
+        let aspect = f64::from(size.0) / f64::from(size.1.max(1));
+        let camera = if orthographic { from.fit_orthographic(points, aspect) } else { from.fit(points, aspect) };
+        View::checked(py, view::View { camera, size, deviation_px, size_px, angle: view::View::ANGLE })
     }
 
     /// Draws the model within a screen-space error, as a (height, width, 4) array of bytes: red, green, blue (sRGB) and

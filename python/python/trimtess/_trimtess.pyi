@@ -15,6 +15,10 @@ __all__ = [
     "Edge",
     "Instance",
     "Prepared",
+    "View",
+    "Session",
+    "Frame",
+    "Tile",
     "Mesh",
     "MeshPart",
     "Flat",
@@ -30,6 +34,8 @@ __version__: str
 _Glb = Literal["instanced", "quantized", "compressed"]
 _Rgba = Tuple[float, float, float, float]
 _Point = Tuple[float, float, float]
+_Vector = Union[Sequence[float], npt.NDArray[Any]]
+_Matrix = Union[Sequence[Sequence[float]], npt.NDArray[Any]]
 _Progress = Callable[[str, int, int], object]
 _Path = Union[str, "os.PathLike[str]"]
 
@@ -195,8 +201,100 @@ class Prepared:
         workers: Optional[int] = None,
         progress: Optional[_Progress] = None,
     ) -> npt.NDArray[np.uint8]: ...
+    def session(
+        self,
+        *,
+        workers: Optional[int] = None,
+        edges: bool = False,
+        levels: int = 4,
+        budget_ms: Optional[float] = None,
+        max_memory: Optional[int] = None,
+    ) -> Session: ...
+    def view(
+        self,
+        view: str = "iso",
+        *,
+        size: Tuple[int, int] = ...,
+        orthographic: bool = False,
+        deviation_px: float = 0.5,
+        size_px: Optional[float] = None,
+    ) -> View: ...
     def _repr_html_(self) -> str: ...
     def _repr_png_(self) -> Optional[bytes]: ...
+
+@final
+class View:
+    def __new__(
+        cls,
+        eye: _Vector,
+        target: _Vector,
+        *,
+        up: _Vector = ...,
+        fov: float = 30.0,
+        height: Optional[float] = None,
+        near: float = 0.0,
+        size: Tuple[int, int] = ...,
+        deviation_px: float = 0.5,
+        size_px: Optional[float] = None,
+        angle: float = 30.0,
+    ) -> View: ...
+    @property
+    def eye(self) -> _Point: ...
+    @property
+    def target(self) -> _Point: ...
+    @property
+    def up(self) -> _Point: ...
+    @property
+    def fov(self) -> Optional[float]: ...
+    @property
+    def height(self) -> Optional[float]: ...
+    @property
+    def size(self) -> Tuple[int, int]: ...
+    @property
+    def deviation_px(self) -> float: ...
+
+@final
+class Session:
+    def view(self, *views: View) -> Frame: ...
+    def forget(self) -> None: ...
+    @property
+    def keys(self) -> List[int]: ...
+    def add_instance(self, part: int, transform: Optional[_Matrix] = None, *, name: str = "") -> int: ...
+    def move_instance(self, key: int, transform: _Matrix) -> None: ...
+    def remove_instance(self, key: int) -> None: ...
+
+@final
+class Frame:
+    @property
+    def whole(self) -> bool: ...
+    @property
+    def changed(self) -> List[Tile]: ...
+    @property
+    def removed(self) -> List[Tuple[int, int]]: ...
+    @property
+    def edges(self) -> List[Tuple[int, int, npt.NDArray[np.float64]]]: ...
+    @property
+    def instances(self) -> List[Instance]: ...
+    def drawn(self, view: int = 0) -> List[Tuple[int, npt.NDArray[np.uint32]]]: ...
+    @property
+    def triangle_count(self) -> int: ...
+    @property
+    def deferred(self) -> int: ...
+
+@final
+class Tile:
+    @property
+    def key(self) -> Tuple[int, int]: ...
+    @property
+    def face(self) -> int: ...
+    @property
+    def positions(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def normals(self) -> npt.NDArray[np.float32]: ...
+    @property
+    def uv(self) -> npt.NDArray[np.float32]: ...
+    @property
+    def triangles(self) -> npt.NDArray[np.uint32]: ...
 
 @final
 class Mesh:

@@ -1,0 +1,351 @@
+//! Frames of views from Python: each call returns what has changed, as arrays that share the memory of the tiles.
+
+use crate::array;
+use crate::errors;
+use crate::job::HEARD_EVERY;
+use crate::model::Instance;
+use crate::view::View;
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use trimtess::glam::{DAffine3, DMat4};
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SceneInstance, SinkError};
+use trimtess::model::PartId;
+use trimtess::parallel::{self, FrameReport, InstanceError, InstanceKey, SessionOptions};
+use trimtess::prepare;
+
+/// What a frame changes. Arrays keep their tile alive, not the frame.
+#[derive(Default)]
+struct Changes {
+    /// Those without triangles are tiles to remove.
+    batches: Vec<Arc<Batch>>,
+    lines: Vec<Arc<EdgeLine>>,
+    /// Kept from the frame before where nothing was sent.
+    drawn: Arc<DrawnTiles>,
+    instances: Arc<Vec<SceneInstance>>,
+}
+
+impl MeshSink for Changes {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.begin_changes(scene)
+    }
+
+    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.instances = Arc::new(scene.instances.clone());
+        Ok(())
+    }
+
+    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
+        self.batches.push(Arc::new(Batch { mesh: std::mem::take(&mut batch.mesh), ..*batch }));
+        Ok(())
+    }
+
+    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
+        self.lines.push(Arc::new(line));
+        Ok(())
+    }
+
+    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+        self.drawn = Arc::new(drawn.clone());
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn abort(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// A session, and what the last frame showed.
+struct State {
+    session: parallel::Session,
+    drawn: Arc<DrawnTiles>,
+    instances: Arc<Vec<SceneInstance>>,
+}
+
+/// A prepared model with workers, for a moving camera.
+#[pyclass(frozen, module = "trimtess")]
+pub(crate) struct Session(Mutex<State>);
+
+impl Session {
+    pub(crate) fn start(py: Python<'_>, prepared: &Arc<prepare::Prepared>, options: &SessionOptions) -> PyResult<Self> {
+        let session = py.detach(|| parallel::Session::start(Arc::clone(prepared), options));
+        let session = session.map_err(|e| errors::internal(py, format!("cannot start threads: {e}")))?;
+        let instances = Arc::new(session.scene().instances.clone());
+        Ok(Self(Mutex::new(State { session, drawn: Arc::default(), instances })))
+    }
+
+    /// Does not wait: the thread that has the session may be waiting for the interpreter's lock.
+    fn state(&self) -> PyResult<MutexGuard<'_, State>> {
+        match self.0.try_lock() {
+            Ok(state) => Ok(state),
+            Err(TryLockError::Poisoned(state)) => Ok(state.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(PyRuntimeError::new_err("another thread is using the session")),
+        }
+    }
+}
+
+#[pymethods]
+impl Session {
+    /// Makes what these views need together, and returns what has changed since the last frame: one picture, both eyes,
+    /// shadow maps. The first frame is whole. Same bytes for any number of workers.
+    ///
+    /// Drawn tiles have no cracks between them. Ctrl-C cancels the frame after the tiles in hand; the next one is as if
+    /// it had not been begun.
+    ///
+    /// Args:
+    ///     views: At least one `View`.
+    ///
+    /// Raises:
+    ///     TessellateError: An internal error ended the session.
+    ///     RuntimeError: Another thread is using the session.
+    #[pyo3(signature = (*views))]
+    fn view(&self, py: Python<'_>, views: Vec<PyRef<'_, View>>) -> PyResult<Frame> {
+        let mut state = self.state()?;
+        let State { session, drawn, instances } = &mut *state;
+        let views: Vec<_> = views.iter().map(|view| view.0).collect();
+        let unmade = |failure| errors::unmade(py, &failure);
+        session.begin(&views).map_err(unmade)?;
+        let mut changes = Changes { drawn: Arc::clone(drawn), instances: Arc::clone(instances), ..Changes::default() };
+        let report = loop {
+            if let Some(report) = py.detach(|| session.finish_within(HEARD_EVERY, &mut changes)).map_err(unmade)? {
+                break report;
+            }
+            if let Err(raised) = py.check_signals() {
+                session.cancel();
+                // It was cancelled, so the sink gets no calls.
+                py.detach(|| session.finish(&mut changes)).map_err(unmade)?;
+                return Err(raised);
+            }
+        };
+        (*drawn, *instances) = (Arc::clone(&changes.drawn), Arc::clone(&changes.instances));
+        Ok(Frame { changes, report })
+    }
+
+    /// Makes the next frame a whole one.
+    fn forget(&self, py: Python<'_>) -> PyResult<()> {
+        let mut state = self.state()?;
+        let session = &mut state.session;
+        py.detach(|| session.forget());
+        Ok(())
+    }
+
+    /// Keys of the instances, in the order of `Frame.instances` from the next frame on.
+    #[getter]
+    fn keys(&self) -> PyResult<Vec<u64>> {
+        let state = self.state()?;
+        let rows = 0..state.session.scene().instances.len();
+        Ok(rows.filter_map(|row| state.session.instance_key(row)).map(InstanceKey::to_bits).collect())
+    }
+
+    /// Adds an instance from the next frame on, and returns its key.
+    ///
+    /// Args:
+    ///     part: Index of a part of the model.
+    ///     transform: Part to world: (4, 4) numbers that multiply columns (x, y, z, 1), a rigid motion with an optional
+    ///         uniform scale; the identity if None.
+    ///     name: Its name.
+    ///
+    /// Raises:
+    ///     RangeError: There is no such part, or the transform is another one.
+    #[pyo3(signature = (part, transform=None, *, name=""))]
+    fn add_instance(&self, py: Python<'_>, part: u32, transform: Option<[[f64; 4]; 4]>, name: &str) -> PyResult<u64> {
+        let transform = transform.map_or(Ok(DAffine3::IDENTITY), |rows| affine(py, rows))?;
+        let new = SceneInstance { part: PartId(part), transform, colour: None, name: name.into(), first_face: 0 };
+        let mut state = self.state()?;
+        let session = &mut state.session;
+        let added = py.detach(|| session.add_instance(new));
+        added.map(InstanceKey::to_bits).map_err(|failure| unplaced(py, &failure))
+    }
+
+    /// Moves an instance from the next frame on.
+    ///
+    /// Args:
+    ///     key: Its key.
+    ///     transform: As that of `add_instance`.
+    ///
+    /// Raises:
+    ///     RangeError: The key names no instance, or the transform is another one.
+    fn move_instance(&self, py: Python<'_>, key: u64, transform: [[f64; 4]; 4]) -> PyResult<()> {
+        let transform = affine(py, transform)?;
+        let moved = self.state()?.session.move_instance(InstanceKey::from_bits(key), transform);
+        moved.map_err(|failure| unplaced(py, &failure))
+    }
+
+    /// Removes an instance from the next frame on. The rows of later ones decrease by one, and keys stay.
+    ///
+    /// Args:
+    ///     key: Its key.
+    ///
+    /// Raises:
+    ///     RangeError: The key names no instance.
+    fn remove_instance(&self, py: Python<'_>, key: u64) -> PyResult<()> {
+        let mut state = self.state()?;
+        let session = &mut state.session;
+        let removed = py.detach(|| session.remove_instance(InstanceKey::from_bits(key)));
+        removed.map(drop).map_err(|failure| unplaced(py, &failure))
+    }
+
+    fn __repr__(&self) -> PyResult<String> {
+        let state = self.state()?;
+        let (scene, workers) = (state.session.scene(), state.session.workers());
+        Ok(format!("<Session of {:?}: {} instances, {workers} workers>", scene.name, scene.instances.len()))
+    }
+}
+
+fn affine(py: Python<'_>, rows: [[f64; 4]; 4]) -> PyResult<DAffine3> {
+    if rows[3] != [0.0, 0.0, 0.0, 1.0] {
+        let last = format!("{:?}", rows[3]);
+        return Err(errors::out_of_range(py, "the last row of transform", last, "(0, 0, 0, 1)"));
+    }
+    Ok(DAffine3::from_mat4(DMat4::from_cols_array_2d(&rows).transpose()))
+}
+
+/// Why an instance was not added, moved or removed.
+fn unplaced(py: Python<'_>, failure: &InstanceError) -> PyErr {
+    match failure {
+        InstanceError::NoPart { part, count } => {
+            errors::out_of_range(py, "part", part.0, &format!("below {count}, the number of parts"))
+        }
+        InstanceError::NoInstance { key } => errors::out_of_range(py, "key", key.to_bits(), "that of an instance"),
+        InstanceError::Transform { .. } => {
+            errors::out_of_range(py, "transform", failure, "a rigid motion with a uniform scale")
+        }
+        _ => errors::error(py, "TessellateError", failure.to_string(), &PyDict::new(py)),
+    }
+}
+
+/// What a frame of views changes, and what it draws.
+#[pyclass(frozen, module = "trimtess")]
+pub(crate) struct Frame {
+    changes: Changes,
+    report: FrameReport,
+}
+
+#[pymethods]
+impl Frame {
+    /// Whether it replaces everything before it, rather than changing some tiles.
+    #[getter]
+    fn whole(&self) -> bool {
+        self.report.whole
+    }
+
+    /// Tiles that are new or replace the tile with the same key, ascending by key.
+    #[getter]
+    fn changed(&self) -> Vec<Tile> {
+        let some = self.changes.batches.iter().filter(|batch| !batch.mesh.triangles.is_empty());
+        some.map(|batch| Tile(Arc::clone(batch))).collect()
+    }
+
+    /// Keys of tiles that are gone, ascending: (part, tile).
+    #[getter]
+    fn removed(&self) -> Vec<(u32, u32)> {
+        let none = self.changes.batches.iter().filter(|batch| batch.mesh.triangles.is_empty());
+        none.map(|batch| (batch.part.0, batch.tile.0)).collect()
+    }
+
+    /// Polylines of edges that are new or replace that of the same edge, ascending: part, edge, and a (n, 3) array of
+    /// doubles, millimetres in the part's coordinates. Empty unless the session has edges.
+    #[getter]
+    fn edges<'py>(&self, py: Python<'py>) -> PyResult<Vec<(u32, u32, Bound<'py, PyAny>)>> {
+        let lines = self.changes.lines.iter();
+        lines.map(|line| Ok((line.part.0, line.edge.0, array::view(py, line, &line.points)?))).collect()
+    }
+
+    /// Placed parts. A part of which coarser levels of detail are drawn has further parts, after those of the model.
+    #[getter]
+    fn instances(&self) -> Vec<Instance> {
+        self.changes.instances.iter().map(Instance::of_scene).collect()
+    }
+
+    /// What to draw: rows of `instances`, ascending, each with the tiles of its part to draw, an ascending array of
+    /// 32-bit unsigned integers. Instances that draw nothing are left out.
+    ///
+    /// Args:
+    ///     view: Which of the views.
+    ///
+    /// Raises:
+    ///     RangeError: There is no such view.
+    #[pyo3(signature = (view=0))]
+    fn drawn<'py>(&self, py: Python<'py>, view: usize) -> PyResult<Vec<(usize, Bound<'py, PyAny>)>> {
+        let drawn = &self.changes.drawn;
+        if view >= drawn.views() {
+            let most = format!("below {}, the number of views", drawn.views());
+            return Err(errors::out_of_range(py, "view", view, &most));
+        }
+        let tiles = |instance| {
+            let tiles: Arc<Vec<u32>> = Arc::new(drawn.tiles(view, instance).map(|tile| tile.0).collect());
+            Ok((instance, array::view(py, &tiles, &tiles)?))
+        };
+        drawn.instances(view).map(tiles).collect()
+    }
+
+    /// Number of triangles in `changed`.
+    #[getter]
+    fn triangle_count(&self) -> u64 {
+        self.report.triangles
+    }
+
+    /// Tiles whose change waits for a later frame, because the budget was spent.
+    #[getter]
+    fn deferred(&self) -> u32 {
+        self.report.deferred
+    }
+
+    fn __repr__(&self) -> String {
+        let (kind, tiles) = (if self.report.whole { "whole" } else { "changes" }, self.report.batches);
+        format!("<Frame {}, {kind}: {tiles} tiles, {} triangles>", self.report.frame, self.report.triangles)
+    }
+}
+
+/// The triangles of one tile of a face. Instances share those of their part.
+#[pyclass(frozen, module = "trimtess")]
+pub(crate) struct Tile(Arc<Batch>);
+
+#[pymethods]
+impl Tile {
+    /// What names it in the session: (part, tile).
+    #[getter]
+    fn key(&self) -> (u32, u32) {
+        (self.0.part.0, self.0.tile.0)
+    }
+
+    /// Index of the face within the part.
+    #[getter]
+    fn face(&self) -> u32 {
+        self.0.face.0
+    }
+
+    /// (n, 3) doubles, millimetres in the part's coordinates. Points on borders that tiles share have equal bits.
+    #[getter]
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        array::view(py, &self.0, &self.0.mesh.positions)
+    }
+
+    /// (n, 3) floats: unit normals that point outwards.
+    #[getter]
+    fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        array::view(py, &self.0, &self.0.mesh.normals)
+    }
+
+    /// (n, 2) floats: parameters on the face's surface.
+    #[getter]
+    fn uv<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        array::view(py, &self.0, &self.0.mesh.uvs)
+    }
+
+    /// (m, 3) 32-bit unsigned indices of vertices, counter-clockwise seen from outside.
+    #[getter]
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        array::view(py, &self.0, &self.0.mesh.triangles)
+    }
+
+    fn __repr__(&self) -> String {
+        let (batch, count) = (&self.0, self.0.mesh.triangles.len());
+        format!("<Tile {} of part {}, face {}: {count} triangles>", batch.tile.0, batch.part.0, batch.face.0)
+    }
+}

@@ -1,0 +1,210 @@
+"""Frames of views: what changes, what is drawn, instances, Ctrl-C."""
+
+import math
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+
+import trimtess
+
+
+def orbit(prepared, frames, **options):
+    """Views around the model, at half the distance from which it fits."""
+    fitted = prepared.view(size=(640, 480))
+    target = np.array(fitted.target)
+    arm = 0.5 * (np.array(fitted.eye) - target)
+    for k in range(frames):
+        angle = 0.2 * k
+        turn = np.array([[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]])
+        yield trimtess.View(target + turn @ arm, target, size=(640, 480), **options)
+
+
+class Shown:
+    """What a program keeps of a session."""
+
+    def __init__(self):
+        self.tiles = {}
+
+    def apply(self, frame):
+        if frame.whole:
+            self.tiles.clear()
+        for key in frame.removed:
+            self.tiles.pop(key, None)
+        self.tiles.update((tile.key, tile) for tile in frame.changed)
+
+    def sides(self, frame, view=0):
+        """How often each side of a drawn triangle is used one way more than the other, in world coordinates."""
+        sides = {}
+        for row, tiles in frame.drawn(view):
+            instance = frame.instances[row]
+            for tile in tiles:
+                if (instance.part, tile) not in self.tiles:
+                    continue  # No triangles.
+                mesh = self.tiles[instance.part, tile]
+                points = [(row, point.tobytes()) for point in mesh.positions]
+                for a, b, c in mesh.triangles:
+                    for p, q in ((a, b), (b, c), (c, a)):
+                        one, other = points[p], points[q]
+                        side, way = ((one, other), 1) if one < other else ((other, one), -1)
+                        sides[side] = sides.get(side, 0) + way
+        return sides
+
+
+def bytes_of(frame):
+    rows = [(tile.key, tile.face, *(getattr(tile, name).tobytes() for name in ("positions", "normals", "uv", "triangles")))
+            for tile in frame.changed]
+    drawn = [(row, tiles.tobytes()) for row, tiles in frame.drawn()]
+    return frame.whole, rows, frame.removed, drawn
+
+
+def test_frames_send_what_changes_and_all_of_a_closed_part_is_closed(prepared):
+    session, shown = prepared.session(), Shown()
+    sent = []
+    for k, view in enumerate(orbit(prepared, 8)):
+        frame = session.view(view)
+        assert frame.whole == (k == 0)
+        assert frame.triangle_count == sum(len(tile.triangles) for tile in frame.changed)
+        sent.append(len(frame.changed))
+        shown.apply(frame)
+        assert frame.drawn() and len(frame.instances) == 2
+    # Everything is in the picture from the distance at which the model fits.
+    frame = session.view(prepared.view())
+    shown.apply(frame)
+    sides = shown.sides(frame)
+    assert sides and not any(sides.values())
+    again = session.view(prepared.view())
+    assert (again.changed, again.removed, again.triangle_count) == ([], [], 0)
+    assert [row for row, _ in again.drawn()] == [row for row, _ in frame.drawn()]
+    session.forget()
+    whole = session.view(prepared.view())
+    assert whole.whole and {tile.key for tile in whole.changed} == set(shown.tiles)
+    assert sum(sent[1:]) < 7 * len(whole.changed), "later frames send some tiles"
+
+
+def test_the_number_of_workers_changes_no_byte(large):
+    sessions = [large.session(workers=workers) for workers in (1, 3)]
+    for view in orbit(large, 4, deviation_px=0.2):
+        one, other = (bytes_of(session.view(view)) for session in sessions)
+        assert one == other
+
+
+def test_arrays_outlive_the_session(prepared):
+    frame = prepared.session().view(prepared.view())
+    tile = frame.changed[0]
+    positions, triangles = tile.positions, tile.triangles
+    before = positions.copy()
+    del frame, tile
+    assert np.array_equal(positions, before)
+    assert not positions.flags.writeable and positions.dtype == np.float64 and positions.shape[1] == 3
+    assert triangles.dtype == np.uint32 and triangles.max() == len(positions) - 1
+
+
+def test_edges_are_sent_on_request(prepared):
+    assert prepared.session().view(prepared.view()).edges == []
+    edges = prepared.session(edges=True).view(prepared.view()).edges
+    assert edges and all(points.shape[1] == 3 and len(points) >= 2 for _, _, points in edges)
+
+
+def test_two_views_draw_their_own_tiles(prepared):
+    near, far = prepared.view("front"), prepared.view("back")
+    away = trimtess.View((1e5, 0, 0), (2e5, 0, 0), size=(64, 64))
+    frame = prepared.session().view(near, far, away)
+    assert frame.drawn(0) and frame.drawn(1) and frame.drawn(2) == []
+    with pytest.raises(trimtess.RangeError, match="below 3"):
+        frame.drawn(3)
+
+
+def test_instances_come_move_and_go(prepared):
+    session, view = prepared.session(), prepared.view()
+    session.view(view)
+    keys = session.keys
+    assert len(set(keys)) == 2
+    aside = np.eye(4)
+    aside[0, 3] = 3.0
+    new = session.add_instance(1, aside, name="again")
+    frame = session.view(view)
+    assert [instance.name for instance in frame.instances][-1] == "again"
+    assert np.array_equal(frame.instances[-1].transform, aside)
+    session.remove_instance(keys[0])
+    session.move_instance(new, np.eye(4))
+    frame = session.view(view)
+    assert session.keys == [keys[1], new] and np.array_equal(frame.instances[1].transform, np.eye(4))
+    for work in (lambda: session.remove_instance(keys[0]), lambda: session.move_instance(7, np.eye(4))):
+        with pytest.raises(trimtess.RangeError, match="key"):
+            work()
+    with pytest.raises(trimtess.RangeError, match="part"):
+        session.add_instance(99)
+    with pytest.raises(trimtess.RangeError, match="uniform scale"):
+        session.add_instance(0, np.diag([1.0, 2.0, 1.0, 1.0]))
+    with pytest.raises(trimtess.RangeError, match="last row"):
+        session.add_instance(0, np.ones((4, 4)))
+
+
+def test_a_budget_defers_and_a_still_camera_catches_up(large):
+    session, view = large.session(budget_ms=0.05, workers=1), large.view(deviation_px=0.05)
+    deferred = [session.view(view).deferred for _ in range(400)]
+    assert deferred[0] > 0 and deferred[-1] == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "keywords"),
+    [
+        (((0, 0, 0), (0, 0, 0)), {}),
+        (((0, 0, math.nan), (0, 0, 0)), {}),
+        (((0, 0, 1), (0, 0, 0)), {}),
+        (((1, 0, 0), (0, 0, 0)), {"fov": 180}),
+        (((1, 0, 0), (0, 0, 0)), {"height": 0}),
+        (((1, 0, 0), (0, 0, 0)), {"size": (0, 480)}),
+        (((1, 0, 0), (0, 0, 0)), {"deviation_px": -1}),
+    ],
+)
+def test_views_that_no_camera_has_are_refused(arguments, keywords):
+    with pytest.raises(trimtess.RangeError, match="view"):
+        trimtess.View(*arguments, **keywords)
+
+
+def test_views_tell_what_they_are():
+    view = trimtess.View([10, 0, 0], np.zeros(3), fov=40, size=(320, 200), deviation_px=2)
+    assert (view.eye, view.target, view.up) == ((10, 0, 0), (0, 0, 0), (0, 0, 1))
+    assert (round(view.fov, 12), view.height, view.size, view.deviation_px) == (40, None, (320, 200), 2)
+    assert trimtess.View((10, 0, 0), (0, 0, 0), height=5).height == 5
+
+
+@pytest.fixture
+def interruptible():
+    """SIGINT raises KeyboardInterrupt, which it does not in what a shell runs in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_cancels_a_frame_and_the_session_goes_on(large, interruptible):
+    session = large.session(workers=1)
+    view = large.view(size=(8192, 8192), deviation_px=1e-4)
+    timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        session.view(view)
+    frame = session.view(large.view())
+    assert frame.whole and frame.changed
+
+
+def test_a_session_serves_one_thread_at_a_time(large):
+    session, view = large.session(workers=1), large.view(size=(4096, 4096), deviation_px=1e-3)
+    refused = []
+
+    def work():
+        session.view(view)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    while thread.is_alive() and not refused:
+        try:
+            session.keys
+        except RuntimeError as why:
+            refused.append(str(why))
+    thread.join()
+    assert refused == ["another thread is using the session"]
