@@ -21,10 +21,9 @@ const MAY_USE: [(&str, &[&str]); 12] = [
 ];
 
 /// Libraries, and the only folders that may name them. Threads are those of the caller's `Jobs`, of which rayon is one;
-/// queues belong to the protocol of `parallel`, devices to pictures, windows to the program (`cli/`).
-const CRATE_ONLY_IN: [(&str, &[&str]); 10] = [
+/// devices belong to pictures, windows to the program (`cli/`).
+const CRATE_ONLY_IN: [(&str, &[&str]); 9] = [
     ("rayon", &["control"]),
-    ("crossbeam_channel", &["parallel"]),
     ("core_affinity", &["control"]),
     ("cpu_time", &["parallel"]),
     ("gltf_json", &["out"]),

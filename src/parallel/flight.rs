@@ -1,74 +1,115 @@
 //! Work that runs somewhere else, and its result. Whoever needs the result does the work, if no thread has begun it: so
 //! nobody waits for a thread that is itself waiting.
 
-use crate::control::{Job, Jobs, Priority};
+use crate::control::{Jobs, Priority};
 use crate::prepare::internals::panic_message;
-use crossbeam_channel::{Receiver, bounded};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// The work until somebody begins it. The lock is held for as long as it takes to see who does.
-type Unclaimed = Arc<Mutex<Option<Job>>>;
+/// What has become of work. The lock of one is held for as long as it takes to look, never while work runs.
+enum Stage<W, T> {
+    Unclaimed(W),
+    Running,
+    /// With the message of a panic instead, if it panicked.
+    Landed(Result<T, String>),
+}
+
+/// Work and its result, in one allocation.
+struct Slot<W, T> {
+    stage: Mutex<Stage<W, T>>,
+    landed: Condvar,
+}
+
+/// A [`Slot`] for any work.
+trait Work<T>: Send + Sync {
+    /// Does the work, if nobody has begun it.
+    fn claim(&self);
+    fn has_landed(&self) -> bool;
+    /// Waits at most so long for the result.
+    fn lands_within(&self, at_most: Duration) -> bool;
+    /// Waits for the result, which is there once.
+    fn take(&self) -> Result<T, String>;
+}
+
+impl<W, T> Slot<W, T> {
+    fn lock(&self) -> MutexGuard<'_, Stage<W, T>> {
+        self.stage.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn is_awaited<W, T>(stage: &mut Stage<W, T>) -> bool {
+    !matches!(stage, Stage::Landed(_))
+}
+
+impl<W: FnOnce() -> T + Send, T: Send> Work<T> for Slot<W, T> {
+    fn claim(&self) {
+        let mut stage = self.lock();
+        if !matches!(*stage, Stage::Unclaimed(_)) {
+            return;
+        }
+        let claimed = std::mem::replace(&mut *stage, Stage::Running);
+        drop(stage);
+        if let Stage::Unclaimed(work) = claimed {
+            let result = catch_unwind(AssertUnwindSafe(work)).map_err(|payload| panic_message(&*payload));
+            *self.lock() = Stage::Landed(result);
+            self.landed.notify_all();
+        }
+    }
+
+    fn has_landed(&self) -> bool {
+        !is_awaited(&mut self.lock())
+    }
+
+    fn lands_within(&self, at_most: Duration) -> bool {
+        let waited = self.landed.wait_timeout_while(self.lock(), at_most, is_awaited);
+        !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
+    }
+
+    fn take(&self) -> Result<T, String> {
+        let stage = self.landed.wait_while(self.lock(), is_awaited);
+        let mut stage = stage.unwrap_or_else(PoisonError::into_inner);
+        match std::mem::replace(&mut *stage, Stage::Running) {
+            Stage::Landed(result) => result,
+            Stage::Unclaimed(_) | Stage::Running => Err("a result that was taken".into()),
+        }
+    }
+}
 
 /// Work on its way.
-pub(super) struct Flight<T> {
-    unclaimed: Unclaimed,
-    /// The message of a panic instead, if it panicked.
-    result: Receiver<Result<T, String>>,
-    /// The result, if somebody waited for it.
-    landed: Option<Result<T, String>>,
-}
+pub(super) struct Flight<T>(Arc<dyn Work<T>>);
 
 impl<T: Send + 'static> Flight<T> {
     /// Starts `work` on `jobs`.
     pub(super) fn start(jobs: &dyn Jobs, work: impl FnOnce() -> T + Send + 'static) -> Self {
-        let (send, result) = bounded(1);
-        let job: Job = Box::new(move || {
-            // Nobody may be left to hear of it.
-            let _ = send.send(catch_unwind(AssertUnwindSafe(work)).map_err(|payload| panic_message(&*payload)));
-        });
-        let unclaimed = Arc::new(Mutex::new(Some(job)));
-        let theirs = Arc::clone(&unclaimed);
-        jobs.spawn(Priority::Frame, Box::new(move || claim(&theirs)));
-        Self { unclaimed, result, landed: None }
+        let slot = Arc::new(Slot { stage: Mutex::new(Stage::Unclaimed(work)), landed: Condvar::new() });
+        let theirs = Arc::clone(&slot);
+        jobs.spawn(Priority::Frame, Box::new(move || theirs.claim()));
+        Self(slot)
     }
 
     /// Whether [`land`](Self::land) would return at once.
     pub(super) fn has_landed(&self) -> bool {
-        self.landed.is_some() || !self.result.is_empty()
+        self.0.has_landed()
     }
 
     /// Waits at most so long, and tells whether [`land`](Self::land) would return at once. Does no work.
-    pub(super) fn lands_within(&mut self, at_most: Duration) -> bool {
-        if self.landed.is_none() {
-            self.landed = self.result.recv_timeout(at_most).ok();
-        }
-        self.landed.is_some()
+    pub(super) fn lands_within(&self, at_most: Duration) -> bool {
+        self.0.lands_within(at_most)
     }
 
     /// The result. Does the work here if no thread has begun it, else waits. The message of a panic instead, if it
     /// panicked.
     pub(super) fn land(self) -> Result<T, String> {
-        if let Some(landed) = self.landed {
-            return landed;
-        }
-        claim(&self.unclaimed);
-        self.result.recv().unwrap_or_else(|gone| Err(gone.to_string()))
-    }
-}
-
-fn claim(unclaimed: &Unclaimed) {
-    let job = unclaimed.lock().unwrap_or_else(PoisonError::into_inner).take();
-    if let Some(job) = job {
-        job();
+        self.0.claim();
+        self.0.take()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::{Alone, Threads};
+    use crate::control::{Alone, Job, Threads};
 
     /// Keeps jobs, or drops them.
     struct Holding(Mutex<Vec<Job>>, bool);
@@ -92,7 +133,7 @@ mod tests {
         }
         for keeps in [true, false] {
             let jobs = Holding(Mutex::default(), keeps);
-            let mut flight = Flight::start(&jobs, || 7);
+            let flight = Flight::start(&jobs, || 7);
             assert!(!flight.has_landed() && !flight.lands_within(Duration::from_millis(1)));
             assert_eq!(flight.land(), Ok(7));
             jobs.0.into_inner().expect("no panic").into_iter().for_each(|late| late());
@@ -101,7 +142,7 @@ mod tests {
 
     #[test]
     fn what_was_waited_for_lands_once() {
-        let mut flight = Flight::start(&Alone, || 7);
+        let flight = Flight::start(&Alone, || 7);
         for _ in 0..2 {
             assert!(flight.lands_within(Duration::ZERO) && flight.has_landed());
         }
