@@ -1,0 +1,199 @@
+//! A session as an engine hosts it: the engine's pool, vertices of 16 bytes in the engine's memory, progress, a budget
+//! per frame, instances that move. Asserts what it shows.
+//!
+//! Run with `cargo run --release --example engine -- tests/data/nist_ctc05.step`.
+
+use glam::{DAffine3, DVec3};
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use trimtess::control::{Control, Job, Jobs, Priority};
+use trimtess::frame::PlannerOptions;
+use trimtess::import::step::{StepOptions, read_on};
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::model::{PartId, TileId};
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::{PrepareOptions, prepare_on};
+use trimtess::view::{CameraPath, Picture};
+
+/// The engine's pool. Frames go before helpers, as a pool with priorities would run them.
+struct Pool(rayon::ThreadPool);
+
+impl Jobs for Pool {
+    fn width(&self) -> usize {
+        self.0.current_num_threads()
+    }
+
+    fn spawn(&self, priority: Priority, job: Job) {
+        match priority {
+            Priority::Helper => self.0.spawn(job),
+            _ => self.0.spawn_fifo(job),
+        }
+    }
+
+    fn for_each(&self, count: usize, body: &(dyn Fn(usize) + Sync)) {
+        self.0.scope(|scope| (0..count).for_each(|k| scope.spawn(move |_| body(k))));
+    }
+}
+
+/// The engine's memory: a block of bytes per tile. A real one hands out mapped memory of the device.
+#[derive(Default)]
+struct Blocks(Mutex<BTreeMap<u64, Vec<u8>>>);
+
+impl Blocks {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<u64, Vec<u8>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl TileMemory for Blocks {
+    /// Called by the thread that made the tile. The lock is free while vertices are written.
+    fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError> {
+        let mut block = vec![0; tile.vertex_bytes() + tile.index_bytes()];
+        let (vertices, indices) = block.split_at_mut(tile.vertex_bytes());
+        fill(vertices, indices);
+        let mut blocks = self.lock();
+        let place = blocks.last_key_value().map_or(0, |(last, _)| last + 1);
+        blocks.insert(place, block);
+        Ok(place)
+    }
+
+    fn release(&self, tile: &WrittenTile) {
+        self.lock().remove(&tile.place);
+    }
+}
+
+/// The engine's list of what to draw.
+#[derive(Default)]
+struct Drawables {
+    memory: Arc<Blocks>,
+    scene: Scene,
+    tiles: BTreeMap<(PartId, TileId), WrittenTile>,
+    drawn: DrawnTiles,
+}
+
+impl Drawables {
+    /// Triangles in the picture: what a draw list would hold.
+    fn triangles(&self) -> u32 {
+        let rows = self.drawn.instances(0).map(|row| (row, self.scene.instances[row].part));
+        let tiles = rows.flat_map(|(row, part)| self.drawn.tiles(0, row).map(move |tile| (part, tile)));
+        tiles.filter_map(|key| self.tiles.get(&key)).map(|tile| tile.triangles).sum()
+    }
+}
+
+impl MeshSink for Drawables {
+    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        std::mem::take(&mut self.tiles).values().for_each(|tile| self.memory.release(tile));
+        self.begin_changes(scene)
+    }
+
+    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        self.scene = scene.clone();
+        Ok(())
+    }
+
+    fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
+        unreachable!("tiles are written into memory")
+    }
+
+    /// One row per tile that has changed: the vertices are there already.
+    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
+        let key = (tile.part, tile.tile);
+        let old = if tile.triangles > 0 { self.tiles.insert(key, *tile) } else { self.tiles.remove(&key) };
+        old.iter().for_each(|old| self.memory.release(old));
+        Ok(())
+    }
+
+    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+        self.drawn.clone_from(drawn);
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    /// The next frame is a whole one.
+    fn abort(&mut self) {
+        std::mem::take(&mut self.tiles).values().for_each(|tile| self.memory.release(tile));
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = std::env::args().nth(1).unwrap_or_else(|| "tests/data/nist_ctc05.step".into());
+    let pool = Arc::new(Pool(rayon::ThreadPoolBuilder::new().num_threads(2).build()?));
+
+    // Reading and preparing run on the pool. The observer hears of growing numbers, one call at a time.
+    let heard = Arc::new(Mutex::new((0, 0)));
+    let hears = Arc::clone(&heard);
+    let control = Control::observed_by(move |progress| {
+        let mut heard = hears.lock().unwrap_or_else(PoisonError::into_inner);
+        assert!(progress.done > heard.0 || progress.done == 0, "{progress:?} after {heard:?}");
+        *heard = (progress.done, progress.total);
+    });
+    let model = read_on(&*pool, &std::fs::read(&path)?, &StepOptions::default(), &control)?;
+    let (done, total) = *heard.lock().unwrap_or_else(PoisonError::into_inner);
+    assert_eq!(done, total);
+    let prepared = Arc::new(prepare_on(&*pool, &model, &PrepareOptions::DEFAULT, &Control::default())?);
+    println!("{path}: {} parts, {} tiles", prepared.parts.len(), prepared.tiles().count());
+
+    // A session starts no thread of its own. 4 ms of one worker for the tiles of a frame; the rest waits.
+    let planner = PlannerOptions::DEFAULT.with_budget(Some(Duration::from_millis(4)));
+    let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
+    let mut session = Session::start_on(pool, Arc::clone(&prepared), &options);
+    let mut sink = Drawables::default();
+    session.write_into(VertexLayout::COMPACT, Arc::<Blocks>::clone(&sink.memory));
+
+    let picture = Picture { size: (1920, 1080), deviation_px: 0.25, size_px: None, angle: 0.5 };
+    let bounds = prepared.bounds.ok_or("an empty model")?;
+    let views = CameraPath::Orbit.views(bounds, 60, &picture);
+    let (mut caller, mut worst) = (Duration::ZERO, Duration::ZERO);
+    for view in &views {
+        let start = Instant::now();
+        session.begin(&[*view])?;
+        let begun = start.elapsed();
+        // The engine does something else, and looks once a frame whether there is something new. The sink keeps the last
+        // frame until then.
+        while !session.is_made() {
+            std::thread::yield_now();
+        }
+        let start = Instant::now();
+        let report = session.finish_within(Duration::ZERO, &mut sink)?.ok_or("a frame that is made")?;
+        let spent = begun + start.elapsed();
+        (caller, worst) = (caller + spent, worst.max(spent));
+        assert!(sink.triangles() > 0 && report.degraded.is_empty());
+    }
+    println!("{} frames: {caller:.2?} on this thread, at worst {worst:.2?}", views.len());
+
+    // A still camera goes on until nothing waits.
+    let mut frames = 0;
+    while session.view(&views[59..], &mut sink)?.deferred > 0 {
+        frames += 1;
+        assert!(frames < 1000, "a session that never arrives");
+    }
+    // Each tile that the sink has is in its memory, and nothing else is.
+    let blocks = sink.memory.lock().len();
+    assert_eq!(blocks, sink.tiles.len());
+    let vertices: u32 = sink.tiles.values().map(|tile| tile.vertices).sum();
+    assert!(sink.tiles.values().all(|tile| tile.vertex_bytes() == 16 * tile.vertices as usize));
+    println!("{frames} more frames; {} triangles drawn, {blocks} tiles, {vertices} vertices", sink.triangles());
+
+    // Instances move without new triangles, unless they come closer.
+    let key = session.instance_key(0).ok_or("an instance")?;
+    let aside = DAffine3::from_translation(DVec3::new(0.0, 0.0, -1e-3)) * session.scene().instances[0].transform;
+    session.move_instance(key, aside)?;
+    session.view(&views[59..], &mut sink)?;
+    assert_eq!(sink.scene.instances[0].transform, aside);
+
+    // A frame that is cancelled leaves the sink as it was; its rooms come back.
+    session.begin(&views[..1])?;
+    session.cancel();
+    session.finish(&mut sink)?;
+    assert_eq!(sink.memory.lock().len(), sink.tiles.len());
+    Ok(())
+}
