@@ -15,6 +15,7 @@ use crate::mesh::{MeshSink, Scene, SceneInstance, TileMemory, VertexLayout};
 use crate::model::{PartId, not_rigid};
 use crate::prepare::Prepared;
 use crate::view::View;
+use smallvec::SmallVec;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -352,7 +353,8 @@ impl Session {
         }
         self.cancel();
         let moved = self.take_moved();
-        let (control, views) = (Control::default(), views.to_vec());
+        // Two views are part of the frame's own allocation.
+        let (control, views) = (Control::default(), SmallVec::<[View; 2]>::from_slice(views));
         let watched = control.clone();
         let make = move |mut engine: Box<Engine>| {
             engine.place(moved);
