@@ -290,6 +290,13 @@ impl Frame {
         self.report.triangles
     }
 
+    /// Tiles of this frame whose boundary crosses itself, was filled or vanished, ascending: (part, tile, why).
+    #[getter]
+    fn degraded(&self) -> Vec<(u32, u32, String)> {
+        let rows = self.report.degraded.iter();
+        rows.map(|row| (row.part.0, row.tile.0, row.degradation.to_string())).collect()
+    }
+
     /// Tiles whose change waits for a later frame, because the budget was spent.
     #[getter]
     fn deferred(&self) -> u32 {

@@ -1,4 +1,4 @@
-"""Frames of views: what changes, what is drawn, instances, Ctrl-C."""
+"""Tests of sessions: changed and drawn tiles, instances, Ctrl-C."""
 
 import math
 import os
@@ -66,6 +66,7 @@ def test_frames_send_what_changes_and_all_of_a_closed_part_is_closed(prepared):
     for k, view in enumerate(orbit(prepared, 8)):
         frame = session.view(view)
         assert frame.whole == (k == 0)
+        assert frame.degraded == []
         assert frame.triangle_count == sum(len(tile.triangles) for tile in frame.changed)
         sent.append(len(frame.changed))
         shown.apply(frame)
