@@ -22,12 +22,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // A thousandth of the model's diagonal, and at least 18 segments per full circle.
     let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 20_f64.to_radians(), max_edge: None };
-    let plan = Arc::new(frame::plan(&prepared, &tolerance).require_full()?);
+    let plan = frame::plan(&prepared, &tolerance).require_full()?;
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT)?;
     let mut sink = out::open(output)?;
-    let report = session.frame(&plan, &mut *sink)?;
+    let report = session.frame(plan, &mut *sink)?;
 
     assert!(report.triangles > 0, "no triangles in {}", input.display());
-    println!("{} triangles, made in {:?} by {} workers", report.triangles, report.made_in, report.workers.len());
+    println!("{} triangles, made in {:?}", report.triangles, report.made_in);
     Ok(())
 }

@@ -23,8 +23,8 @@
 //! let mut sink = mesh::MemorySink::default();
 //! for chord in [0.1, 0.01, 0.001] {
 //!     let tolerance = frame::Tolerance { chord, angle: 0.5, max_edge: None }; // millimetres, radians
-//!     let plan = Arc::new(frame::plan(&prepared, &tolerance).require_full()?); // once per frame
-//!     let report = session.frame(&plan, &mut sink)?;
+//!     let plan = frame::plan(&prepared, &tolerance).require_full()?; // once per frame
+//!     let report = session.frame(plan, &mut sink)?;
 //!     assert!(report.degraded.is_empty());
 //!
 //!     let facts = mesh::check_scene(&sink).total;

@@ -157,11 +157,11 @@ fn a_session_goes_on_after_a_cancelled_frame() {
     let options = SessionOptions::DEFAULT.with_workers(2);
     let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
     for after in [0, 1, 30] {
-        let ended = session.frame_controlled(&plan, &stopped(after), &mut Untouchable);
+        let ended = session.frame_controlled(Arc::clone(&plan), &stopped(after), &mut Untouchable);
         assert!(matches!(ended, Err(FrameError::Cancelled)), "after {after} tiles");
     }
     let (mut after, mut fresh) = (MemorySink::default(), MemorySink::default());
-    session.frame(&plan, &mut after).unwrap();
+    session.frame(Arc::clone(&plan), &mut after).unwrap();
     tessellate_on(&Alone, &prepared, &plan, true, &Control::default(), &mut fresh).unwrap();
     assert_eq!(after.batches.len(), fresh.batches.len());
     let meshes = |frame: MemorySink| frame.batches.into_iter().map(|batch| batch.mesh).collect::<Vec<_>>();
@@ -173,11 +173,13 @@ fn an_observer_that_panics_costs_its_frame_only() {
     let (prepared, plan) = planned();
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(3)).unwrap();
     let mut whole = MemorySink::default();
-    session.frame(&plan, &mut whole).unwrap();
+    session.frame(Arc::clone(&plan), &mut whole).unwrap();
     let bad = Control::observed_by(|progress| assert!(progress.done < 5, "an observer"));
-    let ended = catch_unwind(AssertUnwindSafe(|| session.frame_controlled(&plan, &bad, &mut Untouchable).map(|_| ())));
+    let ended = catch_unwind(AssertUnwindSafe(|| {
+        session.frame_controlled(Arc::clone(&plan), &bad, &mut Untouchable).map(|_| ())
+    }));
     assert!(ended.is_err());
     let mut again = MemorySink::default();
-    session.frame(&plan, &mut again).unwrap();
+    session.frame(Arc::clone(&plan), &mut again).unwrap();
     assert!(again.batches == whole.batches);
 }

@@ -50,6 +50,6 @@ fn no_thread_is_started_beside_an_engines_pool() {
     let plan = Arc::new(plan_on(&*jobs, &prepared, &tolerance, &trimtess::frame::PlanLimits::DEFAULT));
     tessellate_on(&*jobs, &prepared, &plan, true, &control, &mut MemorySink::default()).unwrap();
     let mut session = Session::start_on(jobs, prepared, &SessionOptions::DEFAULT);
-    session.frame_controlled(&plan, &control, &mut MemorySink::default()).unwrap();
+    session.frame_controlled(Arc::clone(&plan), &control, &mut MemorySink::default()).unwrap();
     assert_eq!((most.load(Ordering::Relaxed), threads()), (before, before));
 }

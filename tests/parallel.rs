@@ -72,7 +72,7 @@ fn the_number_of_workers_does_not_matter() {
             assert_eq!(session.workers(), workers);
             for (number, (plan, (expected, expected_bytes))) in plans.iter().zip(&reference).enumerate() {
                 let mut sink = MemorySink::default();
-                let report = session.frame(plan, &mut sink).unwrap();
+                let report = session.frame(Arc::clone(plan), &mut sink).unwrap();
                 assert!(bytes(&sink) == *expected_bytes, "{name}, {workers} workers, frame {number}: different bytes");
                 let said = |r: &FrameReport| (r.batches, r.triangles, r.degraded.clone());
                 assert_eq!(said(&report), said(expected), "{name}, {workers} workers, frame {number}");

@@ -48,7 +48,7 @@ fn mesh(model: Model, chord: f64) -> MemorySink {
     let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
     let mut sink = MemorySink::default();
     let mut session = Session::start(prepared, &SessionOptions::DEFAULT.with_workers(1)).expect("threads");
-    let report = session.frame(&plan, &mut sink).expect("a frame");
+    let report = session.frame(plan, &mut sink).expect("a frame");
     assert!(report.degraded.is_empty(), "{:?}", report.degraded);
     sink
 }

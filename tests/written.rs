@@ -169,7 +169,7 @@ fn every_layout_has_the_triangles_of_batches() {
             for workers in [1, 3] {
                 let (mut session, mut sink) = writing(&prepared, workers, layout);
                 for _ in 0..2 {
-                    let made = session.frame(&plan, &mut sink).unwrap();
+                    let made = session.frame(Arc::clone(&plan), &mut sink).unwrap();
                     assert_eq!((made.batches, made.triangles), (report.batches, report.triangles));
                     assert_eq!((&made.ladder, &made.rungs), (&report.ladder, &report.rungs));
                     same(&sink, &whole.batches, &prepared);
@@ -188,7 +188,7 @@ fn rounded_borders_stay_closed() {
         serial(&prepared, &plan, false, &mut whole).unwrap();
         for layout in [PositionFormat::F32, PositionFormat::Grid].map(|p| VertexLayout::COMPACT.with_position(p)) {
             let (mut session, mut sink) = writing(&prepared, 2, layout);
-            session.frame(&plan, &mut sink).unwrap();
+            session.frame(Arc::clone(&plan), &mut sink).unwrap();
             let scene = &prepared.scene;
             for (tile, batch) in sink.tiles.values().zip(&mut whole.batches) {
                 let part = &scene.parts[tile.part.index()];
@@ -245,14 +245,14 @@ fn rebalanced_sessions_make_whole_frames_of_all_tiles() {
         for view in views(&prepared, 6) {
             session.view(&[view], &mut batches).unwrap();
         }
-        session.frame(&plan, &mut batches).unwrap();
+        session.frame(Arc::clone(&plan), &mut batches).unwrap();
         assert!(session.prepared().tiles().count() >= batches.batches.len());
         assert_eq!(batches.batches.len(), expected.batches.len());
         for (made, wanted) in batches.batches.iter().zip(&expected.batches) {
             assert_eq!((made.part, made.tile, &made.mesh), (wanted.part, wanted.tile, &wanted.mesh));
         }
         session.write_into(VertexLayout::COMPACT, Arc::<Blocks>::clone(&written.memory));
-        session.frame(&plan, &mut written).unwrap();
+        session.frame(Arc::clone(&plan), &mut written).unwrap();
         same(&written, &expected.batches, &prepared);
     }
 }
@@ -338,11 +338,13 @@ fn a_grid_too_coarse_for_the_tolerance_is_refused_with_numbers() {
     let layout = VertexLayout::COMPACT.with_position(PositionFormat::Grid);
     let (mut session, mut sink) = writing(&prepared, 2, layout);
     let fine = Arc::new(plan(&prepared, &tolerance(&prepared, 3e-6)));
-    let FrameError::Grid(error) = session.frame(&fine, &mut sink).unwrap_err() else { panic!("another error") };
+    let FrameError::Grid(error) = session.frame(Arc::clone(&fine), &mut sink).unwrap_err() else {
+        panic!("another error")
+    };
     assert!(error.moved > 0.1 * error.chord && error.moved < 1e-4 * prepared.diagonal, "{error}");
     assert_eq!((sink.calls, sink.memory.used()), (0, 0));
     let coarse = Arc::new(plan(&prepared, &tolerance(&prepared, 1e-3)));
-    session.frame(&coarse, &mut sink).unwrap();
+    session.frame(Arc::clone(&coarse), &mut sink).unwrap();
     assert_eq!(sink.memory.used(), sink.tiles.len());
 }
 
@@ -392,9 +394,9 @@ fn no_room_is_lost_when_an_observer_panics() {
     let plan = Arc::new(plan(&prepared, &tolerance(&prepared, 1e-2)));
     let (mut session, mut sink) = writing(&prepared, 2, VertexLayout::COMPACT);
     let control = Control::observed_by(|progress| assert!(progress.done < 5, "an observer"));
-    let frame = || session.frame_controlled(&plan, &control, &mut sink).map(|_| ());
+    let frame = || session.frame_controlled(Arc::clone(&plan), &control, &mut sink).map(|_| ());
     assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(frame)).is_err());
     assert_eq!((sink.calls, sink.memory.used()), (0, 0));
-    session.frame(&plan, &mut sink).unwrap();
+    session.frame(Arc::clone(&plan), &mut sink).unwrap();
     assert_eq!(sink.memory.used(), sink.tiles.len());
 }

@@ -175,7 +175,7 @@ int main(int argc, char **argv) {
     check(tt_control_free(control), "free");
 
     tt_session session;
-    tt_session_options options = {.size = sizeof options, .workers = argc > 4 ? (uint32_t)atoi(argv[4]) : 0};
+    tt_session_options options = {.size = sizeof options, .threads = argc > 4 ? (uint32_t)atoi(argv[4]) : 0};
     check(tt_session_new(prepared, &options, NULL, &session), "session");
     tt_layout layout = {.size = sizeof layout}; // f32 positions, octahedral normals: 16 bytes
     scene all = {.hash = UINT64_C(0xcbf29ce484222325)};

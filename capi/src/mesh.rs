@@ -181,7 +181,7 @@ pub unsafe extern "C" fn tt_tessellate(
         let (options, control) = (c.read_or_zeros("options", options)?, self::control(control)?);
         let plan = allowed(plan_within(&prepared, &tolerance, &limits), coarsen)?;
         let threads = at_most(options.threads)?;
-        let options = SessionOptions::DEFAULT.with_workers(threads).with_edge_lines(options.edge_lines != 0);
+        let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(options.edge_lines != 0);
         let mut frame = PackedFrame::default();
         let report = tessellate(&prepared, &plan, &options, &control, &mut frame)?;
         out.give(tt_mesh { id: MESHES.add(made(frame, &report, (&prepared, &plan))) });

@@ -14,7 +14,9 @@ use trimtess::parallel::{FrameReport, SessionOptions};
 pub struct tt_session_options {
     /// `sizeof(tt_session_options)`.
     pub size: u32,
-    /// Number of workers, and of threads that the session starts; 0 = one per core. On a pool: 0 = one per thread.
+    /// Number of threads that the session starts; 0 = one per core. Not used on a pool.
+    pub threads: u32,
+    /// Number of workers, which own the tiles; 0 = four per thread, or one if there is one thread.
     pub workers: u32,
     /// 1 starts no thread: all work is done by the calls of the session.
     pub no_threads: u32,
@@ -32,8 +34,6 @@ pub struct tt_session_options {
     /// 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
     /// and the near plane clips none.
     pub cull_back_faces: u32,
-    /// 0.
-    pub reserved: u32,
     /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     /// for the next frame. 0 = any.
     pub budget: f64,
@@ -44,7 +44,7 @@ pub struct tt_session_options {
     /// Memory of a frame at most, bytes, estimated; 0 = 16 GiB.
     pub max_memory: u64,
 }
-versioned!(tt_session_options, reserved);
+versioned!(tt_session_options);
 
 /// What a session has.
 #[repr(C)]
@@ -109,6 +109,7 @@ pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(Se
         planner = planner.with_lines(LinePlacement::Split { intensive: SplitRule::Criterion, most: 2.0, resync: None });
     }
     let options = SessionOptions::DEFAULT
+        .with_threads(at_most(from.threads)?)
         .with_workers(at_most(from.workers)?)
         .with_edge_lines(from.edge_lines != 0)
         .with_levels(if from.levels == 0 { SessionOptions::DEFAULT.levels } else { from.levels as usize })

@@ -62,6 +62,9 @@ pub unsafe extern "C" fn tt_session_new(
         let diagonal = prepared.diagonal;
         let session = match jobs {
             Some(_) if no_threads => return Err(Failure::argument("options.no_threads is 1, and there are jobs")),
+            Some(_) if options.threads > 0 => {
+                return Err(Failure::argument(format!("options.threads is {}, and there are jobs", options.threads)));
+            }
             Some(jobs) => Session::start_on(jobs, prepared, &options),
             None if no_threads => Session::start_on(Arc::new(Alone), prepared, &options),
             None => Session::start(prepared, &options)?,
@@ -183,7 +186,7 @@ pub unsafe extern "C" fn tt_session_tessellate(
         let (tolerance, limits, coarsen) = self::tolerance(c, tolerance, diagonal)?;
         frame(c, session, (sink, report), &|session, sink| {
             let plan = allowed(session.plan_within(&tolerance, &limits), coarsen)?;
-            Ok(Some(session.frame_controlled(&plan, &control, sink)?))
+            Ok(Some(session.frame_controlled(plan, &control, sink)?))
         })
     })
 }

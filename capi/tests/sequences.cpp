@@ -525,7 +525,7 @@ void Run::sessions() {
         dead_used = false;
         tt_session_options options{};
         const bool own = random.once_in(12);
-        options.workers = own ? 2 : random.index(3) % 5, options.no_threads = !own;
+        options.threads = own ? 2 : 0, options.workers = random.index(3) % 5, options.no_threads = !own;
         options.edge_lines = random.flag(), options.levels = random.index(3) % 9, options.no_reuse = random.flag();
         options.keep_lines = random.flag(), options.rebalance_every = random.index(2);
         options.cull_back_faces = random.flag();

@@ -94,7 +94,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &
 
 /// Fits the camera to a coarse frame.
 fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<Camera, Failure> {
-    let options = SessionOptions::DEFAULT.with_workers(common.workers());
+    let options = SessionOptions::DEFAULT.with_threads(common.workers());
     let points = parallel::coarse_points(prepared, &options, &common.limits.plan(), &Control::default());
     let points = points.map_err(|e| Failure::Cannot(e.to_string()))?;
     Ok(args.picture.fit(points, f64::from(args.size.0) / f64::from(args.size.1)))

@@ -199,7 +199,7 @@ pub(crate) fn run(
     report.output = args.output.display().to_string();
     report.chord_mm = Some(tolerance.chord);
     report.angle_deg = Some(args.tolerance.angle);
-    report.workers = made.workers.len();
+    report.workers = rayon::current_num_threads();
     report.seconds = crate::report::Seconds { read, prepare, tessellate, check, write, total: laps.total() };
     let done = report.publish(common, args.told.json, args.report.as_deref(), outputs);
     // The process is about to exit: dropping large structures would only delay it.
@@ -215,14 +215,14 @@ pub(crate) fn make(
     edge_lines: bool,
     sink: &mut MemorySink,
 ) -> Result<FrameReport, Failure> {
-    let options = SessionOptions::DEFAULT.with_workers(common.workers()).with_edge_lines(edge_lines);
+    let options = SessionOptions::DEFAULT.with_threads(common.workers()).with_edge_lines(edge_lines);
     let made = parallel::tessellate(prepared, plan, &options, &Control::default(), sink);
     let made = made.map_err(|e| Failure::Cannot(e.to_string()))?;
     tracing::info!(
         triangles = made.triangles,
         batches = made.batches,
         workers = made.workers.len(),
-        balance = balance(&made.workers, common.workers()),
+        balance = balance(&made.workers, made.workers.len()),
         "made in {:?}, committed in {:?}",
         made.made_in,
         made.committed_in
@@ -262,11 +262,11 @@ mod tests {
         let mut shells: Vec<Shells> = model.parts.iter().map(Shells::of).collect();
         let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let tolerance = Tolerance { chord: 0.05, angle: 0.5, max_edge: None };
-        let plan = Arc::new(frame::plan(&prepared, &tolerance));
+        let plan = frame::plan(&prepared, &tolerance);
         let mut frame = MemorySink::default();
-        let options = SessionOptions::DEFAULT.with_workers(1);
+        let options = SessionOptions::DEFAULT.with_threads(1);
         let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
-        session.frame(&plan, &mut frame).expect("a frame");
+        session.frame(plan, &mut frame).expect("a frame");
         tamper(&mut frame, &mut shells);
         let mut report = Report::default();
         check_mesh(&prepared, &shells, &frame, chord, &mut report);

@@ -63,7 +63,7 @@ pub(crate) fn draw(
     let drawn = job.run(|control| {
         // First, because it is quick and fails early.
         let renderer = Renderer::new().map_err(|e| Failure::NoAdapter(e.to_string()))?;
-        let session = SessionOptions::DEFAULT.with_workers(aim.workers).with_edge_lines(options.edges);
+        let session = SessionOptions::DEFAULT.with_threads(aim.workers).with_edge_lines(options.edges);
         // Too quick to report, and its tiles would be counted twice.
         let points = coarse_points(prepared, &session, &limits, &Control::default()).map_err(Failure::Frame)?;
         let aspect = f64::from(options.size.0) / f64::from(options.size.1);

@@ -116,7 +116,7 @@ impl Prepared {
             if let Some(short) = plan.shortfall.as_ref().filter(|short| short.by_limits() && !coarsen) {
                 return Err(short.clone());
             }
-            let options = SessionOptions::DEFAULT.with_workers(workers);
+            let options = SessionOptions::DEFAULT.with_threads(workers);
             let mut frame = PackedFrame::default();
             let made = tessellate(&self.prepared, &plan, &options, control, &mut frame);
             Ok(made.map(|report| {
@@ -163,7 +163,7 @@ impl Prepared {
         let budget = errors::positive(py, "budget_ms", budget_ms)?;
         let budget = budget.map(|ms| Duration::try_from_secs_f64(1e-3 * ms).unwrap_or(Duration::MAX));
         let planner = PlannerOptions::DEFAULT.with_limits(self.limits(max_memory)).with_budget(budget);
-        let options = SessionOptions::DEFAULT.with_workers(workers.unwrap_or(0)).with_edge_lines(edges);
+        let options = SessionOptions::DEFAULT.with_threads(workers.unwrap_or(0)).with_edge_lines(edges);
         Session::start(py, &self.prepared, &options.with_levels(levels).with_planner(planner))
     }
 

@@ -1,7 +1,7 @@
 //! Deliveries of all workers -> one frame in the sink, in (part, tile) order for any number of workers.
 
 use super::error::FrameError;
-use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, MadeTile};
 use super::metrics::{Laps, WorkerMetrics};
 use super::writer::Writer;
 use crate::frame::{Ladder, Rung};
@@ -71,24 +71,26 @@ pub(super) enum Feed<'a> {
 /// What a sink is fed. Kept from frame to frame for its room.
 #[derive(Default)]
 pub(super) struct Rows {
-    /// The batches of each delivery, ascending; last those of tiles to evict.
+    /// The batches of each delivery; last those of tiles to evict.
     pub(super) batches: Vec<Vec<Batch>>,
-    /// The list and row of each batch to send, ascending by tile: batches are large, and stay where they are.
-    order: Vec<BatchPlace>,
     /// Instead of batches.
-    written: Vec<WrittenTile>,
+    written: Vec<Vec<WrittenTile>>,
+    /// What to send, ascending by tile. Batches are large, and stay where they are.
+    order: Vec<Place>,
     lines: Vec<EdgeLine>,
-    /// The tiles that were made, and their triangles.
-    pub(super) made: Vec<(PartId, TileId, u32)>,
-    /// Rows of `written` that were handed over.
-    handed: usize,
+    /// The tiles that were made.
+    pub(super) made: Vec<MadeTile>,
+    /// Rows of `order` that the sink was given.
+    given: usize,
     rungs: Vec<FaceRung>,
     fills: Vec<(TileId, FaceFill)>,
 }
 
-/// Where the batch of a tile is.
-struct BatchPlace {
+/// Where the batch or the room of a tile is.
+struct Place {
     tile: (PartId, TileId),
+    face: FaceId,
+    triangles: u32,
     list: u32,
     row: u32,
 }
@@ -105,7 +107,8 @@ pub(super) fn commit(
 ) -> Result<FrameReport, FrameError> {
     let _span = tracing::debug_span!("commit").entered();
     let mut laps = Laps::start();
-    let mut report = FrameReport { workers: Vec::with_capacity(deliveries.len()), ..FrameReport::default() };
+    let whole = !matches!(feed, Feed::Views { whole: false, .. });
+    let mut report = FrameReport { whole, workers: Vec::with_capacity(deliveries.len()), ..FrameReport::default() };
     rows.clear();
     for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
@@ -115,37 +118,43 @@ pub(super) fn commit(
         report.lost_lines.extend(delivery.lost_lines);
         rows.rungs.extend(delivery.rungs);
         rows.fills.extend(delivery.fills);
+        let list = rows.batches.len() as u32;
+        let place = |(row, made): (u32, &MadeTile)| {
+            let &MadeTile { part, tile, face, triangles } = made;
+            Place { tile: (part, tile), face, triangles, list, row }
+        };
+        // A whole frame has no need of tiles without triangles.
+        rows.order.extend((0..).zip(&delivery.made).map(place).filter(|place| !whole || place.triangles > 0));
+        rows.made.append(&mut delivery.made);
         rows.batches.push(delivery.batches);
+        rows.written.push(delivery.written.take());
         rows.lines.extend(delivery.lines);
-        rows.written.extend(delivery.written.take());
     }
-    let (whole, forgotten) = match feed {
-        Feed::All => (false, &[][..]),
-        Feed::Views { whole, forgotten, .. } => (whole, forgotten),
-    };
-    rows.put_in_order((forgotten, writer), whole);
-    report.batches = rows.made.iter().filter(|(.., triangles)| *triangles > 0).count();
-    report.forgotten = forgotten.len();
+    report.batches = rows.made.iter().filter(|made| made.triangles > 0).count();
+    if let Feed::Views { forgotten, .. } = feed {
+        report.forgotten = forgotten.len();
+        rows.evict(forgotten, writer);
+    }
+    // The keys are unique, so there are no ties for the number of workers to decide.
+    rows.order.sort_unstable_by_key(|place| u64::from(place.tile.0.0) << 32 | u64::from(place.tile.1.0));
     rows.lines.sort_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.fills = by_face(&mut rows.fills);
     report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
     let all = matches!(feed, Feed::All);
-    report.whole = !matches!(feed, Feed::Views { whole: false, .. });
-    let batch = |place: &BatchPlace| &rows.batches[place.list as usize][place.row as usize];
-    let faces = rows.order.iter().map(batch).map(|batch| (batch.part, batch.face));
-    let faces = faces.chain(rows.written.iter().map(|tile| (tile.part, tile.face)));
+    let faces = rows.order.iter().map(|place| (place.tile.0, place.face));
     (report.rungs, report.ladder) = climbed(all.then_some(scene), faces, &rows.rungs);
     // A sink that panics has refused: the session goes on, with a whole frame.
-    let fed = catch_unwind(AssertUnwindSafe(|| rows.feed(scene, (report.whole, feed), sink)));
+    let fed = catch_unwind(AssertUnwindSafe(|| rows.feed(scene, (report.whole, feed), (writer.is_some(), sink))));
     let fed = fed.unwrap_or_else(|panic| {
         let cause = std::io::Error::other(panic_message(&*panic));
         Err(SinkError { context: "the sink panicked".into(), cause })
     });
     if let Err(error) = fed {
         if let Some(writer) = writer {
-            writer.release(&rows.written[rows.handed..]);
+            let left = rows.order[rows.given..].iter();
+            writer.release(left.map(|place| &rows.written[place.list as usize][place.row as usize]));
         }
         // Whatever it does now, the frame is over.
         let _ = catch_unwind(AssertUnwindSafe(|| sink.abort()));
@@ -158,57 +167,40 @@ pub(super) fn commit(
 impl Rows {
     fn clear(&mut self) {
         self.batches.clear();
-        self.order.clear();
         self.written.clear();
+        self.order.clear();
         self.lines.clear();
         self.made.clear();
         self.rungs.clear();
         self.fills.clear();
-        self.handed = 0;
+        self.given = 0;
     }
 
-    /// Adds the tiles to evict, and sorts. `whole`: leaves out tiles without triangles.
-    fn put_in_order(&mut self, (forgotten, writer): (&[(PartId, TileId, FaceId)], Option<&Writer>), whole: bool) {
-        // The sink may take what is in a batch.
-        let triangles = |b: &Batch| (b.part, b.tile, b.mesh.triangles.len() as u32);
-        self.made.extend(self.batches.iter().flatten().map(triangles));
-        self.made.extend(self.written.iter().map(|t| (t.part, t.tile, t.triangles)));
-        if whole {
-            self.written.retain(|tile| tile.triangles > 0);
-        }
-        for (list, batches) in (0..).zip(&self.batches) {
-            let sent = (0..).zip(batches).filter(|(_, batch)| !whole || !batch.mesh.triangles.is_empty());
-            self.order.extend(sent.map(|(row, b)| BatchPlace { tile: (b.part, b.tile), list, row }));
-        }
+    /// Adds the tiles to evict.
+    fn evict(&mut self, forgotten: &[(PartId, TileId, FaceId)], writer: Option<&Writer>) {
+        let list = self.batches.len() as u32;
+        let place = |(row, &(part, tile, face))| Place { tile: (part, tile), face, triangles: 0, list, row };
+        self.order.extend((0..).zip(forgotten).map(place));
         if let Some(writer) = writer {
             let gone = |&(part, tile, face)| WrittenTile::gone((part, face, tile), writer.layout());
-            self.written.extend(forgotten.iter().map(gone));
+            self.written.push(forgotten.iter().map(gone).collect());
         } else {
-            let list = self.batches.len() as u32;
-            let place = |(row, &(part, tile, _))| BatchPlace { tile: (part, tile), list, row };
-            self.order.extend((0..).zip(forgotten).map(place));
             let empty = |&(part, tile, face)| Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
             self.batches.push(forgotten.iter().map(empty).collect());
         }
-        // The keys are unique, so there are no ties for the number of workers to decide. Stable sorts merge what ascends,
-        // as the tiles of each worker do.
-        self.order.sort_by_key(|place| place.tile);
-        self.written.sort_by_key(|t| (t.part, t.tile));
     }
 
     fn feed(
         &mut self,
         scene: &Scene,
         (whole, feed): (bool, Feed<'_>),
-        sink: &mut dyn MeshSink,
+        (is_written, sink): (bool, &mut dyn MeshSink),
     ) -> Result<(), SinkError> {
         if whole { sink.begin(scene) } else { sink.begin_changes(scene) }?;
-        for &BatchPlace { list, row, .. } in &self.order {
-            sink.batch(&mut self.batches[list as usize][row as usize])?;
-        }
-        for tile in &self.written {
-            self.handed += 1;
-            sink.written(tile)?;
+        for &Place { list, row, .. } in &self.order {
+            self.given += 1;
+            let (list, row) = (list as usize, row as usize);
+            if is_written { sink.written(&self.written[list][row]) } else { sink.batch(&mut self.batches[list][row]) }?;
         }
         self.lines.drain(..).try_for_each(|line| sink.edge_line(line))?;
         if let Feed::Views { drawn, .. } = feed {

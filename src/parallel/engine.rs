@@ -7,14 +7,14 @@ use super::error::FrameError;
 use super::handoff::{DegradedTile, Delivery, Hand, Watch};
 use super::metrics::Laps;
 use super::options::SessionOptions;
-use super::owners::{Owners, hands};
+use super::owners::{Owners, hands, workers_on};
 use super::residency::{Due, Residency};
 use super::worker::{Order, Stages};
 use super::writer::Writer;
-use crate::control::{Control, Jobs};
+use crate::control::{Control, Jobs, chunks, map};
 use crate::frame::internals::{
-    Levels, PlacedInstances, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile, tessellate_tile,
-    update_tile,
+    Levels, PartPlan, PlacedInstances, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile,
+    tessellate_tile, update_tile,
 };
 use crate::frame::{Plan, PlannerOptions, Reuse};
 use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMemory, TileMesh, VertexLayout};
@@ -110,7 +110,7 @@ pub(super) struct FinishedFrame {
 impl Engine {
     /// Deals the tiles of `prepared`, which has the parts of all `levels`.
     pub(super) fn new(prepared: Arc<Prepared>, levels: Levels, jobs: Arc<dyn Jobs>, options: &SessionOptions) -> Self {
-        let workers = if options.workers == 0 { jobs.width() } else { options.workers };
+        let workers = if options.workers == 0 { workers_on(jobs.width()) } else { options.workers };
         let hands = hands(&prepared, workers, options.edge_lines);
         let owners = Owners::of(&prepared, &hands, options.rebalance_every);
         let crew = Crew::of(&prepared, hands, options.reuse);
@@ -274,7 +274,7 @@ impl Engine {
         if due.whole {
             degraded.clear();
         } else if !degraded.is_empty() {
-            let gone = self.rows.made.iter().map(|&(part, tile, _)| (part, tile)).chain(forgotten());
+            let gone = self.rows.made.iter().map(|made| (made.part, made.tile)).chain(forgotten());
             gone.for_each(|tile| _ = degraded.remove(&tile));
         }
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));
@@ -287,14 +287,15 @@ impl Engine {
     /// Makes a whole frame of the parts of `scene`, which are the first ones, and feeds it to the sink.
     pub(super) fn whole(
         &mut self,
-        plan: &Arc<Plan>,
+        plan: Arc<Plan>,
         (scene, control): (&Scene, &Control),
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next).entered();
         let frame = self.count();
         let with = (&*self.jobs, &*self.prepared, self.writer.as_ref());
-        let report = whole_frame((&mut self.crew, &mut self.rows), with, plan, (scene, control), sink)?;
+        let report = whole_frame((&mut self.crew, &mut self.rows), with, &plan, (scene, control), sink)?;
+        free(&*self.jobs, plan);
         Ok(FrameReport { frame, ..report })
     }
 
@@ -302,6 +303,19 @@ impl Engine {
         self.next += 1;
         self.next - 1
     }
+}
+
+/// Frees a plan, unless it has other owners, on all threads: it has an allocation per tile and per edge.
+fn free(jobs: &dyn Jobs, plan: Arc<Plan>) {
+    const ROWS: usize = 512;
+    let _span = tracing::trace_span!("free").entered();
+    let Some(plan) = Arc::into_inner(plan) else { return };
+    let mut lists = Vec::new();
+    for PartPlan { tiles, edges } in plan.parts {
+        lists.extend(chunks(jobs, tiles, ROWS).into_iter().map(|tiles| PartPlan { tiles, edges: Vec::new() }));
+        lists.extend(chunks(jobs, edges, ROWS).into_iter().map(|edges| PartPlan { tiles: Vec::new(), edges }));
+    }
+    map(jobs, lists, drop);
 }
 
 /// Makes a whole frame of the parts of `scene`, which are the first ones of `prepared`, and feeds it to the sink.

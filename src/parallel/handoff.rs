@@ -68,9 +68,11 @@ impl Watch {
 /// Everything that a worker made for one frame.
 #[derive(Default)]
 pub(super) struct Delivery {
-    /// Batches, ascending by (part, tile). For whole frames, only those with triangles.
+    /// The tiles, ascending by (part, tile). For whole frames, only those with triangles.
+    pub(super) made: Vec<MadeTile>,
+    /// The batch of each of them.
     pub(super) batches: Vec<Batch>,
-    /// The same tiles instead, if they are in the sink's memory.
+    /// The room of each instead, if they are in the sink's memory.
     pub(super) written: Rooms,
     /// The tile that could not be written. The worker stopped there.
     pub(super) refused: Option<(PartId, TileId, NotWritten)>,
@@ -88,6 +90,15 @@ pub(super) struct Delivery {
     pub(super) lost_lines: Vec<LostLine>,
     /// Counts and times.
     pub(super) metrics: WorkerMetrics,
+}
+
+/// What a commit knows of a tile without looking at its batch, which is large and in the caches of another core.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MadeTile {
+    pub(super) part: PartId,
+    pub(super) tile: TileId,
+    pub(super) face: FaceId,
+    pub(super) triangles: u32,
 }
 
 /// A tile with a [`Degradation`].

@@ -5,7 +5,7 @@ use super::crew::Crew;
 use super::engine::whole_frame;
 use super::error::FrameError;
 use super::options::SessionOptions;
-use super::owners::hands;
+use super::owners::{hands, workers_on};
 use crate::control::{Alone, Control, Jobs, Threads};
 use crate::frame::{Plan, Reuse};
 use crate::mesh::MeshSink;
@@ -25,8 +25,8 @@ pub fn serial(
     tessellate_on(&Alone, prepared, plan, edge_lines, &Control::default(), sink)
 }
 
-/// Tessellates the whole model by `plan`, once. A single worker works on the caller's thread. The sink gets the same
-/// calls for any number of workers.
+/// Tessellates the whole model by `plan`, once. Where one thread suffices, it is the caller's. The sink gets the same
+/// calls for any number of threads.
 ///
 /// # Errors
 /// When the system refuses a thread, or the sink refuses. When cancelled, before the sink is touched.
@@ -37,15 +37,15 @@ pub fn tessellate(
     control: &Control,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
-    if options.workers == 1 {
+    if options.threads == 1 {
         // Another thread would only be waited for.
         return tessellate_on(&Alone, prepared, plan, options.edge_lines, control, sink);
     }
-    let threads = Threads::start(options.workers, options.pin).map_err(FrameError::Start)?;
+    let threads = Threads::start(options.threads, options.pin).map_err(FrameError::Start)?;
     tessellate_on(&threads, prepared, plan, options.edge_lines, control, sink)
 }
 
-/// As [`tessellate`], on the threads of `jobs`: one worker for each.
+/// As [`tessellate`], on the threads of `jobs`.
 ///
 /// # Errors
 /// When the sink refuses; its `abort` was called. When cancelled, before the sink is touched.
@@ -57,7 +57,7 @@ pub fn tessellate_on(
     control: &Control,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
-    let mut crew = Crew::of(prepared, hands(prepared, jobs.width(), edge_lines), Reuse::NONE);
+    let mut crew = Crew::of(prepared, hands(prepared, workers_on(jobs.width()), edge_lines), Reuse::NONE);
     let with = (&mut crew, &mut Rows::default());
     whole_frame(with, (jobs, prepared, None), plan, (&prepared.scene, control), sink)
 }

@@ -7,8 +7,11 @@ use std::num::NonZeroU32;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SessionOptions {
-    /// Number of workers; 0 = one per thread. [`Session::start`](super::Session::start) starts as many threads, one per
-    /// core available to the process for 0. Workers in excess of the tiles stay idle.
+    /// Number of threads that [`Session::start`](super::Session::start) starts; 0 = one per core available to the
+    /// process.
+    pub threads: usize,
+    /// Number of workers, which own the tiles; 0 = four per thread, so that a thread whose tiles cost less than expected
+    /// takes another worker, or one if there is one thread. Workers in excess of the tiles stay idle.
     pub workers: usize,
     /// Whether sinks get the polylines of B-rep edges too.
     pub edge_lines: bool,
@@ -23,14 +26,15 @@ pub struct SessionOptions {
     /// Except with [`Reuse::NONE`], how the inside of a tile is cut into triangles depends on the views before. With
     /// [`rebalance_every`](Self::rebalance_every) it also depends on measured times and on the number of workers.
     pub reuse: Reuse,
-    /// Whether to pin each worker to one core, where the system allows it. For machines that do nothing else. Ignored
+    /// Whether to pin each thread to one core, where the system allows it. For machines that do nothing else. Ignored
     /// without the feature `affinity`.
     pub pin: bool,
 }
 
 impl SessionOptions {
-    /// One worker per core, edge lines, up to 4 LODs per part, no rebalancing, no pinning.
+    /// One thread per core, four workers per thread, edge lines, up to 4 LODs per part, no rebalancing, no pinning.
     pub const DEFAULT: Self = Self {
+        threads: 0,
         workers: 0,
         edge_lines: true,
         planner: PlannerOptions::DEFAULT,
@@ -39,6 +43,12 @@ impl SessionOptions {
         reuse: Reuse::DEFAULT,
         pin: false,
     };
+
+    /// Sets [`threads`](Self::threads).
+    #[must_use]
+    pub const fn with_threads(self, threads: usize) -> Self {
+        Self { threads, ..self }
+    }
 
     /// Sets [`workers`](Self::workers).
     #[must_use]

@@ -8,6 +8,13 @@ use crate::prepare::Prepared;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
+/// Number of workers on `threads` threads, unless the caller says otherwise. What a tile costs is known only roughly, and
+/// with few tiles per thread that does not average out. More workers take more hand-offs, and each has its own scratch.
+pub(super) const fn workers_on(threads: usize) -> usize {
+    const PER_THREAD: usize = 4;
+    if threads > 1 { PER_THREAD * threads } else { 1 }
+}
+
 /// Deals the model to workers: tiles by weight, edges (far cheaper) round-robin.
 pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
     let tiles: Vec<_> = prepared.tiles().map(|(part, tile, row)| (part, tile, row.face)).collect();

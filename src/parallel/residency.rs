@@ -1,6 +1,7 @@
 //! Residency: plan changes and drawn tiles -> the tiles that a sink needs. Tracked per tile since the last committed
 //! frame, so that a cancelled frame loses nothing but time.
 
+use super::handoff::MadeTile;
 use crate::frame::internals::PlanChanges;
 use crate::mesh::{DrawnTiles, SceneInstance, tiles_of_word};
 use crate::model::{EdgeId, FaceId, PartId, RowId, TileId};
@@ -185,9 +186,9 @@ impl Residency {
     }
 
     /// Records that `due` was committed. `made`: the triangle count of each tile.
-    pub(super) fn committed(&mut self, due: &Due, made: &[(PartId, TileId, u32)], (drawn, placed): (&DrawnTiles, u64)) {
+    pub(super) fn committed(&mut self, due: &Due, made: &[MadeTile], (drawn, placed): (&DrawnTiles, u64)) {
         (self.whole, self.placed) = (false, placed);
-        for &(part, TileId(tile), triangles) in made {
+        for &MadeTile { part, tile: TileId(tile), triangles, .. } in made {
             self.parts[part.index()].triangles[tile as usize] = triangles;
         }
         self.edges.clear();

@@ -59,7 +59,7 @@ use std::time::Duration;
 /// let tolerance = frame::Tolerance { chord: 0.1, angle: 0.35, max_edge: None };
 /// let mut session = parallel::Session::start(Arc::clone(&prepared), &parallel::SessionOptions::DEFAULT)?;
 /// let mut sink = MemorySink::default();
-/// let report = session.frame(&Arc::new(frame::plan(&prepared, &tolerance)), &mut sink)?;
+/// let report = session.frame(frame::plan(&prepared, &tolerance), &mut sink)?;
 /// assert_eq!(report.batches, sink.batches.len());
 /// # Ok(())
 /// # }
@@ -97,13 +97,13 @@ enum EngineState {
 type FlightResult = (Box<Engine>, Option<FinishedFrame>);
 
 impl Session {
-    /// Deals the tiles, and starts threads for them ([`SessionOptions::workers`], [`SessionOptions::pin`]), which end
+    /// Deals the tiles, and starts threads for them ([`SessionOptions::threads`], [`SessionOptions::pin`]), which end
     /// when the session is dropped.
     ///
     /// # Errors
     /// When the system refuses a thread.
     pub fn start(prepared: Arc<Prepared>, options: &SessionOptions) -> Result<Self, StartError> {
-        let threads = Threads::start(options.workers, options.pin)?;
+        let threads = Threads::start(options.threads, options.pin)?;
         Ok(Self::start_on(Arc::new(threads), prepared, options))
     }
 
@@ -289,11 +289,12 @@ impl Session {
     /// the same bytes for any number of workers and threads, except for
     /// [`Batch::worker`](crate::mesh::Batch::worker).
     ///
-    /// Cancels a frame of views that was begun. The next frame of views is a whole one.
+    /// Cancels a frame of views that was begun. The next frame of views is a whole one. A plan of which the caller keeps no
+    /// other handle is freed on the session's threads.
     ///
     /// # Errors
     /// When the sink refuses: `abort` was called, the session can go on. After an internal error: the session is over.
-    pub fn frame(&mut self, plan: &Arc<Plan>, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
+    pub fn frame(&mut self, plan: impl Into<Arc<Plan>>, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
         self.frame_controlled(plan, &Control::default(), sink)
     }
 
@@ -303,14 +304,14 @@ impl Session {
     /// As [`frame`](Self::frame). When cancelled, before the sink is touched: the session can go on.
     pub fn frame_controlled(
         &mut self,
-        plan: &Arc<Plan>,
+        plan: impl Into<Arc<Plan>>,
         control: &Control,
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         self.forget();
         let model = Arc::clone(&self.model);
         let (engine, _) = self.wait()?;
-        engine.whole(plan, (&model.scene, control), sink)
+        engine.whole(plan.into(), (&model.scene, control), sink)
     }
 
     /// Updates `sink` for all of these views together: one picture, both eyes, shadow maps. `sink` must be the one of

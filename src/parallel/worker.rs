@@ -1,7 +1,7 @@
 //! Own tiles and a plan -> one delivery per frame. A worker owns its tiles, scratch and caches, and shares no mutable
 //! data: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, Watch};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, MadeTile, Watch};
 use super::metrics::{Laps, Processor};
 use super::writer::{Rooms, Writer};
 use crate::frame::internals::TileOutcome;
@@ -107,14 +107,11 @@ impl<S: Stages> Worker<S> {
         let hand = Arc::clone(&self.hand);
         let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
         let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
-        let mut delivery = self.make(order, &hand.tiles[..tiles], &hand.edges[..edges], None);
-        delivery.batches.retain(|batch| !batch.mesh.triangles.is_empty());
-        delivery.written.drop_empty();
-        delivery
+        self.make(order, &hand.tiles[..tiles], &hand.edges[..edges], None)
     }
 
-    /// Makes tiles and edges. `some` is given for frames of views, where tiles are updated incrementally; it says
-    /// whether to measure each tile. Batches without triangles are delivered too.
+    /// Makes tiles and edges. `some` is given for frames of views, where tiles are updated incrementally, and delivered
+    /// without triangles too; it says whether to measure each tile.
     fn make(
         &mut self,
         Order { plan, watch, writer }: &Order<S::Plan>,
@@ -160,17 +157,24 @@ impl<S: Stages> Worker<S> {
             if self.memories.get(&(part, tile)).is_some_and(|(_, bytes)| *bytes == 0) {
                 self.forget((part, tile));
             }
-            if let Some(writer) = writer {
+            let triangles = outcome.mesh.triangles.len() as u32;
+            let is_sent = some.is_some() || triangles > 0;
+            if let Some(writer) = writer
+                && is_sent
+            {
                 let chord = S::chord(plan, part, tile);
                 if !self.write(writer, (part, tile), &outcome, chord, &mut delivery) {
                     return delivery;
                 }
             }
             let mesh = take(&mut delivery, part, tile, outcome);
-            if writer.is_some() {
-                S::reuse(&mut self.scratch, cleared(mesh));
-            } else {
+            if is_sent {
+                delivery.made.push(MadeTile { part, tile, face, triangles });
+            }
+            if is_sent && writer.is_none() {
                 delivery.batches.push(Batch { part, face, tile, worker: self.number, mesh });
+            } else {
+                S::reuse(&mut self.scratch, cleared(mesh));
             }
             watch.advance();
             if let Some(mut clock) = clock {

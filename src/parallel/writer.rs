@@ -63,8 +63,8 @@ impl Writer {
     }
 
     /// Gives back the room of tiles that their sink never hears of.
-    pub(super) fn release(&self, tiles: &[WrittenTile]) {
-        tiles.iter().filter(|tile| tile.triangles > 0).for_each(|tile| self.memory.release(tile));
+    pub(super) fn release<'a>(&self, tiles: impl Iterator<Item = &'a WrittenTile>) {
+        tiles.filter(|tile| tile.triangles > 0).for_each(|tile| self.memory.release(tile));
     }
 }
 
@@ -86,11 +86,6 @@ impl Rooms {
         self.tiles.push(tile);
     }
 
-    /// Forgets tiles without triangles, which have no room.
-    pub(super) fn drop_empty(&mut self) {
-        self.tiles.retain(|tile| tile.triangles > 0);
-    }
-
     /// The tiles, for whoever hands them to the sink or gives their room back.
     pub(super) fn take(&mut self) -> Vec<WrittenTile> {
         std::mem::take(&mut self.tiles)
@@ -101,7 +96,7 @@ impl Drop for Rooms {
     fn drop(&mut self) {
         if let Some(writer) = &self.writer {
             // A memory that panics here must not end the process, which a second panic would.
-            let _ = catch_unwind(AssertUnwindSafe(|| writer.release(&self.tiles)));
+            let _ = catch_unwind(AssertUnwindSafe(|| writer.release(self.tiles.iter())));
         }
     }
 }

@@ -19,7 +19,7 @@ pub(crate) fn mesh(path: &Path, relative: f64) -> (Arc<Prepared>, MemorySink, Fr
     let mut sink = MemorySink::default();
     let mut session =
         Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_edge_lines(true)).expect("threads");
-    let report = session.frame(&plan, &mut sink).expect("a frame");
+    let report = session.frame(plan, &mut sink).expect("a frame");
     (prepared, sink, report)
 }
 

@@ -23,7 +23,7 @@ fn facts(model: Model) -> MeshFacts {
     let mut sink = MemorySink::default();
     let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false);
     let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
-    let report = session.frame(&plan, &mut sink).expect("a frame");
+    let report = session.frame(plan, &mut sink).expect("a frame");
     assert!(report.degraded.is_empty(), "{:?}", report.degraded);
     check_scene(&sink).total
 }

@@ -165,7 +165,7 @@ fn all_workers_make_the_same_and_invalid_cameras_are_reported() {
         let options = SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false);
         let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
         let mut frame = MemorySink::default();
-        session.frame(&plan, &mut frame).unwrap();
+        session.frame(Arc::clone(&plan), &mut frame).unwrap();
         assert!(frame.batches.iter().zip(&alone.batches).all(|(a, b)| a.tile == b.tile && a.mesh == b.mesh));
         assert_eq!(frame.batches.len(), alone.batches.len());
     }

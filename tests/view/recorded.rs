@@ -26,7 +26,7 @@ fn saved_plans_make_the_same_frames_again() {
         let again: Plan = ciborium::from_reader(&bytes[..]).unwrap();
         assert_eq!(again, *plan);
         let mut sink = MemorySink::default();
-        session.frame(&Arc::new(again), &mut sink).unwrap();
+        session.frame(again, &mut sink).unwrap();
         sink.drawn = plan.drawn.clone();
         assert_eq!(drawn(&sink), batches);
     }

@@ -54,7 +54,7 @@ pub struct Pick {
 impl Show {
     pub(crate) fn new(prepared: Arc<Prepared>) -> Self {
         let planner = PlannerOptions::DEFAULT.with_budget(Some(BUDGET));
-        let options = SessionOptions::DEFAULT.with_workers(1).with_planner(planner);
+        let options = SessionOptions::DEFAULT.with_planner(planner);
         let session = Session::start_on(Arc::new(Alone), Arc::clone(&prepared), &options);
         Self { pivot: prepared.centre(), prepared, session, picked: None }
     }

@@ -93,6 +93,8 @@ impl Follow {
 pub(super) struct Order<'a> {
     pub(super) prepared: &'a Arc<Prepared>,
     pub(super) views: &'a [View],
+    pub(super) threads: usize,
+    /// 0: as many as sessions have on these threads.
     pub(super) workers: usize,
     pub(super) coherence: Coherence,
     pub(super) follow: Follow,
@@ -190,8 +192,8 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let start = Instant::now();
     let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan()).with_lines(order.lines);
-    let options = SessionOptions::DEFAULT.with_workers(order.workers).with_edge_lines(false).with_planner(planner);
-    let options = options.with_reuse(order.coherence.reuse());
+    let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
+    let options = options.with_threads(order.threads).with_workers(order.workers).with_reuse(order.coherence.reuse());
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
     let workers = session.workers();
     let mut flight = Flight { workers, coherence: order.coherence, follow: order.follow, ..Flight::default() };
@@ -264,7 +266,7 @@ pub(super) fn anew(
     let plan = tracing::debug_span!("plan").in_scope(|| session.plan_for_view(view, &common.limits.plan()));
     let planned_in = begun.elapsed();
     common.limits.check(&plan)?;
-    let mut report = session.frame(&Arc::new(plan), sink).map_err(|e| Failure::Cannot(e.to_string()))?;
+    let mut report = session.frame(plan, sink).map_err(|e| Failure::Cannot(e.to_string()))?;
     report.planned_in = planned_in;
     Ok(report)
 }

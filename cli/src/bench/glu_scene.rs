@@ -180,7 +180,7 @@ fn timed(prepared: &Prepared, view: &View) -> (Plan, [Duration; 2]) {
 fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
     const FRAMES: usize = 300;
     const ROUNDS: usize = 5;
-    let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false);
+    let options = SessionOptions::DEFAULT.with_threads(1).with_edge_lines(false);
     for coherent in [false, true] {
         let mut least = Duration::MAX;
         let (mut triangles, mut tiles) = (0, 0);
@@ -195,7 +195,7 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
                 let report = if coherent {
                     session.view(&[view], &mut sink)
                 } else {
-                    session.frame(&Arc::new(plan_for_view(prepared, &view)), &mut sink)
+                    session.frame(plan_for_view(prepared, &view), &mut sink)
                 };
                 let report = report.map_err(cannot)?;
                 took += time() - begun + report.workers.iter().map(|w| w.cpu).sum::<Duration>();

@@ -115,9 +115,9 @@ impl MeshSink for Pictures {
 }
 
 /// Flies along `views` and tells the triangles of the last picture, and the hash of all.
-pub(super) fn of(prepared: &Arc<Prepared>, views: &[View], workers: usize) -> Result<String, Failure> {
+pub(super) fn of(prepared: &Arc<Prepared>, views: &[View], threads: usize) -> Result<String, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    let options = SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false);
+    let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(false);
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
     let memory = Arc::<Blocks>::default();
     session.write_into(VertexLayout::COMPACT, Arc::clone(&memory) as Arc<dyn TileMemory>);

@@ -200,17 +200,19 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
         return Ok(Done::of(&prepared));
     }
 
+    let cores = vec![std::thread::available_parallelism().map_or(1, usize::from)];
     let mut flights = Vec::new();
     for &coherence in &args.coherence {
         // Plans made from scratch have no lines to keep.
         let ways = if coherence == Coherence::Off { &[Follow::Spread][..] } else { &args.lines };
         for &follow in ways {
-            for &workers in if workers.is_empty() { &[0][..] } else { &workers } {
+            for &workers in if workers.is_empty() { &cores } else { &workers } {
                 let (path, coherent, how) = (args.path.name(), coherence.name(), follow.name());
                 progress.stage(format!("flying {path}, coherence {coherent}, lines {how}, workers {workers}"));
                 let rounds = args.rounds as usize;
                 let lines = follow.lines(args.most_lines, args.resync);
-                let order = Order { prepared: &prepared, views: &views, workers, coherence, follow, lines, rounds };
+                let (prepared, views, threads) = (&prepared, &views[..], workers);
+                let order = Order { prepared, views, threads, workers, coherence, follow, lines, rounds };
                 flights.push(fly(&order, common)?);
             }
         }

@@ -128,7 +128,7 @@ pub(super) fn measure(
             let rounds = plan.rounds as usize;
             let (follow, lines) = (Follow::Spread, LinePlacement::Spread);
             fly(
-                &Order { prepared: &prepared, views: &views, workers: threads, coherence, follow, lines, rounds },
+                &Order { prepared: &prepared, views: &views, threads, workers: 0, coherence, follow, lines, rounds },
                 common,
             )
         };
@@ -150,7 +150,7 @@ pub(super) fn measure(
         let flown = path(&grown)?;
         let (follow, lines, coherence) = (Follow::Spread, LinePlacement::Spread, Coherence::Off);
         let rounds = plan.rounds as usize;
-        let order = Order { prepared: &grown, views: &flown, workers: threads, coherence, follow, lines, rounds };
+        let order = Order { prepared: &grown, views: &flown, threads, workers: 0, coherence, follow, lines, rounds };
         let frame_ms = mean(&fly(&order, common)?, |t| t.frame);
         let faces = grown.parts.iter().map(|part| part.faces.len()).sum();
         let (first_prepare, first_frame) = weak.first().map_or((prepare_ms, frame_ms), |w| (w.prepare_ms, w.frame_ms));
@@ -214,7 +214,7 @@ fn side_by_side(model: &Model, copies: u32, step: f64) -> Model {
 /// Hash of the mesh of the last view.
 fn hash(prepared: &Arc<Prepared>, views: &[View], threads: usize) -> Result<String, Failure> {
     let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
-    let options = SessionOptions::DEFAULT.with_workers(threads);
+    let options = SessionOptions::DEFAULT.with_threads(threads);
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
     let mut sink = MemorySink::default();
     session.view(&views[views.len().saturating_sub(1)..], &mut sink).map_err(|e| cannot(&e))?;

@@ -25,8 +25,8 @@ use trimtess::prepare::Prepared;
 use trimtess::view::View;
 
 /// Spans of a frame's steps, in their order. A loop and its calls are spans within them.
-const STEPS: [&str; 11] =
-    ["show", "plan", "see", "look", "defer", "lattices", "tessellants", "owe", "tiles", "commit", "recycle"];
+const STEPS: [&str; 12] =
+    ["show", "plan", "see", "look", "defer", "lattices", "tessellants", "owe", "tiles", "commit", "recycle", "free"];
 const LOOP: &str = "loop";
 const CALL: &str = "call";
 /// What is in no step.
@@ -208,7 +208,7 @@ fn flown(
     let seen = filter_fn(|of| of.is_span() && (STEPS.contains(&of.name()) || [LOOP, CALL].contains(&of.name())));
     let spans = Dispatch::new(registry().with(recorder.clone().with_filter(seen)));
     let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
-    let options = SessionOptions::DEFAULT.with_workers(threads).with_edge_lines(false).with_planner(planner);
+    let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
     let mut session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
     let mut sink = Uploads::of(session.prepared());
     let mut frames: Vec<(Duration, Frame)> = Vec::with_capacity(views.len());

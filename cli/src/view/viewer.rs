@@ -124,7 +124,7 @@ impl Viewer {
     }
 
     fn session_options(&self) -> SessionOptions {
-        SessionOptions::DEFAULT.with_workers(self.looks.workers)
+        SessionOptions::DEFAULT.with_threads(self.looks.workers)
     }
 
     fn show(&mut self, loaded: Loaded, aspect: f64) {
@@ -145,7 +145,7 @@ impl Viewer {
         let from = self.looks.camera.view_point();
         self.looks.fit(&from, prepared.bounds, aspect);
         self.model = Some(Model {
-            workers: session.workers(),
+            workers: self.looks.workers,
             pivot: self.looks.camera.target(),
             prepared,
             session,
@@ -589,7 +589,7 @@ mod tests {
         let triangles = viewer.told.costs.drew.triangles;
         viewer.looks.workers = 3;
         settle(&mut viewer, &target, &mut time);
-        assert_eq!(viewer.model.as_ref().map(|model| model.session.workers()), Some(3));
+        assert_eq!(viewer.model.as_ref().map(|model| model.workers), Some(3));
         assert_eq!(viewer.told.costs.drew.triangles, triangles);
     }
 }
