@@ -1,7 +1,7 @@
 //! Bézier nets -> upper bounds on their first and second derivatives by the local parameters (0 to 1).
 //!
-//! Each derivative is written as one quotient of Bernstein polynomials: `S_u = (P_u W - P W_u) / W²`,
-//! `S_uu = (W² P_uu - 2 W W_u P_u - W W_uu P + 2 W_u² P) / W³` and so on. The largest ratio of coefficients bounds
+//! Each derivative is written as one quotient of Bernstein polynomials: `S_u = Q / W²` with `Q = W P_u - W_u P`, then
+//! `S_uu = (W Q_u - 2 W_u Q) / W³`, `S_uv = (W Q_v - 2 W_v Q) / W³` and so on. The largest ratio of coefficients bounds
 //! it (mediant inequality; needs positive weights). For polynomial nets this is the convex hull of the derivative net.
 //! Weights of the form `A(u) B(v)`, which all quadrics and surfaces of revolution have, cancel in part: `S_uu` then
 //! needs `A` only, over `A³ B`. Within a fifth of the true supremum on quadrics, within a fiftieth on halves of them.
@@ -95,15 +95,12 @@ fn polynomial_bounds(points_u: usize, points_v: usize, control: &[DVec4]) -> Net
 /// Bounds of `P / (A(u) B(v))`.
 fn separable_bounds(p: &Poly, a: &Poly, b: &Poly) -> NetBounds {
     let (au, bv) = (a.by_u(), b.by_v());
-    let (pu, pv) = (p.by_u(), p.by_v());
     let (a2, b2) = (sum(&[(1.0, a, a)]), sum(&[(1.0, b, b)]));
-    let qu = sum(&[(1.0, a, &pu), (-1.0, &au, p)]);
-    let qv = sum(&[(1.0, b, &pv), (-1.0, &bv, p)]);
-    let bend_a = sum(&[(2.0, &au, &au), (-1.0, a, &au.by_u())]);
-    let bend_b = sum(&[(2.0, &bv, &bv), (-1.0, b, &bv.by_v())]);
-    let quu = sum(&[(1.0, &a2, &pu.by_u()), (-2.0, &sum(&[(1.0, a, &au)]), &pu), (1.0, &bend_a, p)]);
-    let qvv = sum(&[(1.0, &b2, &pv.by_v()), (-2.0, &sum(&[(1.0, b, &bv)]), &pv), (1.0, &bend_b, p)]);
+    let qu = sum(&[(1.0, a, &p.by_u()), (-1.0, &au, p)]);
+    let qv = sum(&[(1.0, b, &p.by_v()), (-1.0, &bv, p)]);
+    let quu = sum(&[(1.0, a, &qu.by_u()), (-2.0, &au, &qu)]);
     let quv = sum(&[(1.0, b, &qu.by_v()), (-1.0, &bv, &qu)]);
+    let qvv = sum(&[(1.0, b, &qv.by_v()), (-2.0, &bv, &qv)]);
     let times = |x: &Poly, y: &Poly| sum(&[(1.0, x, y)]);
     NetBounds {
         du: qu.over(times(&a2, b)),
@@ -116,23 +113,20 @@ fn separable_bounds(p: &Poly, a: &Poly, b: &Poly) -> NetBounds {
 
 /// Bounds of `P / W`.
 fn general_bounds(p: &Poly, w: &Poly) -> NetBounds {
-    let (pu, pv) = (p.by_u(), p.by_v());
     let (wu, wv) = (w.by_u(), w.by_v());
     let w2 = sum(&[(1.0, w, w)]);
-    let (wwu, wwv) = (sum(&[(1.0, w, &wu)]), sum(&[(1.0, w, &wv)]));
-    let w3 = || sum(&[(1.0, &w2, w)]);
-    let bend_u = sum(&[(2.0, &wu, &wu), (-1.0, w, &wu.by_u())]);
-    let bend_v = sum(&[(2.0, &wv, &wv), (-1.0, w, &wv.by_v())]);
-    let twist = sum(&[(2.0, &wu, &wv), (-1.0, w, &wu.by_v())]);
-    let nuu = sum(&[(1.0, &w2, &pu.by_u()), (-2.0, &wwu, &pu), (1.0, &bend_u, p)]);
-    let nvv = sum(&[(1.0, &w2, &pv.by_v()), (-2.0, &wwv, &pv), (1.0, &bend_v, p)]);
-    let nuv = sum(&[(1.0, &w2, &pu.by_v()), (-1.0, &wwu, &pv), (-1.0, &wwv, &pu), (1.0, &twist, p)]);
+    let w3 = sum(&[(1.0, &w2, w)]);
+    let qu = sum(&[(1.0, w, &p.by_u()), (-1.0, &wu, p)]);
+    let qv = sum(&[(1.0, w, &p.by_v()), (-1.0, &wv, p)]);
+    let quu = sum(&[(1.0, w, &qu.by_u()), (-2.0, &wu, &qu)]);
+    let quv = sum(&[(1.0, w, &qu.by_v()), (-2.0, &wv, &qu)]);
+    let qvv = sum(&[(1.0, w, &qv.by_v()), (-2.0, &wv, &qv)]);
     NetBounds {
-        du: sum(&[(1.0, w, &pu), (-1.0, &wu, p)]).over(sum(&[(1.0, w, w)])),
-        dv: sum(&[(1.0, w, &pv), (-1.0, &wv, p)]).over(sum(&[(1.0, w, w)])),
-        duu: nuu.over(w3()),
-        duv: nuv.over(w3()),
-        dvv: nvv.over(w3()),
+        du: qu.over(w2.clone()),
+        dv: qv.over(w2),
+        duu: quu.over(w3.clone()),
+        duv: quv.over(w3.clone()),
+        dvv: qvv.over(w3),
     }
 }
 
@@ -150,6 +144,7 @@ pub fn segment_bounds(control: &[DVec4]) -> (f64, f64) {
 
 /// A polynomial in two variables with `dim` components, as Bernstein coefficients times binomials: products are
 /// convolutions. The components of a coefficient are adjacent, so a row is contiguous.
+#[derive(Clone)]
 struct Poly {
     nu: usize,
     nv: usize,
@@ -189,6 +184,9 @@ impl Poly {
 
     fn by_u(&self) -> Self {
         let mut d = Self::zero(self.nu.saturating_sub(1), self.nv, self.dim);
+        if d.c.is_empty() {
+            return d;
+        }
         let row = self.nv * self.dim;
         for (i, out) in d.c.chunks_exact_mut(row).enumerate() {
             let (up, down) = ((i + 1) as f64, (self.nu - 1 - i) as f64);

@@ -1,5 +1,6 @@
 //! Foot points of a projection, and what a step in space is in (u,v) there.
 
+use crate::model::SurfaceDerivatives;
 use glam::{DVec2, DVec3};
 
 /// A point of the surface near a point in space.
@@ -11,6 +12,13 @@ pub(super) struct Foot {
     pub(super) off: f64,
     /// The surface's point and its derivatives by u and v.
     pub(super) tangents: [DVec3; 3],
+}
+
+impl Foot {
+    /// The foot of `p` at `uv`, where the surface has these tangents.
+    pub(super) fn new(uv: DVec2, p: DVec3, tangents: [DVec3; 3]) -> Self {
+        Self { uv, off: p.distance(tangents[0]), tangents }
+    }
 }
 
 /// The step (du, dv) that brings `a du + b dv` nearest to `r`. Where `a` and `b` are parallel, a step along the longer
@@ -28,6 +36,18 @@ pub(super) fn least_squares(a: DVec3, b: DVec3, r: DVec3) -> DVec2 {
     } else {
         DVec2::ZERO
     }
+}
+
+/// The step of Newton's method to the point nearest to the one that lies at `r` from here. Converges quadratically where
+/// that is off the surface, while [`least_squares`] gains a fixed share of the distance per step. `None` where the
+/// distance is not convex, or hardly.
+pub(super) fn newton_step(here: &SurfaceDerivatives, r: DVec3) -> Option<DVec2> {
+    let SurfaceDerivatives { du, dv, duu, duv, dvv, .. } = *here;
+    let (e, f, g) = (du.length_squared() - r.dot(duu), du.dot(dv) - r.dot(duv), dv.length_squared() - r.dot(dvv));
+    let det = e * g - f * f;
+    let is_convex = e > 0.0 && g > 0.0 && det > 1e-3 * e * g;
+    let (along_u, along_v) = (r.dot(du), r.dot(dv));
+    is_convex.then(|| DVec2::new((g * along_u - f * along_v) / det, (e * along_v - f * along_u) / det))
 }
 
 /// The velocity in (u,v) of a point that moves with velocity `c` in space; NaN where the surface is singular.

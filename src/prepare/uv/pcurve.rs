@@ -4,10 +4,10 @@
 //! one sheet of a folded or periodic surface. Samples carry derivatives and are joined by cubic Hermite pieces, which
 //! are refined until the fit stays within a tolerance of the projection.
 
-use super::foot::{Foot, jacobian_solve, least_squares};
+use super::foot::{Foot, jacobian_solve, least_squares, newton_step};
 use super::lead::{EndBlend, before_breaks, leads};
 use super::uv_curve::UvSample;
-use crate::model::{CurveKind, Edge, Pole, Surface};
+use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
 use std::cell::{Cell, OnceCell};
 
@@ -23,9 +23,11 @@ const MAX_DEPTH_AT_POLE: u32 = 24;
 /// seconds.
 const MAX_SAMPLES: usize = 20_000;
 
-/// Newton steps of one projection. Quadratic convergence takes 3–5 from a good seed, slow tangential convergence
-/// about 30.
+/// Steps of one projection. Quadratic convergence takes 3–5 from a good seed, slow tangential convergence about 30.
 const MAX_STEPS: u32 = 40;
+
+/// Steps by first derivatives before second ones are used. Points on the surface are found by then.
+const FIRST_STEPS: u32 = 4;
 
 /// Newton steps from a point beyond [`FAR_OFF`] that may fail to come nearer. After that they are halved: they swing
 /// around a point that is further away than the surface is round.
@@ -136,6 +138,11 @@ impl<'a> Projector<'a> {
         self.surface.tangents(w.x, w.y)
     }
 
+    fn derivatives(&self, at: DVec2) -> SurfaceDerivatives {
+        let w = self.wrap(at);
+        self.surface.derivatives(w.x, w.y)
+    }
+
     /// The pole within ten tolerances of `p`.
     pub(crate) fn pole_at(&self, p: DVec3) -> Option<usize> {
         self.poles.iter().position(|pole| pole.point.distance(p) <= 10.0 * self.tolerance)
@@ -172,8 +179,7 @@ impl<'a> Projector<'a> {
     }
 
     fn foot_at(&self, uv: DVec2, p: DVec3) -> Foot {
-        let tangents = self.tangents(uv);
-        Foot { uv, off: p.distance(tangents[0]), tangents }
+        Foot::new(uv, p, self.tangents(uv))
     }
 
     fn search(&self, p: DVec3) -> Foot {
@@ -266,22 +272,24 @@ impl<'a> Projector<'a> {
         uv
     }
 
-    /// Gauss–Newton to the foot point of `p`.
+    /// The foot point of `p`: by first derivatives (Gauss–Newton), and where these converge slowly, because `p` is off the
+    /// surface, by second ones too (Newton).
     ///
     /// If that does not converge, as across a crease between pieces of different speeds, it restarts from the nearest
     /// point so far and halves each step until the distance falls.
     fn newton(&self, p: DVec3, start: DVec2) -> Foot {
         let mut uv = self.clamp(start);
         let mut best = Foot { uv, off: f64::INFINITY, tangents: [DVec3::NAN; 3] };
-        let (mut halves, mut vain) = (false, 0);
+        let (mut halves, mut vain, mut was_bent) = (false, 0, false);
         let is_far = |off: f64| off > FAR_OFF * self.tolerance && self.vain.get() >= MAX_VAIN;
         for step in 0..2 * MAX_STEPS {
             let swings = vain >= MAX_VAIN_STEPS && is_far(best.off);
             let restarts = !halves && (step == MAX_STEPS || swings);
             if restarts {
-                (uv, halves) = (best.uv, true);
+                (uv, halves, was_bent) = (best.uv, true, false);
             }
-            let here = self.foot_at(uv, p);
+            let second = (step >= FIRST_STEPS && !halves).then(|| self.derivatives(uv));
+            let here = second.map_or_else(|| self.foot_at(uv, p), |s| Foot::new(uv, p, [s.point, s.du, s.dv]));
             let [point, du, dv] = here.tangents;
             let length = |step: DVec2| du.length() * step.x.abs() + dv.length() * step.y.abs();
             let r = p - point;
@@ -289,8 +297,8 @@ impl<'a> Projector<'a> {
             let enough = if is_far(off) { FAR_ENOUGH * off } else { 1e-4 * self.tolerance };
             if here.off < best.off {
                 (best, vain) = (here, 0);
-            } else if halves && !restarts {
-                if is_far(off) && length(uv - best.uv) <= enough {
+            } else if halves && !restarts || was_bent {
+                if (is_far(off) || was_bent) && length(uv - best.uv) <= enough {
                     return best;
                 }
                 uv = 0.5 * (uv + best.uv);
@@ -298,8 +306,9 @@ impl<'a> Projector<'a> {
             } else {
                 vain += 1;
             }
-            let step = least_squares(du, dv, r);
-            let mut next = uv + step;
+            let bent = second.as_ref().and_then(|second| newton_step(second, r));
+            was_bent = bent.is_some();
+            let mut next = uv + bent.unwrap_or_else(|| least_squares(du, dv, r));
             for axis in 0..2 {
                 if self.period[axis].is_some() {
                     let limit = 0.25 * self.period[axis].unwrap_or(f64::INFINITY);
@@ -314,8 +323,9 @@ impl<'a> Projector<'a> {
                     let (along, fixed) = if other == 0 { (du, dv) } else { (dv, du) };
                     let rest = r - fixed * (next[axis] - uv[axis]);
                     let g = along.length_squared();
+                    let bend = second.as_ref().map_or(0.0, |s| rest.dot(if other == 0 { s.duu } else { s.dvv }));
                     if g > 0.0 {
-                        next[other] = uv[other] + rest.dot(along) / g;
+                        next[other] = uv[other] + rest.dot(along) / if g - bend > 1e-3 * g { g - bend } else { g };
                     }
                 }
             }
