@@ -1,5 +1,5 @@
 //! The tiles of a model drawn by pipelines of the example's own: a material, a shadow map seen from the light, and a floor
-//! and a cube in the same depth buffer. Asserts what it shows.
+//! and a block in the same depth buffer. Asserts what it shows.
 //!
 //! Run with `cargo run --release --features wgpu --example own_material -- out.png [FILE.step]`.
 
@@ -19,10 +19,10 @@ use trimtess::view::{Camera, View, ViewPoint};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 use wgpu::{LoadOp, Operations, StoreOp, TextureUsages, TextureView};
 
-const BACKGROUND: wgpu::Color = wgpu::Color { r: 0.878, g: 0.890, b: 0.906, a: 0.0 };
-/// The alpha of pixels that show nothing but the model, the cube, or the floor.
+const BACKGROUND: wgpu::Color = wgpu::Color { r: 0.780, g: 0.800, b: 0.826, a: 0.0 };
+/// The alpha of pixels that show nothing but the model, the block, or the floor.
 const MODEL: u8 = 255;
-const CUBE: u8 = 102;
+const BLOCK: u8 = 102;
 const FLOOR: u8 = 51;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -53,14 +53,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     session.view(&[view(camera, SIZE), view(light, (SHADOW, SHADOW))], &mut scene)?;
 
     let material = Material::new(&device, &scene);
-    // The near plane is before the cube.
+    // The near plane is before the block.
     let options =
         RenderOptions::DEFAULT.with_size(SIZE).with_camera(Some(camera)).with_other_bounds(Some(stage.bounds()));
     let of_light = options.with_size((SHADOW, SHADOW)).with_camera(Some(light));
     let (seen, from_light) = (scene.upload(0, &options)?, scene.upload(1, &of_light)?);
     let corners = stage.corners(camera.eye);
     let others = device.create_buffer_init(&BufferInitDescriptor {
-        label: Some("floor and cube"),
+        label: Some("floor and block"),
         contents: &bytes(corners.as_flattened().as_flattened()),
         usage: wgpu::BufferUsages::VERTEX,
     });
@@ -72,16 +72,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     drawing.shadow_map(&mut encoder, &from_light);
     drawing.picture(&mut encoder, &seen, &device, &whole(&target));
     queue.submit([encoder.finish()]);
-    let mut image = Image::read(&device, &queue, &target)?;
+    let image = Image::read(&device, &queue, &target)?;
+    let mut opaque = image.clone();
+    opaque.pixels.chunks_exact_mut(4).for_each(|pixel| pixel[3] = 255);
+    opaque.write_png(path.as_ref())?;
+    println!("{path}");
 
     let (of_picture, of_map) = (seen.stats(), from_light.stats());
     println!("{} triangles of {} tiles in {} draws", of_picture.triangles, of_picture.tiles, of_picture.draws);
     println!("{} of {} in {} into the shadow map", of_map.triangles, of_map.tiles, of_map.draws);
     check_model(&mut scene, &options, &image)?;
     check_shadow(&mut scene, &of_light, &image, &stage, [&camera, &light])?;
-    image.pixels.chunks_exact_mut(4).for_each(|pixel| pixel[3] = 255);
-    image.write_png(path.as_ref())?;
-    println!("{path}");
     Ok(())
 }
 
@@ -158,20 +159,20 @@ fn cleared(view: &TextureView, store: StoreOp) -> wgpu::RenderPassDepthStencilAt
     wgpu::RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops: None }
 }
 
-/// Where the scene has a surface, the picture shows the model, or the cube before it.
+/// Where the scene has a surface, the picture shows the model, or the block before it.
 fn check_model(scene: &mut LiveScene, options: &RenderOptions, image: &Image) -> Result<(), Box<dyn Error>> {
-    let (mut model, mut cube, mut mixed) = (0, 0, 0);
+    let (mut model, mut block, mut mixed) = (0, 0, 0);
     for (x, y) in (16..SIZE.0).step_by(48).flat_map(|x| (16..SIZE.1).step_by(48).map(move |y| (x, y))) {
         let what = image.pixel(x, y).ok_or("a pixel")?[3];
         match scene.pick((x, y), 0, options)? {
             None => assert_ne!(what, MODEL, "{x}, {y}: there is no model"),
             Some(_) if what == MODEL => model += 1,
-            Some(_) if what == CUBE => cube += 1,
+            Some(_) if what == BLOCK => block += 1,
             Some(_) => mixed += 1,
         }
     }
-    println!("{model} pixels of the model, {cube} with the cube before it, {mixed} of edges");
-    assert!(model > 50 && cube > 0 && mixed < model / 8);
+    println!("{model} pixels of the model, {block} with the block before it, {mixed} of edges");
+    assert!(model > 50 && block > 0 && mixed < model / 8);
     Ok(())
 }
 

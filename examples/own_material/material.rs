@@ -4,28 +4,28 @@ use crate::stage::Corner;
 use trimtess::out::wgpu::LiveScene;
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, CompareFunction, RenderPipeline, TextureView};
 
-pub const SIZE: (u32, u32) = (1280, 960);
+pub(crate) const SIZE: (u32, u32) = (1280, 960);
 /// Texels along a side of the shadow map.
-pub const SHADOW: u32 = 2048;
-pub const SAMPLES: u32 = 4;
-pub const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-pub const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+pub(crate) const SHADOW: u32 = 2048;
+pub(crate) const SAMPLES: u32 = 4;
+pub(crate) const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+pub(crate) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// Pipelines, and what they read besides the scene.
-pub struct Material {
-    pub model: RenderPipeline,
-    pub model_shadow: RenderPipeline,
-    pub other: RenderPipeline,
-    pub other_shadow: RenderPipeline,
+pub(crate) struct Material {
+    pub(crate) model: RenderPipeline,
+    pub(crate) model_shadow: RenderPipeline,
+    pub(crate) other: RenderPipeline,
+    pub(crate) other_shadow: RenderPipeline,
     /// `Light` in the shader.
-    pub light: wgpu::Buffer,
-    pub lit: BindGroup,
-    pub shadow_map: TextureView,
-    pub shadowed: BindGroup,
+    pub(crate) light: wgpu::Buffer,
+    pub(crate) lit: BindGroup,
+    pub(crate) shadow_map: TextureView,
+    pub(crate) shadowed: BindGroup,
 }
 
 impl Material {
-    pub fn new(device: &wgpu::Device, scene: &LiveScene) -> Self {
+    pub(crate) fn new(device: &wgpu::Device, scene: &LiveScene) -> Self {
         let light = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("light"),
             size: 96,
@@ -156,7 +156,7 @@ fn bound<const N: usize>(
 }
 
 /// A texture to draw to.
-pub fn texture(
+pub(crate) fn texture(
     device: &wgpu::Device,
     (width, height): (u32, u32),
     format: wgpu::TextureFormat,

@@ -10,13 +10,14 @@ struct Light {
 @group(2) @binding(0) var shadows: texture_depth_2d;
 @group(2) @binding(1) var comparing: sampler_comparison;
 
-const SUN: vec3<f32> = vec3(2.9, 2.75, 2.55);
-const BACKGROUND: vec3<f32> = vec3(0.878, 0.890, 0.906); // as the pass is cleared
+const SUN: vec3<f32> = vec3(2.7, 2.55, 2.35);
+const BACKGROUND: vec3<f32> = vec3(0.780, 0.800, 0.826); // as the pass is cleared
 
+// At the centroid of what is covered: beyond the rim of a surface normals would turn away.
 struct Seen {
     @builtin(position) clip: vec4<f32>,
-    @location(0) position: vec3<f32>,
-    @location(1) normal: vec3<f32>,
+    @location(0) @interpolate(perspective, centroid) position: vec3<f32>,
+    @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
     @location(2) colour: vec3<f32>,
 };
 
@@ -54,8 +55,8 @@ fn lit(position: vec3<f32>, normal: vec3<f32>) -> f32 {
     var sum = 0.0;
     for (var y = -3; y <= 3; y++) {
         for (var x = -3; x <= 3; x++) {
-            let from = at + vec2(f32(x), f32(y)) * texel;
-            sum += textureSampleCompareLevel(shadows, comparing, from, clip.z / clip.w);
+            let tap = at + vec2(f32(x), f32(y)) * texel;
+            sum += textureSampleCompareLevel(shadows, comparing, tap, clip.z / clip.w);
         }
     }
     return sum / 49.0;
@@ -64,8 +65,8 @@ fn lit(position: vec3<f32>, normal: vec3<f32>) -> f32 {
 // A studio: a dark floor, walls, a bright ceiling, and a lamp where the sun is. Blurred as a rough surface sees it.
 fn surroundings(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
     let blur = 0.08 + 0.8 * roughness;
-    let floor_to_wall = mix(vec3(0.16, 0.15, 0.15), vec3(0.52, 0.56, 0.62), smoothstep(-blur, blur, direction.z));
-    let with_ceiling = mix(floor_to_wall, vec3(1.15, 1.18, 1.22), smoothstep(0.55 - blur, 0.75 + blur, direction.z));
+    let floor_to_wall = mix(vec3(0.12, 0.11, 0.11), vec3(0.34, 0.37, 0.42), smoothstep(-blur, blur, direction.z));
+    let with_ceiling = mix(floor_to_wall, vec3(0.95, 0.98, 1.03), smoothstep(0.55 - blur, 0.75 + blur, direction.z));
     let lamp = smoothstep(0.86 - 0.5 * blur, 0.96, dot(direction, light.towards.xyz));
     return with_ceiling + 1.2 * lamp * (1.0 - roughness);
 }
@@ -91,7 +92,7 @@ fn shaded(in: Seen, roughness: f32, metal: f32) -> vec3<f32> {
     let rim = at_normal + (max(vec3(1.0 - roughness), at_normal) - at_normal) * pow(1.0 - n_v, 5.0);
     let mirrored = surroundings(reflect(-to_eye, normal), roughness);
     return sun * (diffuse / 3.14159 + fresnel * facets * masked)
-        + 0.75 * diffuse * surroundings(normal, 1.0) + rim * mirrored;
+        + 0.6 * diffuse * surroundings(normal, 1.0) + rim * mirrored;
 }
 
 // Linear light to the target, which stores what it is given. Alpha tells what the pixel shows.
