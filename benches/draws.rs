@@ -46,7 +46,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))?;
-    println!("{path}, {} × {} pixels, {}", SIZE.0, SIZE.1, adapter.get_info().name);
+    let (name, placed) = (adapter.get_info().name, &prepared.scene);
+    println!("{path}, {} parts in {} instances, {SIZE:?} pixels, {name}\n", placed.parts.len(), placed.instances.len());
     println!("| | draw calls | tiles | triangles | ms to encode | ms a picture |\n|---|---|---|---|---|---|");
     let limits = wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
     let plain = wgpu::DeviceDescriptor { required_limits: limits, ..wgpu::DeviceDescriptor::default() };
