@@ -1,5 +1,5 @@
-//! Draw calls and milliseconds of a picture, with a small shader: draws from a buffer, tiles merged per part, and a call
-//! per tile. The median of all pictures.
+//! Draw calls and milliseconds of a picture, with a small shader: draws from a buffer, tiles merged per part, and a
+//! call per tile. The median of all pictures.
 //!
 //! `cargo bench --features wgpu --bench draws -- FILE [PICTURES]`
 

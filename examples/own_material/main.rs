@@ -1,5 +1,5 @@
-//! The tiles of a model drawn by pipelines of the example's own: a material, a shadow map seen from the light, and a floor
-//! and a block in the same depth buffer. Asserts what it shows.
+//! The tiles of a model drawn by pipelines of the example's own: a material, a shadow map seen from the light, and a
+//! floor and a block in the same depth buffer. Asserts what it shows.
 //!
 //! Run with `cargo run --release --features wgpu --example own_material -- out.png [FILE.step]`.
 

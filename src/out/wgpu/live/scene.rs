@@ -34,10 +34,11 @@ use std::fmt;
 /// Drawn by the scene's own pipelines ([`draw`](Self::draw), [`encode`](Self::encode)), or by the caller's
 /// ([`draw_surfaces`](Self::draw_surfaces)).
 ///
-/// Memory: 16 bytes per vertex, 2 per index (4 in tiles of more than 65 536 vertices), per tile of an instance 20 plus 20
-/// for its draw, per instance 16, and 48 for each picture under way. Where tiles are merged ([`new`](Self::new)): 20
-/// bytes per vertex, 8 per tile of an instance, 4 per index, once for adjacent instances that show the same tiles, and as
-/// much in the caller's memory. Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the device.
+/// Memory: 16 bytes per vertex, 2 per index (4 in tiles of more than 65 536 vertices), per tile of an instance 20 plus
+/// 20 for its draw, per instance 16, and 48 for each picture under way. Where tiles are merged ([`new`](Self::new)): 20
+/// bytes per vertex, 8 per tile of an instance, 4 per index, once for adjacent instances that show the same tiles, and
+/// as much in the caller's memory. Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the
+/// device.
 pub struct LiveScene {
     pub(super) gpu: Gpu,
     pub(super) store: Store,
@@ -317,8 +318,8 @@ impl LiveScene {
     /// Draws the surfaces with the pipeline and the bind groups from 1 on that the caller has set, in a pass of any
     /// formats and samples: with a material of the caller's, or depth alone for shadows.
     ///
-    /// The pipeline is made for [`surface_input`](Self::surface_input). Sets bind group 0, vertex buffers 0 and 1, and the
-    /// index buffer. Makes [`DrawStats::draws`] calls, if the options ask for no lines. Draws nothing where
+    /// The pipeline is made for [`surface_input`](Self::surface_input). Sets bind group 0, vertex buffers 0 and 1, and
+    /// the index buffer. Makes [`DrawStats::draws`] calls, if the options ask for no lines. Draws nothing where
     /// [`encode`](Self::encode) would not.
     pub fn draw_surfaces(&self, pass: &mut RenderPass<'_>, drawn: &SceneInPass) {
         pass.set_bind_group(0, &drawn.group, &[]);
@@ -390,8 +391,8 @@ impl LiveScene {
         options.camera.unwrap_or_else(|| ViewPoint::ISO.fit(self.shown.corners(), aspect))
     }
 
-    /// Updates records, draw list and uniforms for a view. Returns what was uploaded of the camera, and the number of all
-    /// bytes uploaded.
+    /// Updates records, draw list and uniforms for a view. Returns what was uploaded of the camera, and the number of
+    /// all bytes uploaded.
     pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> (Seen, u64) {
         let changed = self.records.refresh(&self.shown, options.colour_by);
         let mut bytes = self.record_rows.write(&self.gpu, &self.records, changed);

@@ -3,8 +3,9 @@
 use ::wgpu::{Buffer, IndexFormat, RenderPass};
 use std::ops::Range;
 
-/// One draw command of a scene's surfaces, for passes and render bundles of the caller's. Its pipeline has the layouts of
-/// [`SurfaceInput`](crate::out::wgpu::SurfaceInput), bind group 0 is [`SceneInPass::bind_group`](super::SceneInPass).
+/// One draw command of a scene's surfaces, for passes and render bundles of the caller's. Its pipeline has the layouts
+/// of [`SurfaceInput`](crate::out::wgpu::SurfaceInput), bind group 0 is
+/// [`SceneInPass::bind_group`](super::SceneInPass::bind_group).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SurfaceDraw<'a> {
