@@ -384,11 +384,16 @@ fn only_the_highlighted_face_stands_out() {
 
 /// A device of the test's own without any features, with the limits of WebGL 2: no arrays in buffers.
 fn plain_device() -> Option<(wgpu::Device, wgpu::Queue)> {
+    webgl_device(wgpu::Features::empty())
+}
+
+/// As [`plain_device`], with features that the adapter must have.
+fn webgl_device(required_features: wgpu::Features) -> Option<(wgpu::Device, wgpu::Queue)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let wanted = wgpu::RequestAdapterOptions::default();
     let adapter = pollster::block_on(instance.request_adapter(&wanted)).ok()?;
     let required_limits = wgpu::Limits::downlevel_webgl2_defaults();
-    let wanted = wgpu::DeviceDescriptor { required_limits, ..wgpu::DeviceDescriptor::default() };
+    let wanted = wgpu::DeviceDescriptor { required_limits, required_features, ..wgpu::DeviceDescriptor::default() };
     pollster::block_on(adapter.request_device(&wanted)).ok()
 }
 
