@@ -119,7 +119,7 @@ fn costs(costs: &Costs) -> Vec<(&'static str, String)> {
         ("busiest worker", ms(busiest)),
         ("mean worker", ms(mean)),
         ("commit", ms(costs.committed)),
-        ("draws", format!("{} in {}", costs.drew.tiles, ms(costs.drawn))),
+        ("draws", format!("{} of {} tiles in {}", costs.drew.draws, costs.drew.tiles, ms(costs.drawn))),
         ("pictures", if between > 0.0 { format!("{:.0} / s", 1.0 / between) } else { "–".to_owned() }),
         ("triangles", thousands(costs.drew.triangles)),
         ("sent", bytes(costs.sent + costs.drew.bytes)),

@@ -12,9 +12,9 @@ pub(super) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 pub(super) const PICK_FORMAT: TextureFormat = TextureFormat::Rgba32Uint;
 /// A row of a placement, or a point of an edge. Every device reads it in vertex shaders, where some read no buffers.
 pub(super) const ROW_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
-/// The colour of a tile of an instance.
-pub(super) const COLOUR_ROW_FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
-/// The first row of an instance.
-pub(super) const FIRST_ROW_FORMAT: TextureFormat = TextureFormat::R32Uint;
+/// Colour and face of a tile of an instance.
+pub(super) const RECORD_FORMAT: TextureFormat = TextureFormat::Rg32Uint;
+/// What is known of an instance.
+pub(super) const INSTANCE_FORMAT: TextureFormat = TextureFormat::Rgba32Uint;
 /// Samples per pixel. Every adapter supports 4, which suffices for smooth edges.
 pub(super) const SAMPLES: u32 = 4;

@@ -32,7 +32,8 @@ impl Gpu {
         format: ::wgpu::TextureFormat,
     ) -> Result<Self, RenderError> {
         // In browsers, a call that draws from a buffer is as many calls as there are draws.
-        let indirect = device.features().contains(WELCOME) && !cfg!(target_arch = "wasm32");
+        let reads_arrays = device.limits().max_storage_buffers_per_shader_stage >= 2;
+        let indirect = device.features().contains(WELCOME) && reads_arrays && !cfg!(target_arch = "wasm32");
         let scopes = Arc::new(Scopes::default());
         let pipelines = scopes.checked(&device, |device| Pipelines::new(device, format, indirect))?;
         Ok(Self { device, queue, format, pipelines, indirect, scopes })

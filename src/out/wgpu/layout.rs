@@ -1,5 +1,6 @@
 //! Layout of vertex buffers on the device.
 
+use ::wgpu::{VertexAttribute, VertexBufferLayout, VertexStepMode, vertex_attr_array};
 use bytemuck::{Pod, Zeroable};
 
 /// Position of a vertex in its tile's lattice, in (fractional) cells from the first u-line and the first v-line.
@@ -26,4 +27,26 @@ pub(super) struct Record {
     pub(super) base_vertex: u32,
     pub(super) place: u32,
     pub(super) colour: [u8; 4],
+    /// The face within the part.
+    pub(super) face: u32,
+}
+
+const VERTEX: [VertexAttribute; 2] = vertex_attr_array![0 => Float32x3, 1 => Snorm16x2];
+const RECORD: [VertexAttribute; 5] =
+    vertex_attr_array![5 => Uint32, 6 => Uint32, 2 => Uint32, 3 => Unorm8x4, 4 => Uint32];
+const TILE: [VertexAttribute; 1] = vertex_attr_array![2 => Uint32];
+const CELL: [VertexAttribute; 1] = vertex_attr_array![7 => Float32x2];
+
+/// Layout of a page of vertices.
+pub(super) const VERTICES: VertexBufferLayout<'static> = per_vertex(size_of::<Vertex>(), &VERTEX);
+/// Layout of the records.
+pub(super) const RECORDS: VertexBufferLayout<'static> =
+    VertexBufferLayout { step_mode: VertexStepMode::Instance, ..per_vertex(size_of::<Record>(), &RECORD) };
+/// Layout of the numbers of tiles beside a page of vertices.
+pub(super) const TILES: VertexBufferLayout<'static> = per_vertex(size_of::<TileOfVertex>(), &TILE);
+/// Layout of the places in the lattice beside a page of vertices.
+pub(super) const CELLS: VertexBufferLayout<'static> = per_vertex(size_of::<CellPlace>(), &CELL);
+
+const fn per_vertex(bytes: usize, attributes: &'static [VertexAttribute]) -> VertexBufferLayout<'static> {
+    VertexBufferLayout { array_stride: bytes as u64, step_mode: VertexStepMode::Vertex, attributes }
 }

@@ -12,6 +12,9 @@ mod formats;
 
 mod layout;
 
+mod surface_input;
+pub use surface_input::SurfaceInput;
+
 mod pipelines;
 
 mod scopes;
@@ -24,7 +27,7 @@ mod adapter;
 mod target;
 
 mod live;
-pub use live::{DeviceMemory, DrawStats, LiveScene, PickHit, Picking, SceneInPass};
+pub use live::{DeviceMemory, DrawCall, DrawStats, LiveScene, PickHit, Picking, SceneInPass, SurfaceDraw};
 
 mod image;
 pub use image::{Image, ImageReading};

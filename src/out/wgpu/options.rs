@@ -2,6 +2,7 @@
 
 use crate::model::Colour;
 use crate::view::Camera;
+use glam::DVec3;
 use std::fmt;
 use std::str::FromStr;
 
@@ -82,6 +83,9 @@ pub struct RenderOptions {
     pub edges: bool,
     /// Paints back-facing surfaces magenta, which shows reversed faces and holes in solids. Default off.
     pub backfaces: bool,
+    /// Box around what the caller draws into the same depth, world coordinates: the near plane is before it, and the
+    /// far plane of orthographic projections behind it. `None` (the default): there is only the scene.
+    pub other_bounds: Option<[DVec3; 2]>,
     /// Background colours (sRGB) at the top and bottom of the picture. Default light greys.
     pub background: [Colour; 2],
 }
@@ -96,6 +100,7 @@ impl RenderOptions {
         lattice: false,
         edges: false,
         backfaces: false,
+        other_bounds: None,
         background: [[0.97, 0.98, 0.99, 1.0], [0.83, 0.86, 0.9, 1.0]],
     };
 
@@ -145,6 +150,13 @@ impl RenderOptions {
     #[must_use]
     pub const fn with_backfaces(mut self, backfaces: bool) -> Self {
         self.backfaces = backfaces;
+        self
+    }
+
+    /// Sets [`other_bounds`](Self::other_bounds).
+    #[must_use]
+    pub const fn with_other_bounds(mut self, bounds: Option<[DVec3; 2]>) -> Self {
+        self.other_bounds = bounds;
         self
     }
 

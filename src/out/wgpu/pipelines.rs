@@ -1,24 +1,22 @@
 //! The shader to pipelines: backdrop, surfaces, lattice lines, wireframe, B-rep edges, picking.
 
 use super::formats::{DEPTH_FORMAT, PICK_FORMAT, SAMPLES};
-use super::layout::{CellPlace, Record, TileOfVertex, Vertex};
+use super::layout::{CELLS, RECORDS, VERTICES};
+use super::surface_input::SurfaceInput;
 use ::wgpu::{
     BindGroupLayout, BindingType, BufferBindingType, ColorTargetState, CompareFunction, PrimitiveTopology,
-    ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension, VertexAttribute, VertexBufferLayout,
-    VertexStepMode,
+    ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension, VertexBufferLayout,
 };
 
 /// The render pipelines. Bind group 0 is the view in all of them.
 #[derive(Clone, Debug)]
 pub(super) struct Pipelines {
-    /// Globals and places.
-    pub(super) view: BindGroupLayout,
+    /// Bind group 0, and what else surfaces need.
+    pub(super) input: SurfaceInput,
     /// Points of edges.
     pub(super) points: BindGroupLayout,
     /// A page of vertices and one of indices. Where tiles are not merged.
     pub(super) triangles: Option<BindGroupLayout>,
-    /// Colours and first rows. Where tiles are merged.
-    pub(super) records: Option<BindGroupLayout>,
     pub(super) backdrop: ::wgpu::RenderPipeline,
     pub(super) surface: ::wgpu::RenderPipeline,
     pub(super) lattice: ::wgpu::RenderPipeline,
@@ -80,32 +78,21 @@ impl PipelineKind<'_> {
 impl Pipelines {
     /// Those for a device that reads draws from buffers (`indirect`), or for one that merges tiles.
     pub(super) fn new(device: &::wgpu::Device, format: TextureFormat, indirect: bool) -> Self {
-        let of_draws = if indirect { include_str!("per_tile.wgsl") } else { include_str!("merged.wgsl") };
+        let Layouts { view, points, triangles } = Layouts::new(device, indirect);
+        let input = SurfaceInput::new(&view, indirect);
+        let lines = if indirect { include_str!("lines_per_tile.wgsl") } else { include_str!("lines_merged.wgsl") };
         let shader = device.create_shader_module(::wgpu::ShaderModuleDescriptor {
             label: Some("trimtess"),
-            source: ::wgpu::ShaderSource::Wgsl([include_str!("shader.wgsl"), of_draws].concat().into()),
+            source: ::wgpu::ShaderSource::Wgsl([input.wgsl, include_str!("shader.wgsl"), lines].concat().into()),
         });
-        let Layouts { view, points, triangles, records } = Layouts::new(device, indirect);
-        let vertex = ::wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm16x2];
-        let vertex = per_vertex(size_of::<Vertex>(), &vertex);
-        let record = ::wgpu::vertex_attr_array![2 => Uint32, 3 => Uint32, 4 => Uint32, 5 => Unorm8x4];
-        let record =
-            VertexBufferLayout { step_mode: VertexStepMode::Instance, ..per_vertex(size_of::<Record>(), &record) };
-        let tile = ::wgpu::vertex_attr_array![7 => Uint32];
-        let tile = per_vertex(size_of::<TileOfVertex>(), &tile);
-        let cells = ::wgpu::vertex_attr_array![6 => Float32x2];
-        let cells = per_vertex(size_of::<CellPlace>(), &cells);
         // Only lines have alpha.
         let lit = ColorTargetState { blend: Some(::wgpu::BlendState::ALPHA_BLENDING), ..format.into() };
         let pipeline = |kind: &PipelineKind<'_>| kind.pipeline(device, &shader);
-        let of_tiles = [Some(&view), None, None, records.as_ref()];
-        let groups = &of_tiles[..if indirect { 1 } else { 4 }];
-        let tiles = [Some(vertex.clone()), Some(if indirect { record.clone() } else { tile.clone() })];
         let surface = PipelineKind {
             vertex: "surface_vertex",
             fragment: "surface_fragment",
-            groups,
-            buffers: &tiles,
+            groups: &[Some(&view)],
+            buffers: &input.vertex_buffers,
             topology: PrimitiveTopology::TriangleList,
             depth: CompareFunction::Greater,
             target: lit.clone(),
@@ -115,21 +102,20 @@ impl Pipelines {
             fragment: "line_fragment",
             depth: CompareFunction::GreaterEqual,
             target: lit.clone(),
-            groups: &[Some(&view)],
             ..surface
         };
         let wire = if indirect {
             pipeline(&PipelineKind {
                 vertex: "wire_vertex",
                 groups: &[Some(&view), None, triangles.as_ref()],
-                buffers: &[Some(record)],
+                buffers: &[Some(RECORDS)],
                 target: lit.clone(),
                 ..line
             })
         } else {
             pipeline(&PipelineKind {
                 vertex: "wire_vertex",
-                buffers: &[Some(vertex.clone())],
+                buffers: &[Some(VERTICES)],
                 topology: PrimitiveTopology::LineList,
                 target: lit.clone(),
                 ..line
@@ -139,7 +125,6 @@ impl Pipelines {
             backdrop: pipeline(&PipelineKind {
                 vertex: "backdrop_vertex",
                 fragment: "backdrop_fragment",
-                groups: &[Some(&view)],
                 buffers: &[],
                 depth: CompareFunction::Always,
                 target: lit.clone(),
@@ -154,7 +139,7 @@ impl Pipelines {
             lattice: pipeline(&PipelineKind {
                 vertex: "lattice_vertex",
                 fragment: "lattice_fragment",
-                buffers: &[Some(vertex), tiles[1].clone(), Some(cells)],
+                buffers: &[Some(VERTICES), input.vertex_buffers[1].clone(), Some(CELLS)],
                 target: lit.clone(),
                 ..line
             }),
@@ -166,10 +151,9 @@ impl Pipelines {
                 ..line
             }),
             surface: pipeline(&surface),
-            view,
+            input,
             points,
             triangles,
-            records,
         }
     }
 }
@@ -179,7 +163,6 @@ struct Layouts {
     view: BindGroupLayout,
     points: BindGroupLayout,
     triangles: Option<BindGroupLayout>,
-    records: Option<BindGroupLayout>,
 }
 
 impl Layouts {
@@ -195,28 +178,25 @@ impl Layouts {
             multisampled: false,
         };
         let rows = texels(TextureSampleType::Float { filterable: false });
-        let globals =
+        let numbers = texels(TextureSampleType::Uint);
+        let uniform =
             BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
+        let view = [uniform, uniform, rows, numbers, numbers];
         Self {
-            view: layout(device, &[globals, rows]),
+            // Records are a vertex buffer where tiles are not merged.
+            view: layout(device, if indirect { &view[..4] } else { &view }),
             points: layout(device, &[rows]),
             triangles: indirect.then(|| layout(device, &[array, array])),
-            records: (!indirect).then(|| layout(device, &[rows, texels(TextureSampleType::Uint)])),
         }
     }
 }
 
-fn per_vertex(bytes: usize, attributes: &[VertexAttribute]) -> VertexBufferLayout<'_> {
-    VertexBufferLayout { array_stride: bytes as u64, step_mode: VertexStepMode::Vertex, attributes }
-}
-
 fn layout(device: &::wgpu::Device, types: &[BindingType]) -> BindGroupLayout {
     let entry = |(binding, &ty): (usize, &BindingType)| {
-        let is_uniform = matches!(ty, BindingType::Buffer { ty: BufferBindingType::Uniform, .. });
-        let fragments = if is_uniform { ShaderStages::FRAGMENT } else { ShaderStages::NONE };
+        let is_storage = matches!(ty, BindingType::Buffer { ty: BufferBindingType::Storage { .. }, .. });
         ::wgpu::BindGroupLayoutEntry {
             binding: binding as u32,
-            visibility: ShaderStages::VERTEX | fragments,
+            visibility: if is_storage { ShaderStages::VERTEX } else { ShaderStages::VERTEX_FRAGMENT },
             ty,
             count: None,
         }

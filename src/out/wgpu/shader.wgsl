@@ -1,104 +1,53 @@
-// Shades tiles and lines with a head light, a key light over the left shoulder and a sky.
-// The eye is the origin: places are relative to it. Depth is reversed: 1 at the near plane, 0 at infinity.
 
-struct Globals {
-    clip: mat4x4<f32>,           // world relative to the eye, to clip
+// Shades tiles and lines with a head light, a key light over the left shoulder and a sky.
+
+struct Style {
     key: vec4<f32>,              // unit, towards the key light
     top: vec4<f32>,              // background, linear
     bottom: vec4<f32>,
     edge: vec4<f32>,             // pens: red, green, blue (sRGB), alpha
     wire: vec4<f32>,
     lattice: vec4<f32>,
-    eye: vec4<f32>,              // towards the eye, unit; w is 1 in orthographic projection
     nearer: vec2<f32>,           // depth bias of lines, which lie on surfaces: factor and offset
-    size: vec2<f32>,             // pixels
     edge_width: f32,             // pixels
     wire_width: f32,
-    near: f32,
-    backfaces: f32,              // 1: paint back faces magenta
     lattice_width: f32,
+    backfaces: f32,              // 1: paint back faces magenta
 };
 
-// Transform from part (relative to its centre) to world (relative to the eye), by rows.
-struct Place {
-    x: vec4<f32>,
-    y: vec4<f32>,
-    z: vec4<f32>,
-};
-
-@group(0) @binding(0) var<uniform> globals: Globals;
-// Arrays are textures of this width, which vertex shaders read on every device.
-const WIDTH: u32 = 2048u;
-@group(0) @binding(1) var places: texture_2d<f32>;
-
-fn texel(index: u32) -> vec2<u32> {
-    return vec2(index % WIDTH, index / WIDTH);
-}
-
-fn place_of(number: u32) -> Place {
-    let first = 3u * number;
-    return Place(
-        textureLoad(places, texel(first), 0),
-        textureLoad(places, texel(first + 1u), 0),
-        textureLoad(places, texel(first + 2u), 0),
-    );
-}
-
-fn placed(place: Place, position: vec3<f32>) -> vec3<f32> {
-    let point = vec4(position, 1.0);
-    return vec3(dot(place.x, point), dot(place.y, point), dot(place.z, point));
-}
+@group(0) @binding(1) var<uniform> style: Style;
 
 struct Surface {
     @builtin(position) clip: vec4<f32>,
-    @location(0) place: vec3<f32>,
+    @location(0) position: vec3<f32>,
     @location(1) normal: vec3<f32>,
     @location(2) colour: vec3<f32>,
     @location(3) @interpolate(flat) mirrored: u32,
-    @location(4) @interpolate(flat) number: u32,
+    @location(4) @interpolate(flat) tile: u32,
 };
 
-fn linear(srgb: vec3<f32>) -> vec3<f32> {
-    return select(pow((srgb + 0.055) / 1.055, vec3(2.4)), srgb / 12.92, srgb <= vec3(0.04045));
-}
-
-// Decodes an octahedral direction.
-fn unfolded(square: vec2<f32>) -> vec3<f32> {
-    let z = 1.0 - abs(square.x) - abs(square.y);
-    let below = max(-z, 0.0);
-    return vec3(square - select(vec2(below), vec2(-below), square < vec2(0.0)), z);
-}
-
-// A vertex of a tile at a place. `number` is the record's.
-fn surface(place: Place, position: vec3<f32>, square: vec2<f32>, colour: vec3<f32>, number: u32) -> Surface {
-    let world = placed(place, position);
-    // Cofactors transform normals; mirroring placements need the opposite sign.
-    let cofactors = mat3x3(
-        cross(place.y.xyz, place.z.xyz),
-        cross(place.z.xyz, place.x.xyz),
-        cross(place.x.xyz, place.y.xyz),
-    );
-    let mirrored = dot(place.x.xyz, cofactors[0]) < 0.0;
-    let normal = unfolded(square) * cofactors * select(1.0, -1.0, mirrored);
-    return Surface(globals.clip * vec4(world, 1.0), world, normal, linear(colour), u32(mirrored), number);
+@vertex
+fn surface_vertex(vertex: SceneVertex) -> Surface {
+    let it = scene_surface(vertex);
+    return Surface(it.clip, it.position, it.normal, it.colour, u32(it.mirrored), it.tile);
 }
 
 @fragment
 fn surface_fragment(in: Surface, @builtin(front_facing) counter_clockwise: bool) -> @location(0) vec4<f32> {
-    let to_eye = select(normalize(-in.place), globals.eye.xyz, globals.eye.w > 0.5);
+    let to_eye = scene_to_eye(in.position);
     var normal = normalize(in.normal);
     if dot(normal, to_eye) < 0.0 {
         normal = -normal;
     }
     var colour = in.colour;
-    if counter_clockwise == (in.mirrored == 1u) && globals.backfaces > 0.5 {
+    if counter_clockwise == (in.mirrored == 1u) && style.backfaces > 0.5 {
         colour = vec3(0.9, 0.0, 0.6);
     }
     let facing = max(dot(normal, to_eye), 0.0);
-    let key = max(dot(normal, globals.key.xyz), 0.0);
+    let key = max(dot(normal, style.key.xyz), 0.0);
     let sky = mix(vec3(0.18, 0.18, 0.20), vec3(0.34, 0.35, 0.37), 0.5 + 0.5 * normal.z);
     let diffuse = sky + 0.33 * facing + 0.54 * key;
-    let halfway = normalize(to_eye + globals.key.xyz);
+    let halfway = normalize(to_eye + style.key.xyz);
     let gloss = 0.12 * pow(max(dot(normal, halfway), 0.0), 40.0);
     let rim = 0.06 * pow(1.0 - facing, 4.0);
     return vec4(colour * diffuse + gloss + rim, 1.0);
@@ -109,9 +58,9 @@ struct Ruled {
     @location(0) cell: vec2<f32>,
 };
 
-fn ruled(place: Place, position: vec3<f32>, cell: vec2<f32>) -> Ruled {
-    var clip = globals.clip * vec4(placed(place, position), 1.0);
-    clip.z = clip.z * globals.nearer.x + globals.nearer.y;
+fn ruled(place: ScenePlace, position: vec3<f32>, cell: vec2<f32>) -> Ruled {
+    var clip = scene_view.clip * vec4(scene_placed(place, position), 1.0);
+    clip.z = clip.z * style.nearer.x + style.nearer.y;
     return Ruled(clip, cell);
 }
 
@@ -120,18 +69,18 @@ fn ruled(place: Place, position: vec3<f32>, cell: vec2<f32>) -> Ruled {
 fn lattice_fragment(in: Ruled) -> @location(0) vec4<f32> {
     let per_pixel = fwidth(in.cell);
     let off = abs(in.cell - round(in.cell)) / max(per_pixel, vec2(1e-6));
-    let lines = 1.0 - smoothstep(vec2(0.0), vec2(1.0), off - 0.5 * vec2(globals.lattice_width - 1.0));
+    let lines = 1.0 - smoothstep(vec2(0.0), vec2(1.0), off - 0.5 * vec2(style.lattice_width - 1.0));
     // Fade out lines a few pixels apart, which would cover the surface. Constant coordinates have no lines.
     let seen = (1.0 - smoothstep(vec2(0.15), vec2(0.5), per_pixel)) * step(vec2(1e-6), per_pixel);
-    let opacity = max(lines.x * seen.x, lines.y * seen.y) * globals.lattice.a;
-    return vec4(linear(globals.lattice.rgb), opacity);
+    let opacity = max(lines.x * seen.x, lines.y * seen.y) * style.lattice.a;
+    return vec4(scene_linear(style.lattice.rgb), opacity);
 }
 
-// Picks: the draw's record number plus one, and the distance from the eye, in orthographic projection from its plane.
+// Picks: the number of the tile plus one, and the distance from the eye, in orthographic projection from its plane.
 @fragment
 fn pick_fragment(in: Surface) -> @location(0) vec4<u32> {
-    let far = select(length(in.place), -dot(in.place, globals.eye.xyz), globals.eye.w > 0.5);
-    return vec4(in.number + 1u, bitcast<u32>(far), 0u, 0u);
+    let far = select(length(in.position), -dot(in.position, scene_view.eye.xyz), scene_view.eye.w > 0.5);
+    return vec4(in.tile + 1u, bitcast<u32>(far), 0u, 0u);
 }
 
 struct Line {
@@ -146,19 +95,19 @@ fn no_line() -> Line {
 
 // One of the six vertices of a segment, drawn as two triangles of constant width on the screen with square caps.
 fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, width: f32) -> Line {
-    var a = globals.clip * vec4(first, 1.0);
-    var b = globals.clip * vec4(last, 1.0);
-    if max(a.w, b.w) < globals.near {
+    var a = scene_view.clip * vec4(first, 1.0);
+    var b = scene_view.clip * vec4(last, 1.0);
+    if max(a.w, b.w) < scene_view.near {
         return no_line(); // behind the eye
     }
     let whole_a = a;
-    if a.w < globals.near {
-        a = mix(a, b, (globals.near - a.w) / (b.w - a.w));
+    if a.w < scene_view.near {
+        a = mix(a, b, (scene_view.near - a.w) / (b.w - a.w));
     }
-    if b.w < globals.near {
-        b = mix(whole_a, b, (globals.near - whole_a.w) / (b.w - whole_a.w));
+    if b.w < scene_view.near {
+        b = mix(whole_a, b, (scene_view.near - whole_a.w) / (b.w - whole_a.w));
     }
-    let half_size = 0.5 * globals.size;
+    let half_size = 0.5 * scene_view.size;
     let pixel_a = a.xy / a.w * half_size;
     let pixel_b = b.xy / b.w * half_size;
     var along = pixel_b - pixel_a;
@@ -170,8 +119,8 @@ fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, widt
     let at_left = corner == 2u || corner == 4u || corner == 5u;
     let offset = 0.5 * width * (select(-along, along, at_end) + select(-across, across, at_left));
     var clip = select(a, b, at_end);
-    clip = vec4(clip.xy + offset / half_size * clip.w, clip.z * globals.nearer.x + globals.nearer.y, clip.w);
-    return Line(clip, vec4(linear(colour.rgb), opacity));
+    clip = vec4(clip.xy + offset / half_size * clip.w, clip.z * style.nearer.x + style.nearer.y, clip.w);
+    return Line(clip, vec4(scene_linear(colour.rgb), opacity));
 }
 
 // Points of polylines, one after the other; w is 0 in the last point of each.
@@ -180,14 +129,14 @@ fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, widt
 // Six vertices per point. The instance index is the place.
 @vertex
 fn edge_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) instance: u32) -> Line {
-    let place = place_of(instance);
-    let first = textureLoad(points, texel(vertex / 6u), 0);
-    let last = textureLoad(points, texel(vertex / 6u + 1u), 0);
+    let place = scene_place(instance);
+    let first = textureLoad(points, scene_texel(vertex / 6u), 0);
+    let last = textureLoad(points, scene_texel(vertex / 6u + 1u), 0);
     if first.w == 0.0 {
         return no_line();
     }
     return strip(
-        placed(place, first.xyz), placed(place, last.xyz), vertex % 6u, globals.edge, globals.edge_width);
+        scene_placed(place, first.xyz), scene_placed(place, last.xyz), vertex % 6u, style.edge, style.edge_width);
 }
 
 @fragment
@@ -209,5 +158,5 @@ fn backdrop_vertex(@builtin(vertex_index) corner: u32) -> Backdrop {
 
 @fragment
 fn backdrop_fragment(in: Backdrop) -> @location(0) vec4<f32> {
-    return vec4(mix(globals.bottom.rgb, globals.top.rgb, in.height), 1.0);
+    return vec4(mix(style.bottom.rgb, style.top.rgb, in.height), 1.0);
 }

@@ -57,6 +57,11 @@ impl Edges {
         bytes
     }
 
+    /// Number of calls that draw the edges.
+    pub(super) fn calls(&self) -> usize {
+        self.draws.len()
+    }
+
     /// Draws the edges.
     pub(super) fn draw(&self, pass: &mut RenderPass<'_>) {
         let Some(group) = &self.group else { return };

@@ -1,13 +1,15 @@
 //! Tiles of a view to draws: one per tile of each instance where the device reads draws from a buffer, else one per
-//! instance and page of vertices.
+//! part and page of vertices.
 
 use super::super::gpu::Gpu;
 use super::device_scene::DeviceScene;
 use super::merged::MergedDraws;
+use super::pages::Beside;
 use super::records::Records;
 use super::store::Store;
+use super::surface_draw::SurfaceDraw;
 use super::tile_draws::TileDraws;
-use ::wgpu::RenderPass;
+use ::wgpu::{Buffer, RenderPass};
 
 /// Draw list of the tiles in one view.
 pub(super) struct Tiles {
@@ -62,20 +64,35 @@ impl Tiles {
         }
     }
 
-    /// Draws the surfaces. The pass must have the records in vertex buffer slot 1, or bound where tiles are merged.
-    pub(super) fn draw(&self, pass: &mut RenderPass<'_>, store: &Store) {
+    /// Number of calls that draw the surfaces.
+    pub(super) fn calls(&self) -> usize {
         match &self.draws {
-            Draws::PerTile(draws) => draws.draw(pass, store),
-            Draws::Merged(draws) => draws.draw(pass, store),
+            Draws::PerTile(draws) => draws.calls(),
+            Draws::Merged(draws) => draws.calls(),
         }
     }
 
-    /// Draws the lattice lines of tiles that have lattice positions, which go to vertex buffer slot 2.
-    pub(super) fn draw_lattice(&self, pass: &mut RenderPass<'_>, store: &Store) {
-        match &self.draws {
-            Draws::PerTile(draws) => draws.draw_lattice(pass, store),
-            Draws::Merged(draws) => draws.draw_lattice(pass, store),
+    /// The calls that draw the surfaces. `records` is the vertex buffer that they are in, where tiles are not merged.
+    pub(super) fn draws<'a>(
+        &'a self,
+        store: &'a Store,
+        records: Option<&'a Buffer>,
+    ) -> Box<dyn Iterator<Item = SurfaceDraw<'a>> + 'a> {
+        match (&self.draws, records) {
+            (Draws::PerTile(draws), Some(records)) => Box::new(draws.draws(store, records)),
+            (Draws::PerTile(_), None) => Box::new(std::iter::empty()),
+            (Draws::Merged(draws), _) => Box::new(draws.draws(store)),
         }
+    }
+
+    /// The calls that draw the lattice lines, of tiles that have lattice positions, which go to vertex buffer slot 2.
+    pub(super) fn lattice_draws<'a>(
+        &'a self,
+        store: &'a Store,
+        records: Option<&'a Buffer>,
+    ) -> impl Iterator<Item = (SurfaceDraw<'a>, &'a Buffer)> {
+        let draws = self.draws(store, records);
+        draws.filter_map(|draw| store.vertices.beside_page(Beside::Cells, draw.page).map(|cells| (draw, cells)))
     }
 
     /// Draws the wireframe. The pass must have the records in vertex buffer slot 0, unless tiles are merged.

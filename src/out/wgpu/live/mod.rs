@@ -9,6 +9,10 @@ mod pending;
 mod records;
 mod rows;
 mod texels;
+
+mod surface_draw;
+pub use surface_draw::{DrawCall, SurfaceDraw};
+
 mod tile_draws;
 mod merged;
 mod lists;

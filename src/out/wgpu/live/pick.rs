@@ -85,7 +85,7 @@ impl LiveScene {
         let aim = Aim { camera: &camera, pixel: Some((x, y)) };
         let gpu = self.gpu.clone();
         let seen = gpu.checked(|device| {
-            let (sight, _, _) = self.refresh(view, options, &aim);
+            let (seen, _) = self.refresh(view, options, &aim);
             let target = texture(&gpu, (1, 1), PICK_FORMAT, 1, TextureUsages::COPY_SRC);
             let depth = texture(&gpu, (1, 1), DEPTH_FORMAT, 1, TextureUsages::empty());
             let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
@@ -104,8 +104,8 @@ impl LiveScene {
                 }),
                 ..::wgpu::RenderPassDescriptor::default()
             });
-            pass.set_bind_group(0, &sight, &[]);
             pass.set_pipeline(&gpu.pipelines.pick);
+            pass.set_bind_group(0, &seen.group, &[]);
             self.draw_tiles(&mut pass, view);
             drop(pass);
             gpu.queue.submit([encoder.finish()]);

@@ -1,74 +1,79 @@
-//! Records on the device: a buffer with a row per draw, or textures where the tiles of an instance are one draw.
+//! Records on the device: a buffer with a row per draw, or a texture where the tiles of an instance are one draw.
 
-use super::super::formats::{COLOUR_ROW_FORMAT, FIRST_ROW_FORMAT};
+use super::super::formats::{INSTANCE_FORMAT, RECORD_FORMAT};
 use super::super::gpu::Gpu;
+use super::super::layout::Record;
 use super::records::Records;
-use super::rows::{Rows, bind};
+use super::rows::Rows;
 use super::texels::Texels;
-use ::wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
+use ::wgpu::{Buffer, BufferUsages, TextureView};
 use std::ops::Range;
 
-/// Records on the device.
-pub(super) enum RecordRows {
-    /// Read as an attribute of the draw.
-    PerDraw(Rows),
-    /// Read by the instance's first row and the tile of the vertex.
-    Merged(Box<RecordTexels>),
+/// Records on the device, and what is known of instances.
+pub(super) struct RecordRows {
+    rows: RowsOfTiles,
+    instances: Texels,
+    /// [`Records::layout`] that `instances` has; `None` before the first.
+    layout: Option<u64>,
 }
 
-/// Colours by row, and the first row of each place.
-pub(super) struct RecordTexels {
-    colours: Texels,
-    firsts: Texels,
-    group: Option<BindGroup>,
+enum RowsOfTiles {
+    /// Read as an attribute of the draw.
+    PerDraw(Rows),
+    /// Colours and faces, read by the instance's first row and the tile of the vertex.
+    Merged(Texels),
 }
 
 impl RecordRows {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        if gpu.indirect {
-            return Self::PerDraw(Rows::new(BufferUsages::VERTEX));
-        }
-        let (colours, firsts) = (Texels::new(COLOUR_ROW_FORMAT), Texels::new(FIRST_ROW_FORMAT));
-        Self::Merged(Box::new(RecordTexels { colours, firsts, group: None }))
+        let rows = if gpu.indirect {
+            RowsOfTiles::PerDraw(Rows::new(BufferUsages::VERTEX))
+        } else {
+            RowsOfTiles::Merged(Texels::new(RECORD_FORMAT))
+        };
+        Self { rows, instances: Texels::new(INSTANCE_FORMAT), layout: None }
     }
 
-    /// Uploads the `changed` records. Returns the number of bytes uploaded.
+    /// Uploads the `changed` records, and instances if any changed. Returns the number of bytes uploaded.
     pub(super) fn write(&mut self, gpu: &Gpu, records: &Records, changed: Range<usize>) -> u64 {
-        match self {
-            Self::PerDraw(rows) => rows.write(gpu, &records.rows, changed),
-            Self::Merged(_) if changed.is_empty() => 0,
-            Self::Merged(texels) => {
-                let RecordTexels { colours, firsts, group } = &mut **texels;
-                let row_colours: Vec<[u8; 4]> = records.rows.iter().map(|record| record.colour).collect();
-                let bytes = colours.write(gpu, &row_colours, changed)
-                    + firsts.write(gpu, &records.firsts, 0..records.firsts.len());
-                let views = [colours.view(), firsts.view()].into_iter().flatten().map(BindingResource::TextureView);
-                *group = gpu.pipelines.records.as_ref().map(|layout| bind(gpu, layout, views.collect()));
-                bytes
+        let mut bytes = 0;
+        if self.layout.replace(records.layout) != Some(records.layout) {
+            bytes += self.instances.write(gpu, &records.instances, 0..records.instances.len());
+        }
+        bytes += match &mut self.rows {
+            RowsOfTiles::PerDraw(rows) => rows.write(gpu, &records.rows, changed),
+            RowsOfTiles::Merged(texels) if changed.is_empty() && texels.view().is_some() => 0,
+            RowsOfTiles::Merged(texels) => {
+                let row = |record: &Record| [u32::from_le_bytes(record.colour), record.face];
+                let rows: Vec<[u32; 2]> = records.rows.iter().map(row).collect();
+                texels.write(gpu, &rows, changed)
             }
-        }
+        };
+        bytes
     }
 
-    /// The buffer of [`PerDraw`](Self::PerDraw).
+    /// The records of draws, a vertex buffer. `None` where tiles are merged.
     pub(super) fn buffer(&self) -> Option<&Buffer> {
-        match self {
-            Self::PerDraw(rows) => rows.buffer(),
-            Self::Merged(_) => None,
+        match &self.rows {
+            RowsOfTiles::PerDraw(rows) => rows.buffer(),
+            RowsOfTiles::Merged(_) => None,
         }
     }
 
-    /// The bind group of [`Merged`](Self::Merged).
-    pub(super) fn group(&self) -> Option<&BindGroup> {
-        match self {
-            Self::PerDraw(_) => None,
-            Self::Merged(texels) => texels.group.as_ref(),
-        }
+    /// What is bound: instances, and records where tiles are merged.
+    pub(super) fn views(&self) -> impl Iterator<Item = &TextureView> {
+        let records = match &self.rows {
+            RowsOfTiles::PerDraw(_) => None,
+            RowsOfTiles::Merged(texels) => texels.view(),
+        };
+        self.instances.view().into_iter().chain(records)
     }
 
     pub(super) fn bytes(&self) -> u64 {
-        match self {
-            Self::PerDraw(rows) => rows.bytes(),
-            Self::Merged(texels) => texels.colours.bytes() + texels.firsts.bytes(),
-        }
+        let rows = match &self.rows {
+            RowsOfTiles::PerDraw(rows) => rows.bytes(),
+            RowsOfTiles::Merged(texels) => texels.bytes(),
+        };
+        rows + self.instances.bytes()
     }
 }

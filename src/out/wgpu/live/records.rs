@@ -9,12 +9,18 @@ use crate::model::{FaceId, InstanceId};
 /// The top bit of [`Record::first_index`].
 const WIDE: u32 = 1 << 31;
 
+/// What is known of an instance: its number in the scene, its part's in the model, its first record, and nothing.
+pub(super) type InstanceRow = [u32; 4];
+
+/// Which number of an [`InstanceRow`] is the first record.
+const FIRST: usize = 2;
+
 /// One record per tile of each instance, ordered by place, then tile.
 #[derive(Default)]
 pub(super) struct Records {
     pub(super) rows: Vec<Record>,
-    /// The first row of each place.
-    pub(super) firsts: Vec<u32>,
+    /// By place.
+    pub(super) instances: Vec<InstanceRow>,
     palette: Palette,
     /// The highlighted face.
     marked: Option<(InstanceId, FaceId)>,
@@ -22,7 +28,7 @@ pub(super) struct Records {
     all: bool,
     /// Parts and tiles whose rows are outdated.
     stale: Vec<(u32, u32)>,
-    /// Counts changes of `firsts`.
+    /// Counts changes of `instances`.
     pub(super) layout: u64,
 }
 
@@ -50,14 +56,14 @@ impl Records {
 
     /// The row of a tile at a place.
     pub(super) fn row(&self, place: u32, tile: u32) -> u32 {
-        self.firsts[place as usize] + tile
+        self.instances[place as usize][FIRST] + tile
     }
 
     /// The place and the tile of a row.
     pub(super) fn tile_of(&self, row: u32) -> (u32, u32) {
         // The last of several places with the same first row: those before it have no tiles.
-        let place = self.firsts.partition_point(|&first| first <= row) - 1;
-        (place as u32, row - self.firsts[place])
+        let place = self.instances.partition_point(|instance| instance[FIRST] <= row) - 1;
+        (place as u32, row - self.instances[place][FIRST])
     }
 
     /// Rebuilds outdated rows. Returns the range of rows that changed.
@@ -81,23 +87,25 @@ impl Records {
 
     fn refresh_all(&mut self, shown: &DeviceScene) -> std::ops::Range<usize> {
         (self.all, self.stale) = (false, Vec::new());
-        let before = std::mem::take(&mut self.firsts);
+        let before = std::mem::take(&mut self.instances);
         self.rows.clear();
         for (number, place) in shown.places.iter().enumerate() {
-            self.firsts.push(self.rows.len() as u32);
-            for tile in 0..shown.parts[place.part as usize].tiles.len() {
+            let part = &shown.parts[place.part as usize];
+            self.instances.push([place.instance, part.number, self.rows.len() as u32, 0]);
+            for tile in 0..part.tiles.len() {
                 self.rows.push(self.made(shown, number as u32, tile as u32));
             }
         }
-        self.layout += u64::from(before != self.firsts);
+        self.layout += u64::from(before != self.instances);
         0..self.rows.len()
     }
 
     /// Whether some place of the part has no row for this tile.
     fn is_beyond(&self, shown: &DeviceScene, part: u32, tile: u32) -> bool {
         shown.parts[part as usize].places.clone().any(|place| {
-            let end = self.firsts.get(place as usize + 1).copied().unwrap_or(self.rows.len() as u32);
-            self.firsts.get(place as usize).is_none_or(|first| first + tile >= end)
+            let first = |place: usize| self.instances.get(place).map(|instance| instance[FIRST]);
+            let end = first(place as usize + 1).unwrap_or(self.rows.len() as u32);
+            first(place as usize).is_none_or(|first| first + tile >= end)
         })
     }
 
@@ -120,6 +128,7 @@ impl Records {
             base_vertex: tile.vertices.start(),
             place,
             colour: if marked { MARKED } else { self.palette.of(&painted) },
+            face: tile.face.0,
         }
     }
 }

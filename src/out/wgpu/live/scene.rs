@@ -4,6 +4,7 @@ use super::super::error::RenderError;
 use super::super::formats::{DEPTH_FORMAT, SAMPLES};
 use super::super::gpu::Gpu;
 use super::super::options::RenderOptions;
+use super::super::surface_input::SurfaceInput;
 use super::super::target::SampleTargets;
 use super::device_scene::DeviceScene;
 use super::edges::Edges;
@@ -12,7 +13,8 @@ use super::pending::Pending;
 use super::record_rows::RecordRows;
 use super::records::Records;
 use super::store::Store;
-use super::uniforms::{Aim, SceneSight};
+use super::surface_draw::{SurfaceDraw, encode_all};
+use super::uniforms::{Aim, Lease, Seen, Sights};
 use crate::model::{FaceId, InstanceId};
 use crate::view::{Camera, ViewPoint};
 use ::wgpu::{BindGroup, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
@@ -29,10 +31,14 @@ use std::fmt;
 /// Instances share the tiles of their part. Vertices are relative to the centre of the part, and placements to the eye,
 /// so that large parts and large worlds do not jitter.
 ///
-/// Memory: 16 bytes per vertex, 2 per index (4 in tiles of more than 65 536 vertices), and per tile of an instance 16
-/// plus 20 for its draw. Where tiles are merged ([`new`](Self::new)): 20 bytes per vertex, 4 per index of each instance,
-/// 4 per tile of an instance, and in the caller's memory 4 per index. Buffers grow by pages; nothing is moved. Only
-/// [`pick`](Self::pick) waits for the device.
+/// Drawn by the scene's own pipelines ([`draw`](Self::draw), [`encode`](Self::encode)), or by the caller's
+/// ([`draw_surfaces`](Self::draw_surfaces)).
+///
+/// Memory: 16 bytes per vertex, 2 per index (4 in tiles of more than 65 536 vertices), per tile of an instance 20 plus
+/// 20 for its draw, per instance 16, and 48 for each picture under way. Where tiles are merged ([`new`](Self::new)): 20
+/// bytes per vertex, 8 per tile of an instance, 4 per index, once for adjacent instances that show the same tiles, and
+/// as much in the caller's memory. Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the
+/// device.
 pub struct LiveScene {
     pub(super) gpu: Gpu,
     pub(super) store: Store,
@@ -49,7 +55,7 @@ pub struct LiveScene {
     /// By view.
     pub(super) tiles: Vec<Tiles>,
     pub(super) edges: Edges,
-    pub(super) sight: SceneSight,
+    pub(super) sights: Sights,
     pub(super) samples: Option<SampleTargets>,
     pub(super) uploaded: u64,
 }
@@ -94,15 +100,22 @@ pub struct DrawStats {
     pub triangles: u64,
     /// Tiles, summed over instances.
     pub tiles: usize,
+    /// Draw commands: surfaces, and the lines that the options ask for.
+    pub draws: usize,
     /// Bytes uploaded for this picture, without tiles: placements, and changed records and draw lists.
     pub bytes: u64,
 }
 
-/// What a picture of a scene needs of the device, from [`LiveScene::upload`] to [`LiveScene::encode`].
+/// What a picture of a scene needs of the device, from [`LiveScene::upload`] on. Any number may be in use, of several
+/// cameras. Keep it until the commands that draw it are submitted: then its buffers are used again.
 #[derive(Clone, Debug)]
 pub struct SceneInPass {
-    sight: BindGroup,
+    group: BindGroup,
+    /// Held as long as the group's buffers are in use.
+    _lease: Lease,
     view: usize,
+    /// The version of the scene that was uploaded.
+    version: u64,
     clip: DMat4,
     eye: DVec3,
     lattice: bool,
@@ -116,6 +129,12 @@ impl SceneInPass {
     #[must_use]
     pub fn stats(&self) -> DrawStats {
         self.stats
+    }
+
+    /// Bind group 0 of [`SurfaceInput`]: the camera, placements and records.
+    #[must_use]
+    pub fn bind_group(&self) -> &BindGroup {
+        &self.group
     }
 
     /// World relative to [`eye`](Self::eye), to clip space with reversed depth. Large worlds jitter in single precision
@@ -143,8 +162,9 @@ impl LiveScene {
     ///
     /// Shaders write linear light, so a format that does not encode sRGB looks too dark. The device needs no features:
     /// that of OpenGL ES 3.0 or WebGL 2 suffices. With `Features::INDIRECT_FIRST_INSTANCE`, and two storage buffers in
-    /// vertex shaders, all draws from a page are one call; otherwise the tiles of an instance are merged into one draw
-    /// per page, and the wireframe has lines of a pixel that do not fade out.
+    /// vertex shaders, all draws from a page are one call; otherwise the tiles of a part are merged into one draw per
+    /// page, again where an instance shows other tiles than the one before, and the wireframe has lines of a pixel that
+    /// do not fade out.
     ///
     /// # Errors
     /// If the device rejects the shaders.
@@ -165,7 +185,7 @@ impl LiveScene {
             records: Records::default(),
             tiles: Vec::new(),
             edges: Edges::new(),
-            sight: SceneSight::new(),
+            sights: Sights::default(),
             samples: None,
             uploaded: 0,
         }
@@ -177,7 +197,7 @@ impl LiveScene {
     /// commands. Colours are drawn opaque; alpha is ignored. Without a camera in `options`, one is fitted to a box
     /// around all instances from [`ViewPoint::ISO`].
     ///
-    /// Cost: one draw per tile of each instance. Uploads the records of changed tiles, and the draw list if it changed.
+    /// Cost: [`DrawStats::draws`]. Uploads the records of changed tiles, and the draw list if it changed.
     ///
     /// # Errors
     /// If the picture is larger than the adapter allows, or the device fails.
@@ -210,7 +230,7 @@ impl LiveScene {
                 }),
                 ..::wgpu::RenderPassDescriptor::default()
             });
-            pass.set_bind_group(0, &drawn.sight, &[]);
+            pass.set_bind_group(0, &drawn.group, &[]);
             pass.set_pipeline(&gpu.pipelines.backdrop);
             pass.draw(0..3, 0..1);
             self.encode(&mut pass, &drawn);
@@ -220,7 +240,8 @@ impl LiveScene {
         })
     }
 
-    /// Uploads what [`encode`](Self::encode) needs for a picture, as [`draw`](Self::draw) does.
+    /// Uploads what [`encode`](Self::encode) and [`draw_surfaces`](Self::draw_surfaces) need for a picture, as
+    /// [`draw`](Self::draw) does. Colours and the highlight are those of the last call, in all pictures.
     ///
     /// # Errors
     /// As [`draw`](Self::draw).
@@ -230,16 +251,25 @@ impl LiveScene {
         let camera = self.camera(options);
         let gpu = self.gpu.clone();
         gpu.checked(|_| {
-            let (sight, clip, mut bytes) = self.refresh(view, options, &Aim { camera: &camera, pixel: None });
-            if options.wireframe {
-                bytes += self.tiles[view].refresh_wires(&gpu, &self.store);
-            }
-            if options.edges {
-                bytes += self.edges.refresh(&gpu, &self.shown, self.edges_version);
-            }
-            let stats = DrawStats { triangles: self.tiles[view].triangles, tiles: self.tiles[view].count, bytes };
+            let (seen, mut bytes) = self.refresh(view, options, &Aim { camera: &camera, pixel: None });
             let RenderOptions { lattice, wireframe, edges, .. } = *options;
-            SceneInPass { sight, view, clip, eye: camera.eye, lattice, wireframe, edges, stats }
+            let tiles = &mut self.tiles[view];
+            let mut draws = tiles.calls();
+            if lattice {
+                draws += tiles.lattice_draws(&self.store, self.record_rows.buffer()).count();
+            }
+            if wireframe {
+                draws += tiles.calls();
+                bytes += tiles.refresh_wires(&gpu, &self.store);
+            }
+            if edges {
+                bytes += self.edges.refresh(&gpu, &self.shown, self.edges_version);
+                draws += self.edges.calls();
+            }
+            let stats = DrawStats { triangles: tiles.triangles, tiles: tiles.count, draws, bytes };
+            let Seen { group, lease, clip, .. } = seen;
+            let (version, eye) = (self.version, camera.eye);
+            SceneInPass { group, _lease: lease, view, version, clip, eye, lattice, wireframe, edges, stats }
         })
     }
 
@@ -249,27 +279,57 @@ impl LiveScene {
     /// [`SAMPLES`](Self::SAMPLES) samples. Depth is reversed: cleared to 0, greater is nearer. What the caller draws
     /// with [`SceneInPass::clip`] shares it. Changes pipeline, bind groups, vertex and index buffers of the pass.
     ///
-    /// `drawn` is the last that [`upload`](Self::upload) returned, with no frame, pick or picture since.
+    /// Draws nothing if a frame ended, or [`set_visible`](Self::set_visible) was called, after `drawn` was uploaded.
     pub fn encode(&self, pass: &mut RenderPass<'_>, drawn: &SceneInPass) {
+        if drawn.version != self.version {
+            return;
+        }
         let pipelines = &self.gpu.pipelines;
-        pass.set_bind_group(0, &drawn.sight, &[]);
+        let tiles = &self.tiles[drawn.view];
         pass.set_pipeline(&pipelines.surface);
-        self.draw_tiles(pass, drawn.view);
+        self.draw_surfaces(pass, drawn);
         if drawn.lattice {
             pass.set_pipeline(&pipelines.lattice);
-            self.bind_records(pass, 1);
-            self.tiles[drawn.view].draw_lattice(pass, &self.store);
+            for (draw, cells) in tiles.lattice_draws(&self.store, self.record_rows.buffer()) {
+                pass.set_vertex_buffer(2, cells.slice(..));
+                draw.encode(pass, None);
+            }
         }
         // Lines come after all surfaces, to be drawn over the surface they lie on.
         if drawn.wireframe {
             pass.set_pipeline(&pipelines.wire);
-            self.bind_records(pass, 0);
-            self.tiles[drawn.view].draw_wires(pass, &self.store);
+            if let Some(records) = self.record_rows.buffer() {
+                pass.set_vertex_buffer(0, records.slice(..));
+            }
+            tiles.draw_wires(pass, &self.store);
         }
         if drawn.edges {
             pass.set_pipeline(&pipelines.edge);
             self.edges.draw(pass);
         }
+    }
+
+    /// What a pipeline needs for [`draw_surfaces`](Self::draw_surfaces).
+    #[must_use]
+    pub fn surface_input(&self) -> &SurfaceInput {
+        &self.gpu.pipelines.input
+    }
+
+    /// Draws the surfaces with the pipeline and the bind groups from 1 on that the caller has set, in a pass of any
+    /// formats and samples: with a material of the caller's, or depth alone for shadows.
+    ///
+    /// The pipeline is made for [`surface_input`](Self::surface_input). Sets bind group 0, vertex buffers 0 and 1, and
+    /// the index buffer. Makes [`DrawStats::draws`] calls, if the options ask for no lines. Draws nothing where
+    /// [`encode`](Self::encode) would not.
+    pub fn draw_surfaces(&self, pass: &mut RenderPass<'_>, drawn: &SceneInPass) {
+        pass.set_bind_group(0, &drawn.group, &[]);
+        encode_all(pass, self.surface_draws(drawn));
+    }
+
+    /// The calls of [`draw_surfaces`](Self::draw_surfaces), with their buffers.
+    pub fn surface_draws(&self, drawn: &SceneInPass) -> impl Iterator<Item = SurfaceDraw<'_>> {
+        let tiles = self.tiles.get(drawn.view).filter(|_| drawn.version == self.version);
+        tiles.into_iter().flat_map(|tiles| tiles.draws(&self.store, self.record_rows.buffer()))
     }
 
     /// Shows or hides an instance of the scene in all views. Frames do not change it. An unknown number is kept for an
@@ -308,7 +368,7 @@ impl LiveScene {
             vertices: vertices.bytes(),
             indices: indices.bytes(),
             edges: self.edges.bytes(),
-            draws: self.record_rows.bytes() + lists + self.sight.bytes(),
+            draws: self.record_rows.bytes() + lists + self.sights.bytes(),
             staging: staging.held(),
             pages: vertices.count() + indices.count(),
         }
@@ -331,31 +391,22 @@ impl LiveScene {
         options.camera.unwrap_or_else(|| ViewPoint::ISO.fit(self.shown.corners(), aspect))
     }
 
-    /// Updates records, draw list and globals for a view. Returns bind group 0, the projection relative to the eye and
-    /// the number of bytes uploaded.
-    pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> (BindGroup, DMat4, u64) {
+    /// Updates records, draw list and uniforms for a view. Returns what was uploaded of the camera, and the number of
+    /// all bytes uploaded.
+    pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> (Seen, u64) {
         let changed = self.records.refresh(&self.shown, options.colour_by);
         let mut bytes = self.record_rows.write(&self.gpu, &self.records, changed);
         while self.tiles.len() <= view {
             self.tiles.push(Tiles::new(&self.gpu));
         }
         bytes += self.tiles[view].refresh(&self.gpu, &self.shown, &self.records, view, self.version);
-        let (sight, clip, seen) = self.sight.refresh(&self.gpu, &self.shown, aim, options);
-        (sight, clip, bytes + seen)
+        let seen = self.sights.upload(&self.gpu, &self.shown, &self.record_rows, aim, options);
+        bytes += seen.bytes;
+        (seen, bytes)
     }
 
+    /// Draws the tiles of a view that was refreshed.
     pub(super) fn draw_tiles(&self, pass: &mut RenderPass<'_>, view: usize) {
-        self.bind_records(pass, 1);
-        self.tiles[view].draw(pass, &self.store);
-    }
-
-    /// Binds the records, as a vertex buffer where they are one.
-    fn bind_records(&self, pass: &mut RenderPass<'_>, slot: u32) {
-        if let Some(records) = self.record_rows.buffer() {
-            pass.set_vertex_buffer(slot, records.slice(..));
-        }
-        if let Some(records) = self.record_rows.group() {
-            pass.set_bind_group(3, records, &[]);
-        }
+        encode_all(pass, self.tiles[view].draws(&self.store, self.record_rows.buffer()));
     }
 }

@@ -1,12 +1,12 @@
 //! Tiles to draws in a buffer on the device: one per tile and instance. The draws from a page are one call.
 
 use super::super::gpu::Gpu;
-use super::pages::Beside;
 use super::records::Records;
 use super::rows::{Rows, bind};
 use super::store::{Store, StoredTile};
+use super::surface_draw::{DrawCall, SurfaceDraw};
 use ::wgpu::util::{DrawIndexedIndirectArgs, DrawIndirectArgs};
-use ::wgpu::{BindGroup, BufferUsages, IndexFormat, RenderPass};
+use ::wgpu::{BindGroup, Buffer, BufferUsages, IndexFormat, RenderPass};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -84,31 +84,27 @@ impl TileDraws {
         bytes
     }
 
-    pub(super) fn draw(&self, pass: &mut RenderPass<'_>, store: &Store) {
-        self.groups.iter().for_each(|group| self.draw_group(pass, store, group));
+    /// Number of calls.
+    pub(super) fn calls(&self) -> usize {
+        self.groups.len()
     }
 
-    pub(super) fn draw_lattice(&self, pass: &mut RenderPass<'_>, store: &Store) {
-        for group in &self.groups {
-            if let Some(places) = store.vertices.beside_page(Beside::Cells, group.0.0) {
-                pass.set_vertex_buffer(2, places.slice(..));
-                self.draw_group(pass, store, group);
-            }
-        }
-    }
-
-    fn draw_group(
-        &self,
-        pass: &mut RenderPass<'_>,
-        store: &Store,
-        ((vertices, indices, wide), range): &(PageKey, Range<u32>),
-    ) {
-        let Some(rows) = self.rows.buffer() else { return };
-        let format = if *wide { IndexFormat::Uint32 } else { IndexFormat::Uint16 };
-        pass.set_vertex_buffer(0, store.vertices.buffer(*vertices).slice(..));
-        pass.set_index_buffer(store.indices.buffer(*indices).slice(..), format);
-        let offset = u64::from(range.start) * size_of::<DrawIndexedIndirectArgs>() as u64;
-        pass.multi_draw_indexed_indirect(rows, offset, range.end - range.start);
+    /// The calls. Vertex buffer 1 has the records.
+    pub(super) fn draws<'a>(&'a self, store: &'a Store, records: &'a Buffer) -> impl Iterator<Item = SurfaceDraw<'a>> {
+        let rows = self.rows.buffer();
+        self.groups.iter().filter_map(move |((vertices, indices, wide), range)| {
+            Some(SurfaceDraw {
+                vertices: [store.vertices.buffer(*vertices), records],
+                indices: store.indices.buffer(*indices),
+                format: if *wide { IndexFormat::Uint32 } else { IndexFormat::Uint16 },
+                call: DrawCall::Indirect {
+                    draws: rows?,
+                    offset: u64::from(range.start) * size_of::<DrawIndexedIndirectArgs>() as u64,
+                    count: range.end - range.start,
+                },
+                page: *vertices,
+            })
+        })
     }
 
     pub(super) fn draw_wires(&self, pass: &mut RenderPass<'_>) {

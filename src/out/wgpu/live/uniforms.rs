@@ -1,9 +1,10 @@
-//! A camera to shader globals and placements relative to the eye, subtracted in f64 so that large worlds do not jitter.
+//! A camera to uniforms and placements relative to the eye, subtracted in f64 so that large worlds do not jitter.
 
 use super::super::RenderOptions;
 use super::super::formats::ROW_FORMAT;
 use super::super::gpu::Gpu;
 use super::device_scene::DeviceScene;
+use super::record_rows::RecordRows;
 use super::rows::{Rows, bind};
 use super::texels::Texels;
 use crate::out::colour;
@@ -11,6 +12,7 @@ use crate::view::{Camera, Projection};
 use ::wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
+use std::sync::Arc;
 
 /// Distance of the near plane, as a fraction of the scene's radius or of its distance from the eye, whichever is
 /// larger. With reversed floating-point depth, a near plane this close costs no precision.
@@ -33,26 +35,33 @@ const LATTICE: Pen = Pen { colour: [0.02, 0.16, 0.42, 0.9], width: 1.3 };
 /// B-rep edges stand out from the wireframe.
 const EDGE: Pen = Pen { colour: [0.063, 0.071, 0.086, 1.0], width: 1.7 };
 
-/// `Globals` in the shader.
+/// `SceneView` in the shader.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
-struct Globals {
+struct SceneView {
     clip: [f32; 16],
+    eye: [f32; 4],
+    size: [f32; 2],
+    near: f32,
+    rest: f32,
+}
+
+/// `Style` in the shader.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Style {
     key: [f32; 4],
     top: [f32; 4],
     bottom: [f32; 4],
     edge: [f32; 4],
     wire: [f32; 4],
     lattice: [f32; 4],
-    eye: [f32; 4],
     nearer: [f32; 2],
-    size: [f32; 2],
     edge_width: f32,
     wire_width: f32,
-    near: f32,
-    backfaces: f32,
     lattice_width: f32,
-    rest: [f32; 3],
+    backfaces: f32,
+    rest: [f32; 2],
 }
 
 /// A row of the transform from part to world, relative to the eye.
@@ -64,27 +73,46 @@ pub(super) struct Aim<'a> {
     pub(super) pixel: Option<(u32, u32)>,
 }
 
-/// Globals and placements on the device.
-pub(super) struct SceneSight {
-    globals: Rows,
+/// A camera and the placements that it sees, on the device.
+struct Sight {
+    view: Rows,
+    style: Rows,
     places: Texels,
+    lease: Lease,
+}
+
+/// While there is a second one, the sight is in use.
+pub(super) type Lease = Arc<()>;
+
+/// As many sights as pictures are under way.
+#[derive(Default)]
+pub(super) struct Sights {
+    all: Vec<Sight>,
     /// Three per place.
     rows: Vec<PlaceRow>,
 }
 
-impl SceneSight {
-    pub(super) fn new() -> Self {
-        Self { globals: Rows::new(BufferUsages::UNIFORM), places: Texels::new(ROW_FORMAT), rows: Vec::new() }
-    }
+/// A sight that was uploaded.
+pub(super) struct Seen {
+    /// Bind group 0.
+    pub(super) group: BindGroup,
+    pub(super) lease: Lease,
+    /// The projection relative to the eye.
+    pub(super) clip: DMat4,
+    /// Bytes uploaded.
+    pub(super) bytes: u64,
+}
 
-    /// Uploads globals and placements. Returns their bind group, the projection and the number of bytes uploaded.
-    pub(super) fn refresh(
+impl Sights {
+    /// Uploads a camera and placements to a sight that is free, or a new one. `records` are bound with them.
+    pub(super) fn upload(
         &mut self,
         gpu: &Gpu,
         shown: &DeviceScene,
+        records: &RecordRows,
         aim: &Aim<'_>,
         options: &RenderOptions,
-    ) -> (BindGroup, DMat4, u64) {
+    ) -> Seen {
         let eye = aim.camera.eye;
         self.rows.clear();
         self.rows.extend(shown.places.iter().flat_map(|place| {
@@ -92,34 +120,58 @@ impl SceneSight {
             let (m, at) = (place.transform.matrix3, place.transform.transform_point3(centre) - eye);
             [0, 1, 2].map(|row| m.row(row).as_vec3().extend(at[row] as f32).to_array())
         }));
-        let (globals, clip) = globals(shown, aim, options);
-        let mut bytes = self.globals.write(gpu, &[globals], 0..1);
-        bytes += self.places.write(gpu, &self.rows, 0..self.rows.len());
-        let globals = self.globals.buffer().map(Buffer::as_entire_binding);
-        let places = self.places.view().map(BindingResource::TextureView);
-        (bind(gpu, &gpu.pipelines.view, globals.into_iter().chain(places).collect()), clip, bytes)
+        let free = self.all.iter().position(|sight| Arc::strong_count(&sight.lease) == 1);
+        let number = free.unwrap_or(self.all.len());
+        if free.is_none() {
+            let uniform = || Rows::new(BufferUsages::UNIFORM);
+            let places = Texels::new(ROW_FORMAT);
+            self.all.push(Sight { view: uniform(), style: uniform(), places, lease: Lease::default() });
+        }
+        let Sight { view, style, places, lease } = &mut self.all[number];
+        let (of_view, of_style, clip) = uniforms(shown, aim, options);
+        let bytes = view.write(gpu, &[of_view], 0..1)
+            + style.write(gpu, &[of_style], 0..1)
+            + places.write(gpu, &self.rows, 0..self.rows.len());
+        let uniforms = [view.buffer(), style.buffer()].into_iter().flatten().map(Buffer::as_entire_binding);
+        let textures = places.view().into_iter().chain(records.views()).map(BindingResource::TextureView);
+        let group = bind(gpu, &gpu.pipelines.input.bind_group, uniforms.chain(textures).collect());
+        Seen { group, lease: Arc::clone(lease), clip, bytes }
     }
 
     pub(super) fn bytes(&self) -> u64 {
-        self.globals.bytes() + self.places.bytes()
+        self.all.iter().map(|sight| sight.view.bytes() + sight.style.bytes() + sight.places.bytes()).sum()
     }
 }
 
-fn globals(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (Globals, DMat4) {
+/// Least and greatest depth of what the caller draws besides the scene.
+fn other_depths(camera: &Camera, options: &RenderOptions) -> (f64, f64) {
+    let Some([low, high]) = options.other_bounds else { return (f64::INFINITY, f64::NEG_INFINITY) };
+    let back = camera.axes()[2];
+    let corner = |k: u32| DVec3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { high[axis] } else { low[axis] }));
+    let depths = (0..8).map(|k| (camera.eye - corner(k)).dot(back));
+    depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), depth| (low.min(depth), high.max(depth)))
+}
+
+fn uniforms(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (SceneView, Style, DMat4) {
     let (width, height) = (f64::from(options.size.0), f64::from(options.size.1));
     let camera = aim.camera;
     let (centre, radius) = shown.extent;
     let radius = radius.clamp(1e-3, f64::MAX);
     let depth = (camera.eye - centre).dot(camera.axes()[2]);
+    let (nearest, furthest) = other_depths(camera, options);
     let (near, far, nearer, parallel) = match camera.projection {
         Projection::Perspective { near, .. } => {
             // The nearest part may be far beyond. OpenGL maps depth to -1 to 1, and has no precision to spare.
-            let near = near.max(NEAR * camera.eye.distance(centre).max(radius)).max(shown.nearest(camera));
+            let nearest = shown.nearest(camera).min(nearest);
+            let near = near.max(NEAR * camera.eye.distance(centre).max(radius)).max(nearest);
             (near, f64::INFINITY, [NEARER, 0.0], 0.0)
         }
         Projection::Orthographic { height } => {
             let reach = 1.01 * radius;
-            (depth - reach, depth + reach, [1.0, (NEARER - 1.0) * height / reach], 1.0)
+            // The others get a margin, too, so that none of them lies in a plane that clips.
+            let (near, far) =
+                ((depth - reach).min(nearest - 0.01 * reach), (depth + reach).max(furthest + 0.01 * reach));
+            (near, far, [1.0, (NEARER - 1.0) * 2.0 * height / (far - near)], 1.0)
         }
     };
     // The eye is the origin.
@@ -134,24 +186,27 @@ fn globals(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (Glob
     let [right, up, back] = [view.row(0), view.row(1), view.row(2)].map(|row| row.truncate().as_vec3());
     let key: Vec3 = (0.75 * up + 0.65 * back - 0.55 * right).normalize_or_zero();
     let [top, bottom] = options.background.map(colour::linear);
-    let globals = Globals {
+    let scene_view = SceneView {
         clip: clip.as_mat4().to_cols_array(),
+        eye: back.extend(parallel).to_array(),
+        size: [width as f32, height as f32],
+        // Lines need no near clipping in orthographic projection.
+        near: if parallel > 0.0 { 0.0 } else { near as f32 },
+        rest: 0.0,
+    };
+    let style = Style {
         key: key.extend(0.0).to_array(),
         top,
         bottom,
         edge: EDGE.colour,
         wire: WIRE.colour,
         lattice: LATTICE.colour,
-        eye: back.extend(parallel).to_array(),
         nearer: nearer.map(|x| x as f32),
-        size: [width as f32, height as f32],
         edge_width: EDGE.width,
         wire_width: WIRE.width,
-        // Lines need no near clipping in orthographic projection.
-        near: if parallel > 0.0 { 0.0 } else { near as f32 },
-        backfaces: if options.backfaces { 1.0 } else { 0.0 },
         lattice_width: LATTICE.width,
-        rest: [0.0; 3],
+        backfaces: if options.backfaces { 1.0 } else { 0.0 },
+        rest: [0.0; 2],
     };
-    (globals, clip)
+    (scene_view, style, clip)
 }

@@ -2,8 +2,10 @@
 #![cfg(feature = "wgpu")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../out_fixture/mod.rs"]
 mod out_fixture;
-#[path = "sequence/random.rs"]
+mod own_pipelines;
+#[path = "../sequence/random.rs"]
 mod random;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
@@ -14,7 +16,7 @@ use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneInstance, ScenePart, SinkError, TileMesh,
 };
 use trimtess::model::{EdgeId, FaceId, InstanceId, PartId, TileId};
-use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions, Renderer};
+use trimtess::out::wgpu::{ColourBy, DrawCall, Image, LiveScene, RenderOptions, Renderer, SurfaceDraw};
 use trimtess::view::{Camera, Projection, ViewPoint};
 
 const SIZE: (u32, u32) = (240, 180);
@@ -188,8 +190,8 @@ fn only_what_changed_is_sent() {
     let first = live_bytes(renderer, &mut live, &view);
     assert_eq!(
         live_bytes(renderer, &mut live, &view),
-        first - records_and_draws(3 * 64),
-        "the same again: only placements"
+        first - records_and_draws(3 * 64) - 3 * 16,
+        "the same again: only placements, nothing of records, draws and instances"
     );
     let changes = Changes { batches: vec![square(0, 3, 4), square(1, 5, 0)], lines: Vec::new() };
     changes.play(&scene, &mut live).unwrap();
@@ -209,7 +211,7 @@ fn live_bytes(renderer: &Renderer, live: &mut LiveScene, view: &RenderOptions) -
 
 /// Size of the records and draws of so many tiles, bytes.
 fn records_and_draws(tiles: u64) -> u64 {
-    tiles * (16 + 20)
+    tiles * (20 + 20)
 }
 
 #[test]
@@ -382,15 +384,20 @@ fn only_the_highlighted_face_stands_out() {
 
 /// A device of the test's own without any features, with the limits of WebGL 2: no arrays in buffers.
 fn plain_device() -> Option<(wgpu::Device, wgpu::Queue)> {
+    webgl_device(wgpu::Features::empty())
+}
+
+/// As [`plain_device`], with features that the adapter must have.
+fn webgl_device(required_features: wgpu::Features) -> Option<(wgpu::Device, wgpu::Queue)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let wanted = wgpu::RequestAdapterOptions::default();
     let adapter = pollster::block_on(instance.request_adapter(&wanted)).ok()?;
     let required_limits = wgpu::Limits::downlevel_webgl2_defaults();
-    let wanted = wgpu::DeviceDescriptor { required_limits, ..wgpu::DeviceDescriptor::default() };
+    let wanted = wgpu::DeviceDescriptor { required_limits, required_features, ..wgpu::DeviceDescriptor::default() };
     pollster::block_on(adapter.request_device(&wanted)).ok()
 }
 
-/// A texture of `SIZE` with so many samples.
+/// A texture of `SIZE` with so many samples. It can be read back if that is one.
 fn texture(device: &wgpu::Device, format: wgpu::TextureFormat, samples: u32) -> wgpu::Texture {
     let read = if samples == 1 { wgpu::TextureUsages::COPY_SRC } else { wgpu::TextureUsages::empty() };
     device.create_texture(&wgpu::TextureDescriptor {
