@@ -611,7 +611,9 @@ typedef struct {
 typedef struct {
     // `sizeof(tt_session_options)`.
     uint32_t size;
-    // Number of workers, and of threads that the session starts; 0 = one per core. On a pool: 0 = one per thread.
+    // Number of threads that the session starts; 0 = one per core. Not used on a pool.
+    uint32_t threads;
+    // Number of workers, which own the tiles; 0 = four per thread, or one if there is one thread.
     uint32_t workers;
     // 1 starts no thread: all work is done by the calls of the session.
     uint32_t no_threads;
@@ -629,8 +631,6 @@ typedef struct {
     // 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
     // and the near plane clips none.
     uint32_t cull_back_faces;
-    // 0.
-    uint32_t reserved;
     // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     // for the next frame. 0 = any.
     double budget;

@@ -176,6 +176,10 @@ void views_and_sessions() {
     auto pool = trimtess::sized<tt_jobs>();
     tt_session other{};
     REFUSED(tt_session_new(prepared.get(), nullptr, &pool, &other), TT_ERROR_ARGUMENT, "jobs.spawn must be a function");
+    const trimtess::Loops loops(trimtess::Jobs{2, {}, {}});
+    auto options = trimtess::sized<tt_session_options>();
+    options.threads = 2;
+    REFUSED(tt_session_new(prepared.get(), &options, loops.get(), &other), TT_ERROR_ARGUMENT, "threads is 2, and there are jobs");
     // It still works.
     HOLDS(session.view({view_of(prepared.get())}, all_tiles()).triangles > 0);
 }
