@@ -96,12 +96,12 @@ fn frames(c: &mut Criterion) {
     for (name, prepared) in models() {
         let mut group = c.benchmark_group(format!("session/{name}"));
         group.sample_size(20);
-        for workers in [1, 2] {
-            let options = SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false);
+        for threads in [1, 2] {
+            let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(false);
             for steps in STEPS {
                 let mut turn = Turn::of(&prepared, steps);
                 let mut session = Session::start(Arc::clone(&prepared), &options).expect("threads");
-                let id = BenchmarkId::new(format!("{workers} workers"), pace(steps));
+                let id = BenchmarkId::new(format!("{threads} threads"), pace(steps));
                 group.bench_function(id, |b| {
                     b.iter(|| session.view(&[turn.view()], &mut Nowhere).expect("a frame").tiles)
                 });

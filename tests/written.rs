@@ -16,8 +16,8 @@ use std::time::Duration;
 use trimtess::control::Control;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{
-    Batch, IndexFormat, MemorySink, NormalFormat, PositionFormat, SceneInstance, TileMesh, VertexLayout, WrittenTile,
-    check_scene,
+    Batch, IndexFormat, MemorySink, NormalFormat, PositionFormat, SceneInstance, SinkError, TileMemory, TileMesh,
+    VertexLayout, WrittenTile, check_scene,
 };
 use trimtess::model::PartId;
 use trimtess::parallel::{FrameError, Session, SessionOptions, serial};
@@ -330,6 +330,32 @@ fn a_sink_that_refuses_a_written_tile_gets_a_whole_frame_next() {
         assert!(report.whole && report.tiles > 0);
         assert_eq!(sink.memory.used(), sink.tiles.len());
     }
+}
+
+/// Memory that panics where it is given a room back.
+struct Greedy(Arc<Blocks>);
+
+impl TileMemory for Greedy {
+    fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError> {
+        self.0.write(tile, fill)
+    }
+
+    fn release(&self, _: &WrittenTile) {
+        panic!("nothing is given back")
+    }
+}
+
+#[test]
+fn a_memory_that_panics_leaves_no_frame_open() {
+    let prepared = shape("brake-hub");
+    let path = views(&prepared, 2);
+    let (mut session, mut sink) = (session(&prepared, 3), BlockSink::default());
+    session.write_into(VertexLayout::COMPACT, Arc::new(Greedy(Arc::clone(&sink.memory))));
+    session.view(&path[..1], &mut sink).unwrap();
+    sink.refuse = Some(1);
+    assert!(matches!(session.view(&path[1..], &mut sink), Err(FrameError::Sink(_))));
+    assert_eq!(sink.aborts, 1);
+    assert!(session.view(&path[1..], &mut sink).unwrap().whole);
 }
 
 #[test]

@@ -14,8 +14,6 @@ use trimtess::parallel::{FrameReport, SessionOptions};
 pub struct tt_session_options {
     /// `sizeof(tt_session_options)`.
     pub size: u32,
-    /// Number of threads that the session starts; 0 = one per core. Not used on a pool.
-    pub threads: u32,
     /// Number of workers, which own the tiles; 0 = four per thread, or one if there is one thread.
     pub workers: u32,
     /// 1 starts no thread: all work is done by the calls of the session.
@@ -34,6 +32,8 @@ pub struct tt_session_options {
     /// 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
     /// and the near plane clips none.
     pub cull_back_faces: u32,
+    /// Number of threads that the session starts; 0 = one per core. Must be 0 with jobs, and with `no_threads`.
+    pub threads: u32,
     /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     /// for the next frame. 0 = any.
     pub budget: f64,
@@ -96,6 +96,9 @@ pub struct tt_report {
 }
 versioned!(tt_report);
 
+/// Workers in excess of this stay idle in any model.
+const MOST_WORKERS: u32 = 1 << 12;
+
 /// The options, and whether to start no thread.
 pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(SessionOptions, bool), Failure> {
     let from = c.read_or_zeros("options", from)?;
@@ -110,7 +113,7 @@ pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(Se
     }
     let options = SessionOptions::DEFAULT
         .with_threads(at_most(from.threads)?)
-        .with_workers(at_most(from.workers)?)
+        .with_workers(from.workers.min(MOST_WORKERS) as usize)
         .with_edge_lines(from.edge_lines != 0)
         .with_levels(if from.levels == 0 { SessionOptions::DEFAULT.levels } else { from.levels as usize })
         .with_rebalance_every(from.rebalance_every)

@@ -65,6 +65,9 @@ pub unsafe extern "C" fn tt_session_new(
             Some(_) if options.threads > 0 => {
                 return Err(Failure::argument(format!("options.threads is {}, and there are jobs", options.threads)));
             }
+            None if no_threads && options.threads > 0 => {
+                return Err(Failure::argument(format!("options.threads is {}, and no_threads is 1", options.threads)));
+            }
             Some(jobs) => Session::start_on(jobs, prepared, &options),
             None if no_threads => Session::start_on(Arc::new(Alone), prepared, &options),
             None => Session::start(prepared, &options)?,

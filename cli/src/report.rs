@@ -100,6 +100,7 @@ pub(crate) struct Report {
     pub(crate) chord_mm: Option<f64>,
     pub(crate) angle_deg: Option<f64>,
     pub(crate) diagonal_mm: f64,
+    /// Threads.
     pub(crate) workers: usize,
     pub(crate) seconds: Seconds,
     /// Peak resident memory of the process; null if unknown.

@@ -207,7 +207,7 @@ pub(crate) fn run(
     done
 }
 
-/// Tessellates one frame with the number of workers in `common`.
+/// Tessellates one frame on the threads that `common` asks for.
 pub(crate) fn make(
     prepared: &Arc<Prepared>,
     plan: &Arc<frame::Plan>,

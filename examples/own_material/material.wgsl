@@ -14,7 +14,7 @@ const SUN: vec3<f32> = vec3(2.7, 2.55, 2.35);
 const BACKGROUND: vec3<f32> = vec3(0.780, 0.800, 0.826); // as the pass is cleared
 
 // At the centroid of what is covered: beyond the rim of a surface normals would turn away.
-struct Seen {
+struct Fragment {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(perspective, centroid) position: vec3<f32>,
     @location(1) @interpolate(perspective, centroid) normal: vec3<f32>,
@@ -28,9 +28,9 @@ fn model_shadow(in: SceneVertex) -> @builtin(position) vec4<f32> {
 }
 
 @vertex
-fn model(in: SceneVertex) -> Seen {
+fn model(in: SceneVertex) -> Fragment {
     let it = scene_surface(in);
-    return Seen(it.clip, it.position, it.normal, it.colour);
+    return Fragment(it.clip, it.position, it.normal, it.colour);
 }
 
 // The floor and the box: positions are relative to the camera's eye.
@@ -40,8 +40,8 @@ fn other_shadow(@location(0) position: vec3<f32>) -> @builtin(position) vec4<f32
 }
 
 @vertex
-fn other(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>, @location(2) colour: vec3<f32>) -> Seen {
-    return Seen(scene_view.clip * vec4(position, 1.0), position, normal, colour);
+fn other(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>, @location(2) colour: vec3<f32>) -> Fragment {
+    return Fragment(scene_view.clip * vec4(position, 1.0), position, normal, colour);
 }
 
 // The part of the sun that arrives: the mean of 49 comparisons, each of four texels.
@@ -72,7 +72,7 @@ fn surroundings(direction: vec3<f32>, roughness: f32) -> vec3<f32> {
 }
 
 // Cook and Torrance's reflection with GGX facets, lit by the sun and the studio.
-fn shaded(in: Seen, roughness: f32, metal: f32) -> vec3<f32> {
+fn shaded(in: Fragment, roughness: f32, metal: f32) -> vec3<f32> {
     let to_eye = scene_to_eye(in.position);
     var normal = normalize(in.normal);
     normal = select(-normal, normal, dot(normal, to_eye) >= 0.0);
@@ -103,12 +103,12 @@ fn stored(colour: vec3<f32>, what: f32) -> vec4<f32> {
 }
 
 @fragment
-fn model_fragment(in: Seen) -> @location(0) vec4<f32> {
+fn model_fragment(in: Fragment) -> @location(0) vec4<f32> {
     return stored(shaded(in, 0.38, 0.7), 1.0);
 }
 
 @fragment
-fn other_fragment(in: Seen) -> @location(0) vec4<f32> {
+fn other_fragment(in: Fragment) -> @location(0) vec4<f32> {
     // The floor is grey, and ends in the background.
     let is_floor = in.colour.r == in.colour.b;
     let far = smoothstep(0.25, 1.0, distance(in.position.xy, light.floor.xy) / light.floor.w);

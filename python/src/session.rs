@@ -192,8 +192,8 @@ impl Session {
 
     fn __repr__(&self) -> PyResult<String> {
         let state = self.state()?;
-        let (scene, workers) = (state.session.scene(), state.session.workers());
-        Ok(format!("<Session of {:?}: {} instances, {workers} workers>", scene.name, scene.instances.len()))
+        let scene = state.session.scene();
+        Ok(format!("<Session of {:?}: {} instances>", scene.name, scene.instances.len()))
     }
 }
 

@@ -9,7 +9,7 @@ use std::fmt;
 
 /// Where the memory of tiles comes from: mapped buffers, an arena, one block per tile.
 ///
-/// Workers call it from their threads, at the same time, each for its own tiles. An arena per
+/// Workers call it, on any thread, at the same time, each for its own tiles. An arena per
 /// [`worker`](WrittenTile::worker) needs no lock that is ever waited for.
 pub trait TileMemory: Send + Sync {
     /// Hands `fill` the room for a tile: [`vertex_bytes`](WrittenTile::vertex_bytes) and

@@ -90,7 +90,6 @@ pub(super) struct Rows {
 struct Place {
     tile: (PartId, TileId),
     face: FaceId,
-    triangles: u32,
     list: u32,
     row: u32,
 }
@@ -119,12 +118,10 @@ pub(super) fn commit(
         rows.rungs.extend(delivery.rungs);
         rows.fills.extend(delivery.fills);
         let list = rows.batches.len() as u32;
-        let place = |(row, made): (u32, &MadeTile)| {
-            let &MadeTile { part, tile, face, triangles } = made;
-            Place { tile: (part, tile), face, triangles, list, row }
-        };
+        let place = |(row, made): (u32, &MadeTile)| Place { tile: (made.part, made.tile), face: made.face, list, row };
         // A whole frame has no need of tiles without triangles.
-        rows.order.extend((0..).zip(&delivery.made).map(place).filter(|place| !whole || place.triangles > 0));
+        let sent = (0..).zip(&delivery.made).filter(|(_, made)| !whole || made.triangles > 0);
+        rows.order.extend(sent.map(place));
         rows.made.append(&mut delivery.made);
         rows.batches.push(delivery.batches);
         rows.written.push(delivery.written.take());
@@ -154,7 +151,9 @@ pub(super) fn commit(
     if let Err(error) = fed {
         if let Some(writer) = writer {
             let left = rows.order[rows.given..].iter();
-            writer.release(left.map(|place| &rows.written[place.list as usize][place.row as usize]));
+            let left = left.map(|place| &rows.written[place.list as usize][place.row as usize]);
+            // The sink must hear of the end whatever its memory does.
+            let _ = catch_unwind(AssertUnwindSafe(|| writer.release(left)));
         }
         // Whatever it does now, the frame is over.
         let _ = catch_unwind(AssertUnwindSafe(|| sink.abort()));
@@ -179,7 +178,7 @@ impl Rows {
     /// Adds the tiles to evict.
     fn evict(&mut self, forgotten: &[(PartId, TileId, FaceId)], writer: Option<&Writer>) {
         let list = self.batches.len() as u32;
-        let place = |(row, &(part, tile, face))| Place { tile: (part, tile), face, triangles: 0, list, row };
+        let place = |(row, &(part, tile, face))| Place { tile: (part, tile), face, list, row };
         self.order.extend((0..).zip(forgotten).map(place));
         if let Some(writer) = writer {
             let gone = |&(part, tile, face)| WrittenTile::gone((part, face, tile), writer.layout());

@@ -280,6 +280,10 @@ impl Engine {
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));
         residency.committed(&due, &self.rows.made, (&plan.drawn, self.placed.version()));
         self.rests = true;
+        if self.writer.is_none() {
+            // Tiles that were evicted have no buffers.
+            self.rows.batches.pop();
+        }
         self.crew.recycle(&*self.jobs, &mut self.rows.batches);
         Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })
     }

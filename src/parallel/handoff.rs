@@ -68,7 +68,7 @@ impl Watch {
 /// Everything that a worker made for one frame.
 #[derive(Default)]
 pub(super) struct Delivery {
-    /// The tiles, ascending by (part, tile). For whole frames, only those with triangles.
+    /// The tiles, ascending by (part, tile). Frames of `Session::frame` have only those with triangles.
     pub(super) made: Vec<MadeTile>,
     /// The batch of each of them.
     pub(super) batches: Vec<Batch>,

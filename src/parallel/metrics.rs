@@ -30,7 +30,7 @@ pub struct WorkerMetrics {
 }
 
 impl WorkerMetrics {
-    /// Time spent working. For the rest of the frame the worker waited.
+    /// Time spent working.
     #[must_use]
     pub fn busy(&self) -> Duration {
         self.tiles_time + self.lines_time
@@ -38,6 +38,7 @@ impl WorkerMetrics {
 }
 
 /// Load balance of `count` workers: mean over largest processor time. 1 if all did the same, 1/W if one did everything.
+/// With several workers per thread, threads are more evenly loaded than workers.
 ///
 /// Workers that are missing from `workers`, as idle ones in frames of views, count as idle. Other processes on the
 /// machine do not affect the result. `None` if no processor time was measured, as without the feature `cpu-time`.

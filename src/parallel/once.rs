@@ -25,8 +25,8 @@ pub fn serial(
     tessellate_on(&Alone, prepared, plan, edge_lines, &Control::default(), sink)
 }
 
-/// Tessellates the whole model by `plan`, once. Where one thread suffices, it is the caller's. The sink gets the same
-/// calls for any number of threads.
+/// Tessellates the whole model by `plan`, once. With [`threads`](SessionOptions::threads) = 1 no
+/// thread is started. The sink gets the same calls for any number of threads.
 ///
 /// # Errors
 /// When the system refuses a thread, or the sink refuses. When cancelled, before the sink is touched.

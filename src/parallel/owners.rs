@@ -179,6 +179,11 @@ mod tests {
         assert_eq!(all, prepared.tiles().count());
     }
 
+    #[test]
+    fn four_workers_per_thread_or_one() {
+        assert_eq!([0, 1, 2, 8].map(workers_on), [1, 1, 8, 32]);
+    }
+
     fn all_due(prepared: &Prepared) -> Due {
         Due { tiles: prepared.tiles().map(|(part, tile, _)| (part, tile)).collect(), ..Due::default() }
     }

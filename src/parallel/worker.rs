@@ -123,11 +123,7 @@ impl<S: Stages> Worker<S> {
         let mut delivery = Delivery { written: Rooms::of(writer.as_ref()), ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
-        for Batch { mesh, .. } in std::mem::take(&mut self.returned) {
-            if mesh.positions.capacity() > 0 {
-                S::reuse(&mut self.scratch, cleared(mesh));
-            }
-        }
+        std::mem::take(&mut self.returned).into_iter().for_each(|batch| self.reuse_buffers(batch.mesh));
         for &(part, tile, face) in tiles {
             if watch.is_cancelled() {
                 return delivery;
@@ -174,7 +170,7 @@ impl<S: Stages> Worker<S> {
             if is_sent && writer.is_none() {
                 delivery.batches.push(Batch { part, face, tile, worker: self.number, mesh });
             } else {
-                S::reuse(&mut self.scratch, cleared(mesh));
+                self.reuse_buffers(mesh);
             }
             watch.advance();
             if let Some(mut clock) = clock {
@@ -195,6 +191,13 @@ impl<S: Stages> Worker<S> {
         delivery.metrics.kept = self.kept as u64;
         delivery.metrics.cpu = processor.used();
         delivery
+    }
+
+    /// Keeps the buffers of a tile, if it has any, for later ones.
+    fn reuse_buffers(&mut self, mesh: TileMesh) {
+        if mesh.positions.capacity() > 0 {
+            S::reuse(&mut self.scratch, cleared(mesh));
+        }
     }
 
     /// Writes a tile into the sink's memory. Returns whether that succeeded.

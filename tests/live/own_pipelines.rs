@@ -39,7 +39,19 @@ struct Formats {
 
 /// A pipeline whose fragments are those of the entry point of [`NUMBERS`].
 fn pipeline(device: &wgpu::Device, live: &LiveScene, formats: Formats, fragment: &str) -> wgpu::RenderPipeline {
+    pipeline_with(device, live, formats, fragment, None)
+}
+
+/// The same with a third vertex buffer.
+fn pipeline_with(
+    device: &wgpu::Device,
+    live: &LiveScene,
+    formats: Formats,
+    fragment: &str,
+    third: Option<wgpu::VertexBufferLayout<'static>>,
+) -> wgpu::RenderPipeline {
     let input = live.surface_input();
+    let [vertices, rest] = input.vertex_buffers.clone();
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl([input.wgsl, NUMBERS].concat().into()),
@@ -56,7 +68,7 @@ fn pipeline(device: &wgpu::Device, live: &LiveScene, formats: Formats, fragment:
             module: &module,
             entry_point: Some("vertex"),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            buffers: &input.vertex_buffers,
+            buffers: &[vertices, rest, third],
         },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
@@ -270,7 +282,7 @@ fn draws_are_few() {
         let view = options(ColourBy::Model);
         let stats = live.upload(0, &view).unwrap().stats();
         let reads_draws = device.features().contains(wgpu::Features::INDIRECT_FIRST_INSTANCE)
-            && device.limits().max_storage_buffers_per_shader_stage > 0;
+            && device.limits().max_storage_buffers_per_shader_stage >= 2;
         // One for all, or one per part: both instances of the second part show the same tiles.
         assert_eq!((stats.tiles, stats.draws), (3 * 64, if reads_draws { 1 } else { 2 }));
         // Edges are one per part.
@@ -286,13 +298,27 @@ fn draws_are_few() {
 }
 
 #[test]
+fn locations_from_five_on_are_the_callers() {
+    const MORE: [wgpu::VertexAttribute; 1] = wgpu::vertex_attr_array![5 => Uint32];
+    for (device, queue) in devices() {
+        let live = LiveScene::new(&device, &queue, OURS.colour).unwrap();
+        let third =
+            wgpu::VertexBufferLayout { array_stride: 4, step_mode: wgpu::VertexStepMode::Instance, attributes: &MORE };
+        // A clash of locations would be an error of the device, which panics.
+        pipeline_with(&device, &live, OURS, "colours", Some(third));
+    }
+}
+
+#[test]
 fn what_the_caller_draws_is_not_cut_by_the_near_plane() {
     let Some(renderer) = renderer() else { return };
     let mut live = renderer.live();
     send(&whole(&scene(), 2), &mut live);
     let view = options(ColourBy::Model);
     let camera = view.camera.unwrap();
-    for camera in [camera, camera.orthographic()] {
+    // A face of the box is across the line of sight.
+    let straight = "0,0".parse::<ViewPoint>().unwrap().fit([DVec3::ZERO, DVec3::new(17.0, 17.0, 0.0)], 1.3);
+    for camera in [camera, camera.orthographic(), straight, straight.orthographic()] {
         // Almost at the eye, and as far behind.
         let middle = DVec3::new(8.0, 8.0, 0.0);
         let ends = [0.95, -0.95].map(|part| middle.lerp(camera.eye, part));

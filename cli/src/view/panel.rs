@@ -92,7 +92,7 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &PanelText) -> Vec<Act
         looks.picture.size_px = None;
     }
     let most = looks.workers.max(2 * std::thread::available_parallelism().map_or(1, usize::from));
-    ui.add(Slider::new(&mut looks.workers, 1..=most).text("workers"));
+    ui.add(Slider::new(&mut looks.workers, 1..=most).text("threads"));
     ui.separator();
     rows(ui, "costs", &costs(&told.costs));
     if !told.picked.is_empty() {

@@ -589,7 +589,8 @@ mod tests {
         let triangles = viewer.told.costs.drew.triangles;
         viewer.looks.workers = 3;
         settle(&mut viewer, &target, &mut time);
-        assert_eq!(viewer.model.as_ref().map(|model| model.workers), Some(3));
+        // Four workers on each of three threads.
+        assert_eq!(viewer.model.as_ref().map(|model| model.session.workers()), Some(12));
         assert_eq!(viewer.told.costs.drew.triangles, triangles);
     }
 }

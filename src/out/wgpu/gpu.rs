@@ -13,7 +13,7 @@ pub(super) struct Gpu {
     /// Format of the pictures.
     pub(super) format: ::wgpu::TextureFormat,
     pub(super) pipelines: Pipelines,
-    /// Draws are read from buffers, one per tile. Otherwise a draw is a call, and the tiles of an instance are merged.
+    /// Draws are read from buffers, one per tile. Otherwise a draw is a call, and the tiles of a part are merged.
     pub(super) indirect: bool,
     scopes: Arc<Scopes>,
 }
@@ -31,8 +31,8 @@ impl Gpu {
         queue: ::wgpu::Queue,
         format: ::wgpu::TextureFormat,
     ) -> Result<Self, RenderError> {
-        // In browsers, a call that draws from a buffer is as many calls as there are draws.
         let reads_arrays = device.limits().max_storage_buffers_per_shader_stage >= 2;
+        // In browsers, a call that draws from a buffer is as many calls as there are draws.
         let indirect = device.features().contains(WELCOME) && reads_arrays && !cfg!(target_arch = "wasm32");
         let scopes = Arc::new(Scopes::default());
         let pipelines = scopes.checked(&device, |device| Pipelines::new(device, format, indirect))?;

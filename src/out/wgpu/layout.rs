@@ -34,6 +34,8 @@ pub(super) struct Record {
 const VERTEX: [VertexAttribute; 2] = vertex_attr_array![0 => Float32x3, 1 => Snorm16x2];
 const RECORD: [VertexAttribute; 5] =
     vertex_attr_array![5 => Uint32, 6 => Uint32, 2 => Uint32, 3 => Unorm8x4, 4 => Uint32];
+/// Without what only lines read.
+const RECORD_OF_SURFACE: [VertexAttribute; 3] = [RECORD[2], RECORD[3], RECORD[4]];
 const TILE: [VertexAttribute; 1] = vertex_attr_array![2 => Uint32];
 const CELL: [VertexAttribute; 1] = vertex_attr_array![7 => Float32x2];
 
@@ -42,9 +44,12 @@ pub(super) const VERTICES: VertexBufferLayout<'static> = per_vertex(size_of::<Ve
 /// Layout of the records.
 pub(super) const RECORDS: VertexBufferLayout<'static> =
     VertexBufferLayout { step_mode: VertexStepMode::Instance, ..per_vertex(size_of::<Record>(), &RECORD) };
-/// Layout of the numbers of tiles beside a page of vertices.
+/// Layout of the records where surfaces are drawn.
+pub(super) const SURFACE_RECORDS: VertexBufferLayout<'static> =
+    VertexBufferLayout { step_mode: VertexStepMode::Instance, ..per_vertex(size_of::<Record>(), &RECORD_OF_SURFACE) };
+/// Layout of the numbers of tiles next to a page of vertices.
 pub(super) const TILES: VertexBufferLayout<'static> = per_vertex(size_of::<TileOfVertex>(), &TILE);
-/// Layout of the places in the lattice beside a page of vertices.
+/// Layout of the places in the lattice next to a page of vertices.
 pub(super) const CELLS: VertexBufferLayout<'static> = per_vertex(size_of::<CellPlace>(), &CELL);
 
 const fn per_vertex(bytes: usize, attributes: &'static [VertexAttribute]) -> VertexBufferLayout<'static> {

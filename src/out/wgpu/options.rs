@@ -18,7 +18,7 @@ pub enum ColourBy {
     Face,
     /// One colour per tile.
     Tile,
-    /// One colour per worker thread.
+    /// One colour per worker, which owns tiles.
     Worker,
     /// Lattice cells of the tile on a logarithmic scale, from blue (fewest in the frame) to red (most).
     Rate,
@@ -83,8 +83,9 @@ pub struct RenderOptions {
     pub edges: bool,
     /// Paints back-facing surfaces magenta, which shows reversed faces and holes in solids. Default off.
     pub backfaces: bool,
-    /// Box around what the caller draws into the same depth, world coordinates: the near plane is before it, and the
-    /// far plane of orthographic projections behind it. `None` (the default): there is only the scene.
+    /// Box around what the caller draws into the same depth, world coordinates. Moves the near plane before it, but no
+    /// nearer than the camera's own and 1e-4 of the scene's size or distance; in orthographic projection the far plane
+    /// behind it, too. `None` (the default), or a box that is not finite: there is only the scene.
     pub other_bounds: Option<[DVec3; 2]>,
     /// Background colours (sRGB) at the top and bottom of the picture. Default light greys.
     pub background: [Colour; 2],

@@ -1,6 +1,6 @@
 // Tiles of a scene for shaders: where a vertex is, where its surface faces, its colour, and what it belongs to.
 // Positions are millimetres along the world's axes, relative to the eye. Depth is reversed: 1 at the near plane.
-// All names begin with `scene` or `Scene`. Takes bind group 0 and the locations 0 to 4 of vertices.
+// All names begin with `scene`, `Scene` or `SCENE`. Takes bind group 0 and the locations 0 to 4 of vertices.
 
 // The camera of an upload.
 struct SceneView {

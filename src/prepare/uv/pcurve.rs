@@ -307,8 +307,8 @@ impl<'a> Projector<'a> {
                 vain += 1;
             }
             let bent = second.as_ref().and_then(|second| newton_step(second, r));
-            was_bent = bent.is_some();
-            let mut next = uv + bent.unwrap_or_else(|| least_squares(du, dv, r));
+            let whole = uv + bent.unwrap_or_else(|| least_squares(du, dv, r));
+            let mut next = whole;
             for axis in 0..2 {
                 if self.period[axis].is_some() {
                     let limit = 0.25 * self.period[axis].unwrap_or(f64::INFINITY);
@@ -330,6 +330,8 @@ impl<'a> Projector<'a> {
                 }
             }
             next = self.clamp(next);
+            // Halves of a step that was altered need not come nearer.
+            was_bent = bent.is_some() && next == whole;
             let moved = next - uv;
             uv = next;
             if length(moved) <= enough {
@@ -584,3 +586,6 @@ fn fill_slopes(samples: &mut [UvSample]) {
         samples[i].d = if samples[k].d.is_finite() { 2.0 * chord - samples[k].d } else { chord };
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,5 @@
-//! Tiles to draws where each draw is a call: one per part and page of vertices, from indices that are merged anew when
-//! what is drawn changes. Needs no base vertex, which OpenGL ES 3.0 has not.
+//! Tiles to draws where each draw is a call: one per part and page of vertices, from indices that are rebuilt when what
+//! is drawn changes. Needs no base vertex: OpenGL ES 3.0 has none.
 
 use super::super::gpu::Gpu;
 use super::pages::Beside;

@@ -1,4 +1,4 @@
-//! Records on the device: a buffer with a row per draw, or a texture where the tiles of an instance are one draw.
+//! Records on the device: a buffer with a row per draw, or a texture where tiles are merged.
 
 use super::super::formats::{INSTANCE_FORMAT, RECORD_FORMAT};
 use super::super::gpu::Gpu;

@@ -14,7 +14,7 @@ use super::record_rows::RecordRows;
 use super::records::Records;
 use super::store::Store;
 use super::surface_draw::{SurfaceDraw, encode_all};
-use super::uniforms::{Aim, Lease, Seen, Sights};
+use super::uniforms::{Aim, Lease, Sights, UploadedSight};
 use crate::model::{FaceId, InstanceId};
 use crate::view::{Camera, ViewPoint};
 use ::wgpu::{BindGroup, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
@@ -35,7 +35,7 @@ use std::fmt;
 /// ([`draw_surfaces`](Self::draw_surfaces)).
 ///
 /// Memory: 16 bytes per vertex, 2 per index (4 in tiles of more than 65 536 vertices), per tile of an instance 20 plus
-/// 20 for its draw, per instance 16, and 48 for each picture under way. Where tiles are merged ([`new`](Self::new)): 20
+/// 20 for its draw, per instance 16, and 48 for each picture under way, as many as were at once. Where tiles are merged ([`new`](Self::new)): 20
 /// bytes per vertex, 8 per tile of an instance, 4 per index, once for adjacent instances that show the same tiles, and
 /// as much in the caller's memory. Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the
 /// device.
@@ -162,7 +162,7 @@ impl LiveScene {
     ///
     /// Shaders write linear light, so a format that does not encode sRGB looks too dark. The device needs no features:
     /// that of OpenGL ES 3.0 or WebGL 2 suffices. With `Features::INDIRECT_FIRST_INSTANCE`, and two storage buffers in
-    /// vertex shaders, all draws from a page are one call; otherwise the tiles of a part are merged into one draw per
+    /// vertex shaders, all draws from a page are one call of wgpu's; otherwise the tiles of a part are merged into one draw per
     /// page, again where an instance shows other tiles than the one before, and the wireframe has lines of a pixel that
     /// do not fade out.
     ///
@@ -267,7 +267,7 @@ impl LiveScene {
                 draws += self.edges.calls();
             }
             let stats = DrawStats { triangles: tiles.triangles, tiles: tiles.count, draws, bytes };
-            let Seen { group, lease, clip, .. } = seen;
+            let UploadedSight { group, lease, clip, .. } = seen;
             let (version, eye) = (self.version, camera.eye);
             SceneInPass { group, _lease: lease, view, version, clip, eye, lattice, wireframe, edges, stats }
         })
@@ -281,11 +281,8 @@ impl LiveScene {
     ///
     /// Draws nothing if a frame ended, or [`set_visible`](Self::set_visible) was called, after `drawn` was uploaded.
     pub fn encode(&self, pass: &mut RenderPass<'_>, drawn: &SceneInPass) {
-        if drawn.version != self.version {
-            return;
-        }
+        let Some(tiles) = self.tiles.get(drawn.view).filter(|_| drawn.version == self.version) else { return };
         let pipelines = &self.gpu.pipelines;
-        let tiles = &self.tiles[drawn.view];
         pass.set_pipeline(&pipelines.surface);
         self.draw_surfaces(pass, drawn);
         if drawn.lattice {
@@ -393,7 +390,7 @@ impl LiveScene {
 
     /// Updates records, draw list and uniforms for a view. Returns what was uploaded of the camera, and the number of
     /// all bytes uploaded.
-    pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> (Seen, u64) {
+    pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> (UploadedSight, u64) {
         let changed = self.records.refresh(&self.shown, options.colour_by);
         let mut bytes = self.record_rows.write(&self.gpu, &self.records, changed);
         while self.tiles.len() <= view {

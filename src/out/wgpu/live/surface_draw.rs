@@ -3,9 +3,10 @@
 use ::wgpu::{Buffer, IndexFormat, RenderPass};
 use std::ops::Range;
 
-/// One draw command of a scene's surfaces, for passes and render bundles of the caller's. Its pipeline has the layouts
+/// One draw command of a scene's surfaces, for the caller's passes and render bundles. Its pipeline has the layouts
 /// of [`SurfaceInput`](crate::out::wgpu::SurfaceInput), bind group 0 is
-/// [`SceneInPass::bind_group`](super::SceneInPass::bind_group).
+/// [`SceneInPass::bind_group`](super::SceneInPass::bind_group). Valid until the next frame ends or an instance is hidden
+/// or shown.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SurfaceDraw<'a> {
@@ -24,7 +25,8 @@ pub struct SurfaceDraw<'a> {
 /// The call of a [`SurfaceDraw`].
 #[derive(Clone, Debug)]
 pub enum DrawCall<'a> {
-    /// `multi_draw_indexed_indirect`, a draw per tile of each instance.
+    /// `multi_draw_indexed_indirect`, a draw per tile of each instance. Render bundles take them one by one, by
+    /// `draw_indexed_indirect`.
     Indirect {
         /// The draws, of 20 bytes each.
         draws: &'a Buffer,

@@ -93,7 +93,7 @@ pub(super) struct Sights {
 }
 
 /// A sight that was uploaded.
-pub(super) struct Seen {
+pub(super) struct UploadedSight {
     /// Bind group 0.
     pub(super) group: BindGroup,
     pub(super) lease: Lease,
@@ -112,7 +112,7 @@ impl Sights {
         records: &RecordRows,
         aim: &Aim<'_>,
         options: &RenderOptions,
-    ) -> Seen {
+    ) -> UploadedSight {
         let eye = aim.camera.eye;
         self.rows.clear();
         self.rows.extend(shown.places.iter().flat_map(|place| {
@@ -135,7 +135,7 @@ impl Sights {
         let uniforms = [view.buffer(), style.buffer()].into_iter().flatten().map(Buffer::as_entire_binding);
         let textures = places.view().into_iter().chain(records.views()).map(BindingResource::TextureView);
         let group = bind(gpu, &gpu.pipelines.input.bind_group, uniforms.chain(textures).collect());
-        Seen { group, lease: Arc::clone(lease), clip, bytes }
+        UploadedSight { group, lease: Arc::clone(lease), clip, bytes }
     }
 
     pub(super) fn bytes(&self) -> u64 {
@@ -145,7 +145,8 @@ impl Sights {
 
 /// Least and greatest depth of what the caller draws besides the scene.
 fn other_depths(camera: &Camera, options: &RenderOptions) -> (f64, f64) {
-    let Some([low, high]) = options.other_bounds else { return (f64::INFINITY, f64::NEG_INFINITY) };
+    let finite = options.other_bounds.filter(|bounds| bounds.iter().all(|corner| corner.is_finite()));
+    let Some([low, high]) = finite else { return (f64::INFINITY, f64::NEG_INFINITY) };
     let back = camera.axes()[2];
     let corner = |k: u32| DVec3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { high[axis] } else { low[axis] }));
     let depths = (0..8).map(|k| (camera.eye - corner(k)).dot(back));
@@ -161,8 +162,8 @@ fn uniforms(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (Sce
     let (nearest, furthest) = other_depths(camera, options);
     let (near, far, nearer, parallel) = match camera.projection {
         Projection::Perspective { near, .. } => {
-            // The nearest part may be far beyond. OpenGL maps depth to -1 to 1, and has no precision to spare.
-            let nearest = shown.nearest(camera).min(nearest);
+            // The nearest part may be far beyond. A margin keeps faces of the others' box out of the plane. OpenGL maps depth to -1 to 1, and has no precision to spare.
+            let nearest = shown.nearest(camera).min(0.999 * nearest);
             let near = near.max(NEAR * camera.eye.distance(centre).max(radius)).max(nearest);
             (near, f64::INFINITY, [NEARER, 0.0], 0.0)
         }

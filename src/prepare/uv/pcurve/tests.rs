@@ -1,0 +1,54 @@
+//! Feet of points on a spline and off it, against samples.
+
+use super::Projector;
+use crate::model::{NurbsSurface, Surface};
+use glam::{DVec2, DVec3};
+
+/// Two by two bicubic pieces of different sizes, rational or not.
+fn bumpy(weight: f64) -> Surface {
+    let knots = [0.0, 0.0, 0.0, 0.0, 0.8, 2.0, 2.0, 2.0, 2.0].to_vec();
+    let grid = || (0..5).flat_map(|i| (0..5).map(move |j| (f64::from(i), f64::from(j))));
+    Surface::Nurbs(NurbsSurface {
+        degree_u: 3,
+        degree_v: 3,
+        knots_u: knots.clone(),
+        knots_v: knots,
+        points: grid().map(|(x, y)| DVec3::new(x + 0.2 * y.sin(), y, (1.7 * x + 0.9 * y).sin())).collect(),
+        weights: if weight == 1.0 {
+            Vec::new()
+        } else {
+            grid().map(|(x, y)| weight.powf((2.1 * x - 1.3 * y).cos())).collect()
+        },
+    })
+}
+
+fn parameters(count: u32) -> impl Iterator<Item = DVec2> + Clone {
+    let at = move |k: u32| 2.0 * f64::from(k) / f64::from(count);
+    (0..=count).flat_map(move |i| (0..=count).map(move |j| DVec2::new(at(i), at(j))))
+}
+
+#[test]
+fn no_point_is_nearer_than_a_foot() {
+    for weight in [1.0, 2.0] {
+        let surface = bumpy(weight);
+        let samples: Vec<(DVec2, DVec3)> = parameters(80).map(|uv| (uv, surface.point(uv.x, uv.y))).collect();
+        // On the surface, off it, and beyond its centres of curvature.
+        for off in [0.0, 1e-9, 1e-4, 0.02, -0.02, 0.3, -0.3, 1.5, -1.5] {
+            for uv in parameters(11) {
+                let [point, du, dv] = surface.tangents(uv.x, uv.y);
+                let p = point + off * du.cross(dv).normalize();
+                let (seed, nearest) = samples
+                    .iter()
+                    .map(|(uv, sample)| (*uv, sample.distance(p)))
+                    .fold((DVec2::ZERO, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
+                let foot = Projector::new(&surface, 1e-6).foot(p, Some(seed));
+                assert!(foot.off <= nearest, "{off} {uv}: {} instead of {nearest}", foot.off);
+                for step in [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y, DVec2::ONE, DVec2::NEG_ONE] {
+                    let beside = (foot.uv + 1e-4 * step).clamp(DVec2::ZERO, DVec2::splat(2.0));
+                    let there = surface.point(beside.x, beside.y).distance(p);
+                    assert!(there >= foot.off - 1e-9, "{off} {uv}: {there} at {beside}, {} at {}", foot.off, foot.uv);
+                }
+            }
+        }
+    }
+}
