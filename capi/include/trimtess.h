@@ -611,8 +611,6 @@ typedef struct {
 typedef struct {
     // `sizeof(tt_session_options)`.
     uint32_t size;
-    // Number of threads that the session starts; 0 = one per core. Not used on a pool.
-    uint32_t threads;
     // Number of workers, which own the tiles; 0 = four per thread, or one if there is one thread.
     uint32_t workers;
     // 1 starts no thread: all work is done by the calls of the session.
@@ -631,6 +629,8 @@ typedef struct {
     // 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
     // and the near plane clips none.
     uint32_t cull_back_faces;
+    // Number of threads that the session starts; 0 = one per core. Must be 0 with jobs, and with `no_threads`.
+    uint32_t threads;
     // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     // for the next frame. 0 = any.
     double budget;

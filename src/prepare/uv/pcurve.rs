@@ -306,7 +306,8 @@ impl<'a> Projector<'a> {
             } else {
                 vain += 1;
             }
-            let bent = second.as_ref().and_then(|second| newton_step(second, r));
+            // From the nearest point so far only: halves of a step from elsewhere would not lead anywhere.
+            let bent = second.as_ref().filter(|_| vain == 0).and_then(|second| newton_step(second, r));
             let whole = uv + bent.unwrap_or_else(|| least_squares(du, dv, r));
             let mut next = whole;
             for axis in 0..2 {
