@@ -77,7 +77,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &
     let tessellate = laps.lap();
 
     progress.stage("drawing");
-    let options = args.picture.options(camera, args.size);
+    let options = args.picture.options(camera, args.size, prepared.bounds);
     let image = renderer.render(&frame, &options).map_err(|e| cannot(&e))?;
     outputs.write(&args.output, |file| image.encode(file))?;
     let write = opened + laps.lap();

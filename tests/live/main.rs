@@ -5,6 +5,7 @@
 #[path = "../out_fixture/mod.rs"]
 mod out_fixture;
 mod own_pipelines;
+mod section;
 #[path = "../sequence/random.rs"]
 mod random;
 

@@ -125,7 +125,7 @@ const OTHER: Formats = Formats { colour: TextureFormat::Rgba8Unorm, depth: Textu
 
 /// A device that reads draws from buffers, one without features that has the limits of WebGL 2, and one with the
 /// limits alone.
-fn devices() -> Vec<(wgpu::Device, wgpu::Queue)> {
+pub(crate) fn devices() -> Vec<(wgpu::Device, wgpu::Queue)> {
     let own = renderer().map(|renderer| (renderer.device().clone(), renderer.queue().clone()));
     own.into_iter().chain(plain_device()).chain(webgl_device(wgpu::Features::INDIRECT_FIRST_INSTANCE)).collect()
 }

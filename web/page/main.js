@@ -237,6 +237,7 @@ function settings() {
     ...Object.fromEntries(choices.map((id) => [id, box(id).checked])),
     colours: box("colours").value,
     deviation: deviation(),
+    section: { axis: box("section").value, share: Number(box("share").value), flipped: box("flipped").checked },
     dark: dark.matches,
   };
 }
@@ -246,11 +247,15 @@ function set() {
   const text = pixels < 1 ? pixels.toFixed(2) : pixels.toFixed(1);
   at("deviation-value").textContent = `${text} px`;
   box("deviation").setAttribute("aria-valuetext", `${text} pixels`);
+  const percent = Math.round(100 * Number(box("share").value));
+  at("share-value").textContent = `${percent} %`;
+  box("share").setAttribute("aria-valuetext", `${percent} percent`);
+  at("cut").hidden = box("section").value === "none";
   send({ type: "set", settings: settings() });
   loading?.send({ type: "set", settings: settings() });
 }
 
-for (const id of [...choices, "colours", "deviation"]) box(id).addEventListener("input", set);
+for (const id of [...choices, "colours", "deviation", "section", "share", "flipped"]) box(id).addEventListener("input", set);
 dark.addEventListener("change", set);
 
 const SIDES = ["front", "back", "left", "right", "top", "bottom", "iso"];
@@ -321,8 +326,8 @@ document.addEventListener("keydown", (event) => {
   if (choice) {
     box(choice).checked = !box(choice).checked;
     set();
-  } else if (key === "c") {
-    const list = /** @type {HTMLSelectElement} */ (at("colours"));
+  } else if (key === "c" || key === "s") {
+    const list = /** @type {HTMLSelectElement} */ (at(key === "c" ? "colours" : "section"));
     list.selectedIndex = (list.selectedIndex + 1) % list.length;
     set();
   } else if (key === "f") {

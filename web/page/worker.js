@@ -8,7 +8,7 @@ import init, * as wasm from "./wasm/trimtess_web.js";
 /** @typedef {import("./stage.js").Message} Message */
 /** @typedef {import("./stage.js").Source} Source */
 /** @typedef {{ colours: any, deviation: number, orthographic: boolean, edges: boolean, wireframe: boolean,
- *   backfaces: boolean, dark: boolean }} Settings */
+ *   backfaces: boolean, section: wasm.SectionSetting, dark: boolean }} Settings */
 
 /** Colours behind the model, top and bottom, by colour scheme. */
 const BACKGROUND = {
@@ -233,6 +233,7 @@ function set(wanted) {
     wireframe: settings.wireframe,
     edges: settings.edges,
     backfaces: settings.backfaces,
+    section: settings.section,
     background: /** @type {any} */ (settings.dark ? BACKGROUND.dark : BACKGROUND.light),
   });
 }

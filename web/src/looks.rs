@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use trimtess::glam::DVec3;
-use trimtess::out::wgpu::{BadColourBy, ColourBy, RenderOptions};
+use trimtess::out::wgpu::{BadColourBy, ColourBy, RenderOptions, Section};
 use trimtess::view::{Camera, Projection, View, ViewPoint};
 use tsify::Tsify;
 
@@ -28,9 +28,34 @@ pub struct Settings {
     /// Paints back-facing surfaces magenta.
     #[tsify(optional)]
     backfaces: Option<bool>,
+    /// Where the model is cut open.
+    #[tsify(optional)]
+    section: Option<SectionSetting>,
     /// sRGB colours at the top and the bottom.
     #[tsify(optional, type = "[[number, number, number, number], [number, number, number, number]]")]
     background: Option<[[f32; 4]; 2]>,
+}
+
+/// A cut across an axis of the model's box.
+#[derive(Clone, Copy, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SectionSetting {
+    /// x, y or z, or none.
+    axis: Axis,
+    /// Where in the box, 0 to 1.
+    share: f64,
+    /// Cuts away the lower side.
+    flipped: bool,
+}
+
+/// An axis, or none.
+#[derive(Clone, Copy, PartialEq, Deserialize, Tsify)]
+#[serde(rename_all = "camelCase")]
+pub enum Axis {
+    None,
+    X,
+    Y,
+    Z,
 }
 
 /// From where the camera looks.
@@ -48,12 +73,13 @@ pub struct Side {
 #[derive(Clone, Copy)]
 pub(crate) struct Looks {
     pub(crate) options: RenderOptions,
+    section: Option<SectionSetting>,
     deviation_px: f64,
 }
 
 impl Default for Looks {
     fn default() -> Self {
-        Self { options: RenderOptions::DEFAULT.with_edges(true), deviation_px: 0.5 }
+        Self { options: RenderOptions::DEFAULT.with_edges(true), section: None, deviation_px: 0.5 }
     }
 }
 
@@ -77,12 +103,18 @@ impl Looks {
             *flag = stated.unwrap_or(*flag);
         }
         options.background = settings.background.unwrap_or(options.background);
+        self.section = settings.section.or(self.section);
         Ok(())
     }
 
-    /// Options for a picture of `size` pixels seen by `camera`.
-    pub(crate) fn options(&self, camera: Camera, size: (u32, u32)) -> RenderOptions {
-        self.options.with_camera(Some(camera)).with_size(size)
+    /// Options for a picture of `size` pixels of a model within `bounds`, seen by `camera`.
+    pub(crate) fn options(&self, camera: Camera, size: (u32, u32), bounds: Option<[DVec3; 2]>) -> RenderOptions {
+        let section = self.section.zip(bounds).and_then(|(SectionSetting { axis, share, flipped }, bounds)| {
+            let axis = [Axis::X, Axis::Y, Axis::Z].iter().position(|known| *known == axis)?;
+            let section = Section::across(bounds, axis, share);
+            Some(if flipped { section.flipped() } else { section })
+        });
+        self.options.with_camera(Some(camera)).with_size(size).with_section(section)
     }
 
     /// The view that the frame is planned for.

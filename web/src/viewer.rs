@@ -273,7 +273,8 @@ impl State {
     }
 
     fn options(&self) -> RenderOptions {
-        self.looks.options(self.camera, self.canvas.size())
+        let bounds = self.show.as_ref().and_then(|show| show.prepared.bounds);
+        self.looks.options(self.camera, self.canvas.size(), bounds)
     }
 
     fn pivot(&self) -> trimtess::glam::DVec3 {

@@ -202,6 +202,23 @@ for (const gpu of /** @type {("webgl2" | "webgpu")[]} */ (["webgl2", "webgpu"]))
       }
     });
 
+    check("a section cuts the model open", async () => {
+      await dropFile(page, data(CUBE));
+      await settled(page, CUBE);
+      const whole = await picture(page);
+      const cut = async (/** @type {string} */ axis) => {
+        await page.locator("#section").selectOption(axis);
+        await settled(page, CUBE);
+        return picture(page);
+      };
+      const below = await cut("z");
+      assert((await compare(session, whole, below)).far > 0.01);
+      await page.locator("#flipped").check();
+      await settled(page, CUBE);
+      assert((await compare(session, below, await picture(page))).far > 0.01);
+      assert((await compare(session, whole, await cut("none"))).far < 1e-4);
+    });
+
     check("a smaller deviation takes more triangles", async () => {
       await dropFile(page, data(CTC));
       await settled(page, CTC);

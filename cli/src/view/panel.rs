@@ -1,6 +1,7 @@
 //! The panel: settings, costs of the last frame, facts of the picked face.
 
 use super::looks::{Action, Looks};
+use crate::picture::Cut;
 use egui::{Grid, RichText, Slider, Ui};
 use std::time::Duration;
 use trimtess::out::wgpu::{ColourBy, DeviceMemory, DrawStats};
@@ -80,6 +81,7 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &PanelText) -> Vec<Act
         ui.checkbox(&mut looks.picture.backfaces, "backfaces");
         ui.checkbox(&mut looks.turning, "turn");
     });
+    section(ui, &mut looks.picture.section);
     ui.separator();
     ui.add(Slider::new(&mut looks.picture.deviation_px, 0.1..=20.0).logarithmic(true).suffix(" px").text("deviation"));
     let mut limited = looks.picture.size_px.is_some();
@@ -107,6 +109,26 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &PanelText) -> Vec<Act
 }
 
 /// The table of a frame's costs.
+/// Where the model is cut open.
+fn section(ui: &mut Ui, section: &mut Option<Cut>) {
+    ui.horizontal(|ui| {
+        ui.label("section");
+        ui.selectable_value(section, None, "none");
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let chosen = section.is_some_and(|cut| cut.axis == axis);
+            if ui.selectable_label(chosen, name).clicked() {
+                *section = Some(Cut { axis, ..section.unwrap_or(Cut::MIDDLE) });
+            }
+        }
+        if let Some(cut) = section {
+            ui.checkbox(&mut cut.flipped, "flip");
+        }
+    });
+    if let Some(cut) = section {
+        ui.add(Slider::new(&mut cut.share, 0.0..=1.0).text("cut at"));
+    }
+}
+
 fn costs(costs: &Costs) -> Vec<(&'static str, String)> {
     let ms = |time: Duration| format!("{:.2} ms", 1e3 * time.as_secs_f64());
     let busiest = costs.workers.iter().max().copied().unwrap_or_default();

@@ -220,7 +220,7 @@ impl Viewer {
         };
         let size = [f64::from(response.rect.width()) * scale, f64::from(response.rect.height()) * scale];
         let pixels = (size[0].round() as u32, size[1].round() as u32);
-        let options = self.looks.picture.options(shown, pixels);
+        let options = self.looks.picture.options(shown, pixels, model.prepared.bounds);
         let mut under = |at: egui::Pos2| {
             let [x, y] = place(at);
             self.scene.pick((x.max(0.0) as u32, y.max(0.0) as u32), 0, &options).ok().flatten()
@@ -380,7 +380,8 @@ impl Viewer {
         let picked = self.model.as_ref().and_then(|model| model.picked);
         self.scene.highlight(picked.map(|picked| (picked.instance, picked.face)));
         let camera = self.model.as_ref().and_then(|model| model.shown).unwrap_or(self.looks.camera);
-        let options: RenderOptions = self.looks.picture.options(camera, size);
+        let bounds = self.model.as_ref().and_then(|model| model.prepared.bounds);
+        let options: RenderOptions = self.looks.picture.options(camera, size, bounds);
         let start = Instant::now();
         let drew = self.scene.draw(&picture.create_view(&TextureViewDescriptor::default()), 0, &options);
         self.told.costs.drawn = start.elapsed();

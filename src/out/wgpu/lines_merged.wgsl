@@ -11,7 +11,8 @@ fn lattice_vertex(
 // One end of a side of a triangle, drawn as a line of one pixel.
 @vertex
 fn wire_vertex(@location(0) position: vec3<f32>, @builtin(instance_index) place: u32) -> Line {
-    var clip = scene_view.clip * vec4(scene_placed(scene_place(place), position), 1.0);
+    let world = scene_placed(scene_place(place), position);
+    var clip = scene_view.clip * vec4(world, 1.0);
     clip.z = clip.z * style.nearer.x + style.nearer.y;
-    return Line(clip, vec4(scene_linear(style.wire.rgb), style.wire.a));
+    return Line(clip, vec4(scene_linear(style.wire.rgb), style.wire.a), scene_beyond(world));
 }

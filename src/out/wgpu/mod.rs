@@ -1,7 +1,7 @@
 //! Frames to pictures on any graphics adapter, including software ones: scenes on the device, images in memory.
 
 mod options;
-pub use options::{BadColourBy, ColourBy, RenderOptions};
+pub use options::{BadColourBy, ColourBy, RenderOptions, Section};
 
 mod palette;
 

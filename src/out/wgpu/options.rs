@@ -64,6 +64,33 @@ impl FromStr for ColourBy {
     }
 }
 
+/// A plane that cuts a picture.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Section {
+    /// A point of the plane, world coordinates.
+    pub point: DVec3,
+    /// Towards what is cut away. Of any length but 0.
+    pub normal: DVec3,
+}
+
+impl Section {
+    /// A plane across an axis (0 to 2) of a box, at a share of the box: 0 where it begins, 1 where it ends. Cuts away
+    /// what lies beyond.
+    ///
+    /// # Panics
+    /// If there is no such axis.
+    #[must_use]
+    pub fn across([low, high]: [DVec3; 2], axis: usize, share: f64) -> Self {
+        Self { point: low.lerp(high, share), normal: DVec3::AXES[axis] }
+    }
+
+    /// The same plane, cutting away the other side.
+    #[must_use]
+    pub fn flipped(self) -> Self {
+        Self { normal: -self.normal, ..self }
+    }
+}
+
 /// Options of a picture. [`RenderOptions::DEFAULT`] is a plain shaded picture.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
@@ -83,6 +110,9 @@ pub struct RenderOptions {
     pub edges: bool,
     /// Paints back-facing surfaces magenta, which shows reversed faces and holes in solids. Default off.
     pub backfaces: bool,
+    /// Cuts away what lies beyond a plane, for picks, too. Surfaces that are then seen from behind are flat and darker, so
+    /// that solids look cut through. A plane that is not finite cuts nothing. Default `None`.
+    pub section: Option<Section>,
     /// Box around what the caller draws into the same depth, world coordinates. Moves the near plane before it, but no
     /// nearer than the camera's own and 1e-4 of the scene's size or distance; in orthographic projection the far plane
     /// behind it, too. `None` (the default), or a box that is not finite: there is only the scene.
@@ -101,6 +131,7 @@ impl RenderOptions {
         lattice: false,
         edges: false,
         backfaces: false,
+        section: None,
         other_bounds: None,
         background: [[0.97, 0.98, 0.99, 1.0], [0.83, 0.86, 0.9, 1.0]],
     };
@@ -151,6 +182,13 @@ impl RenderOptions {
     #[must_use]
     pub const fn with_backfaces(mut self, backfaces: bool) -> Self {
         self.backfaces = backfaces;
+        self
+    }
+
+    /// Sets [`section`](Self::section).
+    #[must_use]
+    pub const fn with_section(mut self, section: Option<Section>) -> Self {
+        self.section = section;
         self
     }
 

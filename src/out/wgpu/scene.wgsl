@@ -6,6 +6,7 @@
 struct SceneView {
     clip: mat4x4<f32>,           // world relative to the eye, to clip
     eye: vec4<f32>,              // towards the eye, unit; w is 1 in orthographic projection
+    section: vec4<f32>,          // plane that cuts: unit normal towards what is cut away, distance along it; 0 0 0 1: none
     size: vec2<f32>,             // pixels
     near: f32,                   // distance of the near plane; 0 in orthographic projection
 };
@@ -59,6 +60,11 @@ fn scene_placed(place: ScenePlace, position: vec3<f32>) -> vec3<f32> {
 // Unit vector from a position towards the eye.
 fn scene_to_eye(position: vec3<f32>) -> vec3<f32> {
     return select(normalize(-position), scene_view.eye.xyz, scene_view.eye.w > 0.5);
+}
+
+// How far a position is beyond the plane that cuts. Fragments above 0 are cut away.
+fn scene_beyond(position: vec3<f32>) -> f32 {
+    return dot(scene_view.section.xyz, position) - scene_view.section.w;
 }
 
 // sRGB to linear light.

@@ -34,14 +34,21 @@ fn surface_vertex(vertex: SceneVertex) -> Surface {
 
 @fragment
 fn surface_fragment(in: Surface, @builtin(front_facing) counter_clockwise: bool) -> @location(0) vec4<f32> {
+    if scene_beyond(in.position) > 0.0 {
+        discard;
+    }
     let to_eye = scene_to_eye(in.position);
     var normal = normalize(in.normal);
     if dot(normal, to_eye) < 0.0 {
         normal = -normal;
     }
     var colour = in.colour;
-    if counter_clockwise == (in.mirrored == 1u) && style.backfaces > 0.5 {
+    let is_back = counter_clockwise == (in.mirrored == 1u);
+    if is_back && style.backfaces > 0.5 {
         colour = vec3(0.9, 0.0, 0.6);
+    } else if is_back && any(scene_view.section.xyz != vec3(0.0)) {
+        // The inside of a solid, flat: as if it were the cut.
+        return vec4(0.45 * colour, 1.0);
     }
     let facing = max(dot(normal, to_eye), 0.0);
     let key = max(dot(normal, style.key.xyz), 0.0);
@@ -56,12 +63,14 @@ fn surface_fragment(in: Surface, @builtin(front_facing) counter_clockwise: bool)
 struct Ruled {
     @builtin(position) clip: vec4<f32>,
     @location(0) cell: vec2<f32>,
+    @location(1) beyond: f32,
 };
 
 fn ruled(place: ScenePlace, position: vec3<f32>, cell: vec2<f32>) -> Ruled {
-    var clip = scene_view.clip * vec4(scene_placed(place, position), 1.0);
+    let world = scene_placed(place, position);
+    var clip = scene_view.clip * vec4(world, 1.0);
     clip.z = clip.z * style.nearer.x + style.nearer.y;
-    return Ruled(clip, cell);
+    return Ruled(clip, cell, scene_beyond(world));
 }
 
 // Covers pixels less than half a line width from a whole number of cells.
@@ -73,12 +82,18 @@ fn lattice_fragment(in: Ruled) -> @location(0) vec4<f32> {
     // Fade out lines a few pixels apart, which would cover the surface. Constant coordinates have no lines.
     let seen = (1.0 - smoothstep(vec2(0.15), vec2(0.5), per_pixel)) * step(vec2(1e-6), per_pixel);
     let opacity = max(lines.x * seen.x, lines.y * seen.y) * style.lattice.a;
+    if in.beyond > 0.0 {
+        discard;
+    }
     return vec4(scene_linear(style.lattice.rgb), opacity);
 }
 
 // Picks: the number of the tile plus one, and the distance from the eye, in orthographic projection from its plane.
 @fragment
 fn pick_fragment(in: Surface) -> @location(0) vec4<u32> {
+    if scene_beyond(in.position) > 0.0 {
+        discard;
+    }
     let far = select(length(in.position), -dot(in.position, scene_view.eye.xyz), scene_view.eye.w > 0.5);
     return vec4(in.tile + 1u, bitcast<u32>(far), 0u, 0u);
 }
@@ -86,11 +101,12 @@ fn pick_fragment(in: Surface) -> @location(0) vec4<u32> {
 struct Line {
     @builtin(position) clip: vec4<f32>,
     @location(0) colour: vec4<f32>,
+    @location(1) beyond: f32,
 };
 
 // Outside the clip volume.
 fn no_line() -> Line {
-    return Line(vec4(0.0, 0.0, 2.0, 1.0), vec4(0.0));
+    return Line(vec4(0.0, 0.0, 2.0, 1.0), vec4(0.0), 1.0);
 }
 
 // One of the six vertices of a segment, drawn as two triangles of constant width on the screen with square caps.
@@ -101,11 +117,17 @@ fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, widt
         return no_line(); // behind the eye
     }
     let whole_a = a;
+    var beyond = vec2(scene_beyond(first), scene_beyond(last));
+    let whole_beyond = beyond;
     if a.w < scene_view.near {
-        a = mix(a, b, (scene_view.near - a.w) / (b.w - a.w));
+        let cut = (scene_view.near - a.w) / (b.w - a.w);
+        a = mix(a, b, cut);
+        beyond.x = mix(whole_beyond.x, whole_beyond.y, cut);
     }
     if b.w < scene_view.near {
-        b = mix(whole_a, b, (scene_view.near - whole_a.w) / (b.w - whole_a.w));
+        let cut = (scene_view.near - whole_a.w) / (b.w - whole_a.w);
+        b = mix(whole_a, b, cut);
+        beyond.y = mix(whole_beyond.x, whole_beyond.y, cut);
     }
     let half_size = 0.5 * scene_view.size;
     let pixel_a = a.xy / a.w * half_size;
@@ -120,7 +142,7 @@ fn strip(first: vec3<f32>, last: vec3<f32>, corner: u32, colour: vec4<f32>, widt
     let offset = 0.5 * width * (select(-along, along, at_end) + select(-across, across, at_left));
     var clip = select(a, b, at_end);
     clip = vec4(clip.xy + offset / half_size * clip.w, clip.z * style.nearer.x + style.nearer.y, clip.w);
-    return Line(clip, vec4(scene_linear(colour.rgb), opacity));
+    return Line(clip, vec4(scene_linear(colour.rgb), opacity), select(beyond.x, beyond.y, at_end));
 }
 
 // Points of polylines, one after the other; w is 0 in the last point of each.
@@ -141,6 +163,9 @@ fn edge_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) inst
 
 @fragment
 fn line_fragment(in: Line) -> @location(0) vec4<f32> {
+    if in.beyond > 0.0 {
+        discard;
+    }
     return in.colour;
 }
 

@@ -1,8 +1,8 @@
 //! A camera to uniforms and placements relative to the eye, subtracted in f64 so that large worlds do not jitter.
 
-use super::super::RenderOptions;
 use super::super::formats::ROW_FORMAT;
 use super::super::gpu::Gpu;
+use super::super::{RenderOptions, Section};
 use super::device_scene::DeviceScene;
 use super::record_rows::RecordRows;
 use super::rows::{Rows, bind};
@@ -41,6 +41,7 @@ const EDGE: Pen = Pen { colour: [0.063, 0.071, 0.086, 1.0], width: 1.7 };
 struct SceneView {
     clip: [f32; 16],
     eye: [f32; 4],
+    section: [f32; 4],
     size: [f32; 2],
     near: f32,
     rest: f32,
@@ -153,6 +154,16 @@ fn other_depths(camera: &Camera, options: &RenderOptions) -> (f64, f64) {
     depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), depth| (low.min(depth), high.max(depth)))
 }
 
+/// The plane that cuts: its unit normal, and its distance from the eye along it.
+fn section(camera: &Camera, options: &RenderOptions) -> [f32; 4] {
+    let plane = options.section.and_then(|Section { point, normal }| {
+        let normal = normal.try_normalize()?;
+        let off = normal.dot(point - camera.eye);
+        off.is_finite().then(|| normal.as_vec3().extend(off as f32).to_array())
+    });
+    plane.unwrap_or([0.0, 0.0, 0.0, 1.0])
+}
+
 fn uniforms(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (SceneView, Style, DMat4) {
     let (width, height) = (f64::from(options.size.0), f64::from(options.size.1));
     let camera = aim.camera;
@@ -190,6 +201,7 @@ fn uniforms(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (Sce
     let scene_view = SceneView {
         clip: clip.as_mat4().to_cols_array(),
         eye: back.extend(parallel).to_array(),
+        section: section(camera, options),
         size: [width as f32, height as f32],
         // Lines need no near clipping in orthographic projection.
         near: if parallel > 0.0 { 0.0 } else { near as f32 },
