@@ -96,9 +96,6 @@ pub struct tt_report {
 }
 versioned!(tt_report);
 
-/// Workers in excess of this stay idle in any model.
-const MOST_WORKERS: u32 = 1 << 12;
-
 /// The options, and whether to start no thread.
 pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(SessionOptions, bool), Failure> {
     let from = c.read_or_zeros("options", from)?;
@@ -113,13 +110,22 @@ pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(Se
     }
     let options = SessionOptions::DEFAULT
         .with_threads(at_most(from.threads)?)
-        .with_workers(from.workers.min(MOST_WORKERS) as usize)
+        .with_workers(workers(from.workers)?)
         .with_edge_lines(from.edge_lines != 0)
         .with_levels(if from.levels == 0 { SessionOptions::DEFAULT.levels } else { from.levels as usize })
         .with_rebalance_every(from.rebalance_every)
         .with_reuse(if from.no_reuse != 0 { Reuse::NONE } else { Reuse::DEFAULT })
         .with_planner(planner);
     Ok((options, from.no_threads != 0))
+}
+
+/// A number of workers that is not absurd.
+fn workers(count: u32) -> Result<usize, Failure> {
+    const MOST: u32 = 1 << 12;
+    if count > MOST {
+        return Err(Failure::argument(format!("options.workers is {count}; there may be {MOST}")));
+    }
+    Ok(count as usize)
 }
 
 /// Seconds, 0 or more, as a duration of at most 30 years.

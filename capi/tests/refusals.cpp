@@ -178,7 +178,9 @@ void views_and_sessions() {
     REFUSED(tt_session_new(prepared.get(), nullptr, &pool, &other), TT_ERROR_ARGUMENT, "jobs.spawn must be a function");
     const trimtess::Loops loops(trimtess::Jobs{2, {}, {}});
     auto options = trimtess::sized<tt_session_options>();
-    options.threads = 2;
+    options.workers = 5000;
+    REFUSED(tt_session_new(prepared.get(), &options, nullptr, &other), TT_ERROR_ARGUMENT, "workers is 5000");
+    options.workers = 0, options.threads = 2;
     REFUSED(tt_session_new(prepared.get(), &options, loops.get(), &other), TT_ERROR_ARGUMENT, "threads is 2, and there are jobs");
     // It still works.
     HOLDS(session.view({view_of(prepared.get())}, all_tiles()).triangles > 0);
