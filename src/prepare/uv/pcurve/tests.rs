@@ -44,13 +44,13 @@ fn no_point_is_nearer_than_a_foot() {
                 let foot = Projector::new(&surface, 1e-6).foot(p, Some(seed));
                 assert!(foot.off <= nearest, "{off} {uv}: {} instead of {nearest}", foot.off);
                 // Beyond centres of curvature the steps may end before they get to the foot.
-                if off.abs() > 0.02 {
+                if off.abs() > 0.3 {
                     continue;
                 }
                 for step in [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y, DVec2::ONE, DVec2::NEG_ONE] {
-                    let beside = (foot.uv + 1e-4 * step).clamp(DVec2::ZERO, DVec2::splat(2.0));
-                    let there = surface.point(beside.x, beside.y).distance(p);
-                    assert!(there >= foot.off - 1e-9, "{off} {uv}: {there} at {beside}, {} at {}", foot.off, foot.uv);
+                    let aside = (foot.uv + 1e-4 * step).clamp(DVec2::ZERO, DVec2::splat(2.0));
+                    let there = surface.point(aside.x, aside.y).distance(p);
+                    assert!(there >= foot.off - 1e-9, "{off} {uv}: {there} at {aside}, {} at {}", foot.off, foot.uv);
                 }
             }
         }
