@@ -29,10 +29,6 @@ const MAX_STEPS: u32 = 40;
 /// Steps by first derivatives before second ones are used. Points on the surface are found by then.
 const FIRST_STEPS: u32 = 4;
 
-/// Newton steps from a point beyond [`FAR_OFF`] that may fail to come nearer. After that they are halved: they swing
-/// around a point that is further away than the surface is round.
-const MAX_VAIN_STEPS: u32 = 3;
-
 /// Consecutive searches of the whole surface that may fail to improve a projection. After that the march of this edge
 /// goes on without searches: the edge lies off the surface.
 const MAX_VAIN: u32 = 8;
@@ -272,75 +268,70 @@ impl<'a> Projector<'a> {
         uv
     }
 
-    /// The foot point of `p`: by first derivatives (Gauss–Newton), and where these converge slowly, because `p` is off the
-    /// surface, by second ones too (Newton).
-    ///
-    /// If that does not converge, as across a crease between pieces of different speeds, it restarts from the nearest
-    /// point so far and halves each step until the distance falls.
+    /// The foot point of `p`: by first derivatives (Gauss–Newton), and where these converge slowly, because `p` is off
+    /// the surface, by second ones too (Newton). The first steps may swing. Later ones start at the nearest point so far
+    /// and are halved until the distance falls.
     fn newton(&self, p: DVec3, start: DVec2) -> Foot {
         let mut uv = self.clamp(start);
         let mut best = Foot { uv, off: f64::INFINITY, tangents: [DVec3::NAN; 3] };
-        let (mut halves, mut vain, mut was_bent) = (false, 0, false);
-        let is_far = |off: f64| off > FAR_OFF * self.tolerance && self.vain.get() >= MAX_VAIN;
         for step in 0..2 * MAX_STEPS {
-            let swings = vain >= MAX_VAIN_STEPS && is_far(best.off);
-            let restarts = !halves && (step == MAX_STEPS || swings);
-            if restarts {
-                (uv, halves, was_bent) = (best.uv, true, false);
-            }
-            let second = (step >= FIRST_STEPS && !halves).then(|| self.derivatives(uv));
-            let here = second.map_or_else(|| self.foot_at(uv, p), |s| Foot::new(uv, p, [s.point, s.du, s.dv]));
-            let [point, du, dv] = here.tangents;
-            let length = |step: DVec2| du.length() * step.x.abs() + dv.length() * step.y.abs();
-            let r = p - point;
+            let mut second = (step >= FIRST_STEPS).then(|| self.derivatives(uv));
+            let mut here = second.map_or_else(|| self.foot_at(uv, p), |s| Foot::new(uv, p, [s.point, s.du, s.dv]));
             let off = best.off.min(here.off);
-            let enough = if is_far(off) { FAR_ENOUGH * off } else { 1e-4 * self.tolerance };
+            let is_far = off > FAR_OFF * self.tolerance && self.vain.get() >= MAX_VAIN;
+            let enough = if is_far { FAR_ENOUGH * off } else { 1e-4 * self.tolerance };
+            let length = |step: DVec2, [_, du, dv]: [DVec3; 3]| du.length() * step.x.abs() + dv.length() * step.y.abs();
             if here.off < best.off {
-                (best, vain) = (here, 0);
-            } else if halves && !restarts || was_bent {
-                if (is_far(off) || was_bent) && length(uv - best.uv) <= enough {
+                best = here;
+            } else if step == FIRST_STEPS {
+                (uv, here, second) = (best.uv, best, Some(self.derivatives(best.uv)));
+            } else if step > FIRST_STEPS {
+                if length(uv - best.uv, best.tangents) <= enough {
                     return best;
                 }
                 uv = 0.5 * (uv + best.uv);
                 continue;
-            } else {
-                vain += 1;
             }
-            // From the nearest point so far only: halves of a step from elsewhere would not lead anywhere.
-            let bent = second.as_ref().filter(|_| vain == 0).and_then(|second| newton_step(second, r));
-            let whole = uv + bent.unwrap_or_else(|| least_squares(du, dv, r));
-            let mut next = whole;
-            for axis in 0..2 {
-                if self.period[axis].is_some() {
-                    let limit = 0.25 * self.period[axis].unwrap_or(f64::INFINITY);
-                    next[axis] = uv[axis] + (next[axis] - uv[axis]).clamp(-limit, limit);
-                    continue;
-                }
-                let (lo, hi) = self.domain[axis];
-                if next[axis] < lo || next[axis] > hi {
-                    next[axis] = next[axis].clamp(lo, hi);
-                    // Solve the other coordinate along the border.
-                    let other = 1 - axis;
-                    let (along, fixed) = if other == 0 { (du, dv) } else { (dv, du) };
-                    let rest = r - fixed * (next[axis] - uv[axis]);
-                    let g = along.length_squared();
-                    let bend = second.as_ref().map_or(0.0, |s| rest.dot(if other == 0 { s.duu } else { s.dvv }));
-                    if g > 0.0 {
-                        next[other] = uv[other] + rest.dot(along) / if g - bend > 1e-3 * g { g - bend } else { g };
-                    }
-                }
-            }
-            next = self.clamp(next);
-            // Halves of a step that was altered need not come nearer.
-            was_bent = bent.is_some() && next == whole;
+            let next = self.next_step(&here, p, second.as_ref());
             let moved = next - uv;
             uv = next;
-            if length(moved) <= enough {
+            if length(moved, here.tangents) <= enough {
                 let last = self.foot_at(uv, p);
                 return if last.off <= best.off { last } else { best };
             }
         }
         best
+    }
+
+    /// Where a step from `here` leads, within the domain: by second derivatives if they are given and the distance is
+    /// convex, else by first ones.
+    fn next_step(&self, here: &Foot, p: DVec3, second: Option<&SurfaceDerivatives>) -> DVec2 {
+        let Foot { uv, tangents: [point, du, dv], .. } = *here;
+        let r = p - point;
+        let bent = second.and_then(|second| newton_step(second, r));
+        let mut next = uv + bent.unwrap_or_else(|| least_squares(du, dv, r));
+        for axis in 0..2 {
+            if self.period[axis].is_some() {
+                let limit = 0.25 * self.period[axis].unwrap_or(f64::INFINITY);
+                next[axis] = uv[axis] + (next[axis] - uv[axis]).clamp(-limit, limit);
+                continue;
+            }
+            let (lo, hi) = self.domain[axis];
+            if next[axis] < lo || next[axis] > hi {
+                next[axis] = next[axis].clamp(lo, hi);
+                // Solve the other coordinate along the border.
+                let other = 1 - axis;
+                let (along, fixed) = if other == 0 { (du, dv) } else { (dv, du) };
+                let rest = r - fixed * (next[axis] - uv[axis]);
+                let g = along.length_squared();
+                let bend =
+                    second.filter(|_| bent.is_some()).map_or(0.0, |s| rest.dot(if other == 0 { s.duu } else { s.dvv }));
+                if g > 0.0 {
+                    next[other] = uv[other] + rest.dot(along) / if g - bend > 1e-3 * g { g - bend } else { g };
+                }
+            }
+        }
+        self.clamp(next)
     }
 
     /// Interior parameters at which an edge passes through a pole, increasing. Its image jumps there.
