@@ -284,6 +284,7 @@ pub unsafe extern "C" fn tt_session_add_instance(
             transform: transform(&from.transform),
             colour: (from.has_colour != 0).then_some(from.colour),
             name: c.text_or_empty("placement.name", from.name)?.into(),
+            assembly: None,
             first_face: 0,
         };
         let key = with(session, |row| Ok(row.session.add_instance(placed)?))?;

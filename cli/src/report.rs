@@ -353,6 +353,7 @@ mod tests {
             transform: DAffine3::IDENTITY,
             colour: None,
             name: "".into(),
+            assembly: None,
             first_face,
         };
         let batch = |face: u32| Batch {

@@ -48,6 +48,7 @@ impl Model {
             part: i.part.0,
             name: i.name.to_string(),
             colour: rgba(i.colour),
+            assemblies: path(i.assembly.as_deref()),
             transform: i.transform,
         };
         self.model.instances.iter().map(of).collect()
@@ -285,6 +286,9 @@ pub(crate) struct Instance {
     /// Overrides the colours of the part and its faces.
     #[pyo3(get)]
     colour: Option<Rgba>,
+    /// Names of the assemblies that it stands in, the root first.
+    #[pyo3(get)]
+    assemblies: Vec<String>,
     transform: trimtess::glam::DAffine3,
 }
 
@@ -295,9 +299,18 @@ impl Instance {
             part: instance.part.0,
             name: instance.name.to_string(),
             colour: rgba(instance.colour),
+            assemblies: path(instance.assembly.as_deref()),
             transform: instance.transform,
         }
     }
+}
+
+/// Names of an assembly and those that it stands in, the root first.
+fn path(assembly: Option<&model::Assembly>) -> Vec<String> {
+    let mut names: Vec<String> =
+        assembly.into_iter().flat_map(model::Assembly::ancestors).map(|assembly| assembly.name.to_string()).collect();
+    names.reverse();
+    names
 }
 
 #[pymethods]

@@ -155,7 +155,14 @@ impl Session {
     #[pyo3(signature = (part, transform=None, *, name=""))]
     fn add_instance(&self, py: Python<'_>, part: u32, transform: Option<[[f64; 4]; 4]>, name: &str) -> PyResult<u64> {
         let transform = transform.map_or(Ok(DAffine3::IDENTITY), |rows| affine(py, rows))?;
-        let new = SceneInstance { part: PartId(part), transform, colour: None, name: name.into(), first_face: 0 };
+        let new = SceneInstance {
+            part: PartId(part),
+            transform,
+            colour: None,
+            name: name.into(),
+            assembly: None,
+            first_face: 0,
+        };
         let mut state = self.state()?;
         let session = &mut state.session;
         let added = py.detach(|| session.add_instance(new));

@@ -50,6 +50,14 @@ def test_instances_have_a_part_and_a_transform():
         assert abs(np.linalg.det(instance.transform[:3, :3]) - 1) < 1e-12
 
 
+def test_instances_know_their_assemblies():
+    instances = trimtess.read(SMALL.with_name("nested.step")).instances
+    paths = [(instance.assemblies, instance.name) for instance in instances]
+    of = ["upper pair", "lower pair"]
+    assert paths == [(["all", pair], ball) for pair in of for ball in ("left", "right")]
+    assert all(instance.assemblies == [] for instance in trimtess.read(LARGE).instances)
+
+
 def test_units_are_told():
     metres = SMALL.read_text()
     centimetres = metres.replace("SI_UNIT( $, .METRE. )", "SI_UNIT( .CENTI., .METRE. )")

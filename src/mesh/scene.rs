@@ -1,7 +1,7 @@
 //! What a sink needs besides triangles: parts, instances, names, colours.
 
 use crate::math::Elementary as _;
-use crate::model::{Colour, EdgeId, FaceId, PartId};
+use crate::model::{Assembly, Colour, EdgeId, FaceId, PartId};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
@@ -40,6 +40,8 @@ pub struct SceneInstance {
     pub colour: Option<Colour>,
     /// Name, possibly empty. Shared with the model's instance.
     pub name: Arc<str>,
+    /// The assembly that it stands in. Shared with the model's instance.
+    pub assembly: Option<Arc<Assembly>>,
     /// Index of this instance's first face when faces are numbered across all instances. Set by `prepare`; a session
     /// renumbers when instances come and go.
     pub first_face: u32,

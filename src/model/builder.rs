@@ -181,7 +181,7 @@ impl ModelBuilder {
 
     /// Adds an instance without colour or name of its own.
     pub fn place(&mut self, part: PartId, transform: DAffine3) -> InstanceId {
-        self.instance(Instance { part, transform, colour: None, name: "".into() })
+        self.instance(Instance { part, transform, colour: None, name: "".into(), assembly: None })
     }
 
     /// Checks and returns the model.

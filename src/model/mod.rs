@@ -50,7 +50,7 @@ mod diagnostic;
 pub use diagnostic::{Diagnostic, Severity};
 
 mod part;
-pub use part::{Coedge, Colour, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};
+pub use part::{Assembly, Coedge, Colour, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};
 
 mod extent;
 

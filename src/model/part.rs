@@ -130,6 +130,22 @@ pub struct Part {
     pub tolerance: f64,
 }
 
+/// An assembly of a product structure, at one place in it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Assembly {
+    /// Name, empty if none.
+    pub name: Arc<str>,
+    /// The assembly that it stands in; `None` for a root.
+    pub parent: Option<Arc<Self>>,
+}
+
+impl Assembly {
+    /// This assembly and those that it stands in, from the innermost to the root.
+    pub fn ancestors(&self) -> impl Iterator<Item = &Self> {
+        std::iter::successors(Some(self), |assembly| assembly.parent.as_deref())
+    }
+}
+
 /// A placed part.
 #[derive(Clone, Debug)]
 pub struct Instance {
@@ -141,6 +157,9 @@ pub struct Instance {
     pub colour: Option<Colour>,
     /// Name, empty if none. Shared: an assembly may place a part many thousand times.
     pub name: Arc<str>,
+    /// The assembly that it stands in; `None` for a root. Instances of one assembly share it: two assemblies of one name
+    /// are two allocations.
+    pub assembly: Option<Arc<Assembly>>,
 }
 
 /// A scene: parts and their placements.

@@ -18,7 +18,8 @@ pub(crate) fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
 
 /// The part, placed once, sound or not.
 pub(crate) fn placed(part: Part) -> Model {
-    let instance = Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into() };
+    let instance =
+        Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into(), assembly: None };
     Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() }
 }
 

@@ -117,7 +117,7 @@ impl Solid {
         let ([z, y, x], scale) = self.placed;
         let turn = DQuat::from_euler(EulerRot::ZYX, z, y, x);
         let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(scale), turn, DVec3::ZERO);
-        model.instance(Instance { part: id, transform, colour: None, name: "".into() });
+        model.instance(Instance { part: id, transform, colour: None, name: "".into(), assembly: None });
         Ok(model.finish()?)
     }
 }

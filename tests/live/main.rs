@@ -84,6 +84,7 @@ fn scene() -> Scene {
         transform: DAffine3::from_translation(offset) * DAffine3::from_scale(scale),
         colour: (part == 0).then_some([0.3, 0.5, 0.8, 1.0]),
         name: "".into(),
+        assembly: None,
         first_face: 16 * part,
     };
     let instances = vec![

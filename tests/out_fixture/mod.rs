@@ -55,6 +55,7 @@ pub(crate) fn box_frame(size: DVec3, transforms: &[DAffine3]) -> MemorySink {
         transform,
         colour: None,
         name: format!("box {index}").into(),
+        assembly: None,
         first_face: 6 * index as u32,
     });
     let line = |k: usize| EdgeLine {

@@ -2,6 +2,7 @@
 
 use crate::{clean, model, near, placement, world};
 use glam::DVec3;
+use std::sync::Arc;
 use trimtess::import::step::{StepError, StepOptions, read};
 use trimtess::model::{Model, Severity};
 
@@ -86,6 +87,11 @@ fn nested_assemblies_share_their_part() {
         assert_eq!(origins(&model), [DVec3::new(1.0, 10.0, 0.0), DVec3::new(1.0, 20.0, 0.0)], "swapped: {swap}");
         near(model.instances[1].transform.transform_point3(DVec3::X * 2.0), DVec3::new(1.0, 22.0, 0.0));
         assert_eq!(&*model.instances[0].name, "use 200");
+        let assemblies = |k: usize| model.instances[k].assembly.as_ref().expect("an assembly");
+        let names = |k| assemblies(k).ancestors().map(|assembly| &*assembly.name).collect::<Vec<_>>();
+        assert_eq!([names(0), names(1)], [["use 210", "all"], ["use 220", "all"]]);
+        let parents = [0, 1].map(|k| assemblies(k).parent.as_ref().expect("an assembly"));
+        assert!(Arc::ptr_eq(parents[0], parents[1]), "one assembly, one allocation");
     }
 }
 

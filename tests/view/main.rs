@@ -54,7 +54,7 @@ fn two_sizes(name: &str) -> Arc<Prepared> {
     model.place(part, DAffine3::IDENTITY);
     let turn = DQuat::from_rotation_y(1.0);
     let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(3.0), turn, DVec3::new(60.0, 10.0, -20.0));
-    model.instance(Instance { part, transform, colour: None, name: "".into() });
+    model.instance(Instance { part, transform, colour: None, name: "".into(), assembly: None });
     prepared(model.finish().unwrap())
 }
 

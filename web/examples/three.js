@@ -1,40 +1,8 @@
-// A STEP file in three.js: drag to turn, wheel to zoom, click a face to hear of it.
+// A page of three.js that shows a STEP file: drag to turn, wheel to zoom, click a face to hear of it. What is of STEP
+// is in step.js.
 import * as THREE from "/node_modules/three/build/three.module.js";
-import * as trimtess from "/trimtess.js";
+import { faceOf, load } from "./step.js";
 
-const DEFAULT = [0.56, 0.65, 0.75];
-
-async function load(bytes) {
-  const prepared = await trimtess.read(bytes);
-  const mesh = await prepared.tessellate({ chordRel: 1e-3, angle: 20 });
-  prepared.close();
-  const geometries = mesh.parts.map(({ positions, normals, indices }) =>
-    new THREE.BufferGeometry()
-      .setAttribute("position", new THREE.BufferAttribute(positions, 3))
-      .setAttribute("normal", new THREE.BufferAttribute(normals, 3))
-      .setIndex(new THREE.BufferAttribute(indices, 1)),
-  );
-  const model = new THREE.Group();
-  for (const { part, transform, colour = DEFAULT } of mesh.instances) {
-    const material = new THREE.MeshStandardMaterial({
-      color: new THREE.Color().setRGB(...colour.slice(0, 3), THREE.SRGBColorSpace),
-    });
-    const solid = new THREE.Mesh(geometries[part], material);
-    solid.applyMatrix4(new THREE.Matrix4().fromArray(transform));
-    solid.userData = mesh.parts[part];
-    model.add(solid);
-  }
-  return model;
-}
-
-function faceAt(x, y) {
-  const ray = new THREE.Raycaster();
-  ray.setFromCamera(new THREE.Vector2(x, y), camera);
-  const [hit] = ray.intersectObject(world);
-  return hit ? `face ${hit.object.userData.faces[hit.faceIndex]} of ${hit.object.userData.name}` : "nothing there";
-}
-
-// What any three.js page has.
 const canvas = document.querySelector("canvas");
 const renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
 const camera = new THREE.PerspectiveCamera(35, 1, 0.01, 10);
@@ -61,8 +29,11 @@ document.querySelector("input").onchange = async ({ target }) => {
   draw();
 };
 canvas.onclick = ({ offsetX, offsetY }) => {
-  const at = faceAt((offsetX / canvas.clientWidth) * 2 - 1, 1 - (offsetY / canvas.clientHeight) * 2);
-  document.querySelector("output").value = at;
+  const at = new THREE.Vector2((offsetX / canvas.clientWidth) * 2 - 1, 1 - (offsetY / canvas.clientHeight) * 2);
+  const ray = new THREE.Raycaster();
+  ray.setFromCamera(at, camera);
+  const [hit] = ray.intersectObject(world);
+  document.querySelector("output").value = hit ? faceOf(hit) : "nothing there";
 };
 canvas.onpointermove = ({ buttons, movementX, movementY }) => {
   if (buttons !== 1) return;

@@ -39,6 +39,7 @@
  * @property {number} part
  * @property {number[]} transform 16 numbers by columns, from the part's `positions` to the world.
  * @property {[number, number, number, number]} [colour]
+ * @property {number} [assembly] What it stands in: an index into `assemblies` of the model's `info`.
  */
 /**
  * @typedef {object} Mesh
@@ -65,6 +66,8 @@
  * @typedef {object} Info
  * @property {string} name
  * @property {{ name: string, faces: number }[]} parts
+ * @property {{ name: string, parent?: number }[]} assemblies What instances stand in. `parent` is an index into this
+ *     list, smaller than the assembly's own.
  * @property {number} faces
  * @property {number} tiles
  * @property {[[number, number, number], [number, number, number]]} [bounds] Lowest and highest corner, in the world.
@@ -190,6 +193,10 @@ export type Instance = {
      */
     transform: number[];
     colour?: [number, number, number, number];
+    /**
+     * What it stands in: an index into `assemblies` of the model's `info`.
+     */
+    assembly?: number;
 };
 export type Mesh = {
     parts: Part[];
@@ -241,6 +248,14 @@ export type Info = {
     parts: {
         name: string;
         faces: number;
+    }[];
+    /**
+     * What instances stand in. `parent` is an index into this
+     * list, smaller than the assembly's own.
+     */
+    assemblies: {
+        name: string;
+        parent?: number;
     }[];
     faces: number;
     tiles: number;

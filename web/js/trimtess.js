@@ -42,6 +42,7 @@
  * @property {number} part
  * @property {number[]} transform 16 numbers by columns, from the part's `positions` to the world.
  * @property {[number, number, number, number]} [colour]
+ * @property {number} [assembly] What it stands in: an index into `assemblies` of the model's `info`.
  */
 
 /**
@@ -72,6 +73,8 @@
  * @typedef {object} Info
  * @property {string} name
  * @property {{ name: string, faces: number }[]} parts
+ * @property {{ name: string, parent?: number }[]} assemblies What instances stand in. `parent` is an index into this
+ *     list, smaller than the assembly's own.
  * @property {number} faces
  * @property {number} tiles
  * @property {[[number, number, number], [number, number, number]]} [bounds] Lowest and highest corner, in the world.

@@ -7,6 +7,7 @@ import init, * as wasm from "./wasm/trimtess_web.js";
 
 /** @typedef {import("./stage.js").Message} Message */
 /** @typedef {import("./stage.js").Source} Source */
+/** @typedef {import("./tree.js").TreeNode} TreeNode */
 /** @typedef {{ colours: any, deviation: number, orthographic: boolean, edges: boolean, wireframe: boolean,
  *   backfaces: boolean, section: wasm.SectionSetting, dark: boolean }} Settings */
 
@@ -151,25 +152,42 @@ function describe(seconds) {
 }
 
 /**
- * Instances by part. A part that is placed once is a leaf.
+ * The file's assemblies with what stands in them. Instances of one part that stand in one assembly share a node.
  * @param {ReturnType<wasm.Prepared["info"]>} info
- * @returns {import("./tree.js").TreeNode[]}
+ * @returns {TreeNode[]}
  */
-function treeOf({ parts, instances }) {
-  /** @type {number[][]} */
-  const places = parts.map(() => []);
-  for (const [instance, { part }] of instances.entries()) places[part]?.push(instance);
-  return parts.flatMap(({ name, faces }, part) => {
-    const title = name || `part ${part}`;
-    const leaves = places[part].map((instance) => ({
-      name: instances[instance].name || title,
-      faces,
-      instance,
-      children: [],
-    }));
-    if (leaves.length < 2) return leaves.map((leaf) => ({ ...leaf, name: title }));
-    return [{ name: `${title} × ${leaves.length}`, faces: faces * leaves.length, children: leaves }];
+function treeOf({ parts, instances, assemblies }) {
+  const root = assemblies.length;
+  /** What stands in each assembly, and at last outside of all. */
+  const standing = Array.from({ length: root + 1 }, () => ({
+    assemblies: /** @type {number[]} */ ([]),
+    places: /** @type {Map<number, number[]>} */ (new Map()),
+  }));
+  assemblies.forEach(({ parent }, row) => standing[parent ?? root].assemblies.push(row));
+  instances.forEach(({ part, assembly }, instance) => {
+    const { places } = standing[assembly ?? root];
+    places.get(part)?.push(instance) ?? places.set(part, [instance]);
   });
+  const total = (/** @type {TreeNode[]} */ nodes) => nodes.reduce((sum, { faces }) => sum + faces, 0);
+  /** @param {number} row @returns {TreeNode[]} */
+  const below = (row) => {
+    const nodes = standing[row].assemblies.map((child) => {
+      const children = below(child);
+      return { name: assemblies[child].name, faces: total(children), children };
+    });
+    const { places } = standing[row];
+    const alone = row !== root && nodes.length === 0 && places.size === 1;
+    const placed = [...places].flatMap(([part, same]) => {
+      const { name, faces } = parts[part];
+      const title = name || `part ${part}`;
+      if (same.length === 1) return { name: title, faces, instance: same[0], children: [] };
+      const leaf = (/** @type {number} */ instance) => ({ name: instances[instance].name || title, faces, instance });
+      const children = same.map((instance) => ({ ...leaf(instance), children: [] }));
+      return alone ? children : { name: `${title} × ${same.length}`, faces: total(children), children };
+    });
+    return [...nodes, ...placed];
+  };
+  return below(root);
 }
 
 // ---- Pictures ----

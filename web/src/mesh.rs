@@ -1,7 +1,7 @@
 //! A prepared model -> typed arrays, and files.
 
 use crate::diagnostic::{Diagnostic, listed};
-use crate::instance::{Instance, instances};
+use crate::instance::{Instance, placed};
 use crate::limits::MEMORY;
 use crate::told;
 use js_sys::{Float32Array, Uint32Array};
@@ -133,7 +133,7 @@ impl Mesh {
     /// # Errors
     /// Those of making objects.
     pub fn instances(&self) -> Result<Vec<Ts<Instance>>, JsError> {
-        instances(&self.frame.scene).iter().map(|placed| Ok(placed.into_ts()?)).collect()
+        placed(&self.frame.scene).0.iter().map(|instance| Ok(instance.into_ts()?)).collect()
     }
 
     /// What reading, preparing and tessellating repaired, approximated or lost.

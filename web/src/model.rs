@@ -1,7 +1,7 @@
 //! Bytes of a file, or a built-in model -> a prepared model.
 
 use crate::diagnostic::{Diagnostic, listed};
-use crate::instance::{Instance, instances};
+use crate::instance::{Assembly, Instance, placed};
 use crate::limits::MEMORY;
 use crate::mesh::{Mesh, Tolerance};
 use crate::progress::{self, Progress};
@@ -117,11 +117,13 @@ impl Prepared {
         let parts = prepared.scene.parts.iter();
         let parts: Vec<PartInfo> =
             parts.map(|part| PartInfo { name: part.name.clone(), faces: part.face_colours.len() }).collect();
+        let (instances, assemblies) = placed(&prepared.scene);
         let info = Info {
             name: prepared.scene.name.clone(),
             faces: parts.iter().map(|part| part.faces).sum(),
             parts,
-            instances: instances(&prepared.scene),
+            instances,
+            assemblies,
             tiles: prepared.tiles().count(),
             bounds: prepared.bounds.map(|corners| corners.map(Into::into)),
             diagonal: prepared.diagonal,
@@ -152,6 +154,8 @@ pub struct Info {
     name: String,
     parts: Vec<PartInfo>,
     instances: Vec<Instance>,
+    /// What instances stand in. Parents come before what stands in them.
+    assemblies: Vec<Assembly>,
     /// Faces of all parts, each part counted once.
     faces: usize,
     /// Tiles of all parts, each part counted once.

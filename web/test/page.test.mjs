@@ -23,6 +23,7 @@ import {
 
 const CUBE = "red_cube_blue_cylinder.step";
 const CTC = "nist_ctc05.step";
+const NESTED = "nested.step";
 
 /** @typedef {import("./browser.mjs").Session} Session */
 /** @typedef {import("playwright-core").Page} Page */
@@ -200,6 +201,29 @@ for (const gpu of /** @type {("webgl2" | "webgpu")[]} */ (["webgl2", "webgpu"]))
         assert((await compare(session, /** @type {Buffer} */ (seen.at(-1)), now)).far > 0.01, by);
         seen.push(now);
       }
+    });
+
+    check("assemblies are nested, and hidden as a whole", async () => {
+      await dropFile(page, data(NESTED));
+      await settled(page, NESTED);
+      const names = (/** @type {string} */ below) =>
+        page.locator(`${below} > li > .node > label > span`).allInnerTexts();
+      assert.deepEqual(await names("#tree"), ["all"]);
+      assert.deepEqual(await names("#tree > li > ul"), ["upper pair", "lower pair"]);
+      const triangles = async () => number((await rows(page, "costs")).triangles);
+      const [whole, all] = [await picture(page), await triangles()];
+      await page.getByLabel("lower pair", { exact: true }).uncheck();
+      await settled(page, NESTED);
+      assert.equal(await triangles(), all / 2);
+      await page.getByRole("button", { name: "Parts of upper pair" }).click();
+      await page.getByLabel("left", { exact: true }).uncheck();
+      await settled(page, NESTED);
+      assert.equal(await triangles(), all / 4);
+      await page.getByLabel("all", { exact: true }).uncheck();
+      await page.getByLabel("all", { exact: true }).check();
+      await settled(page, NESTED);
+      assert.equal(await triangles(), all);
+      assert((await compare(session, whole, await picture(page))).far < 1e-4);
     });
 
     check("a section cuts the model open", async () => {

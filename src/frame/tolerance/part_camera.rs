@@ -234,7 +234,14 @@ mod tests {
         let lens = view.lens().unwrap_or_else(|| panic!("invalid view: {view:?}"));
         view.sight(
             lens,
-            &SceneInstance { part: crate::model::PartId(0), transform, colour: None, name: "".into(), first_face: 0 },
+            &SceneInstance {
+                part: crate::model::PartId(0),
+                transform,
+                colour: None,
+                name: "".into(),
+                assembly: None,
+                first_face: 0,
+            },
         )
     }
 

@@ -4,12 +4,12 @@ use super::contents::PartContents;
 use super::kinds::{is_endless, is_shapeless};
 use super::options::StepOptions;
 use super::place::Geometry;
-use super::product::{self, Group, MAX_ASSEMBLY_DEPTH, PlacementDiagnostic, Structure, is_supplemental};
+use super::product::{self, Child, Group, MAX_ASSEMBLY_DEPTH, PlacementDiagnostic, Structure, is_supplemental};
 use super::shells::Gather;
 use super::style::Styles;
 use super::table::Table;
 use super::units::Contexts;
-use crate::model::{Colour, Diagnostic, Instance, PartId, Severity, StepOutcome};
+use crate::model::{Assembly, Colour, Diagnostic, Instance, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
@@ -21,7 +21,7 @@ pub(super) struct PlannedPart {
     pub(super) colour: Option<Colour>,
 }
 
-/// Memory of an occurrence, bytes: its instance here, and in the scene that prepare makes.
+/// Memory of an occurrence, bytes: its instance or assembly here, and its instance in the scene that prepare makes.
 const BYTES_PER_INSTANCE: usize = 2 * size_of::<Instance>() + 64;
 
 /// The assembly tree while it is expanded into instances.
@@ -114,7 +114,7 @@ impl<'a> Tree<'a> {
             let part = PartId::new(self.planned.len());
             self.planned.push(PlannedPart { name: String::new(), gathered: left, colour: None });
             let transform = DAffine3::IDENTITY;
-            self.instances.push(Instance { part, transform, colour: None, name: "".into() });
+            self.instances.push(Instance { part, transform, colour: None, name: "".into(), assembly: None });
         }
         for (trouble, units) in std::mem::take(&mut self.gather.unread) {
             let place = Geometry::new(self.table, units, self.options.fit_tolerance).place_near(trouble.entity);
@@ -161,16 +161,18 @@ impl<'a> Tree<'a> {
         for group in groups {
             if !self.reached.contains(&group) {
                 let name = self.groups[group].name.clone();
-                self.walk(group, 0, DAffine3::IDENTITY, name, None);
+                let root = Child { group, entity: 0, transform: DAffine3::IDENTITY, name, colour: None };
+                self.walk(root, None);
             }
         }
     }
 
-    /// Visits an occurrence of a group, placed by instance `entity`, and all in it.
-    fn walk(&mut self, group: usize, entity: u64, transform: DAffine3, name: Arc<str>, colour: Option<Colour>) {
+    /// Visits an occurrence, placed in the world, and all in it. `within` is the assembly that it stands in.
+    fn walk(&mut self, occurrence: Child, within: Option<&Arc<Assembly>>) {
         if self.beyond.is_some() {
             return;
         }
+        let Child { group, entity, transform, name, colour } = occurrence;
         self.visits += 1;
         let budget = &self.table.budget;
         self.beyond = (self.visits > budget.max_instances()).then_some(entity);
@@ -178,8 +180,11 @@ impl<'a> Tree<'a> {
             return;
         }
         self.reached.insert(group);
+        let is_assembly = !self.groups[group].children.is_empty();
+        let own = is_assembly.then(|| Arc::new(Assembly { name: name.clone(), parent: within.cloned() }));
+        let within = own.as_ref().or(within);
         if let Some(part) = self.part(group) {
-            self.instances.push(Instance { part, transform, colour, name });
+            self.instances.push(Instance { part, transform, colour, name, assembly: within.cloned() });
         }
         self.path.push(group);
         for child in 0..self.groups[group].children.len() {
@@ -192,7 +197,8 @@ impl<'a> Tree<'a> {
                 continue;
             }
             let name = if child.name.is_empty() { self.groups[child.group].name.clone() } else { child.name };
-            self.walk(child.group, child.entity, transform * child.transform, name, colour.or(child.colour));
+            let (transform, colour) = (transform * child.transform, colour.or(child.colour));
+            self.walk(Child { transform, name, colour, ..child }, within);
         }
         self.path.pop();
     }

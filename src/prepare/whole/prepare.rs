@@ -149,9 +149,10 @@ fn scene(model: &Model, clouds: &[Vec<DVec3>], facts: Vec<(Vec<FaceId>, Closedne
     let mut first_face = 0;
     let place = |i: &Instance| {
         let faces = model.parts.get(i.part.index())?.faces.len();
-        let (first, name) = (first_face, i.name.clone());
+        let first = first_face;
         first_face += u32::try_from(faces).unwrap_or(0);
-        Some(SceneInstance { part: i.part, transform: i.transform, colour: i.colour, name, first_face: first })
+        let Instance { part, transform, colour, name, assembly } = i.clone();
+        Some(SceneInstance { part, transform, colour, name, assembly, first_face: first })
     };
     let instances = model.instances.iter().filter_map(place).collect();
     Scene { name: model.name.clone(), parts, instances }
