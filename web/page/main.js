@@ -175,7 +175,7 @@ function costs(frame) {
   return [
     ["plan", milliseconds(frame.plan)],
     ["tiles made", `${thousands(frame.tiles)} in ${milliseconds(frame.made)}`],
-    ["picture", `${thousands(frame.draws)} draws in ${milliseconds(frame.whole)}`],
+    ["picture", `${thousands(frame.drawn)} tiles in ${milliseconds(frame.whole)}`],
     ["triangles", thousands(frame.triangles)],
     ["sent", bytes(frame.sent)],
     ["held", bytes(frame.held)],

@@ -224,7 +224,7 @@ function step(viewer, seen) {
     made: frame.makeMs,
     whole: performance.now() - start,
     tiles: frame.tiles,
-    draws: frame.drawnTiles,
+    drawn: frame.drawnTiles,
     triangles: frame.triangles,
     sent: frame.sentBytes,
     held: frame.heldBytes,
