@@ -114,6 +114,8 @@ async function attach(canvas) {
   viewer = made;
   // WebGL tells nobody else.
   canvas.addEventListener("webglcontextlost", () => viewer === made && lose("the browser took it away"));
+  // WebGPU tells those who ask, and a picture at rest asks nothing.
+  const asks = setInterval(() => (viewer !== made || isLost(made)) && clearInterval(asks), 500);
 }
 
 /** Shows the model in a picture of the present size. */
@@ -211,11 +213,8 @@ function draw() {
 /** @param {wasm.Viewer} viewer @param {number} seen */
 function step(viewer, seen) {
   const start = performance.now();
+  if (isLost(viewer)) return;
   const frame = viewer.step();
-  if (frame.lost !== undefined) {
-    lose(frame.lost);
-    return;
-  }
   post({
     type: "frame",
     turn: seen,
@@ -232,6 +231,13 @@ function step(viewer, seen) {
     marker: frame.mark ?? null,
   });
   if (frame.again) draw();
+}
+
+/** Whether the device is lost; then gives it up. @param {wasm.Viewer} viewer */
+function isLost(viewer) {
+  const why = viewer.lost();
+  if (why !== undefined) lose(why);
+  return why !== undefined;
 }
 
 /** @param {string} message */

@@ -52,10 +52,6 @@ pub struct Adapter {
 pub struct Step {
     /// Another picture must follow.
     again: bool,
-    /// Why the graphics device is lost: it needs a new canvas and a new viewer.
-    #[tsify(optional)]
-    #[serde(skip_serializing_if = "Option::is_none")]
-    lost: Option<String>,
     /// Whether tiles changed.
     changed: bool,
     plan_ms: f64,
@@ -128,6 +124,12 @@ impl Viewer {
     /// Changes the size of the canvas, in its pixels.
     pub fn resize(&self, width: u32, height: u32) {
         self.state.borrow_mut().canvas.resize(width, height);
+    }
+
+    /// Why the graphics device is lost, if it is: it needs a new canvas and a new viewer.
+    #[must_use]
+    pub fn lost(&self) -> Option<String> {
+        self.state.borrow().canvas.lost()
     }
 
     /// Draws a picture: changes that fit in its time, then the rest with the next ones.
@@ -305,9 +307,6 @@ impl State {
     }
 
     fn step(&mut self) -> Result<Step, JsError> {
-        if let Some(why) = self.canvas.lost() {
-            return Ok(Step { lost: Some(why), ..Step::default() });
-        }
         self.land_press()?;
         let report = self.advance()?;
         let options = self.options();
@@ -320,7 +319,6 @@ impl State {
         self.drawn = drawn.unwrap_or(self.drawn);
         Ok(Step {
             again: hidden || report.deferred > 0 || self.press.is_some(),
-            lost: None,
             changed: report.batches > 0,
             plan_ms: ms(report.planned_in),
             make_ms: ms(report.made_in),

@@ -74,23 +74,6 @@ describe("life", () => {
     await page.locator("#welcome").waitFor();
   });
 
-  test("a lost graphics device is replaced, with the camera and what is hidden", async () => {
-    await fresh(session);
-    await dropFile(page, data(CUBE));
-    await settled(page, CUBE);
-    await page.locator("#tree input").last().uncheck();
-    await page.getByRole("button", { name: "left", exact: true }).click();
-    await settled(page, CUBE);
-    const before = await picture(page);
-    const client = await session.browser.newBrowserCDPSession();
-    await client.send("Browser.crashGpuProcess").catch(() => {});
-    await page.waitForFunction(() => document.getElementById("stage")?.ariaBusy === "true", undefined, {
-      timeout: 10_000,
-    });
-    await settled(page, CUBE);
-    assert((await compare(session, before, await picture(page))).far < 1e-3);
-  });
-
   test("a phone's width has no sideways scrolling, and every control is in reach", async () => {
     await page.setViewportSize({ width: 360, height: 740 });
     await fresh(session);

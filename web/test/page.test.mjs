@@ -255,6 +255,22 @@ for (const gpu of /** @type {("webgl2" | "webgpu")[]} */ (["webgl2", "webgpu"]))
       assert(fine > 1.5 * coarse, `${coarse} and ${fine} triangles`);
     });
 
+    check("a lost graphics device is replaced, with the camera and what is hidden", async () => {
+      await dropFile(page, data(CUBE));
+      await settled(page, CUBE);
+      await page.locator("#tree input").last().uncheck();
+      await page.getByRole("button", { name: "left", exact: true }).click();
+      await settled(page, CUBE);
+      const before = await picture(page);
+      const client = await session.browser.newBrowserCDPSession();
+      await client.send("Browser.crashGpuProcess").catch(() => {});
+      await page.waitForFunction(() => document.getElementById("stage")?.ariaBusy === "true", undefined, {
+        timeout: 10_000,
+      });
+      await settled(page, CUBE);
+      assert((await compare(session, before, await picture(page))).far < 1e-3);
+    });
+
     check("reading is cancelled, and what was shown stays", async () => {
       await dropFile(page, data(CUBE));
       await settled(page, CUBE);
