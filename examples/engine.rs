@@ -1,5 +1,5 @@
 //! A session as an engine hosts it: the engine's pool, vertices of 16 bytes in the engine's memory, progress, a budget
-//! per frame, instances that move. Asserts what it shows.
+//! per frame, instances that move, a file that changes. Asserts what it shows.
 //!
 //! Run with `cargo run --release --example engine -- tests/data/nist_ctc05.step`.
 
@@ -12,7 +12,7 @@ use trimtess::control::{Control, Job, Jobs, Priority};
 use trimtess::frame::PlannerOptions;
 use trimtess::import::step::{StepOptions, read_on};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
-use trimtess::model::{PartId, TileId};
+use trimtess::model::{Instance, PartId, TileId, shapes};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare_on};
 use trimtess::view::{CameraPath, Picture};
@@ -93,6 +93,19 @@ impl MeshSink for Drawables {
         Ok(())
     }
 
+    /// Another model: tiles of parts that go on get the part's new number, the others go.
+    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+        let goes_on = |(old, new): (&Option<PartId>, u32)| Some(((*old)?, PartId(new)));
+        let new: BTreeMap<PartId, PartId> = from.iter().zip(0..).filter_map(goes_on).collect();
+        for tile in std::mem::take(&mut self.tiles).into_values() {
+            match new.get(&tile.part) {
+                Some(&part) => _ = self.tiles.insert((part, tile.tile), WrittenTile { part, ..tile }),
+                None => self.memory.release(&tile),
+            }
+        }
+        self.begin_changes(scene)
+    }
+
     fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
         unreachable!("tiles are written into memory")
     }
@@ -145,7 +158,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // A session starts no thread of its own. 4 ms of one worker for the tiles of a frame; the rest waits.
     let planner = PlannerOptions::DEFAULT.with_budget(Some(Duration::from_millis(4)));
     let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
-    let mut session = Session::start_on(pool, Arc::clone(&prepared), &options);
+    let mut session = Session::start_on(Arc::<Pool>::clone(&pool), Arc::clone(&prepared), &options);
     let mut sink = Drawables::default();
     session.write_into(VertexLayout::COMPACT, Arc::<Blocks>::clone(&sink.memory));
 
@@ -189,6 +202,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     session.move_instance(key, aside)?;
     session.view(&views[59..], &mut sink)?;
     assert_eq!(sink.scene.instances[0].transform, aside);
+
+    // The file has changed: a new part before the others, and other colours. One part is prepared, and its tiles are
+    // made; the others go on under their new numbers.
+    let mut edited = model;
+    edited.parts[0].colour = Some([0.9, 0.4, 0.1, 1.0]);
+    edited.parts.insert(0, shapes::cuboid());
+    edited.instances.iter_mut().for_each(|instance| instance.part.0 += 1);
+    edited.instances.push(Instance { part: PartId(0), ..edited.instances[0].clone() });
+    let next = Arc::new(prepared.update_on(&*pool, &edited, &PrepareOptions::DEFAULT, &Control::default())?);
+    assert!(next.parts[1..].iter().zip(&prepared.parts).all(|(new, old)| Arc::ptr_eq(new, old)));
+    session.update(Arc::clone(&next))?;
+    let report = session.view(&views[59..], &mut sink)?;
+    assert!(!report.whole && report.tiles <= next.parts[0].tiles.len());
+    assert_eq!(sink.memory.lock().len(), sink.tiles.len());
+    println!("updated: {} tiles made of {}; {:?}", report.tiles, next.tiles().count(), session.memory()?);
 
     // A frame that is cancelled leaves the sink as it was; its rooms come back.
     session.begin(&views[..1])?;

@@ -21,8 +21,9 @@ const MAY_USE: [(&str, &[&str]); 12] = [
 ];
 
 /// Libraries, and the only folders that may name them. Threads are those of the caller's `Jobs`, of which rayon is one;
-/// devices belong to pictures, windows to the program (`cli/`).
-const CRATE_ONLY_IN: [(&str, &[&str]); 9] = [
+/// devices belong to pictures, windows to the program (`cli/`). Hashes of content are prepare's.
+const CRATE_ONLY_IN: [(&str, &[&str]); 10] = [
+    ("blake3", &["prepare"]),
     ("rayon", &["control"]),
     ("core_affinity", &["control"]),
     ("cpu_time", &["parallel"]),

@@ -23,6 +23,7 @@ pub use written::{GridTooCoarse, TileGrid, TileMemory, WrittenTile};
 pub(crate) use written::{NotWritten, PartGrid};
 
 mod sink;
+pub(crate) use sink::successors;
 pub use sink::{MemorySink, MeshSink};
 
 mod frame_view;

@@ -1,12 +1,15 @@
 //! The trait through which triangles leave the engine, and a sink that keeps them in memory.
 
 use super::{Batch, DrawnTiles, EdgeLine, Scene, SinkError, WrittenTile};
+use crate::model::PartId;
+use std::collections::BTreeMap;
 
 /// Receives frames of triangles.
 ///
-/// Call order: `begin` or `begin_changes`, `batch`*, `edge_line`*, `drawn`, then `end` or `abort`, all on the render
-/// thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers. A session that
-/// [writes into the sink's memory](crate::parallel::Session::write_into) calls `written` instead of `batch`.
+/// Call order: `begin`, `begin_changes` or `begin_update`, `batch`*, `edge_line`*, `drawn`, then `end` or `abort`, all
+/// on the render thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers. A
+/// session that [writes into the sink's memory](crate::parallel::Session::write_into) calls `written` instead of
+/// `batch`.
 ///
 /// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {
@@ -24,6 +27,20 @@ pub trait MeshSink: Send {
     /// When the sink takes whole frames only, like files; `abort` follows. The provided implementation always fails.
     fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
         let context = format!("incremental frame of {:?} for a sink that takes whole frames only", scene.name);
+        Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
+    }
+
+    /// Starts an incremental frame of another model, after [`Session::update`](crate::parallel::Session::update). Part
+    /// `p` of `scene` starts with the tiles and lines of part `from[p]` of the last completed frame, and with none if
+    /// that is `None`. No part is named twice; parts that are not named go, with their tiles and lines. `from` has a
+    /// row for each part of `scene`. A part that goes on has the same centre and radius; name, colours and instances
+    /// may differ. Then as [`begin_changes`](Self::begin_changes).
+    ///
+    /// # Errors
+    /// When the sink takes whole frames only, or one model only; `abort` follows, and the next frame is a whole one.
+    /// The provided implementation always fails.
+    fn begin_update(&mut self, scene: &Scene, _from: &[Option<PartId>]) -> Result<(), SinkError> {
+        let context = format!("another model, {:?}, for a sink that takes one model only", scene.name);
         Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
     }
 
@@ -78,6 +95,10 @@ impl<S: MeshSink + ?Sized> MeshSink for Box<S> {
 
     fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
         (**self).begin_changes(scene)
+    }
+
+    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+        (**self).begin_update(scene, from)
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
@@ -135,6 +156,25 @@ struct Changes {
     edge_lines: Vec<EdgeLine>,
 }
 
+/// The new number of each part that goes on, from what [`MeshSink::begin_update`] gets.
+pub(crate) fn successors(from: &[Option<PartId>]) -> BTreeMap<PartId, PartId> {
+    from.iter().enumerate().filter_map(|(new, old)| Some(((*old)?, PartId::new(new)))).collect()
+}
+
+/// Renumbers parts, drops the rows of parts that have no number, and sorts the others by `key`.
+fn renumber<T, K: Ord>(
+    rows: &mut Vec<T>,
+    new: &BTreeMap<PartId, PartId>,
+    part: impl Fn(&mut T) -> &mut PartId,
+    key: impl Fn(&T) -> K,
+) {
+    rows.retain_mut(|row| {
+        let part = part(row);
+        new.get(part).map(|new| *part = *new).is_some()
+    });
+    rows.sort_by_key(key);
+}
+
 /// Merges the sorted rows `new` into the sorted rows `old`; equal keys are replaced.
 fn replaced<T, K: Ord>(old: &mut Vec<T>, new: Vec<T>, key: impl Fn(&T) -> K) {
     let mut out = Vec::with_capacity(old.len() + new.len());
@@ -160,6 +200,13 @@ impl MeshSink for MemorySink {
         self.scene = scene.clone();
         self.changes = Changes { only: true, ..Changes::default() };
         Ok(())
+    }
+
+    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+        let new = successors(from);
+        renumber(&mut self.batches, &new, |batch| &mut batch.part, |batch| (batch.part, batch.tile));
+        renumber(&mut self.edge_lines, &new, |line| &mut line.part, |line| (line.part, line.edge));
+        self.begin_changes(scene)
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {

@@ -62,6 +62,8 @@ pub(super) enum Feed<'a> {
     Views {
         /// Whether to send a whole frame rather than changes.
         whole: bool,
+        /// For changes of another model than the sink has.
+        from: Option<&'a [Option<PartId>]>,
         drawn: &'a DrawnTiles,
         /// Tiles to evict from the sink, ascending.
         forgotten: &'a [(PartId, TileId, FaceId)],
@@ -195,7 +197,11 @@ impl Rows {
         (whole, feed): (bool, Feed<'_>),
         (is_written, sink): (bool, &mut dyn MeshSink),
     ) -> Result<(), SinkError> {
-        if whole { sink.begin(scene) } else { sink.begin_changes(scene) }?;
+        match feed {
+            _ if whole => sink.begin(scene),
+            Feed::Views { from: Some(from), .. } => sink.begin_update(scene, from),
+            _ => sink.begin_changes(scene),
+        }?;
         for &Place { list, row, .. } in &self.order {
             self.given += 1;
             let (list, row) = (list as usize, row as usize);

@@ -43,6 +43,11 @@ impl<S: Stages> Crew<S> {
         self.workers.len()
     }
 
+    /// Size of all tile caches, bytes.
+    pub(super) fn cached(&self) -> usize {
+        self.workers.iter().map(|worker| worker.cached()).sum()
+    }
+
     /// Makes a frame. Workers that have nothing to do deliver nothing. When cancelled, deliveries are incomplete.
     pub(super) fn make(&mut self, jobs: &dyn Jobs, order: Order<S::Plan>, work: Work) -> Vec<Delivery> {
         let _span = tracing::trace_span!("tiles").entered();

@@ -5,7 +5,7 @@ use super::commit::{Feed, FrameReport, Rows, commit, refusal};
 use super::crew::{Crew, Work};
 use super::error::FrameError;
 use super::handoff::{DegradedTile, Delivery, Hand, Watch};
-use super::metrics::Laps;
+use super::metrics::{Laps, SessionMemory};
 use super::options::SessionOptions;
 use super::owners::{Owners, hands, workers_on};
 use super::residency::{Due, Residency};
@@ -16,8 +16,8 @@ use crate::frame::internals::{
     Levels, PartPlan, PlacedInstances, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile,
     tessellate_tile, update_tile,
 };
-use crate::frame::{Plan, PlannerOptions, Reuse};
-use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMemory, TileMesh, VertexLayout};
+use crate::frame::{Plan, Reuse};
+use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMemory, TileMesh, VertexLayout, successors};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
 use crate::view::View;
@@ -74,10 +74,9 @@ pub(super) struct Engine {
     pub(super) placed: PlacedInstances,
     crew: Crew<Prepared>,
     owners: Owners,
-    edge_lines: bool,
+    options: SessionOptions,
     /// Writes tiles into the memory of the sink, if it wants that.
     writer: Option<Arc<Writer>>,
-    planner: PlannerOptions,
     /// Of the last commit.
     rows: Rows,
     /// Made with the first frame of views.
@@ -115,7 +114,6 @@ impl Engine {
         let owners = Owners::of(&prepared, &hands, options.rebalance_every);
         let crew = Crew::of(&prepared, hands, options.reuse);
         let placed = PlacedInstances::of(&prepared);
-        let (edge_lines, writer, planner) = (options.edge_lines, None, options.planner);
         Self {
             prepared,
             jobs,
@@ -123,9 +121,8 @@ impl Engine {
             placed,
             crew,
             owners,
-            edge_lines,
-            writer,
-            planner,
+            options: options.clone(),
+            writer: None,
             rows: Rows::default(),
             live: None,
             rests: false,
@@ -154,6 +151,25 @@ impl Engine {
         true
     }
 
+    /// Goes on with another model, and its instances. What parts of both have is kept, but for tile caches.
+    pub(super) fn update(&mut self, model: &Arc<Prepared>) {
+        self.rests = false;
+        let (prepared, from) = self.levels.update(&self.prepared, model);
+        self.prepared = prepared;
+        let SessionOptions { edge_lines, rebalance_every, reuse, .. } = self.options;
+        let hands = hands(&self.prepared, self.crew.len(), edge_lines);
+        self.owners = Owners::of(&self.prepared, &hands, rebalance_every);
+        self.crew = Crew::of(&self.prepared, hands, reuse);
+        self.placed.update(&self.prepared);
+        if let Some(writer) = &mut self.writer {
+            *writer = Arc::new(writer.of_model(&self.prepared));
+        }
+        if let Some(Live { planner, residency }) = &mut self.live {
+            planner.update(Arc::clone(&self.prepared), &from);
+            residency.update(&self.prepared, &from);
+        }
+    }
+
     /// Removes an instance. The indices of later ones decrease by one.
     pub(super) fn remove_instance(&mut self, row: usize) {
         self.rests = false;
@@ -171,6 +187,15 @@ impl Engine {
     pub(super) fn write_into(&mut self, layout: VertexLayout, memory: Arc<dyn TileMemory>) {
         self.writer = Some(Arc::new(Writer::new(layout, memory, &self.prepared)));
         self.forget();
+    }
+
+    /// What it takes besides the prepared model.
+    pub(super) fn memory(&self) -> SessionMemory {
+        /// Copies of the list of instances: the caller's and this one's; and the sphere, key and row of each.
+        const INSTANCE: usize = 2 * size_of::<SceneInstance>() + 128;
+        let live = self.live.as_ref().map_or((0, 0), |live| (live.planner.memory(), live.residency.memory()));
+        let instances = self.placed.instances().len() * INSTANCE;
+        SessionMemory { plans: live.0 as u64, caches: self.crew.cached() as u64, scene: (instances + live.1) as u64 }
     }
 
     pub(super) fn workers(&self) -> usize {
@@ -194,7 +219,7 @@ impl Engine {
         let mut laps = Laps::start();
         let Self { prepared, jobs, placed, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
-            planner: Planner::new(Arc::clone(prepared), &self.planner),
+            planner: Planner::new(Arc::clone(prepared), &self.options.planner),
             residency: Residency::new(prepared),
         });
         // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
@@ -209,7 +234,7 @@ impl Engine {
         residency.outdate(prepared, changes);
         let deferred = changes.deferred;
         let mut due = residency.due(prepared, placed.instances(), &plan.drawn);
-        if !self.edge_lines {
+        if !self.options.edge_lines {
             due.edges.clear();
         }
         let planned_in = laps.lap();
@@ -254,13 +279,14 @@ impl Engine {
         }
         let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred } = frame;
         let Some(Live { residency, .. }) = &mut self.live else { return Ok(FrameReport::default()) };
-        let still = deliveries.is_empty() && !due.whole && due.forgotten.is_empty();
+        let still = deliveries.is_empty() && !due.whole && due.from.is_none() && due.forgotten.is_empty();
         if still && residency.shows(&plan.drawn, self.placed.version()) {
             self.rests = true;
             return Ok(FrameReport { planned_in, deferred, ..self.unchanged() });
         }
         let times: Vec<_> = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied()).collect();
-        let feed = Feed::Views { whole: due.whole, drawn: &plan.drawn, forgotten: &due.forgotten };
+        let from = due.from.as_deref();
+        let feed = Feed::Views { whole: due.whole, from, drawn: &plan.drawn, forgotten: &due.forgotten };
         let report = match commit(deliveries, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
             Ok(report) => report,
             Err(error) => {
@@ -271,6 +297,14 @@ impl Engine {
         self.owners.book(&self.prepared, times.into_iter());
         let forgotten = || due.forgotten.iter().map(|&(part, tile, _)| (part, tile));
         self.owners.forget(forgotten());
+        if let (Some(from), false) = (from, degraded.is_empty()) {
+            let new = successors(from);
+            let renumbered = |((part, tile), row): ((PartId, TileId), DegradedTile)| {
+                let part = *new.get(&part)?;
+                Some(((part, tile), DegradedTile { part, ..row }))
+            };
+            *degraded = std::mem::take(degraded).into_iter().filter_map(renumbered).collect();
+        }
         if due.whole {
             degraded.clear();
         } else if !degraded.is_empty() {

@@ -46,8 +46,16 @@ impl Instances {
     /// Instances of these parts, in the order of their rows.
     pub(super) fn of(parts: impl Iterator<Item = PartId>) -> Self {
         let mut new = Self { rows: SlotMap::new(), keys: Vec::new(), parts: Vec::new() };
-        parts.for_each(|part| _ = new.push(part));
+        new.update(parts);
         new
+    }
+
+    /// Replaces all rows. Keys of those before name none from now on.
+    pub(super) fn update(&mut self, parts: impl Iterator<Item = PartId>) {
+        self.rows.clear();
+        self.keys.clear();
+        self.parts.clear();
+        parts.for_each(|part| _ = self.push(part));
     }
 
     /// Appends a row.
@@ -100,6 +108,9 @@ mod tests {
         for key in keys.iter().chain([&new]) {
             assert_eq!(InstanceKey::from_bits(key.to_bits()), *key);
         }
+        instances.update([4, 5].map(PartId).into_iter());
+        assert!(keys.iter().chain([&new]).all(|&key| instances.row(key).is_none()));
+        assert_eq!([0, 1, 2].map(|row| instances.part(row)), [Some(PartId(4)), Some(PartId(5)), None]);
         assert_eq!([0, 1, u64::MAX].map(|bits| instances.row(InstanceKey::from_bits(bits))), [None; 3]);
     }
 }

@@ -102,6 +102,28 @@ impl Processor {
     }
 }
 
+/// Memory of a [`Session`](super::Session) by kind, bytes, estimated from counts; besides its prepared model, which
+/// others may share ([`Prepared::memory`](crate::prepare::Prepared::memory)), and what its sink has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct SessionMemory {
+    /// Levels and plans of frames of views; 0 before the first.
+    pub plans: u64,
+    /// What workers cache of tiles for incremental updates ([`SessionOptions::reuse`](super::SessionOptions::reuse)).
+    pub caches: u64,
+    /// Instances, and which tiles the sink has.
+    pub scene: u64,
+}
+
+impl SessionMemory {
+    /// The sum.
+    #[must_use]
+    pub const fn total(&self) -> u64 {
+        let Self { plans, caches, scene } = *self;
+        plans + caches + scene
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

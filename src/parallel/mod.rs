@@ -4,7 +4,7 @@
 mod distribute;
 
 mod metrics;
-pub use metrics::{WorkerMetrics, balance};
+pub use metrics::{SessionMemory, WorkerMetrics, balance};
 
 mod writer;
 

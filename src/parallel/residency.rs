@@ -3,11 +3,12 @@
 
 use super::handoff::MadeTile;
 use crate::frame::internals::PlanChanges;
-use crate::mesh::{DrawnTiles, SceneInstance, tiles_of_word};
+use crate::mesh::{DrawnTiles, SceneInstance, successors, tiles_of_word};
 use crate::model::{EdgeId, FaceId, PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// State of a part's tiles, one bit each.
 struct PartTiles {
@@ -69,6 +70,8 @@ pub(super) struct Residency {
     edges: BTreeSet<(PartId, EdgeId)>,
     /// Whether the next frame must be a whole one.
     whole: bool,
+    /// After an update: for each part, the one that the sink has for it.
+    from: Option<Vec<Option<PartId>>>,
     /// The drawn tiles of the last committed frame.
     shown: DrawnTiles,
     /// The version of the instances then.
@@ -88,12 +91,15 @@ pub(super) struct Due {
     pub(super) forgotten: Vec<(PartId, TileId, FaceId)>,
     /// Edges whose lines to make; all edges in a whole frame. Ascending.
     pub(super) edges: Vec<(PartId, EdgeId)>,
+    /// For [`MeshSink::begin_update`](crate::mesh::MeshSink::begin_update), if the sink has another model and the frame
+    /// is not a whole one.
+    pub(super) from: Option<Vec<Option<PartId>>>,
 }
 
 impl Residency {
     pub(super) fn new(prepared: &Prepared) -> Self {
         let (edges, shown) = (BTreeSet::new(), DrawnTiles::default());
-        let mut new = Self { parts: Vec::new(), edges, whole: true, shown, placed: 0, frames: 0 };
+        let mut new = Self { parts: Vec::new(), edges, whole: true, from: None, shown, placed: 0, frames: 0 };
         new.add_parts(prepared);
         new
     }
@@ -102,11 +108,41 @@ impl Residency {
     pub(super) fn add_parts(&mut self, prepared: &Prepared) {
         let new = prepared.parts.iter().skip(self.parts.len());
         self.parts.extend(new.map(|part| PartTiles::new(part)));
+        self.from.iter_mut().for_each(|from| from.resize(self.parts.len(), None));
+    }
+
+    /// Goes on with another model, whose part `p` is the one that was `from[p]`. What the sink has of it stays
+    /// resident.
+    pub(super) fn update(&mut self, prepared: &Prepared, from: &[Option<PartId>]) {
+        let mut old: Vec<Option<PartTiles>> = std::mem::take(&mut self.parts).into_iter().map(Some).collect();
+        let state = |(part, from): (&Arc<PreparedPart>, &Option<PartId>)| {
+            let kept = from.and_then(|from| old[from.index()].take());
+            kept.unwrap_or_else(|| PartTiles::new(part))
+        };
+        self.parts = prepared.parts.iter().zip(from).map(state).collect();
+        if !self.whole {
+            let new = successors(from);
+            let edges = std::mem::take(&mut self.edges).into_iter();
+            self.edges = edges.filter_map(|(part, edge)| Some((*new.get(&part)?, edge))).collect();
+            self.edges.extend(prepared.brep_edges().filter(|(part, _)| from[part.index()].is_none()));
+            let before = self.from.take();
+            let in_sink = |part: PartId| before.as_ref().map_or(Some(part), |before| before[part.index()]);
+            self.from = Some(from.iter().map(|part| part.and_then(in_sink)).collect());
+        }
+        self.placed = 0;
+    }
+
+    /// Its memory, bytes.
+    pub(super) fn memory(&self) -> usize {
+        /// Of a tile: its triangles, and five bits.
+        const TILE: usize = 5;
+        self.parts.iter().map(|part| size_of::<PartTiles>() + TILE * part.tiles).sum()
     }
 
     /// Marks everything as not resident.
     pub(super) fn forget(&mut self) {
         self.whole = true;
+        self.from = None;
         self.edges.clear();
         self.parts.iter_mut().for_each(PartTiles::forget);
     }
@@ -135,7 +171,7 @@ impl Residency {
             part.is_drawn = true;
         }
         self.age();
-        let mut due = Due { whole: self.whole, ..Due::default() };
+        let mut due = Due { whole: self.whole, from: self.from.clone(), ..Due::default() };
         for (p, part) in self.parts.iter().enumerate().filter(|(_, part)| part.is_drawn || part.is_outdated) {
             for (k, (&stale, &drawn)) in part.stale.iter().zip(&part.drawn).enumerate() {
                 due.tiles.extend(tiles_of_word(stale & drawn, k).map(|tile| (PartId::new(p), tile)));
@@ -191,6 +227,7 @@ impl Residency {
         for &MadeTile { part, tile: TileId(tile), triangles, .. } in made {
             self.parts[part.index()].triangles[tile as usize] = triangles;
         }
+        self.from = None;
         self.edges.clear();
         self.shown.clone_from(drawn);
         self.parts.iter_mut().for_each(|part| part.is_outdated = false);

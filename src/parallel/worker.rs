@@ -93,6 +93,11 @@ impl<S: Stages> Worker<S> {
         self.number
     }
 
+    /// Size of its tile caches, bytes.
+    pub(super) fn cached(&self) -> usize {
+        self.kept
+    }
+
     /// Takes back what it made, once its sink is done with it. Buffers that the sink left are for later tiles.
     pub(super) fn take_back(&mut self, batches: Vec<Batch>) {
         self.returned = batches;

@@ -39,6 +39,11 @@ impl Writer {
         }
     }
 
+    /// For another model, in the same layout and memory.
+    pub(super) fn of_model(&self, prepared: &Arc<Prepared>) -> Self {
+        Self::new(self.layout, Arc::clone(&self.memory), prepared)
+    }
+
     pub(super) fn layout(&self) -> VertexLayout {
         self.layout
     }

@@ -23,6 +23,7 @@ mod tiles;
 
 mod join;
 pub use join::limits::{PrepareError, PrepareLimits};
+pub use join::memory::PreparedMemory;
 pub use join::prepared::Prepared;
 pub use join::shells::Shells;
 
@@ -34,7 +35,6 @@ pub use whole::prepare::{PrepareOptions, prepare, prepare_on};
 pub mod internals {
     pub(crate) use super::join::images::EdgeImage;
     pub use super::join::images::EdgeImages;
-    pub(crate) use super::join::memory::of_prepared;
     pub use super::join::prepared::{
         Break, EdgeShape, EdgeUse, OpenEdges, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse,
     };

@@ -137,6 +137,20 @@ impl MeshSink for BlockSink {
         self.start(scene, false)
     }
 
+    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+        self.start(scene, false)?;
+        let mut old = std::mem::take(&mut self.tiles);
+        for (part, from) in (0..).map(PartId).zip(from) {
+            let tiles = old.keys().copied().filter(|(part, _)| Some(*part) == *from).collect::<Vec<_>>();
+            for key in tiles {
+                let tile = old.remove(&key).expect("a key of it");
+                self.tiles.insert((part, key.1), WrittenTile { part, ..tile });
+            }
+        }
+        old.values().for_each(|tile| self.memory.release(tile));
+        Ok(())
+    }
+
     fn batch(&mut self, _: &mut trimtess::mesh::Batch) -> Result<(), SinkError> {
         panic!("tiles are written into memory")
     }

@@ -8,6 +8,7 @@ mod own_pipelines;
 mod section;
 #[path = "../sequence/random.rs"]
 mod random;
+mod update;
 
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use out_fixture::{box_frame, play};

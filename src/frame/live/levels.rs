@@ -9,10 +9,12 @@
 use super::culling::InstanceSight;
 use super::placed::{PlacedInstances, Shown};
 use crate::math::Elementary as _;
+use crate::math::matching::matched;
 use crate::mesh::ScenePart;
 use crate::model::PartId;
 use crate::prepare::Prepared;
 use crate::view::View;
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 /// Width of a band: the ratio of pixels per millimetre at its ends.
@@ -67,6 +69,34 @@ impl Levels {
         }
         let instances = prepared.scene.instances.iter().map(|i| (i.part, None)).collect();
         (Arc::new(out), Self { parts, instances, most })
+    }
+
+    /// Goes on with another model. Returns it with its LODs, and for each of its rows the row of `before` that it is;
+    /// `None` for rows of parts that the model before did not have. `before` is what was returned last.
+    ///
+    /// Rows that go on keep their bands. So do instances, by their order among those of their part.
+    #[must_use]
+    pub fn update(&mut self, before: &Prepared, model: &Arc<Prepared>) -> (Arc<Prepared>, Vec<Option<PartId>>) {
+        let [old, new] = [&before.parts[..self.parts.len()], &model.parts]
+            .map(|parts| parts.iter().map(|part| part.content()).collect::<Vec<_>>());
+        let parts = matched(&old, &new);
+        let (prepared, mut next) = Self::of(model, self.most);
+        let mut from = vec![None; prepared.parts.len()];
+        for (new, old) in next.parts.iter_mut().zip(&parts) {
+            let Some(old) = old.map(|old| &self.parts[old]) else { continue };
+            for (k, (row, band)) in old.rows.iter().zip(&old.bands).take(new.rows.len()).enumerate() {
+                from[new.rows[k].index()] = Some(*row);
+                new.bands[k] = *band;
+            }
+        }
+        let mut bands: Vec<VecDeque<Band>> = vec![VecDeque::new(); self.parts.len()];
+        self.instances.iter().for_each(|(part, band)| bands[part.index()].push_back(*band));
+        for (part, band) in &mut next.instances {
+            let old = parts[part.index()].and_then(|old| bands[old].pop_front());
+            *band = old.flatten();
+        }
+        *self = next;
+        (prepared, from)
     }
 
     /// The model's part of an instance, whatever its current LOD. `None` if out of range.

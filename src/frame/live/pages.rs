@@ -18,6 +18,14 @@ pub struct PlanChanges {
     pub deferred: u32,
 }
 
+/// The rows of `old` that `from` names, at the places that name them, and those of `new` at the others, in order.
+pub(super) fn renewed<T>(old: Vec<T>, from: &[Option<PartId>], new: Vec<T>) -> Vec<T> {
+    let mut old: Vec<Option<T>> = old.into_iter().map(Some).collect();
+    let mut new = new.into_iter();
+    let mut row = |from: &Option<PartId>| from.map_or_else(|| new.next(), |from| old[from.index()].take());
+    from.iter().map(|part| row(part).expect("a row for each part, and none named twice")).collect()
+}
+
 /// Double-buffered plans. The older one is updated and reused, so that a frame costs as much as it changes.
 #[derive(Default)]
 pub(super) struct PlanPages {
@@ -44,9 +52,11 @@ impl PlanPages {
         spare.unwrap_or_default()
     }
 
-    /// Appends the parts of `new` to the last plan.
-    pub(super) fn add_parts(&mut self, new: Plan) {
-        Arc::make_mut(&mut self.last).parts.extend(new.parts);
+    /// Goes on with other parts: those of the last plan that `from` names, at the rows that name them, and `new` in the
+    /// other rows, in order.
+    pub(super) fn update(&mut self, from: &[Option<PartId>], new: Plan) {
+        let last = Arc::make_mut(&mut self.last);
+        last.parts = renewed(std::mem::take(&mut last.parts), from, new.parts);
         self.spare = None;
     }
 

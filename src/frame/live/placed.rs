@@ -43,6 +43,11 @@ impl PlacedInstances {
         placed
     }
 
+    /// Goes on with the instances of another model.
+    pub(crate) fn update(&mut self, prepared: &Prepared) {
+        *self = Self { version: self.version + 1, ..Self::of(prepared) };
+    }
+
     /// Goes on with a model that has further parts after those known.
     pub(crate) fn add_parts(&mut self, prepared: &Prepared) {
         for (part, of_scene) in prepared.parts.iter().zip(&prepared.scene.parts).skip(self.boxes.len()) {

@@ -11,7 +11,7 @@ use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::{DrawnTiles, ScenePart};
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
-use crate::prepare::internals::{PreparedPart, of_prepared};
+use crate::prepare::internals::PreparedPart;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -42,7 +42,7 @@ pub fn plan_on(jobs: &dyn Jobs, prepared: &Prepared, tolerance: &Tolerance, limi
     let of_part =
         |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
     let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
-    let held_mib = u32::try_from(of_prepared(prepared).div_ceil(1 << 20)).unwrap_or(u32::MAX);
+    let held_mib = u32::try_from(prepared.memory().total().div_ceil(1 << 20)).unwrap_or(u32::MAX);
     plan_parts(jobs, prepared, asked, limits, held_mib)
 }
 

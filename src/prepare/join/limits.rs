@@ -1,6 +1,7 @@
 //! Limits on the cost of preparing a model, checked face by face during the work.
 
 use super::memory;
+use super::prepared::PartCost;
 use crate::control::{Call, Counter, Stage};
 use crate::model::{Model, Surface};
 use crate::prepare::report::room::Room;
@@ -89,6 +90,18 @@ fn with_slack(bytes: usize) -> usize {
     bytes.saturating_add(bytes / 2)
 }
 
+impl PartCost {
+    /// What a face adds to its part.
+    pub(crate) fn of(draft: &FaceDraft) -> Self {
+        let (u, v) = draft.patches.counts();
+        Self { patches: u as u64 * v as u64, bytes: with_slack(memory::of_draft(draft)) }
+    }
+
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self { patches: self.patches + other.patches, bytes: self.bytes.saturating_add(other.bytes) }
+    }
+}
+
 /// Patches and bytes spent so far by all threads, and whether to go on.
 pub(crate) struct PrepareBudget<'a> {
     limits: PrepareLimits,
@@ -100,8 +113,8 @@ pub(crate) struct PrepareBudget<'a> {
 }
 
 impl<'a> PrepareBudget<'a> {
-    pub(crate) fn new(limits: PrepareLimits, model: &Model, call: Call<'a>) -> Self {
-        let faces = model.parts.iter().map(|part| part.faces.len() as u64).sum();
+    /// For `faces` faces to prepare.
+    pub(crate) fn new(limits: PrepareLimits, faces: u64, call: Call<'a>) -> Self {
         let drafted = Counter::start(call.control, Stage::Prepare, faces);
         Self { limits, patches: AtomicU64::new(0), call, drafted, room: Room::new(limits.bytes) }
     }
@@ -111,11 +124,10 @@ impl<'a> PrepareBudget<'a> {
         self.room.spend(with_slack(memory::of_model(model)));
     }
 
-    /// Adds the cost of a face.
-    pub(crate) fn spend(&self, draft: &FaceDraft) {
-        let (u, v) = draft.patches.counts();
-        self.patches.fetch_add(u as u64 * v as u64, Ordering::Relaxed);
-        self.room.spend(with_slack(memory::of_draft(draft)));
+    /// Adds the cost of a face, or of a part that is taken over.
+    pub(crate) fn spend(&self, cost: PartCost) {
+        self.patches.fetch_add(cost.patches, Ordering::Relaxed);
+        self.room.spend(cost.bytes);
     }
 
     /// Counts a face that was drafted, or cannot be.

@@ -1,7 +1,7 @@
 //! Models, drafts and prepared models -> their memory in bytes, estimated from counts.
 
-use super::prepared::{Break, EdgeShape, EdgeUse, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
-use crate::mesh::SceneInstance;
+use super::prepared::{Break, EdgeShape, EdgeUse, PartFacts, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::{Coedge, Edge, Face, Instance, Loop, Model, NurbsCurve3, Part, Surface};
 use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
 use crate::prepare::surface::tables::{BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
@@ -85,22 +85,61 @@ fn of_image(uv: &UvCurve) -> usize {
     }
 }
 
-/// A prepared model.
-pub(crate) fn of_prepared(prepared: &Prepared) -> usize {
-    let parts = prepared.parts.iter().map(|part| of_prepared_part(part));
-    prepared.scene.instances.len() * size_of::<SceneInstance>() + parts.sum::<usize>()
+/// Memory of a [`Prepared`] by kind, bytes, estimated from counts. Other prepared models may share parts of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct PreparedMemory {
+    /// Faces: Bézier patches and derivative bounds.
+    pub faces: u64,
+    /// Edges: curves, breaks, derivative bounds.
+    pub edges: u64,
+    /// Tiles: loops, and images of edges in them.
+    pub tiles: u64,
+    /// Names, colours, instances.
+    pub scene: u64,
+    /// What only an [update](Prepared::update) reads: a hash and points of each part, its diagnostics.
+    pub update: u64,
 }
 
-fn of_prepared_part(part: &PreparedPart) -> usize {
-    let faces = part.faces.iter().map(|face| size_of::<PreparedFace>() + of_patches(&face.patches, &face.bounds));
-    let uses = part.tiles.iter().flat_map(|tile| &tile.loops).flatten();
-    let uses = uses.map(|u| size_of::<EdgeUse>() + of_image(&u.uv) + PREPARED_USE);
-    let edges = part.edges.iter().map(|edge| {
-        let curve = if let EdgeShape::Curve(curve) = &edge.shape { of_spline(curve) } else { 0 };
-        size_of::<PreparedEdge>() + curve + edge.breaks.len() * size_of::<Break>() + of_bounds(&edge.bounds)
-    });
-    let tiles = part.tiles.len() * (size_of::<Tile>() + 24 + 2 * ALLOCATION);
-    tiles + faces.sum::<usize>() + uses.sum::<usize>() + edges.sum::<usize>()
+impl PreparedMemory {
+    /// The sum.
+    #[must_use]
+    pub const fn total(&self) -> u64 {
+        let Self { faces, edges, tiles, scene, update } = *self;
+        faces + edges + tiles + scene + update
+    }
+
+    fn add(&mut self, part: &PreparedPart) {
+        let faces = part.faces.iter().map(|face| size_of::<PreparedFace>() + of_patches(&face.patches, &face.bounds));
+        self.faces += faces.sum::<usize>() as u64;
+        let edges = part.edges.iter().map(|edge| {
+            let curve = if let EdgeShape::Curve(curve) = &edge.shape { of_spline(curve) } else { 0 };
+            size_of::<PreparedEdge>() + curve + edge.breaks.len() * size_of::<Break>() + of_bounds(&edge.bounds)
+        });
+        self.edges += edges.sum::<usize>() as u64;
+        let uses = part.tiles.iter().flat_map(|tile| &tile.loops).flatten();
+        let uses = uses.map(|u| size_of::<EdgeUse>() + of_image(&u.uv) + PREPARED_USE).sum::<usize>();
+        self.tiles += (part.tiles.len() * (size_of::<Tile>() + 24 + 2 * ALLOCATION) + uses) as u64;
+        let PartFacts { entities, diagnostics, without_area, cloud, .. } = &part.facts;
+        let told = size_of_val(&diagnostics[..]) + size_of_val(&without_area[..]) + size_of_val(&entities[..]);
+        self.update += (size_of::<PartFacts>() + told + size_of_val(&cloud[..])) as u64;
+    }
+}
+
+impl Prepared {
+    /// Estimates the memory that it takes. Cost: one pass over all edges and tiles.
+    #[must_use]
+    pub fn memory(&self) -> PreparedMemory {
+        let names = self.scene.instances.iter().map(|i| size_of::<SceneInstance>() + i.name.len());
+        let colours = self.scene.parts.iter().map(|part| part.name.len() + size_of_val(&part.face_colours[..]));
+        let parts = self.scene.parts.len() * size_of::<ScenePart>();
+        let scene = parts + names.sum::<usize>() + colours.sum::<usize>();
+        let mut memory = PreparedMemory { scene: scene as u64, ..PreparedMemory::default() };
+        // Levels of detail share the data of their part.
+        let own = self.parts.iter().zip(&self.scene.parts).filter(|(_, part)| part.mesh_of.is_none());
+        own.for_each(|(part, _)| memory.add(part));
+        memory
+    }
 }
 
 fn of_bounds(bounds: &CurveBounds) -> usize {

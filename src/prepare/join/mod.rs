@@ -5,6 +5,7 @@ pub(super) mod shells;
 pub(super) mod orient;
 pub(super) mod fill;
 pub(super) mod images;
+pub(super) mod content;
 pub(super) mod prepared;
 pub(super) mod memory;
 pub(super) mod closing;

@@ -4,7 +4,7 @@ use super::chains::{Closedness, Sum, TurnedFace};
 use super::closing::Closure;
 use super::limits::PrepareBudget;
 use super::orient::{self, orient, wrong_volume};
-use super::prepared::PreparedPart;
+use super::prepared::{PartCost, PreparedPart};
 use super::topology::{self, ClosingOutcome, Unclosed};
 use super::{chains, fill, shells};
 use crate::control::Call;
@@ -36,6 +36,7 @@ pub(crate) struct PartOutcome {
     pub(crate) diagnostics: Vec<Diagnostic>,
     pub(crate) without_area: Vec<FaceId>,
     pub(crate) closedness: Closedness,
+    pub(crate) cost: PartCost,
 }
 
 /// Borders no further apart than this share of the part's size are joined without a diagnostic.
@@ -69,7 +70,7 @@ pub(crate) fn prepare_part(
     // Edges of free trims come after the model's own, and the pieces that sewing makes of them come last.
     let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
     let mut maker = PartPreparation { call, id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
-    let results = maker.draft(budget);
+    let (results, cost) = maker.draft(budget);
     if budget.exceeded() {
         call.discard(results);
         return PartOutcome::default();
@@ -101,7 +102,7 @@ pub(crate) fn prepare_part(
     maker.tell_turned(&turned);
     maker.tell_open(&part, &sums);
     maker.tell_sewn(borders);
-    PartOutcome { part, diagnostics: maker.diagnostics, without_area, closedness }
+    PartOutcome { part, diagnostics: maker.diagnostics, without_area, closedness, cost }
 }
 
 /// A part while it is prepared.
@@ -149,8 +150,9 @@ struct Orientations {
 }
 
 impl PartPreparation<'_> {
-    /// Drafts each face on its own. `None` for faces lost earlier, which have a diagnostic, or past the budget.
-    fn draft(&self, budget: &PrepareBudget<'_>) -> Vec<Option<Result<FaceDraft, FaceError>>> {
+    /// Drafts each face on its own, and adds up what they cost. `None` for faces lost earlier, which have a diagnostic,
+    /// or past the budget.
+    fn draft(&self, budget: &PrepareBudget<'_>) -> (Vec<Option<Result<FaceDraft, FaceError>>>, PartCost) {
         let part = &*self.part;
         let shared = boundary::shared_edges(part, &self.free);
         let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
@@ -160,11 +162,13 @@ impl PartPreparation<'_> {
             };
             let drafted = (!f.lost && !budget.exceeded()).then(work);
             budget.advance();
-            let drafted = drafted?;
-            drafted.iter().for_each(|draft| budget.spend(draft));
-            Some(drafted)
+            let cost = if let Some(Ok(draft)) = &drafted { PartCost::of(draft) } else { PartCost::default() };
+            budget.spend(cost);
+            (drafted, cost)
         };
-        self.call.each(1, part.faces.iter().zip(&self.free).enumerate(), draft)
+        let drafted = self.call.each(1, part.faces.iter().zip(&self.free).enumerate(), draft);
+        let cost = drafted.iter().fold(PartCost::default(), |sum, (_, cost)| sum.plus(*cost));
+        (drafted.into_iter().map(|(drafted, _)| drafted).collect(), cost)
     }
 
     /// A face's loops as edges.
@@ -522,7 +526,6 @@ mod tests {
     use super::super::limits::PrepareLimits;
     use super::*;
     use crate::control::{Alone, Control};
-    use crate::model::Model;
     use crate::model::shapes;
     use crate::prepare::tiles::draft::DraftAlong;
 
@@ -541,8 +544,8 @@ mod tests {
             part: Cow::Borrowed(&part),
             diagnostics: Vec::new(),
         };
-        let budget = PrepareBudget::new(PrepareLimits::DEFAULT, &Model::default(), call);
-        let mut faces = maker.fill(maker.draft(&budget));
+        let budget = PrepareBudget::new(PrepareLimits::DEFAULT, 6, call);
+        let mut faces = maker.fill(maker.draft(&budget).0);
         let directed = maker.direct(&mut faces);
         let broken = faces.drafts[2].as_mut().expect("a draft");
         broken.tiles[0].loops[0][0].along = DraftAlong::Border(1000);

@@ -1,5 +1,7 @@
 //! The prepared model: faces cut into tiles, edges with their breaks, and all else that frames need.
 
+use super::chains::Closedness;
+use super::content::ContentHash;
 use super::images::EdgeImages;
 use crate::control::Call;
 use crate::mesh::Scene;
@@ -8,6 +10,7 @@ use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
 use crate::prepare::surface::tables::{CurveBounds, SurfaceBounds};
 use crate::prepare::uv::uv_curve::UvCurve;
 use glam::{DVec2, DVec3};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// A face ready for tessellation.
@@ -119,10 +122,38 @@ pub struct Tile {
     /// around it, reversed where that is negative.
     pub entangled: bool,
     /// Expected nanoseconds where the model fills a screen, on the machine of docs/benchmarks.md. Finite, above 0.
-    /// Estimated from lattice cells, boundary tessellants and their ratio.
+    /// Estimated from lattice cells, boundary tessellants and their ratio. A part that an update takes over may keep
+    /// the weights that it had.
     pub weight: f64,
     /// A point near the middle, part coordinates.
     pub centre: DVec3,
+}
+
+/// What [`Prepared::update`](Prepared::update) needs of a part that it takes over, besides the part.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PartFacts {
+    /// Hash of the model's part: parts with the same one are the same, but for entity numbers and the weights of tiles.
+    pub(crate) hash: ContentHash,
+    /// Entity numbers of the model's faces, then of its shells.
+    pub(crate) entities: Vec<u64>,
+    /// Diagnostics of prepare. They name the part that it was first.
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    /// Faces on surfaces without area, ascending.
+    pub(crate) without_area: Vec<FaceId>,
+    pub(crate) closedness: Closedness,
+    /// What it counts towards the limits of prepare.
+    pub(crate) cost: PartCost,
+    /// Points that span its box in any placement.
+    pub(crate) cloud: Vec<DVec3>,
+}
+
+/// What a part counts towards the limits of prepare.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PartCost {
+    /// Bézier patches.
+    pub(crate) patches: u64,
+    /// Bytes.
+    pub(crate) bytes: usize,
 }
 
 /// A part ready for tessellation.
@@ -140,6 +171,8 @@ pub struct PreparedPart {
     pub edges: Vec<PreparedEdge>,
     /// Number of `edges` that come before the borders of tiles.
     pub brep_edges: usize,
+    /// What an update needs of it.
+    pub(crate) facts: PartFacts,
 }
 
 /// A model ready for tessellation.
@@ -211,6 +244,34 @@ pub struct OpenEdges {
 }
 
 impl PreparedPart {
+    /// Parts with the same content have the same tiles and edges, bit by bit.
+    pub(crate) fn content(&self) -> ContentHash {
+        self.facts.hash
+    }
+
+    /// The same part with other entity numbers. `None` if its diagnostics do not tell which is which: entities that had
+    /// the same number have several now.
+    pub(crate) fn renumbered(self: &Arc<Self>, entities: Vec<u64>) -> Option<Arc<Self>> {
+        if self.facts.entities == entities {
+            return Some(Arc::clone(self));
+        }
+        let mut new = BTreeMap::from([(0, 0)]);
+        for (before, now) in self.facts.entities.iter().zip(&entities) {
+            if new.insert(*before, *now).is_some_and(|other| other != *now) {
+                return None;
+            }
+        }
+        let mut part = Self::clone(self);
+        for (row, entity) in part.face_rows.iter().zip(&entities) {
+            row.iter().for_each(|row| part.faces[*row as usize].entity = *entity);
+        }
+        for told in &mut part.facts.diagnostics {
+            told.entity = *new.get(&told.entity)?;
+        }
+        part.facts.entities = entities;
+        Some(Arc::new(part))
+    }
+
     /// Frees a part that nobody will see on all threads.
     pub(crate) fn discard(self, call: Call<'_>) {
         call.discard(self.faces);

@@ -6,6 +6,7 @@ use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedFace, PreparedP
 use crate::prepare::surface::tables::BoxBounds;
 use crate::prepare::uv::inside::{TileRegion, points_along};
 use glam::{DVec2, DVec3, DVec4};
+use std::sync::Arc;
 
 /// Samples per strip of an edge's bounds table; a tile has four times as many per Bézier piece and direction. Sixteen
 /// on a quarter turn find its extreme point to 0.1 % of the radius.
@@ -18,9 +19,10 @@ pub(crate) fn centre(cloud: &[DVec3]) -> Option<(DVec3, f64)> {
     Some((0.5 * (low + high), 0.5 * (high - low).length()))
 }
 
-/// Corners of all instances' box, given each part's [`cloud`]. Accurate to about 0.1 %. `None` for an empty model.
-pub(crate) fn placed_box(clouds: &[Vec<DVec3>], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
-    let points = instances.iter().flat_map(|i| clouds[i.part.index()].iter().map(|p| i.transform.transform_point3(*p)));
+/// Corners of all instances' box, by each part's [`cloud`]. Accurate to about 0.1 %. `None` for an empty model.
+pub(crate) fn placed_box(parts: &[Arc<PreparedPart>], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
+    let cloud = |i: &SceneInstance| &parts[i.part.index()].facts.cloud;
+    let points = instances.iter().flat_map(|i| cloud(i).iter().map(|p| i.transform.transform_point3(*p)));
     let [low, high] = around(points);
     (high - low).is_finite().then_some([low, high])
 }

@@ -1,14 +1,16 @@
-//! Model -> prepared model: its parts in parallel, then the scene, the box and the weights of tiles.
+//! Model -> prepared model: parts that another prepared model has are taken over, the others prepared in parallel; then
+//! the scene, the box and the weights of tiles.
 
 use super::{extent, weight};
 use crate::control::{Call, Control, Jobs, Rayon};
+use crate::math::matching::matched;
 use crate::mesh::{Scene, SceneInstance, ScenePart};
-use crate::model::{Diagnostic, DiagnosticKind, FaceId, Instance, Model, Part, PartId, Severity};
+use crate::model::{Diagnostic, DiagnosticKind, Instance, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;
+use crate::prepare::join::content::{ContentHash, entities};
 use crate::prepare::join::limits::{PrepareBudget, PrepareError, PrepareLimits};
 use crate::prepare::join::part::{PartOutcome, prepare_part};
-use crate::prepare::join::prepared::Prepared;
-use glam::DVec3;
+use crate::prepare::join::prepared::{PartFacts, Prepared, PreparedPart};
 use std::sync::Arc;
 
 /// Options of [`prepare`].
@@ -47,7 +49,7 @@ impl Default for PrepareOptions {
     }
 }
 
-/// Prepares a model for tessellation.
+/// Prepares a model for tessellation: an [update](Prepared::update) of nothing.
 ///
 /// A face that cannot be used, or whose work panics, is reported in [`Prepared::diagnostics`]; its neighbours are
 /// unaffected. After a panic on edges, which faces share, all faces of the part are filled in space. The result does
@@ -55,9 +57,8 @@ impl Default for PrepareOptions {
 ///
 /// # Errors
 /// If the model exceeds [`PrepareOptions::limits`]. Work stops as soon as it does.
-pub fn prepare(mut model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
-    let diagnostics = std::mem::take(&mut model.diagnostics);
-    prepare_all(Call::new(&Rayon, &Control::default()), &model, diagnostics, options)
+pub fn prepare(model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
+    Prepared::default().update(model, options)
 }
 
 /// As [`prepare`], on the threads of `jobs`, with progress and cancellation, and from a model that is kept. Cancelling
@@ -71,17 +72,73 @@ pub fn prepare_on(
     options: &PrepareOptions,
     control: &Control,
 ) -> Result<Prepared, PrepareError> {
-    prepare_all(Call::new(jobs, control), model, model.diagnostics.clone(), options)
+    Prepared::default().update_on(jobs, model, options, control)
+}
+
+impl Prepared {
+    /// Prepares another model, and takes over the parts that both have: those with the same content, bit for bit,
+    /// wherever they stand in the lists, if the options are the same. Names, colours and entity numbers may differ.
+    ///
+    /// Gives what [`prepare`] does: the same parts, scene and diagnostics. Only how tiles are shared among workers may
+    /// differ, because a part that is taken over keeps the expected costs of its tiles. Its data is shared with `self`,
+    /// which does not change and may be dropped; it is copied if its entity numbers have changed.
+    ///
+    /// Cost: that of [`prepare`] for the other parts; for all parts, a nanosecond per byte of the model to compare
+    /// them, and the box of the placed model.
+    ///
+    /// # Errors
+    /// As [`prepare`]. Parts that are taken over count towards the limits with what they needed when they were
+    /// prepared.
+    pub fn update(&self, mut model: Model, options: &PrepareOptions) -> Result<Self, PrepareError> {
+        let diagnostics = std::mem::take(&mut model.diagnostics);
+        update(Call::new(&Rayon, &Control::default()), &self.parts, &model, diagnostics, options)
+    }
+
+    /// As [`update`](Self::update), on the threads of `jobs`, with progress and cancellation, and from a model that is
+    /// kept. Progress counts the faces of parts that are not taken over.
+    ///
+    /// # Errors
+    /// As [`prepare_on`].
+    pub fn update_on(
+        &self,
+        jobs: &dyn Jobs,
+        model: &Model,
+        options: &PrepareOptions,
+        control: &Control,
+    ) -> Result<Self, PrepareError> {
+        update(Call::new(jobs, control), &self.parts, model, model.diagnostics.clone(), options)
+    }
+}
+
+/// A part of the new model.
+enum Source {
+    TakenOver(Arc<PreparedPart>),
+    Changed(ContentHash),
+}
+
+/// Finds the parts of `model` among those `before`.
+fn compare(call: Call<'_>, before: &[Arc<PreparedPart>], model: &Model, options: &PrepareOptions) -> Vec<Source> {
+    let old: Vec<ContentHash> = before.iter().map(|part| part.facts.hash).collect();
+    let new = call.each(1, &model.parts, |part| ContentHash::of(part, options.border_tolerance));
+    let rows = matched(&old, &new);
+    let source = |((row, hash), part): ((Option<usize>, ContentHash), &Part)| {
+        let same = row.and_then(|row| before[row].renumbered(entities(part)));
+        same.map_or(Source::Changed(hash), Source::TakenOver)
+    };
+    call.each(1, rows.into_iter().zip(new).zip(&model.parts), source)
 }
 
 /// `diagnostics` are those of reading.
-fn prepare_all(
+fn update(
     call: Call<'_>,
+    before: &[Arc<PreparedPart>],
     model: &Model,
     mut diagnostics: Vec<Diagnostic>,
     options: &PrepareOptions,
 ) -> Result<Prepared, PrepareError> {
-    let budget = PrepareBudget::new(options.limits, model, call);
+    let sources = compare(call, before, model, options);
+    let changed = model.parts.iter().zip(&sources).filter(|(_, source)| matches!(source, Source::Changed(_)));
+    let budget = PrepareBudget::new(options.limits, changed.map(|(part, _)| part.faces.len() as u64).sum(), call);
     let parts = model.parts.len();
     let unknown = model.instances.iter().filter(|i| i.part.index() >= parts);
     diagnostics.extend(unknown.map(|i| {
@@ -89,63 +146,76 @@ fn prepare_all(
         Diagnostic::new(Severity::Error, kind)
     }));
     budget.hold(model);
+    for source in &sources {
+        if let Source::TakenOver(part) = source {
+            budget.spend(part.facts.cost);
+        }
+    }
     if budget.exceeded() {
         return Err(budget.error(model));
     }
-    let of_part = |(k, part): (usize, &Part)| prepare_part(PartId::new(k), part, options.border_tolerance, &budget);
-    let done: Vec<PartOutcome> = call.each(1, model.parts.iter().enumerate(), of_part);
+    let of_part = |(k, (part, source)): (usize, (&Part, Source))| match source {
+        Source::TakenOver(part) => part,
+        Source::Changed(hash) => {
+            let outcome = prepare_part(PartId::new(k), part, options.border_tolerance, &budget);
+            Arc::new(new_part(call, outcome, (hash, entities(part))))
+        }
+    };
+    let mut parts = call.each(1, model.parts.iter().zip(sources).enumerate(), of_part);
     if budget.exceeded() {
-        call.each(1, done, |done| done.part.discard(call));
+        discard(call, parts);
         return Err(budget.error(model));
     }
-    let mut parts = Vec::with_capacity(done.len());
-    let mut facts = Vec::with_capacity(done.len());
-    for part in done {
-        parts.push(Arc::new(part.part));
-        diagnostics.extend(part.diagnostics);
-        facts.push((part.without_area, part.closedness));
+    for (k, part) in parts.iter().enumerate() {
+        let own = part.facts.diagnostics.iter().cloned();
+        diagnostics.extend(own.map(|told| Diagnostic { part: Some(PartId::new(k)), ..told }));
     }
-    let clouds = call.each(1, &parts, |part| if call.is_cancelled() { Vec::new() } else { extent::cloud(part) });
-    let scene = scene(model, &clouds, facts);
-    let bounds = extent::placed_box(&clouds, &scene.instances);
+    let scene = scene(model, &parts);
+    let bounds = extent::placed_box(&parts, &scene.instances);
     let diagonal = bounds.map_or(0.0, |[low, high]| (high - low).length());
-    let scales = scene.largest_scales();
-    call.each(1, parts.iter_mut().zip(scales), |(part, scale)| {
-        let part = Arc::get_mut(part).expect("a part that was just made has one owner");
-        if !call.is_cancelled() {
+    call.each(1, parts.iter_mut().zip(scene.largest_scales()), |(part, scale)| {
+        // Parts that were taken over as they are have another owner, and weights.
+        if let (Some(part), false) = (Arc::get_mut(part), call.is_cancelled()) {
             weight::weigh(call, part, diagonal / scale);
         }
     });
     if call.is_cancelled() {
-        call.each(1, parts.into_iter().filter_map(Arc::into_inner), |part| part.discard(call));
+        discard(call, parts);
         return Err(PrepareError::Cancelled);
     }
     Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
 }
 
-fn scene(model: &Model, clouds: &[Vec<DVec3>], facts: Vec<(Vec<FaceId>, Closedness)>) -> Scene {
-    let parts: Vec<ScenePart> = model
-        .parts
-        .iter()
-        .zip(clouds)
-        .zip(facts)
-        .map(|((p, cloud), (without_area, closedness))| {
-            let (centre, radius) = extent::centre(cloud).unwrap_or_default();
-            let face_colours = p.faces.iter().map(|f| f.colour.or(p.colour)).collect();
-            let Closedness { free_edges, not_orientable, closed } = closedness;
-            ScenePart {
-                name: p.name.clone(),
-                face_colours,
-                without_area,
-                free_edges,
-                not_orientable,
-                closed,
-                centre,
-                radius,
-                mesh_of: None,
-            }
-        })
-        .collect();
+fn new_part(call: Call<'_>, outcome: PartOutcome, (hash, entities): (ContentHash, Vec<u64>)) -> PreparedPart {
+    let PartOutcome { mut part, diagnostics, without_area, closedness, cost } = outcome;
+    let cloud = if call.is_cancelled() { Vec::new() } else { extent::cloud(&part) };
+    part.facts = PartFacts { hash, entities, diagnostics, without_area, closedness, cost, cloud };
+    part
+}
+
+/// Frees parts that nobody else has on all threads.
+fn discard(call: Call<'_>, parts: Vec<Arc<PreparedPart>>) {
+    call.each(1, parts.into_iter().filter_map(Arc::into_inner), |part| part.discard(call));
+}
+
+fn scene(model: &Model, prepared: &[Arc<PreparedPart>]) -> Scene {
+    let part = |(stated, prepared): (&Part, &Arc<PreparedPart>)| {
+        let PartFacts { without_area, closedness, cloud, .. } = &prepared.facts;
+        let (centre, radius) = extent::centre(cloud).unwrap_or_default();
+        let Closedness { free_edges, not_orientable, closed } = closedness.clone();
+        ScenePart {
+            name: stated.name.clone(),
+            face_colours: stated.faces.iter().map(|f| f.colour.or(stated.colour)).collect(),
+            without_area: without_area.clone(),
+            free_edges,
+            not_orientable,
+            closed,
+            centre,
+            radius,
+            mesh_of: None,
+        }
+    };
+    let parts = model.parts.iter().zip(prepared).map(part).collect();
     let mut first_face = 0;
     let place = |i: &Instance| {
         let faces = model.parts.get(i.part.index())?.faces.len();

@@ -3,7 +3,7 @@
 use super::device_scene::{DevicePlace, DeviceScene};
 use super::store::{Line, StoredTile};
 use crate::mesh::DrawnTiles;
-use crate::model::{EdgeId, TileId};
+use crate::model::{EdgeId, PartId, TileId};
 
 /// A frame that has begun and not ended, with what it has uploaded so far.
 pub(super) struct Pending {
@@ -16,8 +16,9 @@ pub(super) struct Pending {
 
 /// What a frame builds on.
 pub(super) enum Base {
-    /// A new scene without tiles.
-    Whole(DeviceScene),
+    /// A new scene. Each of its parts starts with the tiles and lines of a part that is drawn, or with none; all start
+    /// with none where the list is empty.
+    New(DeviceScene, Vec<Option<PartId>>),
     /// The frame that is drawn, with new instances.
     Changes(Vec<DevicePlace>),
 }

@@ -6,6 +6,7 @@ use super::pending::{Base, Pending};
 use super::scene::LiveScene;
 use super::store::line as encoded_line;
 use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError};
+use crate::model::PartId;
 use std::io;
 
 fn refusal(context: &str, kind: io::ErrorKind) -> SinkError {
@@ -33,7 +34,7 @@ impl LiveScene {
     /// [`MeshSink::batch`] for a shared reference. Batches of unknown parts are skipped.
     pub(in crate::out::wgpu) fn add(&mut self, batch: &Batch) -> Result<(), SinkError> {
         let Some(pending) = &mut self.pending else { return Err(not_begun()) };
-        let parts = if let Base::Whole(shown) = &pending.base { &shown.parts } else { &self.shown.parts };
+        let parts = if let Base::New(shown, _) = &pending.base { &shown.parts } else { &self.shown.parts };
         if let Some(part) = parts.get(batch.part.index()) {
             let tile = self.store.tile(&self.gpu, batch, part.centre).map_err(failed)?;
             pending.tiles.push((batch.part.0, batch.tile, tile));
@@ -44,7 +45,7 @@ impl LiveScene {
     /// [`MeshSink::edge_line`] for a shared reference. Lines of unknown parts are skipped.
     pub(in crate::out::wgpu) fn add_line(&mut self, line: &EdgeLine) -> Result<(), SinkError> {
         let Some(pending) = &mut self.pending else { return Err(not_begun()) };
-        let parts = if let Base::Whole(shown) = &pending.base { &shown.parts } else { &self.shown.parts };
+        let parts = if let Base::New(shown, _) = &pending.base { &shown.parts } else { &self.shown.parts };
         if let Some(part) = parts.get(line.part.index()) {
             pending.lines.push((line.part.0, line.edge, encoded_line(&line.points, part.centre)));
         }
@@ -56,9 +57,14 @@ impl LiveScene {
         let mut edges_changed = !lines.is_empty();
         let mut old_tiles = Vec::new();
         match base {
-            Base::Whole(shown) => {
-                let old = std::mem::replace(&mut self.shown, shown);
-                self.shown.hidden = old.hidden;
+            Base::New(shown, from) => {
+                let mut old = std::mem::replace(&mut self.shown, shown);
+                self.shown.hidden = std::mem::take(&mut old.hidden);
+                for (part, from) in self.shown.parts.iter_mut().zip(from) {
+                    if let Some(old) = from.and_then(|from| old.parts.get_mut(from.index())) {
+                        (part.tiles, part.lines) = (std::mem::take(&mut old.tiles), std::mem::take(&mut old.lines));
+                    }
+                }
                 old_tiles.extend(old.parts.into_iter().flat_map(|part| part.tiles).flatten());
                 self.records.stale_all();
                 edges_changed = true;
@@ -87,6 +93,10 @@ impl LiveScene {
     }
 }
 
+fn no_base() -> SinkError {
+    refusal("changes without a complete frame to build on", io::ErrorKind::InvalidInput)
+}
+
 fn not_begun() -> SinkError {
     refusal("batch, line or end without a frame begun", io::ErrorKind::InvalidInput)
 }
@@ -102,13 +112,21 @@ fn put<T>(rows: &mut Vec<Option<T>>, number: u32, new: Option<T>) -> Option<T> {
 
 impl MeshSink for LiveScene {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.start(Base::Whole(DeviceScene::of(scene)));
+        self.start(Base::New(DeviceScene::of(scene), Vec::new()));
+        Ok(())
+    }
+
+    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+        if !self.whole {
+            return Err(no_base());
+        }
+        self.start(Base::New(DeviceScene::of(scene), from.to_vec()));
         Ok(())
     }
 
     fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
         if !self.whole {
-            return Err(refusal("changes without a complete frame to build on", io::ErrorKind::InvalidInput));
+            return Err(no_base());
         }
         self.shown.add_parts(scene);
         let places = self.shown.places_of(scene);
