@@ -383,6 +383,12 @@ typedef struct {
     const char *name;
 } tt_placement;
 
+// A model that is ready for tessellation at any tolerance. It does not change, and any number of threads and sessions
+// may use it at the same time.
+typedef struct {
+    uint64_t id;
+} tt_prepared;
+
 // Options of preparing. Zeros are the defaults.
 typedef struct {
     // `sizeof(tt_prepare_options)`.
@@ -398,13 +404,9 @@ typedef struct {
     double border_tolerance;
     // A pool that prepares, instead of threads that end with the call; or null.
     const tt_jobs *jobs;
+    // Another prepared model, of which parts that both have are taken over: faster, and the same. Or a null handle.
+    tt_prepared like;
 } tt_prepare_options;
-
-// A model that is ready for tessellation at any tolerance. It does not change, and any number of threads and sessions
-// may use it at the same time.
-typedef struct {
-    uint64_t id;
-} tt_prepared;
 
 // What a prepared model has.
 typedef struct {
@@ -728,7 +730,8 @@ typedef struct {
     uint32_t size;
     // 1 if the frame replaces everything sent before; 0 if it equals the last frame except for what is sent now.
     uint32_t whole;
-    // Number of parts: those of the prepared model, then further levels of detail. They stay, and others may follow.
+    // Number of parts: those of the prepared model, then further levels of detail. They stay, and others may follow,
+    // until `tt_session_update`.
     uint32_t parts;
     // Number of instances.
     uint32_t instances;
@@ -737,6 +740,10 @@ typedef struct {
     const uint32_t *mesh_of;
     // The instances. Each names the level of detail that it draws.
     const tt_instance *placed;
+    // In the first frame after `tt_session_update`, if it is not a whole one: for each part the part of the last frame
+    // whose tiles and lines it starts with, TT_NONE if it starts with none. None is named twice; tiles and lines of
+    // parts that are not named go. Null in other frames.
+    const uint32_t *from;
 } tt_scene;
 
 // The tiles that an instance draws in a view.
@@ -1084,6 +1091,12 @@ tt_status tt_session_new(tt_prepared prepared,
                          const tt_session_options *options,
                          const tt_jobs *jobs,
                          tt_session *session);
+
+// Goes on with another prepared model: one of a file that has changed, prepared with `tt_prepare_options.like`. The next
+// frame of views has the tiles that differ, and `tt_scene.from` tells which parts are which. Its instances replace all
+// others; keys from before name none. Cancels a frame that was begun.
+tt_status tt_session_update(tt_session session,
+                            tt_prepared prepared);
 
 // Has workers write tiles into the caller's memory, in its layout, from the next frame on, which is a whole one. The
 // sink then gets tiles with a `place` and without arrays. `layout` may be null. Cancels a frame that was begun.

@@ -378,6 +378,7 @@ public:
         check(tt_session_write_into(get(), &layout, &c));
         state_->writer = std::move(next);
     }
+    void update(const Prepared &prepared) { check(tt_session_update(get(), prepared.get())); }
     void begin(const std::vector<tt_view> &views) { check(tt_session_begin(get(), views.data(), views.size())); }
     tt_report finish(const Sink &sink) {
         return *frame(sink, [&](const tt_sink *c, tt_report *report) { return tt_session_finish(get(), c, report); });

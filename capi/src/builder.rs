@@ -413,7 +413,8 @@ pub unsafe extern "C" fn tt_builder_place(
         let out = if instance.is_null() { None } else { Some(c.out("instance", instance)?) };
         let name = c.text_or_empty("placement.name", from.name)?.into();
         let colour = (from.has_colour != 0).then_some(from.colour);
-        let placed = Instance { part: PartId(from.part), transform: transform(&from.transform), colour, name, assembly: None };
+        let (part, transform) = (PartId(from.part), transform(&from.transform));
+        let placed = Instance { part, transform, colour, name, assembly: None };
         let index = BUILDERS.get(builder.id)?.with(NAME, |draft| pushed(&mut draft.instances, placed))?;
         out.into_iter().for_each(|out| out.give(index as u32));
         Ok(())

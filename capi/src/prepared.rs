@@ -12,7 +12,7 @@ use crate::threads::Workplace;
 use std::ffi::c_char;
 use std::sync::Arc;
 use trimtess::mesh::{SceneInstance, ScenePart};
-use trimtess::prepare::{PrepareLimits, PrepareOptions, Prepared, prepare_on};
+use trimtess::prepare::{PrepareLimits, PrepareOptions, Prepared};
 
 /// A model that is ready for tessellation at any tolerance. It does not change, and any number of threads and sessions
 /// may use it at the same time.
@@ -39,6 +39,8 @@ pub struct tt_prepare_options {
     pub border_tolerance: f64,
     /// A pool that prepares, instead of threads that end with the call; or null.
     pub jobs: *const tt_jobs,
+    /// Another prepared model, of which parts that both have are taken over: faster, and the same. Or a null handle.
+    pub like: tt_prepared,
 }
 versioned!(tt_prepare_options);
 
@@ -133,8 +135,9 @@ pub unsafe extern "C" fn tt_prepare(
         set(&mut limits.patches, from.max_patches);
         set(&mut limits.bytes, from.max_memory);
         let options = PrepareOptions::DEFAULT.with_limits(limits).with_border_tolerance(border);
+        let like = if from.like.id == 0 { Arc::default() } else { get(from.like)? };
         let place = Workplace::of(c, from.threads, from.jobs)?;
-        let made = place.run(|jobs| prepare_on(jobs, &model, &options, &control))??;
+        let made = place.run(|jobs| like.update_on(jobs, &model, &options, &control))??;
         out.give(tt_prepared { id: PREPARED.add(Arc::new(made)) });
         Ok(())
     })

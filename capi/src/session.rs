@@ -77,6 +77,20 @@ pub unsafe extern "C" fn tt_session_new(
     })
 }
 
+/// Goes on with another prepared model: one of a file that has changed, prepared with `tt_prepare_options.like`. The next
+/// frame of views has the tiles that differ, and `tt_scene.from` tells which parts are which. Its instances replace all
+/// others; keys from before name none. Cancels a frame that was begun.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tt_session_update(session: tt_session, prepared: tt_prepared) -> tt_status {
+    entry!(_c => {
+        let prepared = prepared::get(prepared)?;
+        with(session, |row| {
+            row.diagonal = prepared.diagonal;
+            Ok(row.session.update(prepared)?)
+        })
+    })
+}
+
 /// Has workers write tiles into the caller's memory, in its layout, from the next frame on, which is a whole one. The
 /// sink then gets tiles with a `place` and without arrays. `layout` may be null. Cancels a frame that was begun.
 #[unsafe(no_mangle)]

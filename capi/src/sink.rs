@@ -7,7 +7,9 @@ use crate::prepared::{instance, tt_instance};
 use crate::status::Failure;
 use crate::version::TT_NONE;
 use std::ffi::c_void;
+use std::ptr::null;
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, WrittenTile};
+use trimtess::model::PartId;
 
 /// What a frame shows, as `tt_sink.begin` gets it. Pointers are valid until the callback returns.
 #[repr(C)]
@@ -17,7 +19,8 @@ pub struct tt_scene {
     pub size: u32,
     /// 1 if the frame replaces everything sent before; 0 if it equals the last frame except for what is sent now.
     pub whole: u32,
-    /// Number of parts: those of the prepared model, then further levels of detail. They stay, and others may follow.
+    /// Number of parts: those of the prepared model, then further levels of detail. They stay, and others may follow,
+    /// until `tt_session_update`.
     pub parts: u32,
     /// Number of instances.
     pub instances: u32,
@@ -26,6 +29,10 @@ pub struct tt_scene {
     pub mesh_of: *const u32,
     /// The instances. Each names the level of detail that it draws.
     pub placed: *const tt_instance,
+    /// In the first frame after `tt_session_update`, if it is not a whole one: for each part the part of the last frame
+    /// whose tiles and lines it starts with, TT_NONE if it starts with none. None is named twice; tiles and lines of
+    /// parts that are not named go. Null in other frames.
+    pub from: *const u32,
 }
 
 /// The tiles to draw, as `tt_sink.drawn` gets them. Pointers are valid until the callback returns.
@@ -97,6 +104,7 @@ type On<T> = extern "C" fn(*mut c_void, *const T) -> i32;
 #[derive(Default)]
 pub(crate) struct Lists {
     mesh_of: Vec<u32>,
+    from: Vec<u32>,
     placed: Vec<tt_instance>,
     rows: Vec<tt_drawn_row>,
     words: Vec<u64>,
@@ -125,8 +133,10 @@ impl<'a> Sink<'a> {
         Ok(Self { user: User::of(user), begin, tile, line, drawn, end, abort, lists })
     }
 
-    fn start(&mut self, scene: &Scene, whole: bool) -> Result<(), SinkError> {
-        let Lists { mesh_of, placed, .. } = self.lists;
+    fn start(&mut self, scene: &Scene, whole: bool, kept: Option<&[Option<PartId>]>) -> Result<(), SinkError> {
+        let Lists { mesh_of, from, placed, .. } = self.lists;
+        from.clear();
+        from.extend(kept.into_iter().flatten().map(|part| part.map_or(TT_NONE, |part| part.0)));
         mesh_of.clear();
         mesh_of.extend(scene.parts.iter().map(|part| part.mesh_of.map_or(TT_NONE, |of| of.0)));
         placed.clear();
@@ -139,6 +149,7 @@ impl<'a> Sink<'a> {
             instances: placed.len() as u32,
             mesh_of: mesh_of.as_ptr(),
             placed: placed.as_ptr(),
+            from: if kept.is_some() { from.as_ptr() } else { null() },
         };
         took("tt_sink.begin", begin(self.user.get(), &scene))
     }
@@ -146,11 +157,15 @@ impl<'a> Sink<'a> {
 
 impl MeshSink for Sink<'_> {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.start(scene, true)
+        self.start(scene, true, None)
     }
 
     fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.start(scene, false)
+        self.start(scene, false, None)
+    }
+
+    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+        self.start(scene, false, Some(from))
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {

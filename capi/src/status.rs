@@ -155,6 +155,7 @@ impl From<FrameError> for Failure {
             FrameError::View { .. } => TT_ERROR_ARGUMENT,
             FrameError::Sink(_) => TT_ERROR_CALLBACK,
             FrameError::Grid(_) => TT_ERROR_GRID,
+            FrameError::Plan { .. } => TT_ERROR_ARGUMENT,
             FrameError::Cancelled => TT_ERROR_CANCELLED,
             _ => TT_ERROR_LOST,
         };

@@ -73,6 +73,14 @@ void handles() {
     tt_prepared prepared{};
     REFUSED(tt_prepare({}, nullptr, {}, &prepared), TT_ERROR_HANDLE, "null");
     HOLDS(tt_prepare(model, nullptr, {}, &prepared) == TT_OK);
+    tt_prepare_options like{};
+    like.size = sizeof like, like.like.id = model.id;
+    tt_prepared again{};
+    REFUSED(tt_prepare(model, &like, {}, &again), TT_ERROR_HANDLE, "is that of a model");
+    like.like = prepared;
+    HOLDS(tt_prepare(model, &like, {}, &again) == TT_OK && tt_prepared_free(again) == TT_OK);
+    REFUSED(tt_session_update({}, prepared), TT_ERROR_HANDLE, "the session's handle is null");
+    REFUSED(tt_session_update({}, {}), TT_ERROR_HANDLE, "the prepared model's handle is null");
     REFUSED(tt_model_get_info({prepared.id}, &info), TT_ERROR_HANDLE, "is that of a prepared model");
     HOLDS(tt_model_free(model) == TT_OK);
     REFUSED(tt_model_free(model), TT_ERROR_HANDLE, "was freed");

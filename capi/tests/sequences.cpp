@@ -111,6 +111,10 @@ std::int32_t on_begin(void *, const tt_scene *scene) {
     for (std::uint32_t k = 0; k < scene->instances; k++) {
         if (scene->placed[k].part >= scene->parts) fail("an instance of no part", k);
     }
+    std::set<std::uint32_t> kept;
+    for (std::uint32_t k = 0; scene->from && k < scene->parts; k++) {
+        if (scene->from[k] != TT_NONE && !kept.insert(scene->from[k]).second) fail("a part that goes on twice", k);
+    }
     from_within();
     return refuses();
 }
@@ -471,6 +475,7 @@ void Run::preparing() {
         options.threads = 1, options.border_tolerance = random.once_in(4) ? random.number(1e-4) : 0;
         options.max_patches = random.once_in(8) ? 1 : 0;
         if (random.flag()) options.jobs = given(loops()), options.threads = random.once_in(9);
+        if (!live[PREPARED].empty()) options.like.id = live[PREPARED][random.below(live[PREPARED].size())];
         tt_prepared prepared{};
         const auto model = pick<tt_model>(MODEL);
         const bool dead_model = dead_used;
@@ -576,7 +581,7 @@ void Run::frames() {
     if (random.once_in(20)) views.back().size = 4;
     const auto *given_views = numbers(views);
     busy = alone && !dead_used ? session.id : 0;
-    switch (random.below(11)) {
+    switch (random.below(12)) {
     case 0: case 1: ended(tt_session_begin(session, given_views, views.size())); break;
     case 2: case 3: ended(tt_session_finish(session, sink(), report)); break;
     case 4: {
@@ -592,6 +597,12 @@ void Run::frames() {
         break;
     }
     case 7: ended(random.flag() ? tt_session_cancel(session) : tt_session_forget(session)); break;
+    case 10: {
+        const auto prepared = pick<tt_prepared>(PREPARED);
+        busy = alone && !dead_used ? session.id : 0;
+        ended(tt_session_update(session, prepared));
+        break;
+    }
     case 8: {
         if (random.flag()) ended(tt_session_add_instance(session, given(placement()), &instance));
         else ended(tt_session_remove_instance(session, instance));

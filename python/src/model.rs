@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use std::sync::Arc;
 use trimtess::control::Rayon;
 use trimtess::model::{self, Colour, Loop};
-use trimtess::prepare::{PrepareLimits, PrepareOptions, Shells, prepare_on};
+use trimtess::prepare::{PrepareLimits, PrepareOptions, Shells};
 
 /// Red, green, blue (sRGB) and opacity, each from 0 to 1.
 type Rgba = (f32, f32, f32, f32);
@@ -48,7 +48,7 @@ impl Model {
             part: i.part.0,
             name: i.name.to_string(),
             colour: rgba(i.colour),
-            assemblies: path(i.assembly.as_deref()),
+            assembly: i.assembly.clone(),
             transform: i.transform,
         };
         self.model.instances.iter().map(of).collect()
@@ -85,18 +85,23 @@ impl Model {
     ///     max_patches: Bézier patches at most (default 16 million).
     ///     border_tolerance: Distance up to which borders of faces without edges are sewn, as a fraction of the part's
     ///         diagonal, from 0 to 1 (default 1e-6).
+    ///     like: Another prepared model. Parts that both have are taken over from it, which is faster and the same.
     ///     workers: Threads at most; one per core if None or 0.
     ///     progress: Called as `progress("prepare", done, total)` with faces, on this thread.
     ///
     /// Raises:
     ///     LimitError: A limit is exceeded.
-    #[pyo3(signature = (*, max_memory=None, max_patches=None, border_tolerance=None, workers=None, progress=None))]
+    #[pyo3(signature = (
+        *, max_memory=None, max_patches=None, border_tolerance=None, like=None, workers=None, progress=None
+    ))]
+    #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     fn prepare(
         &self,
         py: Python<'_>,
         max_memory: Option<u64>,
         max_patches: Option<u64>,
         border_tolerance: Option<f64>,
+        like: Option<PyRef<'_, Prepared>>,
         workers: Option<usize>,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Prepared> {
@@ -108,10 +113,11 @@ impl Model {
             return Err(errors::out_of_range(py, "border_tolerance", border, "from 0 to 1"));
         }
         let options = PrepareOptions::DEFAULT.with_limits(limits).with_border_tolerance(border);
+        let like = like.map(|like| Arc::clone(&like.prepared)).unwrap_or_default();
         let job = Job { py, stage: "prepare", progress, workers: workers.unwrap_or(0) };
         let (prepared, shells) = job
             .run(|control| {
-                let prepared = prepare_on(&Rayon, &self.model, &options, control);
+                let prepared = like.update_on(&Rayon, &self.model, &options, control);
                 prepared.map(|prepared| (prepared, self.model.parts.iter().map(Shells::of).collect()))
             })?
             .map_err(|failure| errors::unprepared(py, &failure))?;
@@ -286,9 +292,7 @@ pub(crate) struct Instance {
     /// Overrides the colours of the part and its faces.
     #[pyo3(get)]
     colour: Option<Rgba>,
-    /// Names of the assemblies that it stands in, the root first.
-    #[pyo3(get)]
-    assemblies: Vec<String>,
+    assembly: Option<Arc<model::Assembly>>,
     transform: trimtess::glam::DAffine3,
 }
 
@@ -299,22 +303,23 @@ impl Instance {
             part: instance.part.0,
             name: instance.name.to_string(),
             colour: rgba(instance.colour),
-            assemblies: path(instance.assembly.as_deref()),
+            assembly: instance.assembly.clone(),
             transform: instance.transform,
         }
     }
 }
 
-/// Names of an assembly and those that it stands in, the root first.
-fn path(assembly: Option<&model::Assembly>) -> Vec<String> {
-    let mut names: Vec<String> =
-        assembly.into_iter().flat_map(model::Assembly::ancestors).map(|assembly| assembly.name.to_string()).collect();
-    names.reverse();
-    names
-}
-
 #[pymethods]
 impl Instance {
+    /// Names of the assemblies that it stands in, the root first.
+    #[getter]
+    fn assemblies(&self) -> Vec<&str> {
+        let mut names: Vec<&str> =
+            self.assembly.iter().flat_map(|assembly| assembly.ancestors()).map(|assembly| &*assembly.name).collect();
+        names.reverse();
+        names
+    }
+
     /// Part to world: a (4, 4) array of doubles that multiplies columns (x, y, z, 1), millimetres.
     #[getter]
     fn transform<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {

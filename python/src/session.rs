@@ -4,10 +4,12 @@ use crate::array;
 use crate::errors;
 use crate::job::HEARD_EVERY;
 use crate::model::Instance;
+use crate::prepared::Prepared;
 use crate::view::View;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use trimtess::glam::{DAffine3, DMat4};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SceneInstance, SinkError};
@@ -24,6 +26,8 @@ struct Changes {
     /// Kept from the frame before where nothing was sent.
     drawn: Arc<DrawnTiles>,
     instances: Arc<Vec<SceneInstance>>,
+    /// After an update: the parts of which tiles are kept, and what they were.
+    from: Option<Vec<Option<PartId>>>,
 }
 
 impl MeshSink for Changes {
@@ -34,6 +38,11 @@ impl MeshSink for Changes {
     fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.instances = Arc::new(scene.instances.clone());
         Ok(())
+    }
+
+    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+        self.from = Some(from.to_vec());
+        self.begin_changes(scene)
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
@@ -124,6 +133,23 @@ impl Session {
         };
         (*drawn, *instances) = (Arc::clone(&changes.drawn), Arc::clone(&changes.instances));
         Ok(Frame { changes, report })
+    }
+
+    /// Goes on with another prepared model: one of a file that has changed, prepared with `like`. The next frame has the
+    /// tiles that differ, and tells by `renumbered` which parts are which. Instances are those of the new model; keys
+    /// from before name none.
+    ///
+    /// Args:
+    ///     prepared: The model.
+    ///
+    /// Raises:
+    ///     TessellateError: An internal error ended the session.
+    ///     RuntimeError: Another thread is using the session.
+    fn update(&self, py: Python<'_>, prepared: PyRef<'_, Prepared>) -> PyResult<()> {
+        let model = Arc::clone(&prepared.prepared);
+        let mut state = self.state()?;
+        let session = &mut state.session;
+        py.detach(|| session.update(model)).map_err(|failure| errors::unmade(py, &failure))
     }
 
     /// Makes the next frame a whole one.
@@ -239,6 +265,15 @@ impl Frame {
     #[getter]
     fn whole(&self) -> bool {
         self.report.whole
+    }
+
+    /// After `Session.update`: the part's new number by the one before, for parts whose tiles are kept. Renumber these,
+    /// and drop those of all other parts. None otherwise.
+    #[getter]
+    fn renumbered(&self) -> Option<BTreeMap<u32, u32>> {
+        let from = self.changes.from.as_ref()?;
+        let kept = (0..).zip(from).filter_map(|(part, from)| Some((from.as_ref()?.0, part)));
+        Some(kept.collect())
     }
 
     /// Tiles that are new or replace the tile with the same key, ascending by key.

@@ -7,6 +7,7 @@ import threading
 
 import numpy as np
 import pytest
+from files import SMALL
 
 import trimtess
 
@@ -31,6 +32,9 @@ class Shown:
     def apply(self, frame):
         if frame.whole:
             self.tiles.clear()
+        if frame.renumbered is not None:
+            kept = [(part, tile) for part, tile in self.tiles if part in frame.renumbered]
+            self.tiles = {(frame.renumbered[part], tile): self.tiles[part, tile] for part, tile in kept}
         for key in frame.removed:
             self.tiles.pop(key, None)
         self.tiles.update((tile.key, tile) for tile in frame.changed)
@@ -209,3 +213,28 @@ def test_a_session_serves_one_thread_at_a_time(large):
             refused.append(str(why))
     thread.join()
     assert refused == ["another thread is using the session"]
+
+
+def test_a_session_goes_on_with_a_file_that_has_changed():
+    before = trimtess.read(SMALL).prepare()
+    text = SMALL.read_text()
+    assert text.count(", 0.00500000000000000 )") == 3, "the cylinder and its circles"
+    model = trimtess.read(text.replace(", 0.00500000000000000 )", ", 0.00490000000000000 )").encode(), name=SMALL.stem)
+    cube = [part.name for part in model.parts].index("red_cube")
+    after, fresh = model.prepare(like=before), model.prepare()
+    assert after.tessellate().positions.tobytes() == fresh.tessellate().positions.tobytes()
+    view = before.view(size=(640, 480))
+    session, shown, anew = before.session(), Shown(), Shown()
+    frame = session.view(view)
+    assert frame.whole and frame.renumbered is None
+    shown.apply(frame)
+    session.update(after)
+    frame = session.view(view)
+    assert frame.renumbered == {cube: cube} and not frame.whole
+    assert {part for part, _ in (tile.key for tile in frame.changed)} == {1 - cube}
+    shown.apply(frame)
+    anew.apply(fresh.session().view(view))
+    assert {key: tile.positions.tobytes() for key, tile in shown.tiles.items()} == {
+        key: tile.positions.tobytes() for key, tile in anew.tiles.items()
+    }
+    assert not any(shown.sides(frame).values())

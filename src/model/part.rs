@@ -157,8 +157,8 @@ pub struct Instance {
     pub colour: Option<Colour>,
     /// Name, empty if none. Shared: an assembly may place a part many thousand times.
     pub name: Arc<str>,
-    /// The assembly that it stands in; `None` for a root. Instances of one assembly share it: two assemblies of one name
-    /// are two allocations.
+    /// The assembly that it stands in; `None` for a root. Instances of one assembly share it: two assemblies of one
+    /// name are two allocations.
     pub assembly: Option<Arc<Assembly>>,
 }
 

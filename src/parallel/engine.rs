@@ -20,6 +20,7 @@ use crate::frame::{Plan, Reuse};
 use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMemory, TileMesh, VertexLayout, successors};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
+use crate::prepare::internals::PreparedPart;
 use crate::view::View;
 use glam::DAffine3;
 use std::collections::BTreeMap;
@@ -330,6 +331,7 @@ impl Engine {
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next).entered();
+        fits(&plan, &self.prepared.parts[..scene.parts.len()])?;
         let frame = self.count();
         let with = (&*self.jobs, &*self.prepared, self.writer.as_ref());
         let report = whole_frame((&mut self.crew, &mut self.rows), with, &plan, (scene, control), sink)?;
@@ -341,6 +343,18 @@ impl Engine {
         self.next += 1;
         self.next - 1
     }
+}
+
+/// Whether a plan has the tiles and edges of these parts.
+fn fits(plan: &Plan, parts: &[Arc<PreparedPart>]) -> Result<(), FrameError> {
+    for (row, part) in parts.iter().enumerate() {
+        let planned = plan.parts.get(row).map_or([0; 2], |plan| [plan.tiles.len(), plan.edges.len()]);
+        let stated = [part.tiles.len(), part.edges.len()];
+        if planned != stated {
+            return Err(FrameError::Plan { part: PartId::new(row), planned, stated });
+        }
+    }
+    Ok(())
 }
 
 /// Frees a plan, unless it has other owners, on all threads: it has an allocation per tile and per edge.

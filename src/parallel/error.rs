@@ -24,6 +24,15 @@ pub enum FrameError {
     Sink(SinkError),
     /// A tile does not fit the grid that the sink's layout asks for. The sink was not touched.
     Grid(GridTooCoarse),
+    /// The plan is one of another model: it was made before an [update](super::Session::update), perhaps.
+    Plan {
+        /// The first part that differs.
+        part: PartId,
+        /// Its tiles and edges in the plan; 0 of each if there are none.
+        planned: [usize; 2],
+        /// Its tiles and edges in the model.
+        stated: [usize; 2],
+    },
     /// An internal error. The session cannot be used any more.
     Lost {
         /// The message of the panic.
@@ -40,6 +49,11 @@ impl fmt::Display for FrameError {
             Self::View { view, why } => write!(f, "view {view}: {why}"),
             Self::Sink(error) => error.fmt(f),
             Self::Grid(error) => error.fmt(f),
+            Self::Plan { part, planned: [tiles, edges], stated } => write!(
+                f,
+                "the plan is one of another model: part {} has {tiles} tiles and {edges} edges instead of {} and {}",
+                part.0, stated[0], stated[1]
+            ),
             Self::Lost { why } => write!(f, "an internal error ended the session: {why}"),
             Self::Cancelled => f.write_str("tessellating was cancelled"),
         }
@@ -53,7 +67,7 @@ impl std::error::Error for FrameError {
             Self::View { why, .. } => Some(why),
             Self::Sink(error) => Some(error),
             Self::Grid(error) => Some(error),
-            Self::Lost { .. } | Self::Cancelled => None,
+            Self::Plan { .. } | Self::Lost { .. } | Self::Cancelled => None,
         }
     }
 }

@@ -72,6 +72,8 @@ pub(super) struct Residency {
     whole: bool,
     /// After an update: for each part, the one that the sink has for it.
     from: Option<Vec<Option<PartId>>>,
+    /// Number of parts that the sink knows: those of the last committed frame.
+    known: usize,
     /// The drawn tiles of the last committed frame.
     shown: DrawnTiles,
     /// The version of the instances then.
@@ -99,15 +101,18 @@ pub(super) struct Due {
 impl Residency {
     pub(super) fn new(prepared: &Prepared) -> Self {
         let (edges, shown) = (BTreeSet::new(), DrawnTiles::default());
-        let mut new = Self { parts: Vec::new(), edges, whole: true, from: None, shown, placed: 0, frames: 0 };
+        let mut new = Self { parts: Vec::new(), edges, whole: true, from: None, known: 0, shown, placed: 0, frames: 0 };
         new.add_parts(prepared);
         new
     }
 
-    /// Appends the parts of `prepared` that came after those known.
+    /// Appends the parts of `prepared` that came after those here.
     pub(super) fn add_parts(&mut self, prepared: &Prepared) {
-        let new = prepared.parts.iter().skip(self.parts.len());
-        self.parts.extend(new.map(|part| PartTiles::new(part)));
+        let first = self.parts.len();
+        self.parts.extend(prepared.parts.iter().skip(first).map(|part| PartTiles::new(part)));
+        if !self.whole {
+            self.edges.extend(prepared.brep_edges().filter(|(part, _)| part.index() >= first));
+        }
         self.from.iter_mut().for_each(|from| from.resize(self.parts.len(), None));
     }
 
@@ -126,7 +131,10 @@ impl Residency {
             self.edges = edges.filter_map(|(part, edge)| Some((*new.get(&part)?, edge))).collect();
             self.edges.extend(prepared.brep_edges().filter(|(part, _)| from[part.index()].is_none()));
             let before = self.from.take();
-            let in_sink = |part: PartId| before.as_ref().map_or(Some(part), |before| before[part.index()]);
+            let in_sink = |part: PartId| match &before {
+                Some(before) => before[part.index()],
+                None => (part.index() < self.known).then_some(part),
+            };
             self.from = Some(from.iter().map(|part| part.and_then(in_sink)).collect());
         }
         self.placed = 0;
@@ -227,7 +235,7 @@ impl Residency {
         for &MadeTile { part, tile: TileId(tile), triangles, .. } in made {
             self.parts[part.index()].triangles[tile as usize] = triangles;
         }
-        self.from = None;
+        (self.from, self.known) = (None, self.parts.len());
         self.edges.clear();
         self.shown.clone_from(drawn);
         self.parts.iter_mut().for_each(|part| part.is_outdated = false);

@@ -225,6 +225,7 @@ impl Session {
     /// Parts with the same content keep their levels, and their tiles stay in the sink; they are made again only where
     /// the views ask for it, as ever. Parts are numbered as in the new model. Its instances replace all others, those
     /// added or moved at run time too: keys from before name none. LODs go on by the order of the instances of a part.
+    /// Plans from before are void.
     ///
     /// The sink then has the tiles, byte for byte, that a new session with this model would give it for the same views,
     /// except for [`Batch::worker`](crate::mesh::Batch::worker). Two things may differ, as between any sessions with
@@ -239,13 +240,14 @@ impl Session {
     pub fn update(&mut self, prepared: Arc<Prepared>) -> Result<(), FrameError> {
         self.cancel();
         self.moved.clear();
+        // Its rows are changed in place if nobody else has it.
+        self.plan = None;
         let (engine, _) = self.wait()?;
         engine.update(&prepared);
         self.prepared = Arc::clone(&engine.prepared);
         self.model = prepared;
         self.scene = self.prepared.scene.clone();
         self.rows.update(self.scene.instances.iter().map(|instance| instance.part));
-        self.plan = None;
         Ok(())
     }
 

@@ -8,11 +8,11 @@ use crate::{built, common, edits, models, pool};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 use trimtess::control::Alone;
-use trimtess::frame::Reuse;
+use trimtess::frame::{PlanLimits, Reuse, Tolerance};
 use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError, VertexLayout,
 };
-use trimtess::model::{Model, PartId};
+use trimtess::model::{Instance, Model, PartId};
 use trimtess::parallel::{FrameError, InstanceError, Session, SessionOptions, serial};
 use trimtess::prepare::{PrepareOptions, Prepared};
 use trimtess::view::{Camera, CameraPath, Picture, Projection, View};
@@ -59,6 +59,7 @@ impl MeshSink for Spy {
 
     fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
         assert_eq!(from.len(), scene.parts.len());
+        assert!(from.iter().flatten().all(|part| part.index() < self.sink.scene.parts.len()), "{from:?}");
         self.sent.clear();
         self.sink.begin_update(scene, from)
     }
@@ -297,6 +298,60 @@ fn instances_are_those_of_the_new_model_and_old_keys_name_none() {
     assert_same(&spy.sink, &next, &view, "instances");
     let key = session.instance_key(0).unwrap();
     assert_eq!((session.instance_row(key), session.part_of(0)), (Some(0), Some(PartId(0))));
+}
+
+/// A box, and an instance of it further away, behind it in [`view_of`].
+fn boxes() -> (Model, SceneInstance) {
+    let mut model = built();
+    model.parts.truncate(1);
+    model.instances.truncate(1);
+    let transform = DAffine3::from_translation(DVec3::new(-70.0, 42.0, -24.0));
+    let far =
+        SceneInstance { part: PartId(0), transform, colour: None, name: "far".into(), assembly: None, first_face: 0 };
+    (model, far)
+}
+
+#[test]
+fn a_level_of_detail_that_no_frame_had_before_an_update_is_news_to_the_sink() {
+    let (mut model, far) = boxes();
+    let prepared = common::prepared(model.clone());
+    let view = view_of(&prepared);
+    let (mut session, mut spy) = (start(&prepared), Spy::default());
+    session.view(&[view], &mut spy).unwrap();
+    session.add_instance(far.clone()).unwrap();
+    let again = Instance { transform: far.transform, name: far.name, ..model.instances[0].clone() };
+    model.instances.push(again);
+    let next = updated(&prepared, &model);
+    session.update(Arc::clone(&next)).unwrap();
+    assert!(!session.view(&[view], &mut spy).unwrap().whole);
+    assert_same(&spy.sink, &next, &view, "one more level");
+}
+
+#[test]
+fn an_added_instance_has_all_edge_lines() {
+    let (model, far) = boxes();
+    let prepared = common::prepared(model);
+    let (mut session, mut spy) = (start(&prepared), Spy::default());
+    let view = view_of(&prepared);
+    session.view(&[view], &mut spy).unwrap();
+    session.add_instance(far).unwrap();
+    session.view(&[view], &mut spy).unwrap();
+    for instance in &spy.sink.scene.instances {
+        let lines = spy.sink.edge_lines.iter().filter(|line| line.part == instance.part).count();
+        assert_eq!(lines, prepared.brep_edges().count(), "part {}", instance.part.0);
+    }
+    assert!(spy.sink.scene.instances[0].part != spy.sink.scene.instances[1].part, "two levels");
+}
+
+#[test]
+fn plans_from_before_an_update_are_refused() {
+    let prepared = common::prepared(boxes().0);
+    let (mut session, mut spy) = (start(&prepared), Spy::default());
+    let plan = session.plan_within(&Tolerance { chord: 0.1, angle: 0.3, max_edge: None }, &PlanLimits::DEFAULT);
+    session.update(updated(&prepared, &built())).unwrap();
+    let refused = session.frame(plan, &mut spy).unwrap_err();
+    assert!(matches!(refused, FrameError::Plan { part: PartId(1), planned: [0, 0], .. }), "{refused:?}");
+    session.view(&[view_of(&prepared)], &mut spy).unwrap();
 }
 
 #[test]

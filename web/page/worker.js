@@ -114,8 +114,13 @@ async function attach(canvas) {
   viewer = made;
   // WebGL tells nobody else.
   canvas.addEventListener("webglcontextlost", () => viewer === made && lose("the browser took it away"));
-  // WebGPU tells those who ask, and a picture at rest asks nothing.
-  const asks = setInterval(() => (viewer !== made || isLost(made)) && clearInterval(asks), 500);
+  // WebGPU tells those who ask, and a picture at rest asks nothing. Once the module has failed, there is nobody to ask.
+  const asks = setInterval(() => {
+    try {
+      if (viewer === made && !isLost(made)) return;
+    } catch {}
+    clearInterval(asks);
+  }, 500);
 }
 
 /** Shows the model in a picture of the present size. */
@@ -154,7 +159,8 @@ function describe(seconds) {
 }
 
 /**
- * The file's assemblies with what stands in them. Instances of one part that stand in one assembly share a node.
+ * The file's assemblies with what stands in them. Instances of one part that stand in one assembly share a node, unless
+ * nothing else stands there.
  * @param {ReturnType<wasm.Prepared["info"]>} info
  * @returns {TreeNode[]}
  */
@@ -242,7 +248,8 @@ function isLost(viewer) {
 
 /** @param {string} message */
 function lose(message) {
-  camera = viewer?.cameraState() ?? camera;
+  // A viewer that has shown nothing looks nowhere yet.
+  if (begun) camera = viewer?.cameraState() ?? camera;
   viewer = undefined;
   post({ type: "lost", message });
 }

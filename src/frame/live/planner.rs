@@ -111,15 +111,25 @@ impl Planner {
     pub fn add_parts(&mut self, prepared: Arc<Prepared>) {
         let known = self.rates.parts.len();
         let from: Vec<_> = (0..prepared.parts.len()).map(|p| (p < known).then_some(PartId::new(p))).collect();
-        self.update(prepared, &from);
+        self.renew(prepared, &from);
     }
 
     /// Goes on with another model. Its part `p` is the one that was `from[p]`, and keeps its levels; the plan of a part
-    /// that was none is the coarsest. `from` has a row for each part, and names none twice.
+    /// that was none is the coarsest. `from` has a row for each part, and names none twice. What limits made coarser is
+    /// planned anew.
     ///
     /// Cost: a few microseconds per tile and per edge of new parts; if the last plan has other owners, a copy of its
     /// rows.
     pub fn update(&mut self, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
+        let Rates { terms, term, .. } = own(&mut self.rates);
+        if terms.coarser > 0 {
+            terms.coarser = 0;
+            *term += 1;
+        }
+        self.renew(prepared, from);
+    }
+
+    fn renew(&mut self, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
         let rates = own(&mut self.rates);
         let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
         let rows = || (0..from.len()).filter(|&row| from[row].is_none());

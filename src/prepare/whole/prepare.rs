@@ -77,11 +77,13 @@ pub fn prepare_on(
 
 impl Prepared {
     /// Prepares another model, and takes over the parts that both have: those with the same content, bit for bit,
-    /// wherever they stand in the lists, if the options are the same. Names, colours and entity numbers may differ.
+    /// wherever they stand in the lists, if the options are the same. Names and colours may differ, and entity numbers,
+    /// but for those in the cause for which a face was refused.
     ///
     /// Gives what [`prepare`] does: the same parts, scene and diagnostics. Only how tiles are shared among workers may
     /// differ, because a part that is taken over keeps the expected costs of its tiles. Its data is shared with `self`,
-    /// which does not change and may be dropped; it is copied if its entity numbers have changed.
+    /// which does not change and may be dropped; it is copied if its entity numbers have changed, and prepared again
+    /// if these do not tell which was which.
     ///
     /// Cost: that of [`prepare`] for the other parts; for all parts, a nanosecond per byte of the model to compare
     /// them, and the box of the placed model.

@@ -329,8 +329,9 @@ impl LiveScene {
         tiles.into_iter().flat_map(|tiles| tiles.draws(&self.store, self.record_rows.buffer()))
     }
 
-    /// Shows or hides an instance of the scene in all views. Frames do not change it. An unknown number is kept for an
-    /// instance to come.
+    /// Shows or hides an instance of the scene in all views. Frames do not change it, until one of
+    /// [another model](crate::mesh::MeshSink::begin_update), which shows all of its instances. An unknown number is kept
+    /// for an instance to come.
     pub fn set_visible(&mut self, instance: InstanceId, visible: bool) {
         let hidden = &mut self.shown.hidden;
         if if visible { hidden.remove(&instance) } else { hidden.insert(instance) } {
@@ -350,8 +351,8 @@ impl LiveScene {
         self.store.keep_cells(&self.gpu, keep)
     }
 
-    /// Highlights a face of an instance from the next picture on. `None` removes the highlight. An unknown face or
-    /// instance highlights nothing.
+    /// Highlights a face of an instance from the next picture on. `None` removes the highlight, and so does a frame of
+    /// another model. An unknown face or instance highlights nothing.
     pub fn highlight(&mut self, face: Option<(InstanceId, FaceId)>) {
         self.records.mark(face);
     }

@@ -59,7 +59,11 @@ impl LiveScene {
         match base {
             Base::New(shown, from) => {
                 let mut old = std::mem::replace(&mut self.shown, shown);
-                self.shown.hidden = std::mem::take(&mut old.hidden);
+                if from.is_empty() {
+                    self.shown.hidden = std::mem::take(&mut old.hidden);
+                } else {
+                    self.records.mark(None);
+                }
                 for (part, from) in self.shown.parts.iter_mut().zip(from) {
                     if let Some(old) = from.and_then(|from| old.parts.get_mut(from.index())) {
                         (part.tiles, part.lines) = (std::mem::take(&mut old.tiles), std::mem::take(&mut old.lines));
