@@ -95,7 +95,7 @@ pub struct PreparedMemory {
     pub edges: u64,
     /// Tiles: loops, and images of edges in them.
     pub tiles: u64,
-    /// Names, colours, instances.
+    /// Names of parts, colours, instances. Without names of instances, which they share with each other and the model.
     pub scene: u64,
     /// What only an [update](Prepared::update) reads: a hash and points of each part, its diagnostics.
     pub update: u64,
@@ -130,10 +130,10 @@ impl Prepared {
     /// Estimates the memory that it takes. Cost: one pass over all edges and tiles.
     #[must_use]
     pub fn memory(&self) -> PreparedMemory {
-        let names = self.scene.instances.iter().map(|i| size_of::<SceneInstance>() + i.name.len());
+        let instances = self.scene.instances.len() * size_of::<SceneInstance>();
         let colours = self.scene.parts.iter().map(|part| part.name.len() + size_of_val(&part.face_colours[..]));
         let parts = self.scene.parts.len() * size_of::<ScenePart>();
-        let scene = parts + names.sum::<usize>() + colours.sum::<usize>();
+        let scene = parts + instances + colours.sum::<usize>();
         let mut memory = PreparedMemory { scene: scene as u64, ..PreparedMemory::default() };
         // Levels of detail share the data of their part.
         let own = self.parts.iter().zip(&self.scene.parts).filter(|(_, part)| part.mesh_of.is_none());
