@@ -224,7 +224,7 @@ def test_a_session_goes_on_with_a_file_that_has_changed():
     after, fresh = model.prepare(like=before), model.prepare()
     assert after.tessellate().positions.tobytes() == fresh.tessellate().positions.tobytes()
     view = before.view(size=(640, 480))
-    session, shown, anew = before.session(), Shown(), Shown()
+    session, shown, other = before.session(), Shown(), Shown()
     frame = session.view(view)
     assert frame.whole and frame.renumbered is None
     shown.apply(frame)
@@ -233,8 +233,8 @@ def test_a_session_goes_on_with_a_file_that_has_changed():
     assert frame.renumbered == {cube: cube} and not frame.whole
     assert {part for part, _ in (tile.key for tile in frame.changed)} == {1 - cube}
     shown.apply(frame)
-    anew.apply(fresh.session().view(view))
+    other.apply(fresh.session().view(view))
     assert {key: tile.positions.tobytes() for key, tile in shown.tiles.items()} == {
-        key: tile.positions.tobytes() for key, tile in anew.tiles.items()
+        key: tile.positions.tobytes() for key, tile in other.tiles.items()
     }
     assert not any(shown.sides(frame).values())

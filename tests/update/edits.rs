@@ -35,7 +35,7 @@ impl Edit {
     pub(crate) const DISTINCT: [Self; 6] =
         [Self::MoveHole, Self::Recolour, Self::Swap, Self::Replace, Self::Add, Self::Remove];
 
-    /// Edits `model` with parts of `pool`. Returns how many parts it prepares anew at most.
+    /// Edits `model` with parts of `pool`. Returns how many parts change at most.
     pub(crate) fn apply(self, model: &mut Model, pool: &[Part], draw: &mut SplitMix) -> usize {
         let count = model.parts.len();
         let part = draw.below(count.max(1) as u64) as usize;

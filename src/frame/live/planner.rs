@@ -115,8 +115,8 @@ impl Planner {
     }
 
     /// Goes on with another model. Its part `p` is the one that was `from[p]`, and keeps its levels; the plan of a part
-    /// that was none is the coarsest. `from` has a row for each part, and names none twice. What limits made coarser is
-    /// planned anew.
+    /// that was none is the coarsest. `from` has a row for each part, and names none twice. Limits
+    /// start again: what they made coarser is planned as if it were new.
     ///
     /// Cost: a few microseconds per tile and per edge of new parts; if the last plan has other owners, a copy of its
     /// rows.

@@ -27,8 +27,8 @@ impl ContentHash {
     }
 }
 
-/// The entity numbers that prepare hands on: of all faces, then of all shells. A file may number its entities anew on
-/// every save.
+/// The entity numbers that prepare hands on: of all faces, then of all shells. A program may give all
+/// entities other numbers on every save.
 pub(crate) fn entities(part: &Part) -> Vec<u64> {
     part.faces.iter().map(|face| face.entity).chain(part.shells.iter().map(|shell| shell.entity)).collect()
 }

@@ -23,8 +23,9 @@ const MAX_DEPTH_AT_POLE: u32 = 24;
 /// seconds.
 const MAX_SAMPLES: usize = 20_000;
 
-/// Steps of one projection. Quadratic convergence takes 3–5 from a good seed, slow tangential convergence about 30.
-const MAX_STEPS: u32 = 40;
+/// Steps of one projection, halved ones included. Quadratic convergence takes 3–5 from a good seed, slow tangential
+/// convergence about 30.
+const MAX_STEPS: u32 = 80;
 
 /// Steps by first derivatives before second ones are used. Points on the surface are found by then.
 const FIRST_STEPS: u32 = 4;
@@ -274,7 +275,7 @@ impl<'a> Projector<'a> {
     fn newton(&self, p: DVec3, start: DVec2) -> Foot {
         let mut uv = self.clamp(start);
         let mut best = Foot { uv, off: f64::INFINITY, tangents: [DVec3::NAN; 3] };
-        for step in 0..2 * MAX_STEPS {
+        for step in 0..MAX_STEPS {
             let mut second = (step >= FIRST_STEPS).then(|| self.derivatives(uv));
             let mut here = second.map_or_else(|| self.foot_at(uv, p), |s| Foot::new(uv, p, [s.point, s.du, s.dv]));
             let off = best.off.min(here.off);
