@@ -4,6 +4,7 @@ use super::diagnostic::Diagnostic;
 use super::trouble::StepCause;
 use super::{EdgeId, FreeTrims, NurbsCurve2, NurbsCurve3, PartId, Surface, VertexId};
 use glam::{DAffine3, DVec3};
+use std::fmt;
 use std::sync::Arc;
 
 /// Red, green, blue (sRGB) and opacity, each 0..1.
@@ -130,8 +131,8 @@ pub struct Part {
     pub tolerance: f64,
 }
 
-/// An assembly of a product structure, at one place in it.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// An assembly of a product structure, at one place in it. Chains of parents may be of any length.
+#[derive(Clone)]
 pub struct Assembly {
     /// Name, empty if none.
     pub name: Arc<str>,
@@ -143,6 +144,34 @@ impl Assembly {
     /// This assembly and those that it stands in, from the innermost to the root.
     pub fn ancestors(&self) -> impl Iterator<Item = &Self> {
         std::iter::successors(Some(self), |assembly| assembly.parent.as_deref())
+    }
+
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.ancestors().map(|assembly| &*assembly.name)
+    }
+}
+
+// Derived traits would call themselves once per parent, and a chain that a caller makes may be longer than the stack.
+impl PartialEq for Assembly {
+    fn eq(&self, other: &Self) -> bool {
+        self.names().eq(other.names())
+    }
+}
+
+impl Eq for Assembly {}
+
+impl fmt::Debug for Assembly {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.names()).finish()
+    }
+}
+
+impl Drop for Assembly {
+    fn drop(&mut self) {
+        let mut parent = self.parent.take();
+        while let Some(mut last) = parent.and_then(Arc::into_inner) {
+            parent = last.parent.take();
+        }
     }
 }
 
@@ -175,4 +204,28 @@ pub struct Model {
     pub millimetres_per_unit: f64,
     /// What the reader repaired or lost.
     pub diagnostics: Vec<Diagnostic>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chains_of_assemblies_may_be_longer_than_the_stack() {
+        let of = |count: u32| {
+            let mut last = None;
+            for k in 0..count {
+                last = Some(Arc::new(Assembly { name: format!("{k}").into(), parent: last }));
+            }
+            last.expect("a chain")
+        };
+        let (long, same, short) = (of(1_000_000), of(1_000_000), of(3));
+        assert!(long == same && long != short && *long.ancestors().last().expect("a root").name == *"0");
+        assert_eq!(format!("{short:?}"), r#"["2", "1", "0"]"#);
+        assert_eq!(format!("{long:?}").matches(',').count(), 999_999);
+        // The innermost goes, and its parents stay with whoever has them.
+        let inner = Arc::clone(short.parent.as_ref().expect("a parent"));
+        drop(short);
+        assert_eq!(inner.ancestors().count(), 2);
+    }
 }
