@@ -198,45 +198,70 @@ impl Step {
     }
 }
 
-/// Flies on one thread, with work cut for `threads`. Of each frame the quickest round counts.
-fn flown(
-    (prepared, views, rounds): (&Arc<Prepared>, &[View], u32),
-    (threads, cold): (usize, bool),
-    common: &Common,
-) -> Result<Vec<Frame>, Failure> {
-    let recorder = Recorder::default();
-    let seen = filter_fn(|of| of.is_span() && (STEPS.contains(&of.name()) || [LOOP, CALL].contains(&of.name())));
-    let spans = Dispatch::new(registry().with(recorder.clone().with_filter(seen)));
-    let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
-    let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
-    let mut session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
-    let mut sink = Uploads::of(session.prepared());
-    let mut frames: Vec<(Duration, Frame)> = Vec::with_capacity(views.len());
-    dispatcher::with_default(&spans, || recorder.calibrate());
-    for round in 0..rounds {
+/// A flight on one thread, with work cut for many.
+struct Column {
+    recorder: Recorder,
+    spans: Dispatch,
+    session: Session,
+    sink: Uploads,
+    /// Of each frame the quickest round, with its time.
+    frames: Vec<(Duration, Frame)>,
+}
+
+impl Column {
+    fn of(prepared: &Arc<Prepared>, threads: usize, common: &Common) -> Self {
+        let recorder = Recorder::default();
+        let seen = filter_fn(|of| of.is_span() && (STEPS.contains(&of.name()) || [LOOP, CALL].contains(&of.name())));
+        let spans = Dispatch::new(registry().with(recorder.clone().with_filter(seen)));
+        let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
+        let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
+        let session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
+        let sink = Uploads::of(session.prepared());
+        dispatcher::with_default(&spans, || recorder.calibrate());
+        Self { recorder, spans, session, sink, frames: Vec::new() }
+    }
+
+    /// Flies once more.
+    fn fly(&mut self, views: &[View], cold: bool, common: &Common) -> Result<(), Failure> {
+        let Self { recorder, spans, session, sink, frames } = self;
         session.forget();
         for (k, view) in views.iter().enumerate() {
             sink.next_frame();
             let begun = now();
-            dispatcher::with_default(&spans, || {
+            dispatcher::with_default(spans, || {
                 if cold {
-                    anew(&mut session, view, &mut sink, common).map(drop)
+                    anew(session, view, sink, common).map(drop)
                 } else {
-                    session.view(&[*view], &mut sink).map(drop).map_err(|e| Failure::Cannot(e.to_string()))
+                    session.view(&[*view], sink).map(drop).map_err(|e| Failure::Cannot(e.to_string()))
                 }
             })?;
             let whole = now().saturating_sub(begun);
             let frame = (whole, recorder.take(whole));
             match frames.get_mut(k) {
                 Some(known) if known.0 > whole => *known = frame,
-                None if round == 0 => frames.push(frame),
-                _ => {}
+                None => frames.push(frame),
+                Some(_) => {}
             }
         }
+        Ok(())
+    }
+}
+
+/// Flies on one thread, with work cut for 1, 2, 4 … threads. Each round flies all of them in turn, so that a machine
+/// that is slower for a while is slower for all.
+fn flown(
+    (prepared, views, rounds): (&Arc<Prepared>, &[View], u32),
+    cold: bool,
+    common: &Common,
+) -> Result<Vec<Vec<Frame>>, Failure> {
+    let mut columns = THREADS.map(|threads| Column::of(prepared, threads, common));
+    for _ in 0..rounds {
+        columns.iter_mut().try_for_each(|column| column.fly(views, cold, common))?;
     }
     // A session's first frame is whole, however the others are made.
-    let frames = frames.into_iter().skip(usize::from(!cold && views.len() > 1));
-    Ok(frames.map(|(_, frame)| frame).collect())
+    let first = usize::from(!cold && views.len() > 1);
+    let frames = |column: Column| column.frames.into_iter().skip(first).map(|(_, frame)| frame).collect();
+    Ok(columns.into_iter().map(frames).collect())
 }
 
 /// Computes the frames of a flight. `measured`: frames by the clock, by the number of threads.
@@ -250,8 +275,7 @@ pub(super) fn replay(
     let threads = THREADS.to_vec();
     let mut steps: BTreeMap<&'static str, StepTimes> = BTreeMap::new();
     let (mut hand_offs_ms, mut measured_ms, mut count) = (Vec::new(), Vec::new(), 0);
-    for (column, &n) in threads.iter().enumerate() {
-        let frames = flown(flight, (n, cold), common)?;
+    for (column, (&n, frames)) in threads.iter().zip(flown(flight, cold, common)?).enumerate() {
         count = frames.len();
         let mean = |sum: Duration| ms(sum) / count.max(1) as f64;
         for (name, step) in frames.iter().flatten() {
