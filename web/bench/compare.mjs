@@ -2,30 +2,35 @@
  * This engine next to occt-import-js, in the same Chromium, each in a fresh worker on one thread, in turn. Prints a
  * table in Markdown.
  *
- *     node web/bench/compare.mjs FILE-OR-FOLDER…
+ *     node web/bench/compare.mjs [--rounds N] FILE-OR-FOLDER…
  *
  * The chord is 1e-3 of the model's diagonal, in millimetres, for both, the angle 20°. Seconds are from the bytes of the
- * file to typed arrays, the least of three rounds; loading the modules is not in them. Faces count in every place of
- * their part. "Lost" are faces of the file without triangles. "Open" are sides of triangles that no triangle of the same
- * solid or part uses the other way round, which also counts the borders of files that are open.
+ * file to typed arrays, the least of N rounds, 3 unless told; loading the modules is not in them. Faces count in every
+ * place of their part. "Lost" are faces of the file without triangles. "Open" are sides of triangles that no triangle of
+ * the same solid or part uses the other way round, which also counts the borders of files that are open.
  */
 
 import { readdirSync, statSync } from "node:fs";
 import { basename, join } from "node:path";
 import { fileURLToPath } from "node:url";
+import { parseArgs } from "node:util";
 import { chromium } from "../test/node_modules/playwright-core/index.mjs";
 import { serve } from "../server.mjs";
 
-const ROUNDS = 3;
-/** A file is given up after this long, milliseconds. */
-const MOST = 300_000;
+/** An engine gives a file up after this long, milliseconds. */
+const MOST = 120_000;
 /** A file that takes the other engine longer, seconds, is measured once. */
 const SLOW = 10;
 
 /** @typedef {{ seconds: number, faces: number, meshed: number, triangles: number, open: number, chord?: number,
  *   memory?: number, error?: string }} Measured */
 
-const paths = process.argv.slice(2).flatMap((path) =>
+const { values, positionals } = parseArgs({
+  options: { rounds: { type: "string", default: "3" } },
+  allowPositionals: true,
+});
+const rounds = Number(values.rounds);
+const paths = positionals.flatMap((path) =>
   statSync(path).isDirectory()
     ? readdirSync(path)
         .filter((name) => /\.(step|stp)$/i.test(name))
@@ -33,8 +38,8 @@ const paths = process.argv.slice(2).flatMap((path) =>
         .map((name) => join(path, name))
     : [path],
 );
-if (paths.length === 0) {
-  console.error("node web/bench/compare.mjs FILE-OR-FOLDER…");
+if (paths.length === 0 || !(rounds >= 1)) {
+  console.error("node web/bench/compare.mjs [--rounds N] FILE-OR-FOLDER…");
   process.exit(2);
 }
 
@@ -84,7 +89,7 @@ async function race(url) {
   // A file that this engine refuses has no diagonal.
   const order = { url, chord: mine.chord ?? 0.1 };
   let theirs = await measure("occt", order);
-  for (let round = 1; round < ROUNDS; round += 1) {
+  for (let round = 1; round < rounds; round += 1) {
     if (mine.error || theirs.error || theirs.seconds > SLOW) break;
     mine = faster(mine, await measure("trimtess", { url }));
     theirs = faster(theirs, await measure("occt", order));

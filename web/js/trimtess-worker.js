@@ -1,4 +1,4 @@
-/** The worker of `trimtess.js`: holds one prepared model and answers with typed arrays, which it hands over. */
+/** A worker of `instance.js`: holds a share of one prepared model, and answers with typed arrays that it hands over. */
 
 import init, * as wasm from "./wasm/trimtess_web.js";
 
@@ -6,6 +6,7 @@ import init, * as wasm from "./wasm/trimtess_web.js";
 const SPOKEN = 50;
 
 /** @type {wasm.Prepared | undefined} */ let prepared;
+/** Meshes that wait for the parts of other workers. @type {Map<number, wasm.Mesh>} */ const meshes = new Map();
 let spoken = 0;
 
 /** @param {"read" | "prepare" | "tessellate"} stage @param {number} done @param {number} total */
@@ -16,15 +17,22 @@ function report(stage, done, total) {
   self.postMessage({ progress: { stage, done, total } });
 }
 
-/** @returns {wasm.Prepared} */
-function model() {
-  if (!prepared) throw new Error("nothing has been read");
-  return prepared;
-}
-
-/** @param {import("./trimtess.js").Tolerance} tolerance In degrees. @returns {wasm.Mesh} */
-function meshOf({ angle = 20, ...lengths }) {
-  return model().tessellate({ ...lengths, angle: (angle * Math.PI) / 180 }, report);
+/**
+ * Takes a mesh that waits, with the parts of other workers, has it used, and frees it.
+ * @template T
+ * @param {{ mesh: number, parts: wasm.SharedPart[] }} order @param {(mesh: wasm.Mesh) => T} use @returns {T}
+ */
+function gathered({ mesh: number, parts }, use) {
+  const mesh = meshes.get(number);
+  if (!mesh) throw new Error(`there is no mesh ${number}`);
+  try {
+    for (const part of parts) mesh.gather(part);
+    mesh.complete();
+    return use(mesh);
+  } finally {
+    meshes.delete(number);
+    mesh.free();
+  }
 }
 
 /**
@@ -47,47 +55,58 @@ function partOf({ faces: groups, ...part }) {
   return { ...part, faces, groups };
 }
 
-/** @type {Record<string, (message: any) => Promise<any>>} */
+/** @param {{ source: any, sample?: string, name: string }} order @returns {Promise<wasm.Model>} */
+async function modelOf({ source, sample, name }) {
+  if (sample !== undefined) return wasm.sample(sample);
+  const refused = wasm.refusal(source.size ?? source.byteLength);
+  if (refused) throw new Error(refused);
+  const bytes = source instanceof Blob ? await source.arrayBuffer() : source;
+  return wasm.read(bytes instanceof Uint8Array ? bytes : new Uint8Array(bytes), name, report);
+}
+
+/** @type {Record<string, (message: any) => any>} */
 const CALLS = {
-  async open({ source, sample, name }) {
+  async open({ share, shares, ...order }) {
     await init();
-    if (sample === undefined) {
-      const refused = wasm.refusal(source.size ?? source.byteLength);
-      if (refused) throw new Error(refused);
-      const bytes =
-        source instanceof Uint8Array
-          ? source
-          : new Uint8Array(source instanceof Blob ? await source.arrayBuffer() : source);
-      prepared = wasm.read(bytes, name, report).prepare(report);
-    } else {
-      prepared = wasm.sample(sample).prepare(report);
-    }
+    const model = await modelOf(order);
+    if (shares > 1 && !model.keepShare(share, shares) && share > 0) return null;
+    prepared = model.prepare(report);
     const { instances, ...info } = prepared.info();
-    return { ...info, diagnostics: prepared.diagnostics() };
+    return { ...info, diagnostics: prepared.diagnostics(), ofReading: prepared.ofReading() };
   },
 
-  async tessellate({ tolerance }) {
-    const mesh = meshOf(tolerance);
+  /** Makes the parts of this worker: keeps them for those of others, or hands them over. */
+  make({ mesh: number, tolerance: { angle = 20, ...lengths }, diagonal, keep }) {
+    if (!prepared) throw new Error("nothing has been read");
+    const mesh = prepared.tessellate({ ...lengths, angle: (angle * Math.PI) / 180 }, report, diagonal);
+    const told = mesh.diagnostics();
+    if (keep) {
+      meshes.set(number, mesh);
+      return { told, parts: [] };
+    }
     try {
+      return { told, parts: mesh.share() };
+    } finally {
+      mesh.free();
+    }
+  },
+
+  drop({ mesh: number }) {
+    meshes.get(number)?.free();
+    meshes.delete(number);
+  },
+
+  tessellate: (order) =>
+    gathered(order, (mesh) => {
       const parts = Array.from({ length: mesh.partCount() }, (_, part) => partOf(mesh.part(part)));
       const instances = mesh.instances().map(({ matrix, ...instance }) => ({
         ...instance,
         transform: translated(matrix, parts[instance.part].centre),
       }));
-      return { parts, instances, diagnostics: mesh.diagnostics(), triangles: mesh.triangles(), hash: mesh.hash() };
-    } finally {
-      mesh.free();
-    }
-  },
+      return { parts, instances, triangles: mesh.triangles(), hash: mesh.hash() };
+    }),
 
-  async glb({ tolerance }) {
-    const mesh = meshOf(tolerance);
-    try {
-      return mesh.glb();
-    } finally {
-      mesh.free();
-    }
-  },
+  glb: (order) => gathered(order, (mesh) => mesh.glb()),
 };
 
 /**
@@ -97,12 +116,11 @@ const CALLS = {
  */
 function buffers(value) {
   if (value instanceof Uint8Array) return [value.buffer];
-  if (value.hash === undefined) return [];
-  return value.parts.flatMap((/** @type {import("./trimtess.js").Part} */ part) =>
-    [part.positions, part.normals, part.indices, part.faces, ...part.edges.map(({ points }) => points)].map(
-      ({ buffer }) => buffer,
-    ),
-  );
+  const arrays = (value?.parts ?? []).flatMap((/** @type {Record<string, any>} */ part) => [
+    ...Object.values(part),
+    ...(part.edges instanceof Array ? part.edges.map(({ points }) => points) : []),
+  ]);
+  return arrays.filter(ArrayBuffer.isView).map((/** @type {ArrayBufferView} */ { buffer }) => buffer);
 }
 
 self.onmessage = async ({ data: { id, type, ...rest } }) => {
@@ -113,3 +131,11 @@ self.onmessage = async ({ data: { id, type, ...rest } }) => {
     self.postMessage({ id, error: error instanceof Error ? error.message : String(error) });
   }
 };
+
+// Pages that come neither by https nor from this machine have no locks. There, a worker that the browser ends is not
+// noticed.
+const lock = `trimtess ${Math.random()} ${performance.timeOrigin} ${performance.now()}`;
+navigator.locks?.request(lock, () => {
+  self.postMessage({ lock });
+  return new Promise(() => {});
+});

@@ -1,5 +1,5 @@
 /**
- * STEP files to triangles, in a worker.
+ * STEP files to triangles, in workers.
  *
  *     import * as trimtess from "./trimtess.js";
  *     const prepared = await trimtess.read(bytes);
@@ -60,7 +60,12 @@
  * @typedef {object} Options
  * @property {string} [name] Name of the file, for messages.
  * @property {AbortSignal} [signal] Ends the work, at any time.
- * @property {(stage: "read" | "prepare" | "tessellate", done: number, total: number) => void} [onProgress]
+ * @property {number} [workers] Workers that share the model's parts, 1 to 16; default 1. Each reads the file, has
+ *     memory of its own, and prepares and tessellates the parts that it owns. The mesh is the same, bit by bit. The
+ *     first one gathers it, so the parts of each may take an equal share of what one worker may use. Those that would
+ *     own none are ended. Pays for large files of many parts, where cores are idle.
+ * @property {(stage: "read" | "prepare" | "tessellate", done: number, total: number) => void} [onProgress] Tells, of
+ *     several workers, the earliest stage that any of them is in. `total` grows until all have begun it.
  */
 /**
  * @typedef {object} Info
@@ -88,14 +93,19 @@ export function read(source: Uint8Array | ArrayBuffer | Blob, options?: Options)
  * @returns {Promise<Prepared>}
  */
 export function sample(name: string, options?: Options): Promise<Prepared>;
-/** A file that has been read, in a worker of its own. `close` returns its memory. */
+/**
+ * A file that has been read, in workers of its own. `close` returns their memory. Where there are Web Locks (pages that
+ * come by https, or from this machine), calls are rejected once the browser has ended a worker.
+ */
 export class Prepared {
     /** Use `read` or `sample`. @param {Options} options */
-    constructor({ signal, onProgress }: Options);
+    constructor({ signal, onProgress, workers }: Options);
     /** Called by `read` and `sample`. @param {Record<string, any>} what */
     open(what: Record<string, any>): Promise<void>;
     /** What was read. @returns {Info} */
     get info(): Info;
+    /** Workers that share the parts. */
+    get workers(): number;
     /** @param {Tolerance} [tolerance] @returns {Promise<Mesh>} */
     tessellate(tolerance?: Tolerance): Promise<Mesh>;
     /**
@@ -104,7 +114,7 @@ export class Prepared {
      * @returns {Promise<Uint8Array>}
      */
     glb(tolerance?: Tolerance): Promise<Uint8Array>;
-    /** Ends the worker and returns its memory. Meshes stay. */
+    /** Ends the workers and returns their memory. Meshes stay. */
     close(): void;
     #private;
 }
@@ -241,6 +251,17 @@ export type Options = {
      * Ends the work, at any time.
      */
     signal?: AbortSignal;
+    /**
+     * Workers that share the model's parts, 1 to 16; default 1. Each reads the file, has
+     * memory of its own, and prepares and tessellates the parts that it owns. The mesh is the same, bit by bit. The
+     * first one gathers it, so the parts of each may take an equal share of what one worker may use. Those that would
+     * own none are ended. Pays for large files of many parts, where cores are idle.
+     */
+    workers?: number;
+    /**
+     * Tells, of
+     * several workers, the earliest stage that any of them is in. `total` grows until all have begun it.
+     */
     onProgress?: (stage: "read" | "prepare" | "tessellate", done: number, total: number) => void;
 };
 export type Info = {

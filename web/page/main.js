@@ -1,6 +1,7 @@
 /** The page: opens files, forwards hands and settings to the worker that shows one, and writes down what it says. */
 
 import { listen, movement } from "./gestures.js";
+import { markOpening, markPicture, markSteps } from "./moments.js";
 import { Stage } from "./stage.js";
 import { bytes, element, fill, milliseconds, thousands } from "./text.js";
 import { Tree } from "./tree.js";
@@ -19,6 +20,8 @@ const gpu = new URLSearchParams(location.search).get("gpu") ?? "";
 
 /** @type {Stage | null} */ let shown = null;
 /** @type {Stage | null} */ let loading = null;
+/** Started with the page: the first file finds the module and the graphics device running. @type {Stage | null} */
+let idle = null;
 /** When the graphics device was lost. @type {number[]} */
 let losses = [];
 /** Nothing more is to come of the last picture. */
@@ -91,6 +94,17 @@ function tell(text) {
 
 /** @param {Stage} stage @param {Message} message */
 function heard(stage, message) {
+  if (stage === idle) {
+    // Tests wait for it.
+    if (message.type === "ready") {
+      view.dataset.device = "ready";
+      return;
+    }
+    // The first file starts another one, and tells what is wrong.
+    stage.end();
+    idle = null;
+    return;
+  }
   switch (message.type) {
     case "progress":
       words = message.words;
@@ -99,6 +113,7 @@ function heard(stage, message) {
     case "loaded":
       // The panel takes its room before the first picture, which is made for what is left.
       model = message;
+      markSteps(message.moments);
       at("panel").hidden = false;
       stage.send({ type: "begin", size: size() });
       break;
@@ -111,6 +126,7 @@ function heard(stage, message) {
       if (stage === loading) swap(stage);
       still = !message.again && message.turn === stage.turn;
       busy();
+      if (!loading) markPicture(/** @type {any} */ (message), still);
       mark(message.marker);
       fill(at("costs"), costs(message));
       break;
@@ -144,16 +160,21 @@ function recover(stage, reason) {
   setTimeout(() => (stage === shown || stage === loading) && stage.replaceCanvas(), 300 * losses.length);
 }
 
+const start = () => new Stage(view, { gpu, size: size(), settings: settings() }, heard);
+
 /** Opens a model. What is shown stays until it has been read. @param {Source} source */
 function open(source) {
   loading?.end();
   tell(null);
+  markOpening();
   startedAt = performance.now();
   words = "starting";
   at("welcome").hidden = true;
   at("progress").hidden = false;
   progress(undefined);
-  loading = new Stage(view, source, { gpu, size: size(), settings: settings() }, heard);
+  loading = idle ?? start();
+  idle = null;
+  loading.open(source, { size: size(), settings: settings() });
   busy();
 }
 
@@ -371,3 +392,4 @@ new ResizeObserver(() => {
   send({ type: "resize", size: size() });
   loading?.send({ type: "resize", size: size() });
 }).observe(view);
+idle = start();

@@ -1,12 +1,16 @@
 /**
  * A file on the screen: one worker, which reads it and draws it, and the canvas that the worker draws to.
- * A stage shows one file. Ending it returns all of its memory: that of the worker, of the module, and of the device.
+ * A stage shows one file, and may be started before there is one. Ending it returns all of its memory: that of the
+ * worker, of the module, and of the device.
  */
 
 /**
  * @typedef {{ file: File } | { url: string, name: string } | { builtin: string }} Source Where a model comes from.
  * @typedef {{ type: string } & Record<string, any>} Message
  */
+
+/** What the first worker has compiled, for later ones. @type {WebAssembly.Module | undefined} */
+let compiled;
 
 export class Stage {
   /** @type {Worker} */ #worker;
@@ -18,26 +22,35 @@ export class Stage {
   #ended = false;
 
   /**
-   * Starts a worker and has it read the source.
+   * Starts a worker, which loads the module and opens a graphics device.
    * @param {HTMLElement} parent Element that the canvas is put into, hidden until `show`.
-   * @param {Source} source
    * @param {{ gpu: string, size: [number, number], settings: Record<string, any> }} options
    * @param {(stage: Stage, message: Message) => void} heard Called for every message of the worker.
    */
-  constructor(parent, source, options, heard) {
+  constructor(parent, options, heard) {
     this.#parent = parent;
     this.#worker = new Worker(new URL("worker.js", import.meta.url), { type: "module", name: "trimtess" });
     this.#worker.onmessage = ({ data }) => {
       if (this.#ended) return;
       if (data.type === "reply") this.#reply(data);
+      else if (data.type === "compiled") compiled = data.module;
       else heard(this, data);
     };
     this.#worker.onerror = (event) => {
       event.preventDefault();
       if (!this.#ended) heard(this, { type: "failed", message: event.message || "the worker could not be started" });
     };
-    this.canvas = this.#hand({ type: "open", source, ...options });
+    this.canvas = this.#hand({ type: "start", compiled, ...options });
     this.canvas.className = "waiting";
+  }
+
+  /**
+   * Has the worker read a source.
+   * @param {Source} source
+   * @param {{ size: [number, number], settings: Record<string, any> }} options
+   */
+  open(source, options) {
+    this.send({ type: "open", source, ...options });
   }
 
   /** Makes a canvas and sends it to the worker with a message. @param {Message} message @returns {HTMLCanvasElement} */

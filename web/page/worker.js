@@ -35,6 +35,8 @@ const SPOKEN = 100;
 /** @type {Settings} */ let settings;
 /** @type {[number, number]} */ let size = [1, 1];
 let name = "";
+/** What reading and preparing took. */
+let seconds = 0;
 let gpu = "";
 /** @type {Set<number>} */ const hidden = new Set();
 /** Number of the page's last message that the next picture has in it. */
@@ -42,6 +44,10 @@ let turn = 0;
 let scheduled = false;
 /** The page has said how large the picture is. */
 let begun = false;
+/** What starts: the module, and then the device. @type {{ module: Promise<void>, device: Promise<void> }} */
+let starting;
+/** When each step of opening ended, as milliseconds of the page's clock. @type {Record<string, number>} */
+const moments = {};
 
 /** @param {any} message @param {Transferable[]} [transfer] */
 const post = (message, transfer = []) => self.postMessage(message, { transfer });
@@ -53,6 +59,9 @@ function wordsOf(error) {
 }
 
 // ---- Opening ----
+
+/** Notes that a step of opening has ended. Workers and pages count time from different moments. @param {string} step */
+const ended = (step) => (moments[step] = performance.timeOrigin + performance.now());
 
 /** @param {string} words What it is done to. @returns {wasm.Progress} */
 function reporter(words) {
@@ -80,29 +89,80 @@ async function bytesOf(source) {
   throw new Error("nothing to read");
 }
 
+/**
+ * Loads the module and opens the device. What a device lacks is told when a file is opened.
+ * @param {Message} message
+ */
+function start({ canvas, compiled, gpu: kind, size: pixels, settings: wanted }) {
+  [gpu, size, settings] = [kind, pixels, wanted];
+  const module = load(compiled);
+  const device = module.then(() => warm(canvas));
+  starting = { module, device };
+  // The page starts another worker for the next file: a network may be back by then.
+  module.catch((error) => post({ type: "failed", message: wordsOf(error) }));
+  device.then(
+    () => post({ type: "ready" }),
+    () => {},
+  );
+}
+
+/**
+ * Opens the device. Draws a small model before there is a file, so that the first picture finds code and shaders
+ * compiled.
+ * @param {OffscreenCanvas} canvas
+ */
+async function warm(canvas) {
+  await attach(canvas);
+  if (name === "" && viewer) {
+    viewer.resize(size[0], size[1]);
+    viewer.show(wasm.sample("washer").prepare());
+    set(settings);
+    viewer.step();
+  }
+  ended("device");
+}
+
+/** @param {WebAssembly.Module | undefined} compiled By another worker. */
+async function load(compiled) {
+  const url = new URL("wasm/trimtess_web_bg.wasm", import.meta.url);
+  const fetched = async () => {
+    const response = await fetch(url);
+    if (!response.ok) throw new Error(`${url}: the server says ${response.status}`);
+    return response;
+  };
+  // Servers that do not know the type of a module have it compiled once all of it is there.
+  const whole = async () => WebAssembly.compile(await (await fetched()).arrayBuffer());
+  const module = compiled ?? (await WebAssembly.compileStreaming(fetched()).catch(whole));
+  await init({ module_or_path: module });
+  if (!compiled) post({ type: "compiled", module });
+  ended("module");
+}
+
 /** @param {Message} message */
-async function open({ canvas, source, size: pixels, settings: wanted, gpu: kind }) {
-  [settings, size, gpu] = [wanted, pixels, kind];
+async function open({ source, size: pixels, settings: wanted }) {
+  [settings, size] = [wanted, pixels];
   name = "file" in source ? source.file.name : "url" in source ? source.name : `builtin:${source.builtin}`;
   const start = performance.now();
   try {
     post({ type: "progress", words: "starting" });
-    await init();
+    await starting.module;
     const report = reporter(name);
     post({ type: "progress", words: `reading ${name}` });
     const model = "builtin" in source ? wasm.sample(source.builtin) : wasm.read(await bytesOf(source), name, report);
+    ended("read");
     post({ type: "progress", words: `preparing ${name}` });
     prepared = model.prepare(report);
+    ended("prepared");
   } catch (error) {
     post({ type: "failed", message: `${name}: ${wordsOf(error)}` });
     return;
   }
-  const seconds = (performance.now() - start) / 1e3;
+  seconds = (performance.now() - start) / 1e3;
   post({ type: "progress", words: "starting the graphics device" });
   try {
-    await attach(canvas);
-    describe(seconds);
-    post({ type: "progress", words: `drawing ${name}` });
+    await starting.device;
+    // A device that was lost meanwhile is being replaced, which describes the model.
+    describe();
   } catch (error) {
     post({ type: "failed", message: wordsOf(error) });
   }
@@ -134,8 +194,8 @@ function begin() {
   begun = true;
 }
 
-/** @param {number} seconds */
-function describe(seconds) {
+/** Tells the page of the model. */
+function describe() {
   if (!prepared || !viewer) return;
   const info = prepared.info();
   const diagnostics = prepared.diagnostics();
@@ -155,7 +215,9 @@ function describe(seconds) {
     tree: treeOf(info),
     instances: info.instances.length,
     diagnostics: diagnostics.map(({ severity, code, text, shown }) => ({ severity, code, message: text, shown })),
+    moments,
   });
+  post({ type: "progress", words: `drawing ${name}` });
 }
 
 /**
@@ -206,14 +268,17 @@ function draw() {
   scheduled = true;
   requestAnimationFrame(() => {
     scheduled = false;
-    if (!viewer || !begun) return;
-    const seen = turn;
-    try {
-      step(viewer, seen);
-    } catch (error) {
-      post({ type: "trouble", message: wordsOf(error) });
-    }
+    drawNow();
   });
+}
+
+function drawNow() {
+  if (!viewer || !begun) return;
+  try {
+    step(viewer, turn);
+  } catch (error) {
+    post({ type: "trouble", message: wordsOf(error) });
+  }
 }
 
 /** @param {wasm.Viewer} viewer @param {number} seen */
@@ -229,6 +294,7 @@ function step(viewer, seen) {
     made: frame.makeMs,
     whole: performance.now() - start,
     tiles: frame.tiles,
+    deferred: frame.deferred,
     drawn: frame.drawnTiles,
     triangles: frame.triangles,
     sent: frame.sentBytes,
@@ -337,17 +403,21 @@ async function answer(message) {
 async function replace({ canvas }) {
   try {
     await attach(canvas);
-    begin();
+    if (begun) begin();
+    else describe();
   } catch (error) {
     lose(wordsOf(error));
   }
 }
 
 self.onmessage = async ({ data: message }) => {
-  if (message.type === "open") await open(message);
+  if (message.type === "start") start(message);
+  else if (message.type === "open") await open(message);
   else if (message.type === "replace") await replace(message);
   else if (message.type in QUESTIONS) await answer(message);
   else ORDERS[message.type](message);
   turn = Math.max(turn, message.turn);
-  draw();
+  // Busy browsers have long frames: the first picture does not wait for the next one.
+  if (message.type === "begin") drawNow();
+  else draw();
 };

@@ -16,6 +16,8 @@ mod mesh;
 
 mod model;
 
+mod share;
+
 mod canvas;
 
 mod looks;

@@ -2,7 +2,7 @@
 
 use crate::diagnostic::{Diagnostic, listed};
 use crate::instance::{Instance, placed};
-use crate::limits::MEMORY;
+use crate::model::is_owned;
 use crate::told;
 use js_sys::{Float32Array, Uint32Array};
 use serde::{Deserialize, Serialize};
@@ -59,23 +59,33 @@ impl Tolerance {
 /// A mesh within a tolerance.
 #[wasm_bindgen]
 pub struct Mesh {
-    frame: PackedFrame,
+    pub(crate) frame: PackedFrame,
+    /// Parts that this instance of the module made.
+    pub(crate) owned: Vec<bool>,
+    /// Those of tessellating, by part.
     diagnostics: Vec<model::Diagnostic>,
     /// Largest distance that a file's numbers may move a vertex, millimetres.
     rounding: f64,
 }
 
 impl Mesh {
-    pub(crate) fn make(prepared: &Arc<Prepared>, asked: &Tolerance, control: &Control) -> Result<Self, JsError> {
-        let tolerance = asked.resolve(prepared.diagonal)?;
-        let plan = plan_on(&Alone, prepared, &tolerance, &PlanLimits::DEFAULT.with_bytes(MEMORY));
+    /// `diagonal` is that of the whole model.
+    pub(crate) fn make(
+        (prepared, owned): (&Arc<Prepared>, &[bool]),
+        (asked, diagonal, limits): (&Tolerance, f64, &PlanLimits),
+        control: &Control,
+    ) -> Result<Self, JsError> {
+        let tolerance = asked.resolve(diagonal)?;
+        let plan = plan_on(&Alone, prepared, &tolerance, limits);
         if let Some(short) = plan.shortfall.as_ref().filter(|short| short.by_limits()) {
             return Err(told(format!("{short}; use a larger tolerance")));
         }
         let mut frame = PackedFrame::default();
         let report = tessellate_on(&Alone, prepared, &Arc::new(plan), true, control, &mut frame).map_err(told)?;
-        let diagnostics = report.diagnostics(&frame, prepared);
-        Ok(Self { frame, diagnostics, rounding: Rounding::SHARE * tolerance.chord })
+        let mut diagnostics = report.diagnostics(&frame, prepared).split_off(prepared.diagnostics.len());
+        diagnostics.retain(|told| is_owned(owned, told.part));
+        diagnostics.sort_by_key(|told| told.part);
+        Ok(Self { frame, owned: owned.to_vec(), diagnostics, rounding: Rounding::SHARE * tolerance.chord })
     }
 
     fn count(&self, of: impl Fn(&PartMesh) -> usize) -> usize {
@@ -136,7 +146,7 @@ impl Mesh {
         placed(&self.frame.scene).0.iter().map(|instance| Ok(instance.into_ts()?)).collect()
     }
 
-    /// What reading, preparing and tessellating repaired, approximated or lost.
+    /// What tessellating the parts of this instance of the module repaired, approximated or lost, by part.
     ///
     /// # Errors
     /// Those of making objects.

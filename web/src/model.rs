@@ -10,8 +10,9 @@ use serde::Serialize;
 use std::path::Path;
 use std::sync::Arc;
 use trimtess::control::Alone;
+use trimtess::frame::PlanLimits;
 use trimtess::import::step::{self, StepError, StepOptions};
-use trimtess::model;
+use trimtess::model::{self, PartId};
 use trimtess::prepare::{self, PrepareLimits, PrepareOptions};
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::*;
@@ -65,7 +66,7 @@ pub fn samples() -> Vec<String> {
 pub fn read(bytes: &[u8], name: &str, progress: Option<Progress>) -> Result<Model, JsError> {
     let mut model = step::read_on(&Alone, bytes, &READ, &progress::control(progress)).map_err(told)?;
     model.name = Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    Ok(Model(model))
+    Ok(model.into())
 }
 
 /// Makes a built-in model.
@@ -75,12 +76,24 @@ pub fn read(bytes: &[u8], name: &str, progress: Option<Progress>) -> Result<Mode
 #[wasm_bindgen]
 pub fn sample(name: &str) -> Result<Model, JsError> {
     let model = trimtess_models::by_name(name);
-    model.map(Model).ok_or_else(|| told(format!("unknown model builtin:{name}")))
+    model.map(Model::from).ok_or_else(|| told(format!("unknown model builtin:{name}")))
 }
 
 /// A model as the file states it.
 #[wasm_bindgen]
-pub struct Model(model::Model);
+pub struct Model {
+    pub(crate) model: model::Model,
+    /// Parts that this instance of the module prepares. The others are empty.
+    pub(crate) owned: Vec<bool>,
+    /// Instances that share the parts.
+    pub(crate) shares: usize,
+}
+
+impl From<model::Model> for Model {
+    fn from(model: model::Model) -> Self {
+        Self { owned: vec![true; model.parts.len()], shares: 1, model }
+    }
+}
 
 #[wasm_bindgen]
 impl Model {
@@ -91,19 +104,35 @@ impl Model {
     pub fn prepare(self, progress: Option<Progress>) -> Result<Prepared, JsError> {
         let limits = PrepareLimits::DEFAULT.with_bytes(MEMORY);
         let options = PrepareOptions::DEFAULT.with_limits(limits);
-        let prepared = prepare::prepare_on(&Alone, &self.0, &options, &progress::control(progress)).map_err(told)?;
-        Ok(Prepared(Arc::new(prepared)))
+        let Self { model, owned, shares } = self;
+        let mut prepared = prepare::prepare_on(&Alone, &model, &options, &progress::control(progress)).map_err(told)?;
+        // What preparing says of parts without faces of their own, their owners know better.
+        let of_reading = model.diagnostics.len();
+        let of_preparing = prepared.diagnostics.split_off(of_reading);
+        prepared.diagnostics.extend(of_preparing.into_iter().filter(|told| is_owned(&owned, told.part)));
+        Ok(Prepared { prepared: Arc::new(prepared), owned, shares, of_reading })
     }
 }
 
 /// A model that is ready for tessellation.
 #[wasm_bindgen]
-pub struct Prepared(Arc<prepare::Prepared>);
+pub struct Prepared {
+    prepared: Arc<prepare::Prepared>,
+    owned: Vec<bool>,
+    shares: usize,
+    /// Number of diagnostics of reading, which come first.
+    of_reading: usize,
+}
 
 impl Prepared {
     pub(crate) fn of(&self) -> &Arc<prepare::Prepared> {
-        &self.0
+        &self.prepared
     }
+}
+
+/// Whether a part is owned, or there is none.
+pub(crate) fn is_owned(owned: &[bool], part: Option<PartId>) -> bool {
+    part.is_none_or(|part| owned.get(part.index()).is_some_and(|owned| *owned))
 }
 
 #[wasm_bindgen]
@@ -113,7 +142,7 @@ impl Prepared {
     /// # Errors
     /// Those of making objects.
     pub fn info(&self) -> Result<Ts<Info>, JsError> {
-        let prepared = &*self.0;
+        let prepared = &*self.prepared;
         let parts = prepared.scene.parts.iter();
         let parts: Vec<PartInfo> =
             parts.map(|part| PartInfo { name: part.name.clone(), faces: part.face_colours.len() }).collect();
@@ -136,15 +165,33 @@ impl Prepared {
     /// # Errors
     /// Those of making objects.
     pub fn diagnostics(&self) -> Result<Vec<Ts<Diagnostic>>, JsError> {
-        listed(&self.0.diagnostics)
+        listed(&self.prepared.diagnostics)
     }
 
-    /// Tessellates the model within a tolerance. The mesh is that of the program, bit by bit.
+    /// Number of diagnostics of reading, which come first among [`diagnostics`](Self::diagnostics) and are the same in
+    /// all instances of the module.
+    #[wasm_bindgen(js_name = ofReading)]
+    #[must_use]
+    pub fn of_reading(&self) -> usize {
+        self.of_reading
+    }
+
+    /// Tessellates the parts of this instance of the module within a tolerance. They are those of the program, bit by
+    /// bit. `diagonal` is that of the whole model, if this instance has a share of it.
     ///
     /// # Errors
     /// If the tolerance cannot be met, or a limit is exceeded.
-    pub fn tessellate(&self, tolerance: Ts<Tolerance>, progress: Option<Progress>) -> Result<Mesh, JsError> {
-        Mesh::make(&self.0, &tolerance.to_rust()?, &progress::control(progress))
+    pub fn tessellate(
+        &self,
+        tolerance: Ts<Tolerance>,
+        progress: Option<Progress>,
+        diagonal: Option<f64>,
+    ) -> Result<Mesh, JsError> {
+        let diagonal = diagonal.unwrap_or(self.prepared.diagonal);
+        let tolerance = tolerance.to_rust()?;
+        // One instance gathers what all of them make.
+        let limits = PlanLimits::DEFAULT.with_bytes(MEMORY / self.shares as u64);
+        Mesh::make((&self.prepared, &self.owned), (&tolerance, diagonal, &limits), &progress::control(progress))
     }
 }
 

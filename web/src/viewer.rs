@@ -112,9 +112,9 @@ impl Viewer {
     /// Shows a model, seen as a whole.
     pub fn show(&self, prepared: &Prepared) -> Result<(), JsError> {
         let state = &mut *self.state.borrow_mut();
-        let canvas = &state.canvas;
-        state.scene = LiveScene::new(&canvas.device, &canvas.queue, canvas.format).map_err(crate::told)?;
-        state.scene.keep_lattice(state.lattice).map_err(crate::told)?;
+        // The scene stays: another one compiles its shaders again, a quarter of a second in software.
+        let before = state.show.as_ref().map_or(0, |show| show.session.scene().instances.len());
+        (0..before).for_each(|row| state.scene.set_visible(InstanceId::new(row), true));
         state.show = Some(Show::new(Arc::clone(prepared.of())));
         state.press = None;
         state.fit(&ViewPoint::ISO);

@@ -206,3 +206,37 @@ export async function compare(session, one, other) {
     await page.close();
   }
 }
+
+/** Resident memory of the browser's processes of a kind, in bytes. @param {Session} session @param {string} kind */
+export async function resident(session, kind) {
+  const client = await session.browser.newBrowserCDPSession();
+  const { processInfo } = await client.send("SystemInfo.getProcessInfo");
+  await client.detach();
+  const sizes = processInfo
+    .filter(({ type }) => type === kind)
+    .map(({ id }) => {
+      const pages = readFileSync(`/proc/${id}/statm`, "utf8").split(" ")[1];
+      return Number(pages) * 4096;
+    });
+  return sizes.reduce((sum, size) => sum + size, 0);
+}
+
+/** A large file: copies of the sample next to each other. @param {number} [size] Bytes, at least. @returns {Buffer} */
+export function large(size = 16e6) {
+  const text = readFileSync(data("nist_ctc05.step"), "latin1");
+  const start = text.indexOf("DATA;") + "DATA;".length;
+  const end = text.lastIndexOf("ENDSEC;");
+  const body = text.slice(start, end);
+  const most = Math.max(...[...body.matchAll(/^\s*#(\d+)\s*=/gm)].map((found) => Number(found[1])));
+  const copies = Array.from({ length: Math.ceil(size / body.length) }, (_, copy) => {
+    // Inches.
+    const [dx, dy] = [25 * (copy % 5), 25 * Math.floor(copy / 5)];
+    return body
+      .replaceAll(/#(\d+)/g, (_all, id) => `#${Number(id) + copy * (most + 1)}`)
+      .replaceAll(
+        /(CARTESIAN_POINT\s*\(\s*'[^']*'\s*,\s*\()([^,()]+),([^,()]+),([^,()]+)\)/g,
+        (_all, head, x, y, z) => `${head}${(Number(x) + dx).toFixed(9)},${(Number(y) + dy).toFixed(9)},${z})`,
+      );
+  });
+  return Buffer.from(text.slice(0, start) + copies.join("\n") + text.slice(end), "latin1");
+}

@@ -186,6 +186,7 @@ describe("interface", () => {
       "trimtess.js",
       "trimtess.d.ts",
       "trimtess-worker.js",
+      "instance.js",
       "wasm/trimtess_web.js",
       "wasm/trimtess_web_bg.wasm",
     ]) {

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, before, describe, test } from "node:test";
 import { POLICY } from "../server.mjs";
-import { ROOT, compare, data, dropFile, fresh, picture, settled, start, workers } from "./browser.mjs";
+import { ROOT, compare, data, dropFile, fresh, picture, resident, settled, start, workers } from "./browser.mjs";
 
 const CUBE = "red_cube_blue_cylinder.step";
 const CTC = "nist_ctc05.step";
@@ -18,20 +18,6 @@ describe("life", () => {
   });
   after(() => session.close());
 
-  /** Resident memory of the browser's processes of a kind, in bytes. @param {string} kind */
-  async function resident(kind) {
-    const client = await session.browser.newBrowserCDPSession();
-    const { processInfo } = await client.send("SystemInfo.getProcessInfo");
-    await client.detach();
-    const sizes = processInfo
-      .filter(({ type }) => type === kind)
-      .map(({ id }) => {
-        const pages = readFileSync(`/proc/${id}/statm`, "utf8").split(" ")[1];
-        return Number(pages) * 4096;
-      });
-    return sizes.reduce((sum, size) => sum + size, 0);
-  }
-
   test("memory comes back: twenty files take no more than five", async () => {
     await fresh(session);
     const held = [];
@@ -43,7 +29,7 @@ describe("life", () => {
       if (file % 5 === 0) {
         await page.requestGC();
         await page.waitForTimeout(1000);
-        held.push({ file, renderer: await resident("renderer"), device: await resident("GPU") });
+        held.push({ file, renderer: await resident(session, "renderer"), device: await resident(session, "GPU") });
       }
     }
     const told = held

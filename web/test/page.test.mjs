@@ -11,6 +11,7 @@ import {
   drop,
   dropFile,
   fresh,
+  large,
   native,
   number,
   picture,
@@ -349,24 +350,4 @@ for (const gpu of /** @type {("webgl2" | "webgpu")[]} */ (["webgl2", "webgpu"]))
       writeFileSync(join(OUT, `${gpu}-large.png`), await picture(page));
     });
   });
-}
-
-/** A file of 16 MB: copies of the sample next to each other. @returns {Buffer} */
-function large() {
-  const text = readFileSync(data(CTC), "latin1");
-  const start = text.indexOf("DATA;") + "DATA;".length;
-  const end = text.lastIndexOf("ENDSEC;");
-  const body = text.slice(start, end);
-  const most = Math.max(...[...body.matchAll(/^\s*#(\d+)\s*=/gm)].map((found) => Number(found[1])));
-  const copies = Array.from({ length: Math.ceil(16e6 / body.length) }, (_, copy) => {
-    // Inches.
-    const [dx, dy] = [25 * (copy % 5), 25 * Math.floor(copy / 5)];
-    return body
-      .replaceAll(/#(\d+)/g, (_all, id) => `#${Number(id) + copy * (most + 1)}`)
-      .replaceAll(
-        /(CARTESIAN_POINT\s*\(\s*'[^']*'\s*,\s*\()([^,()]+),([^,()]+),([^,()]+)\)/g,
-        (_all, head, x, y, z) => `${head}${(Number(x) + dx).toFixed(9)},${(Number(y) + dy).toFixed(9)},${z})`,
-      );
-  });
-  return Buffer.from(text.slice(0, start) + copies.join("\n") + text.slice(end), "latin1");
 }
