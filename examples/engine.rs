@@ -1,5 +1,5 @@
 //! A session as an engine hosts it: the engine's pool, vertices of 16 bytes in the engine's memory, progress, a budget
-//! per frame, instances that move, a file that changes. Asserts what it shows.
+//! per frame, instances that move, parts that are hidden or coloured, a file that changes. Asserts what it shows.
 //!
 //! Run with `cargo run --release --example engine -- tests/data/nist_ctc05.step`.
 
@@ -9,13 +9,13 @@ use std::error::Error;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use trimtess::control::{Control, Job, Jobs, Priority};
-use trimtess::frame::PlannerOptions;
+use trimtess::frame::{Attributes, PlannerOptions};
 use trimtess::import::step::{StepOptions, read_on};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{Instance, PartId, TileId, shapes};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare_on};
-use trimtess::view::{CameraPath, Picture};
+use trimtess::view::{CameraPath, Picture, View};
 
 /// The engine's pool. Frames go before helpers, as a pool with priorities would run them.
 struct Pool(rayon::ThreadPool);
@@ -137,6 +137,16 @@ impl MeshSink for Drawables {
     }
 }
 
+/// Frames of a still camera until the budget makes no tile wait. Returns how many waited.
+fn until_nothing_waits(session: &mut Session, view: View, sink: &mut Drawables) -> Result<usize, Box<dyn Error>> {
+    let mut frames = 0;
+    while session.view(&[view], sink)?.deferred > 0 {
+        frames += 1;
+        assert!(frames < 1000, "a session that never arrives");
+    }
+    Ok(frames)
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "tests/data/nist_ctc05.step".into());
     let pool = Arc::new(Pool(rayon::ThreadPoolBuilder::new().num_threads(2).build()?));
@@ -184,11 +194,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{} frames: {caller:.2?} on this thread, at worst {worst:.2?}", views.len());
 
     // A still camera goes on until nothing waits.
-    let mut frames = 0;
-    while session.view(&views[59..], &mut sink)?.deferred > 0 {
-        frames += 1;
-        assert!(frames < 1000, "a session that never arrives");
-    }
+    let frames = until_nothing_waits(&mut session, views[59], &mut sink)?;
     // Each tile that the sink has is in its memory, and nothing else is.
     let blocks = sink.memory.lock().len();
     assert_eq!(blocks, sink.tiles.len());
@@ -202,6 +208,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     session.move_instance(key, aside)?;
     session.view(&views[59..], &mut sink)?;
     assert_eq!(sink.scene.instances[0].transform, aside);
+
+    // Attributes: a colour costs no tile, what is hidden is not drawn, and half the tolerance is more triangles.
+    let part = session.part_of(0).ok_or("an instance")?;
+    session.set_part(part, &Attributes::DEFAULT.with_colour(Some([0.1, 0.5, 0.9, 1.0])))?;
+    assert_eq!(session.view(&views[59..], &mut sink)?.tiles, 0);
+    assert_eq!(sink.scene.instances[0].colour, Some([0.1, 0.5, 0.9, 1.0]));
+    let before = sink.triangles();
+    session.set_instance(key, &Attributes::DEFAULT.with_visible(false))?;
+    session.view(&views[59..], &mut sink)?;
+    assert!(sink.drawn.instances(0).all(|row| row != 0) && sink.triangles() < before);
+    session.set_instance(key, &Attributes::DEFAULT.with_tolerance_scale(0.5).with_priority(4.0))?;
+    until_nothing_waits(&mut session, views[59], &mut sink)?;
+    assert!(sink.triangles() > before, "{} {before}", sink.triangles());
+    session.set_instance(key, &Attributes::DEFAULT)?;
+    until_nothing_waits(&mut session, views[59], &mut sink)?;
 
     // The file has changed: a new part before the others, and other colours. One part is prepared, and its tiles are
     // made; the others go on under their new numbers.

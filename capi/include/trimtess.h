@@ -460,8 +460,8 @@ typedef struct {
     uint32_t has_colour;
     // Red, green, blue (sRGB) and opacity, 0 to 1.
     float colour[4];
-    // 0.
-    uint32_t reserved;
+    // 1 if views do not draw it: `tt_session_set_instance`, `tt_session_set_part`.
+    uint32_t hidden;
 } tt_instance;
 
 // How close a mesh is to the surfaces, and limits of its size.
@@ -846,6 +846,29 @@ typedef struct {
     uint32_t degraded;
 } tt_session_info;
 
+// How views draw a part, or an instance. Zeros are the defaults. Attributes of an instance and of its part are
+// combined.
+typedef struct {
+    // `sizeof(tt_attributes)`.
+    uint32_t size;
+    // 1 if no view draws it. An instance is drawn if neither it nor its part is hidden. What is hidden asks for no
+    // tiles.
+    uint32_t hidden;
+    // 1 if `colour` is drawn instead of the colours of the model. An instance's overrides its part's.
+    uint32_t has_colour;
+    // Red, green, blue (sRGB) and opacity, 0 to 1.
+    float colour[4];
+    // 0.
+    uint32_t reserved;
+    // Factor on `deviation_px` and `size_px` of all views, not on `angle`: 0.5 is twice as fine; 0 = 1. Those of an
+    // instance and its part are multiplied; products below 1e-6 and above 1e6 count as these. Instances that share a
+    // level of detail are as fine as the strictest of them needs.
+    double tolerance_scale;
+    // Factor on the error by which tiles are ordered while `tt_session_options.budget` defers some; 0 = 1. Those of an
+    // instance and its part are multiplied. Instances that share a level of detail share the largest of those in view.
+    double priority;
+} tt_attributes;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -1140,7 +1163,8 @@ tt_status tt_session_forget(tt_session session);
 // Counts what a session has.
 tt_status tt_session_get_info(tt_session session, tt_session_info *info);
 
-// Describes an instance, with the level of detail that it had in the last frame. `instance` need not be set before.
+// Describes an instance, with the level of detail, the colour and `hidden` of the last frame that was begun, or of the
+// last call since then that added or removed an instance or updated the model. `instance` need not be set before.
 tt_status tt_session_get_instance(tt_session session, uint32_t index, tt_instance *instance);
 
 // The key of an instance, which stays the same when other instances come and go. Keys of removed instances are not
@@ -1165,6 +1189,20 @@ tt_status tt_session_move_instance(tt_session session, uint64_t key, const doubl
 // Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no
 // callback of the session is called any more. Jobs of it that a pool still has do nothing, but end their handles.
 tt_status tt_session_free(tt_session session);
+
+// Sets how views draw a part of the prepared model, from the next frame on: all its instances, together with their own
+// attributes. Replaces what was set before. `attributes` may be null for the defaults. A frame that was begun goes on
+// without them.
+tt_status tt_session_set_part(tt_session session, uint32_t part, const tt_attributes *attributes);
+
+// As `tt_session_set_part`, of one instance.
+tt_status tt_session_set_instance(tt_session session, uint64_t key, const tt_attributes *attributes);
+
+// Tells the attributes that a part of the prepared model has.
+tt_status tt_session_get_part_attributes(tt_session session, uint32_t part, tt_attributes *attributes);
+
+// Tells the attributes that an instance has, without those of its part.
+tt_status tt_session_get_instance_attributes(tt_session session, uint64_t key, tt_attributes *attributes);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -420,6 +420,22 @@ public:
     void move_instance(std::uint64_t key, const double (&transform)[12]) {
         check(tt_session_move_instance(get(), key, transform));
     }
+    void set_part(std::uint32_t part, const tt_attributes &attributes) {
+        check(tt_session_set_part(get(), part, &attributes));
+    }
+    void set_instance(std::uint64_t key, const tt_attributes &attributes) {
+        check(tt_session_set_instance(get(), key, &attributes));
+    }
+    tt_attributes part_attributes(std::uint32_t part) const {
+        auto attributes = sized<tt_attributes>();
+        check(tt_session_get_part_attributes(get(), part, &attributes));
+        return attributes;
+    }
+    tt_attributes instance_attributes(std::uint64_t key) const {
+        auto attributes = sized<tt_attributes>();
+        check(tt_session_get_instance_attributes(get(), key, &attributes));
+        return attributes;
+    }
     tt_session_info info() const {
         auto info = sized<tt_session_info>();
         check(tt_session_get_info(get(), &info));

@@ -54,5 +54,7 @@ mod options;
 
 mod session;
 
+mod attributes;
+
 #[cfg(test)]
 mod tests;

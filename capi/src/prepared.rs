@@ -104,8 +104,8 @@ pub struct tt_instance {
     pub has_colour: u32,
     /// Red, green, blue (sRGB) and opacity, 0 to 1.
     pub colour: [f32; 4],
-    /// 0.
-    pub reserved: u32,
+    /// 1 if views do not draw it: `tt_session_set_instance`, `tt_session_set_part`.
+    pub hidden: u32,
 }
 
 static PREPARED: Table<Arc<Prepared>> = Table::new(4);
@@ -179,7 +179,7 @@ pub(crate) fn instance(placed: &SceneInstance) -> tt_instance {
         transform: placed.transform.to_cols_array(),
         has_colour: placed.colour.is_some().into(),
         colour: placed.colour.unwrap_or_default(),
-        reserved: 0,
+        hidden: (!placed.visible).into(),
     }
 }
 

@@ -45,6 +45,14 @@ fn with<R>(session: tt_session, work: impl FnOnce(&mut Row) -> Result<R, Failure
     SESSIONS.get(session.id)?.with(NAME, work)
 }
 
+/// Works on a session that no other call uses.
+pub(crate) fn with_session<R>(
+    session: tt_session,
+    work: impl FnOnce(&mut Session) -> Result<R, Failure>,
+) -> Result<R, Failure> {
+    with(session, |row| work(&mut row.session))
+}
+
 /// Starts a session. It keeps the prepared model alive.
 ///
 /// `options` may be null. `jobs` may be null: then the session starts threads of its own, which end when it is freed.
@@ -243,7 +251,8 @@ pub unsafe extern "C" fn tt_session_get_info(session: tt_session, info: *mut tt_
     })
 }
 
-/// Describes an instance, with the level of detail that it had in the last frame. `instance` need not be set before.
+/// Describes an instance, with the level of detail, the colour and `hidden` of the last frame that was begun, or of the
+/// last call since then that added or removed an instance or updated the model. `instance` need not be set before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_get_instance(
     session: tt_session,
@@ -297,6 +306,7 @@ pub unsafe extern "C" fn tt_session_add_instance(
             part: PartId(from.part),
             transform: transform(&from.transform),
             colour: (from.has_colour != 0).then_some(from.colour),
+            visible: true,
             name: c.text_or_empty("placement.name", from.name)?.into(),
             assembly: None,
             first_face: 0,

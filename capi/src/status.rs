@@ -5,7 +5,7 @@ use std::ffi::{CString, c_char};
 use trimtess::control::StartError;
 use trimtess::import::step::StepError;
 use trimtess::model::ModelError;
-use trimtess::parallel::{FrameError, InstanceError};
+use trimtess::parallel::{AttributeError, FrameError, InstanceError};
 use trimtess::prepare::PrepareError;
 use trimtess::view::InvalidView;
 
@@ -160,6 +160,12 @@ impl From<FrameError> for Failure {
             _ => TT_ERROR_LOST,
         };
         Self::new(status, error.to_string())
+    }
+}
+
+impl From<AttributeError> for Failure {
+    fn from(error: AttributeError) -> Self {
+        Self::argument(error.to_string())
     }
 }
 

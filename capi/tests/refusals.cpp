@@ -194,6 +194,52 @@ void views_and_sessions() {
     HOLDS(session.view({view_of(prepared.get())}, all_tiles()).triangles > 0);
 }
 
+void attributes() {
+    const trimtess::Prepared prepared(trimtess::Model::shape("pair"));
+    trimtess::Session session(prepared);
+    const auto key = session.instance_key(0);
+    auto of = trimtess::sized<tt_attributes>();
+    const auto part = [&] { return tt_session_set_part(session.get(), 0, &of); };
+    const auto instance = [&] { return tt_session_set_instance(session.get(), key, &of); };
+    of.size = 4;
+    REFUSED(part(), TT_ERROR_ARGUMENT, "attributes.size is 4");
+    of.size = sizeof of, of.reserved = 1;
+    REFUSED(instance(), TT_ERROR_ARGUMENT, "attributes.reserved is 1; it must be 0");
+    of.reserved = 0, of.tolerance_scale = -1;
+    REFUSED(part(), TT_ERROR_ARGUMENT, "attributes.tolerance_scale is -1; it must be 0 or more");
+    of.tolerance_scale = NONE;
+    REFUSED(instance(), TT_ERROR_ARGUMENT, "attributes.tolerance_scale is NaN");
+    of.tolerance_scale = std::numeric_limits<double>::infinity();
+    REFUSED(part(), TT_ERROR_ARGUMENT, "tolerance_scale is inf; it must be finite and above 0");
+    of.tolerance_scale = 0.5, of.priority = -std::numeric_limits<double>::infinity();
+    REFUSED(instance(), TT_ERROR_ARGUMENT, "attributes.priority is -inf");
+    of.priority = 3, of.colour[3] = 2;
+    HOLDS(part() == TT_OK); // Without `has_colour`, the numbers are not read.
+    of.has_colour = 1;
+    REFUSED(part(), TT_ERROR_ARGUMENT, "its numbers must be from 0 to 1");
+    of.colour[3] = 1, of.hidden = 1;
+    REFUSED(tt_session_set_part(session.get(), 2, &of), TT_ERROR_ARGUMENT, "no part 2; the model has 2");
+    REFUSED(tt_session_get_part_attributes(session.get(), 2, &of), TT_ERROR_ARGUMENT, "no part 2; the model has 2");
+    REFUSED(tt_session_set_instance(session.get(), 7, &of), TT_ERROR_ARGUMENT, "removed, or never added");
+    REFUSED(tt_session_get_instance_attributes(session.get(), 7, &of), TT_ERROR_ARGUMENT, "removed, or never added");
+    REFUSED(tt_session_get_instance_attributes(session.get(), key, nullptr), TT_ERROR_ARGUMENT, "attributes is null");
+    REFUSED(tt_session_set_part({}, 0, &of), TT_ERROR_HANDLE, "the session's handle is null");
+    const auto before = session.part_attributes(0);
+    HOLDS(before.hidden == 0 && before.has_colour == 0 && before.tolerance_scale == 0.5 && before.priority == 3);
+    // A hidden instance is in the scene, and draws nothing; null shows it again.
+    session.set_instance(key, of);
+    HOLDS(session.instance_attributes(key).hidden == 1 && session.instance_attributes(key).colour[3] == 1);
+    std::uint32_t hidden = 0, first = 0;
+    auto sink = all_tiles();
+    sink.begin = [&](const tt_scene &scene) { hidden = scene.placed[0].hidden; };
+    sink.drawn = [&](const tt_drawn &drawn) { first = drawn.rows[0].instance; };
+    session.view({view_of(prepared.get())}, sink);
+    HOLDS(hidden == 1 && first == 1);
+    HOLDS(tt_session_set_instance(session.get(), key, nullptr) == TT_OK);
+    session.view({view_of(prepared.get())}, sink);
+    HOLDS(hidden == 0 && first == 0 && session.instance_attributes(key).tolerance_scale == 1);
+}
+
 void callbacks() {
     const trimtess::Prepared prepared(trimtess::Model::shape("pair"));
     trimtess::Session session(prepared);
@@ -327,6 +373,7 @@ int main() {
     handles();
     structs();
     views_and_sessions();
+    attributes();
     callbacks();
     building();
     std::atomic<int> logged{0};

@@ -316,6 +316,13 @@ struct Run {
         }
         return pool;
     }
+    tt_attributes attributes() {
+        tt_attributes of{};
+        of.hidden = random.once_in(3), of.has_colour = random.once_in(4);
+        for (float &share : of.colour) share = static_cast<float>(random.once_in(12) ? random.number(2) : 0.5);
+        of.tolerance_scale = random.number(0.7), of.priority = random.number(3);
+        return of;
+    }
     tt_placement placement() {
         tt_placement placement{};
         placement.part = random.index(1), placement.has_colour = random.flag(), placement.name = random.text();
@@ -581,7 +588,7 @@ void Run::frames() {
     if (random.once_in(20)) views.back().size = 4;
     const auto *given_views = numbers(views);
     busy = alone && !dead_used ? session.id : 0;
-    switch (random.below(12)) {
+    switch (random.below(14)) {
     case 0: case 1: ended(tt_session_begin(session, given_views, views.size())); break;
     case 2: case 3: ended(tt_session_finish(session, sink(), report)); break;
     case 4: {
@@ -612,6 +619,17 @@ void Run::frames() {
         std::uint32_t index = random.index(2);
         ended(tt_session_get_instance_key(session, index, &instance));
         ended(tt_session_find_instance(session, instance, &index));
+        break;
+    }
+    case 11: {
+        const auto part = random.index(1);
+        ended(tt_session_set_part(session, part, random.once_in(8) ? nullptr : given(attributes())));
+        ended(tt_session_get_part_attributes(session, part, empty<tt_attributes>()));
+        break;
+    }
+    case 12: {
+        ended(tt_session_set_instance(session, instance, random.once_in(8) ? nullptr : given(attributes())));
+        ended(tt_session_get_instance_attributes(session, instance, empty<tt_attributes>()));
         break;
     }
     default: {

@@ -352,6 +352,7 @@ mod tests {
             part: PartId(part),
             transform: DAffine3::IDENTITY,
             colour: None,
+            visible: true,
             name: "".into(),
             assembly: None,
             first_face,

@@ -28,6 +28,8 @@ mod picture;
 
 mod view;
 
+mod attributes;
+
 mod session;
 
 mod prepared;
@@ -48,6 +50,7 @@ fn _trimtess(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<model::Instance>()?;
     module.add_class::<prepared::Prepared>()?;
     module.add_class::<view::View>()?;
+    module.add_class::<attributes::Attributes>()?;
     module.add_class::<session::Session>()?;
     module.add_class::<session::Frame>()?;
     module.add_class::<session::Tile>()?;

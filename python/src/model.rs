@@ -12,9 +12,9 @@ use trimtess::model::{self, Colour, Loop};
 use trimtess::prepare::{PrepareLimits, PrepareOptions, Shells};
 
 /// Red, green, blue (sRGB) and opacity, each from 0 to 1.
-type Rgba = (f32, f32, f32, f32);
+pub(crate) type Rgba = (f32, f32, f32, f32);
 
-fn rgba(colour: Option<Colour>) -> Option<Rgba> {
+pub(crate) fn rgba(colour: Option<Colour>) -> Option<Rgba> {
     colour.map(|[r, g, b, a]| (r, g, b, a))
 }
 
@@ -48,6 +48,7 @@ impl Model {
             part: i.part.0,
             name: i.name.to_string(),
             colour: rgba(i.colour),
+            visible: true,
             assembly: i.assembly.clone(),
             transform: i.transform,
         };
@@ -292,6 +293,9 @@ pub(crate) struct Instance {
     /// Overrides the colours of the part and its faces.
     #[pyo3(get)]
     colour: Option<Rgba>,
+    /// Whether views draw it: `Session.set_instance`, `Session.set_part`.
+    #[pyo3(get)]
+    visible: bool,
     assembly: Option<Arc<model::Assembly>>,
     transform: trimtess::glam::DAffine3,
 }
@@ -303,6 +307,7 @@ impl Instance {
             part: instance.part.0,
             name: instance.name.to_string(),
             colour: rgba(instance.colour),
+            visible: instance.visible,
             assembly: instance.assembly.clone(),
             transform: instance.transform,
         }

@@ -1,9 +1,10 @@
 //! Frames of views from Python: each call returns what has changed, as arrays that share the memory of the tiles.
 
 use crate::array;
+use crate::attributes::{Attributes, attribute_error, attributes};
 use crate::errors;
 use crate::job::HEARD_EVERY;
-use crate::model::Instance;
+use crate::model::{Instance, Rgba};
 use crate::prepared::Prepared;
 use crate::view::View;
 use pyo3::exceptions::PyRuntimeError;
@@ -185,6 +186,7 @@ impl Session {
             part: PartId(part),
             transform,
             colour: None,
+            visible: true,
             name: name.into(),
             assembly: None,
             first_face: 0,
@@ -221,6 +223,86 @@ impl Session {
         let session = &mut state.session;
         let removed = py.detach(|| session.remove_instance(InstanceKey::from_bits(key)));
         removed.map(drop).map_err(|failure| unplaced(py, &failure))
+    }
+
+    /// Sets how views draw a part of the model, from the next frame on: all its instances, together with their own
+    /// attributes. Replaces what was set before.
+    ///
+    /// Args:
+    ///     part: Index of a part of the model.
+    ///     visible: Whether views draw it. An instance is drawn if it and its part are visible.
+    ///     colour: Red, green, blue (sRGB) and opacity, 0 to 1, instead of the colours of the model. An instance's
+    ///         overrides its part's. A colour costs no tile.
+    ///     tolerance_scale: Factor on `deviation_px` and `size_px` of all views, not on `angle`: 0.5 is twice as fine.
+    ///         Those of an instance and its part are multiplied; products below 1e-6 and above 1e6 count as these.
+    ///         Instances that share a level of detail are as fine as the strictest of them needs.
+    ///     priority: Factor on the error by which tiles are ordered while `budget_ms` defers some. Those of an instance
+    ///         and its part are multiplied. Instances that share a level of detail share the largest of those in view.
+    ///
+    /// Raises:
+    ///     RangeError: There is no such part, or a value is out of range.
+    #[pyo3(signature = (part, *, visible=true, colour=None, tolerance_scale=1.0, priority=1.0))]
+    fn set_part(
+        &self,
+        py: Python<'_>,
+        part: u32,
+        visible: bool,
+        colour: Option<Rgba>,
+        tolerance_scale: f64,
+        priority: f64,
+    ) -> PyResult<()> {
+        let attributes = attributes((visible, colour), (tolerance_scale, priority));
+        self.state()?.session.set_part(PartId(part), &attributes).map_err(|failure| attribute_error(py, &failure))
+    }
+
+    /// Sets how views draw an instance, from the next frame on, as `set_part` does for all instances of a part.
+    ///
+    /// Args:
+    ///     key: Its key.
+    ///     visible: As that of `set_part`.
+    ///     colour: As that of `set_part`.
+    ///     tolerance_scale: As that of `set_part`.
+    ///     priority: As that of `set_part`.
+    ///
+    /// Raises:
+    ///     RangeError: The key names no instance, or a value is out of range.
+    #[pyo3(signature = (key, *, visible=true, colour=None, tolerance_scale=1.0, priority=1.0))]
+    fn set_instance(
+        &self,
+        py: Python<'_>,
+        key: u64,
+        visible: bool,
+        colour: Option<Rgba>,
+        tolerance_scale: f64,
+        priority: f64,
+    ) -> PyResult<()> {
+        let (key, attributes) =
+            (InstanceKey::from_bits(key), attributes((visible, colour), (tolerance_scale, priority)));
+        self.state()?.session.set_instance(key, &attributes).map_err(|failure| attribute_error(py, &failure))
+    }
+
+    /// What `set_part` set last.
+    ///
+    /// Args:
+    ///     part: Index of a part of the model.
+    ///
+    /// Raises:
+    ///     RangeError: There is no such part.
+    fn part_attributes(&self, py: Python<'_>, part: u32) -> PyResult<Attributes> {
+        let told = self.state()?.session.part_attributes(PartId(part));
+        told.map(Attributes).map_err(|failure| attribute_error(py, &failure))
+    }
+
+    /// What `set_instance` set last.
+    ///
+    /// Args:
+    ///     key: Its key.
+    ///
+    /// Raises:
+    ///     RangeError: The key names no instance.
+    fn instance_attributes(&self, py: Python<'_>, key: u64) -> PyResult<Attributes> {
+        let told = self.state()?.session.instance_attributes(InstanceKey::from_bits(key));
+        told.map(Attributes).map_err(|failure| attribute_error(py, &failure))
     }
 
     fn __repr__(&self) -> PyResult<String> {

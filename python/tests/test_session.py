@@ -148,6 +148,41 @@ def test_instances_come_move_and_go(prepared):
         session.add_instance(0, np.ones((4, 4)))
 
 
+def test_parts_and_instances_are_hidden_coloured_and_refined(prepared):
+    session, view = prepared.session(), prepared.view()
+    frame = session.view(view)
+    triangles = frame.triangle_count
+    first, second = session.keys
+    session.set_instance(first, visible=False, colour=(1, 0, 0, 1))
+    session.set_part(1, colour=(0, 0, 1, 0.5))
+    frame = session.view(view)
+    assert [row for row, _ in frame.drawn()] == [1] and frame.changed == []
+    assert [instance.visible for instance in frame.instances] == [False, True]
+    assert [instance.colour for instance in frame.instances] == [(1, 0, 0, 1), (0, 0, 1, 0.5)]
+    told = session.instance_attributes(first)
+    assert (told.visible, told.colour, told.tolerance_scale, told.priority) == (False, (1, 0, 0, 1), 1, 1)
+    assert "hidden" in repr(told) and session.part_attributes(1).colour == (0, 0, 1, 0.5)
+    session.set_instance(first)
+    for part in (0, 1):
+        session.set_part(part, tolerance_scale=1e-3, priority=2)
+    frame = session.view(view)
+    assert len(frame.drawn()) == 2 and frame.instances[1].visible
+    assert len({part for part, _ in (tile.key for tile in frame.changed)}) == 1, "the cylinder; the cube is flat"
+    assert frame.triangle_count > triangles
+    for work, words in [
+        (lambda: session.set_part(2), "part is 2, not below 2"),
+        (lambda: session.part_attributes(7), "part is 7"),
+        (lambda: session.set_instance(7), "not that of an instance"),
+        (lambda: session.instance_attributes(7), "not that of an instance"),
+        (lambda: session.set_part(0, tolerance_scale=0), "tolerance_scale is 0, not a finite number above 0"),
+        (lambda: session.set_instance(second, priority=math.nan), "priority is NaN"),
+        (lambda: session.set_instance(second, colour=(0, 0, 0, 2)), "four numbers from 0 to 1"),
+    ]:
+        with pytest.raises(trimtess.RangeError, match=words):
+            work()
+    assert session.part_attributes(0).tolerance_scale == 1e-3
+
+
 def test_a_budget_defers_and_a_still_camera_catches_up(large):
     session, view = large.session(budget_ms=0.05, workers=1), large.view(deviation_px=0.05)
     deferred = [session.view(view).deferred for _ in range(400)]

@@ -23,6 +23,7 @@ pub use tile::ladder::{Ladder, Rung};
 pub use tile::outcome::Degradation;
 
 mod live;
+pub use live::attributes::Attributes;
 pub use live::options::PlannerOptions;
 pub use live::split::{LinePlacement, SplitRule};
 
@@ -35,6 +36,7 @@ pub mod internals {
     pub(crate) use super::live::culling::PartBoxes;
     pub use super::live::levels::Levels;
     pub use super::live::pages::PlanChanges;
+    pub(crate) use super::live::placed::InstanceLook;
     pub use super::live::placed::PlacedInstances;
     pub use super::live::planner::Planner;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};

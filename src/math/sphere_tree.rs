@@ -18,17 +18,29 @@ impl Sphere {
     /// All of space, for what is not finite.
     const ALL: Self = Self { centre: DVec3::ZERO, radius: f64::INFINITY };
 
+    /// No ball, at the same place: no search finds it, and it makes no node larger.
+    pub(crate) fn emptied(self) -> Self {
+        Self { radius: f64::NEG_INFINITY, ..self }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.radius < 0.0
+    }
+
     /// A ball; all of space if any of its numbers is not finite.
     pub(crate) fn new(centre: DVec3, radius: f64) -> Self {
         if centre.is_finite() && radius.is_finite() { Self { centre, radius } } else { Self::ALL }
     }
 
-    /// A ball that contains all of these.
+    /// A ball that contains all of these. Empty if they are.
     fn around(children: &[Self]) -> Self {
         /// Share of the radius by which it is enlarged, for rounding.
         const ROUNDING: f64 = 1e-12;
         if children.iter().any(|child| child.radius == f64::INFINITY) {
             return Self::ALL;
+        }
+        if children.iter().all(Self::is_empty) {
+            return children[0].emptied();
         }
         let low = children.iter().fold(DVec3::INFINITY, |low, c| low.min(c.centre - c.radius));
         let high = children.iter().fold(DVec3::NEG_INFINITY, |high, c| high.max(c.centre + c.radius));
@@ -84,15 +96,16 @@ impl SphereTree {
         }
     }
 
-    /// Appends to `found` the numbers of the spheres that pass, ascending. `passes` must be true for every sphere that
-    /// contains one for which it is true.
+    /// Appends to `found` the numbers of the spheres that pass and are not empty, ascending. `passes` must be true for
+    /// every sphere that contains one for which it is true.
     pub(crate) fn find(&self, passes: impl Fn(&Sphere) -> bool, found: &mut Vec<u32>) {
         let start = found.len();
         let mut open: Vec<(usize, usize)> = Vec::new();
         let top = self.levels.len().saturating_sub(1);
         open.extend(self.levels.get(top).into_iter().flat_map(|roots| (0..roots.len()).map(|node| (top, node))));
         while let Some((level, node)) = open.pop() {
-            if !passes(&self.levels[level][node]) {
+            let sphere = &self.levels[level][node];
+            if sphere.is_empty() || !passes(sphere) {
                 continue;
             }
             if level == 0 {
@@ -113,12 +126,13 @@ mod tests {
 
     fn random(draw: &mut SplitMix) -> Sphere {
         let mut vector = |size: f64| DVec3::from([0; 3].map(|_| draw.range(-size, size)));
-        let centre = vector(100.0);
-        Sphere::new(if centre.x > 99.0 { DVec3::NAN } else { centre }, vector(4.0).x.abs())
+        let (centre, kind) = (vector(100.0), vector(1.0).x);
+        let sphere = Sphere::new(if centre.x > 99.0 { DVec3::NAN } else { centre }, vector(4.0).x.abs());
+        if kind > 0.6 { sphere.emptied() } else { sphere }
     }
 
     #[test]
-    fn finds_the_spheres_that_a_linear_scan_finds_also_after_they_moved() {
+    fn finds_the_spheres_that_a_linear_scan_finds_also_after_they_moved_and_were_emptied() {
         let mut draw = SplitMix(1);
         for count in [0, 1, 2, 7, 8, 9, 63, 64, 65, 1000] {
             let mut spheres: Vec<Sphere> = (0..count).map(|_| random(&mut draw)).collect();
@@ -128,7 +142,8 @@ mod tests {
                 let passes = |s: &Sphere| normal.is_nan() || normal.normalize().dot(s.centre) + s.radius >= at;
                 let mut found = vec![7];
                 tree.find(passes, &mut found);
-                let expected = (0..count).filter(|&k| passes(&spheres[k])).map(|k| k as u32);
+                let is_found = |k: &usize| !spheres[*k].is_empty() && passes(&spheres[*k]);
+                let expected = (0..count).filter(is_found).map(|k| k as u32);
                 assert!(found[1..].iter().copied().eq(expected), "{count}: {found:?}");
                 for _ in 0..count / 10 {
                     let k = draw.below(count as u64) as usize;
@@ -137,5 +152,23 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_tree_of_empty_spheres_finds_none_of_them_until_they_are_replaced() {
+        let sphere = |k: u32| Sphere::new(DVec3::splat(f64::from(k)), 1.0);
+        let mut tree = SphereTree::new(&(0..30).map(|k| sphere(k).emptied()).collect::<Vec<_>>());
+        let found = |tree: &SphereTree| {
+            let mut found = Vec::new();
+            tree.find(|_| true, &mut found);
+            found
+        };
+        assert!(found(&tree).is_empty());
+        for k in [3, 29] {
+            tree.replace(k as usize, sphere(k));
+        }
+        assert_eq!(found(&tree), [3, 29]);
+        tree.replace(3, sphere(3).emptied());
+        assert_eq!(found(&tree), [29]);
     }
 }

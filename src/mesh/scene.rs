@@ -38,6 +38,8 @@ pub struct SceneInstance {
     pub transform: DAffine3,
     /// Overrides all face colours.
     pub colour: Option<Colour>,
+    /// Whether views draw it. Files and checks have it in any case.
+    pub visible: bool,
     /// Name, possibly empty. Shared with the model's instance.
     pub name: Arc<str>,
     /// The assembly that it stands in. Shared with the model's instance.

@@ -9,6 +9,7 @@ use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, NotWritten, Scene, Sink
 use crate::model::{FaceId, PartId, TileId};
 use crate::prepare::internals::panic_message;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
@@ -79,6 +80,7 @@ pub(super) struct Rows {
     written: Vec<Vec<WrittenTile>>,
     /// What to send, ascending by tile. Batches are large, and stay where they are.
     order: Vec<Place>,
+    sorter: Sorter,
     lines: Vec<EdgeLine>,
     /// The tiles that were made.
     pub(super) made: Vec<MadeTile>,
@@ -89,11 +91,22 @@ pub(super) struct Rows {
 }
 
 /// Where the batch or the room of a tile is.
+#[derive(Clone, Copy)]
 struct Place {
     tile: (PartId, TileId),
     face: FaceId,
     list: u32,
     row: u32,
+}
+
+/// Sorts rows by tile. Kept from frame to frame for its room.
+#[derive(Default)]
+struct Sorter {
+    /// Of each part, where its tiles begin in `rows`.
+    starts: Vec<usize>,
+    /// The row of each tile of these parts.
+    rows: Vec<u32>,
+    sorted: Vec<Place>,
 }
 
 /// Feeds a complete frame to the sink: `begin`, tiles by (part, tile), edge lines by (part, edge), the drawn tiles, `end`;
@@ -134,8 +147,7 @@ pub(super) fn commit(
         report.forgotten = forgotten.len();
         rows.evict(forgotten, writer);
     }
-    // The keys are unique, so there are no ties for the number of workers to decide.
-    rows.order.sort_unstable_by_key(|place| u64::from(place.tile.0.0) << 32 | u64::from(place.tile.1.0));
+    rows.sorter.sort(&mut rows.order);
     rows.lines.sort_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
@@ -163,6 +175,39 @@ pub(super) fn commit(
     }
     report.committed_in = laps.lap();
     Ok(report)
+}
+
+impl Sorter {
+    /// No tile has two rows, so there are no ties for the number of workers to decide.
+    fn sort(&mut self, order: &mut Vec<Place>) {
+        /// Up to this many tiles for a row, a table of all tiles costs less than comparisons.
+        const SPARSE: usize = 8;
+        const NONE: u32 = u32::MAX;
+        let Self { starts, rows, sorted } = self;
+        starts.clear();
+        for &Place { tile: (part, tile), .. } in &*order {
+            if starts.len() <= part.index() {
+                starts.resize(part.index() + 1, 0);
+            }
+            starts[part.index()] = starts[part.index()].max(tile.0 as usize + 1);
+        }
+        let mut tiles = 0;
+        for start in &mut *starts {
+            tiles += std::mem::replace(start, tiles);
+        }
+        if tiles > SPARSE * order.len() {
+            order.sort_unstable_by_key(|place| place.tile);
+            return;
+        }
+        rows.clear();
+        rows.resize(tiles, NONE);
+        for (row, &Place { tile: (part, tile), .. }) in (0..).zip(&*order) {
+            rows[starts[part.index()] + tile.0 as usize] = row;
+        }
+        sorted.clear();
+        sorted.extend(rows.iter().filter(|row| **row != NONE).map(|&row| order[row as usize]));
+        std::mem::swap(order, sorted);
+    }
 }
 
 impl Rows {
@@ -197,15 +242,26 @@ impl Rows {
         (whole, feed): (bool, Feed<'_>),
         (is_written, sink): (bool, &mut dyn MeshSink),
     ) -> Result<(), SinkError> {
+        /// Batches that are fetched before they are needed.
+        const AHEAD: usize = 12;
         match feed {
             _ if whole => sink.begin(scene),
             Feed::Views { from: Some(from), .. } => sink.begin_update(scene, from),
             _ => sink.begin_changes(scene),
         }?;
-        for &Place { list, row, .. } in &self.order {
+        for (k, &Place { list, row, .. }) in self.order.iter().enumerate() {
             self.given += 1;
             let (list, row) = (list as usize, row as usize);
-            if is_written { sink.written(&self.written[list][row]) } else { sink.batch(&mut self.batches[list][row]) }?;
+            if is_written {
+                sink.written(&self.written[list][row])?;
+                continue;
+            }
+            // Batches of neighbouring tiles are far apart: they are fetched while the sink works on others.
+            if let Some(next) = self.order.get(k + AHEAD) {
+                let Batch { tile, mesh, .. } = &self.batches[next.list as usize][next.row as usize];
+                black_box((tile.0, mesh.positions.len(), mesh.triangles.len()));
+            }
+            sink.batch(&mut self.batches[list][row])?;
         }
         self.lines.drain(..).try_for_each(|line| sink.edge_line(line))?;
         if let Feed::Views { drawn, .. } = feed {

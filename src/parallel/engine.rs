@@ -3,6 +3,7 @@
 
 use super::commit::{Feed, FrameReport, Rows, commit, refusal};
 use super::crew::{Crew, Work};
+use super::edits::Edited;
 use super::error::FrameError;
 use super::handoff::{DegradedTile, Delivery, Hand, Watch};
 use super::metrics::{Laps, SessionMemory};
@@ -22,7 +23,6 @@ use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
 use crate::view::View;
-use glam::DAffine3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -146,7 +146,7 @@ impl Engine {
             Arc::make_mut(writer).set_prepared(&self.prepared);
         }
         if let Some(Live { planner, residency }) = &mut self.live {
-            planner.add_parts(Arc::clone(&self.prepared));
+            planner.add_parts(&*self.jobs, Arc::clone(&self.prepared));
             residency.add_parts(&self.prepared);
         }
         true
@@ -161,27 +161,28 @@ impl Engine {
         let hands = hands(&self.prepared, self.crew.len(), edge_lines);
         self.owners = Owners::of(&self.prepared, &hands, rebalance_every);
         self.crew = Crew::of(&self.prepared, hands, reuse);
-        self.placed.update(&self.prepared);
+        self.placed.update(&self.prepared, &from);
         if let Some(writer) = &mut self.writer {
             *writer = Arc::new(writer.of_model(&self.prepared));
         }
         if let Some(Live { planner, residency }) = &mut self.live {
-            planner.update(Arc::clone(&self.prepared), &from);
+            planner.update(&*self.jobs, Arc::clone(&self.prepared), &from);
             residency.update(&self.prepared, &from);
         }
     }
 
-    /// Removes an instance. The indices of later ones decrease by one.
-    pub(super) fn remove_instance(&mut self, row: usize) {
+    /// Removes an instance, and returns it in the colour of the model. The indices of later ones decrease by one.
+    pub(super) fn remove_instance(&mut self, row: usize) -> SceneInstance {
         self.rests = false;
         self.levels.remove(row);
-        self.placed.remove(row);
+        self.placed.remove(row)
     }
 
-    /// Moves instances.
-    pub(super) fn place(&mut self, moved: Vec<(usize, DAffine3)>) {
-        self.rests &= moved.is_empty();
-        moved.into_iter().for_each(|(row, transform)| self.placed.move_to(row, transform));
+    /// Moves instances, and sets attributes.
+    pub(super) fn apply(&mut self, edited: Edited) {
+        self.rests &= edited.is_empty();
+        edited.moved.into_iter().for_each(|(row, transform)| self.placed.move_to(row, transform));
+        self.placed.set_attributes(&edited.parts, &edited.instances);
     }
 
     /// Has workers write tiles into the memory of a sink. The next frame of views is a whole one.
@@ -195,7 +196,7 @@ impl Engine {
         /// Copies of the list of instances: the caller's and this one's; and the sphere, key and row of each.
         const INSTANCE: usize = 2 * size_of::<SceneInstance>() + 128;
         let live = self.live.as_ref().map_or((0, 0), |live| (live.planner.memory(), live.residency.memory()));
-        let instances = self.placed.instances().len() * INSTANCE;
+        let instances = self.placed.instances().len() * INSTANCE + self.placed.memory();
         SessionMemory { plans: live.0 as u64, caches: self.crew.cached() as u64, scene: (instances + live.1) as u64 }
     }
 
@@ -220,7 +221,7 @@ impl Engine {
         let mut laps = Laps::start();
         let Self { prepared, jobs, placed, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
-            planner: Planner::new(Arc::clone(prepared), &self.options.planner),
+            planner: Planner::new(&**jobs, Arc::clone(prepared), &self.options.planner),
             residency: Residency::new(prepared),
         });
         // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
@@ -281,7 +282,7 @@ impl Engine {
         let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred } = frame;
         let Some(Live { residency, .. }) = &mut self.live else { return Ok(FrameReport::default()) };
         let still = deliveries.is_empty() && !due.whole && due.from.is_none() && due.forgotten.is_empty();
-        if still && residency.shows(&plan.drawn, self.placed.version()) {
+        if still && residency.shows(&plan.drawn, self.placed.scene_version()) {
             self.rests = true;
             return Ok(FrameReport { planned_in, deferred, ..self.unchanged() });
         }
@@ -313,7 +314,7 @@ impl Engine {
             gone.for_each(|tile| _ = degraded.remove(&tile));
         }
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));
-        residency.committed(&due, &self.rows.made, (&plan.drawn, self.placed.version()));
+        residency.committed(&due, &self.rows.made, (&plan.drawn, self.placed.scene_version()));
         self.rests = true;
         if self.writer.is_none() {
             // Tiles that were evicted have no buffers.

@@ -3,7 +3,7 @@
 use super::instances::InstanceKey;
 use crate::control::StartError;
 use crate::mesh::{GridTooCoarse, SinkError};
-use crate::model::PartId;
+use crate::model::{Colour, PartId};
 use crate::view::InvalidView;
 use std::fmt;
 
@@ -115,3 +115,46 @@ impl fmt::Display for InstanceError {
 }
 
 impl std::error::Error for InstanceError {}
+
+/// Why attributes were not set. Nothing changes.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum AttributeError {
+    /// There is no such part in the model.
+    NoPart {
+        /// The part.
+        part: PartId,
+        /// Number of parts.
+        count: usize,
+    },
+    /// The instance was removed, or never was in this session.
+    NoInstance {
+        /// Its key.
+        key: InstanceKey,
+    },
+    /// A factor is not finite, or not above 0.
+    Factor {
+        /// The field.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A share of the colour is not from 0 to 1.
+    Colour {
+        /// The colour.
+        colour: Colour,
+    },
+}
+
+impl fmt::Display for AttributeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoPart { part, count } => write!(f, "no part {}; the model has {count}", part.0),
+            Self::NoInstance { key } => write!(f, "no instance {key:?}: it was removed, or never added"),
+            Self::Factor { name, value } => write!(f, "{name} is {value}; it must be finite and above 0"),
+            Self::Colour { colour } => write!(f, "the colour is {colour:?}; its numbers must be from 0 to 1"),
+        }
+    }
+}
+
+impl std::error::Error for AttributeError {}

@@ -15,7 +15,9 @@ mod instances;
 pub use instances::InstanceKey;
 
 mod error;
-pub use error::{FrameError, InstanceError};
+pub use error::{AttributeError, FrameError, InstanceError};
+
+mod edits;
 
 mod commit;
 pub use commit::FrameReport;

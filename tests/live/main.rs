@@ -2,6 +2,7 @@
 #![cfg(feature = "wgpu")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod attributes;
 #[path = "../out_fixture/mod.rs"]
 mod out_fixture;
 mod own_pipelines;
@@ -84,6 +85,7 @@ fn scene() -> Scene {
         part: trimtess::model::PartId(part),
         transform: DAffine3::from_translation(offset) * DAffine3::from_scale(scale),
         colour: (part == 0).then_some([0.3, 0.5, 0.8, 1.0]),
+        visible: true,
         name: "".into(),
         assembly: None,
         first_face: 16 * part,

@@ -54,6 +54,7 @@ pub(crate) fn box_frame(size: DVec3, transforms: &[DAffine3]) -> MemorySink {
         part: trimtess::model::PartId(0),
         transform,
         colour: None,
+        visible: true,
         name: format!("box {index}").into(),
         assembly: None,
         first_face: 6 * index as u32,

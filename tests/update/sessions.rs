@@ -284,8 +284,15 @@ fn instances_are_those_of_the_new_model_and_old_keys_name_none() {
     let first = session.instance_key(0).unwrap();
     let name = "added".into();
     let part = PartId(3);
-    let added =
-        SceneInstance { part, transform: DAffine3::IDENTITY, colour: None, name, assembly: None, first_face: 0 };
+    let added = SceneInstance {
+        part,
+        transform: DAffine3::IDENTITY,
+        colour: None,
+        visible: true,
+        name,
+        assembly: None,
+        first_face: 0,
+    };
     let added = session.add_instance(added).unwrap();
     session.move_instance(first, DAffine3::from_translation(DVec3::X)).unwrap();
     let next = updated(&prepared, &model);
@@ -306,8 +313,15 @@ fn boxes() -> (Model, SceneInstance) {
     model.parts.truncate(1);
     model.instances.truncate(1);
     let transform = DAffine3::from_translation(DVec3::new(-70.0, 42.0, -24.0));
-    let far =
-        SceneInstance { part: PartId(0), transform, colour: None, name: "far".into(), assembly: None, first_face: 0 };
+    let far = SceneInstance {
+        part: PartId(0),
+        transform,
+        colour: None,
+        visible: true,
+        name: "far".into(),
+        assembly: None,
+        first_face: 0,
+    };
     (model, far)
 }
 

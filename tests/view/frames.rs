@@ -7,6 +7,7 @@ use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
+use trimtess::control::Alone;
 use trimtess::frame::internals::{Levels, PlacedInstances, Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions, Reuse};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
@@ -436,7 +437,7 @@ fn a_view_that_allows_no_error_changes_nothing_for_the_others() {
     let frame = |views: &[View]| {
         let (with_levels, mut levels) = Levels::of(&prepared, 4);
         let mut placed = PlacedInstances::of(&with_levels);
-        let mut planner = Planner::new(with_levels, &PlannerOptions::DEFAULT);
+        let mut planner = Planner::new(&Alone, with_levels, &PlannerOptions::DEFAULT);
         levels.assign(&mut placed, views);
         let plan = Plan::clone(planner.plan(&mut placed, views));
         (placed.instances().iter().map(|instance| instance.part).collect::<Vec<_>>(), plan.parts)
@@ -474,7 +475,7 @@ fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
 #[test]
 fn culled_tiles_are_not_in_the_picture() {
     let prepared = shape("washer");
-    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_back_faces(true));
+    let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_back_faces(true));
     let mut placed = PlacedInstances::of(&prepared);
     let mut draw = SplitMix(4);
     let (mut culled, mut behind) = (0, 0);
@@ -504,7 +505,7 @@ fn culled_tiles_are_not_in_the_picture() {
 fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
     let prepared = shape("teapot");
     let limits = trimtess::frame::PlanLimits::DEFAULT.with_triangles(4000);
-    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_limits(limits));
+    let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_limits(limits));
     let mut placed = PlacedInstances::of(&prepared);
     let [low, high] = prepared.bounds.unwrap();
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
@@ -543,7 +544,7 @@ fn invalid_views_are_refused_and_nothing_changes() {
         let error = session.view(&[good, view], &mut sink).unwrap_err();
         assert!(matches!(error, FrameError::View { view: 1, .. }), "{error}");
         assert_eq!(drawn(&sink), shown);
-        let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+        let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT);
         let mut placed = PlacedInstances::of(&prepared);
         let plan = planner.plan(&mut placed, &[view]);
         assert!(plan.shortfall.as_ref().unwrap().unusable && plan.drawn.tiles(0, 0).count() == 0);

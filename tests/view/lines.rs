@@ -8,6 +8,7 @@ use crate::random::SplitMix;
 use glam::DVec3;
 use std::num::NonZeroU32;
 use std::sync::Arc;
+use trimtess::control::Alone;
 use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{LinePlacement, Plan, PlanLimits, PlannerOptions, SplitRule};
 use trimtess::mesh::MemorySink;
@@ -85,7 +86,7 @@ fn frames_are_closed_and_keep_the_tolerance_or_four_times_it() {
 
 /// Plans along a path.
 fn plans(prepared: &Arc<Prepared>, options: &PlannerOptions, views: &[View]) -> Vec<Arc<Plan>> {
-    let mut planner = Planner::new(Arc::clone(prepared), options);
+    let mut planner = Planner::new(&Alone, Arc::clone(prepared), options);
     let mut placed = PlacedInstances::of(prepared);
     let plan = |view: &View| Arc::clone(planner.plan(&mut placed, &[*view]));
     views.iter().map(plan).collect()
@@ -188,7 +189,7 @@ fn limits_hold_with_split_lines_and_a_still_view_settles() {
     let [low, high] = prepared.bounds.unwrap();
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     for lines in [CRITERION, RENDERING] {
-        let mut planner = Planner::new(Arc::clone(&prepared), &planner(lines).with_limits(limits));
+        let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &planner(lines).with_limits(limits));
         let mut placed = PlacedInstances::of(&prepared);
         let mut coarser = 0;
         for k in 0..60 {

@@ -1,6 +1,7 @@
 //! Plans for cameras: they keep the screen-space error from any camera, at no more than the necessary cost.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod attributes;
 mod budget;
 #[path = "../common/mod.rs"]
 mod common;

@@ -6,6 +6,7 @@ use super::{of_corpus, shape};
 use crate::random::SplitMix;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
+use trimtess::control::Alone;
 use trimtess::frame::internals::{
     PlacedInstances, Planner, Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile,
 };
@@ -122,7 +123,7 @@ fn updated_tiles_equal_those_made_without_history_except_inside() {
     for name in ["torus", "washer", "flower", "brake-hub", "brake-rotor", "trimmed-teapot"] {
         let prepared = shape(name);
         for (k, patch) in SOME.into_iter().enumerate() {
-            let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+            let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT);
             let mut placed = PlacedInstances::of(&prepared);
             let mut memories: HashMap<(PartId, TileId), TileCache> = HashMap::new();
             let (mut scratch, mut other) = (UpdateScratch::default(), Scratch::default());

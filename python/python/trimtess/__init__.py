@@ -10,6 +10,7 @@ Lengths are millimetres and angles degrees. Everything that takes time releases 
 """
 
 from ._trimtess import (
+    Attributes,
     Check,
     Deviation,
     Diagnostic,
@@ -48,6 +49,7 @@ from .errors import (
 )
 
 __all__ = [
+    "Attributes",
     "Check",
     "Deviation",
     "Diagnostic",

@@ -15,6 +15,7 @@ __all__ = [
     "Edge",
     "Instance",
     "Prepared",
+    "Attributes",
     "View",
     "Session",
     "Frame",
@@ -159,6 +160,8 @@ class Instance:
     @property
     def colour(self) -> Optional[_Rgba]: ...
     @property
+    def visible(self) -> bool: ...
+    @property
     def assemblies(self) -> List[str]: ...
     @property
     def transform(self) -> npt.NDArray[np.float64]: ...
@@ -266,6 +269,37 @@ class Session:
     def add_instance(self, part: int, transform: Optional[_Matrix] = None, *, name: str = "") -> int: ...
     def move_instance(self, key: int, transform: _Matrix) -> None: ...
     def remove_instance(self, key: int) -> None: ...
+    def set_part(
+        self,
+        part: int,
+        *,
+        visible: bool = True,
+        colour: Optional[_Rgba] = None,
+        tolerance_scale: float = 1.0,
+        priority: float = 1.0,
+    ) -> None: ...
+    def set_instance(
+        self,
+        key: int,
+        *,
+        visible: bool = True,
+        colour: Optional[_Rgba] = None,
+        tolerance_scale: float = 1.0,
+        priority: float = 1.0,
+    ) -> None: ...
+    def part_attributes(self, part: int) -> Attributes: ...
+    def instance_attributes(self, key: int) -> Attributes: ...
+
+@final
+class Attributes:
+    @property
+    def visible(self) -> bool: ...
+    @property
+    def colour(self) -> Optional[_Rgba]: ...
+    @property
+    def tolerance_scale(self) -> float: ...
+    @property
+    def priority(self) -> float: ...
 
 @final
 class Frame:

@@ -15,10 +15,12 @@ pub(crate) const RANGE: usize = 512;
 pub(crate) struct InstanceSight {
     pub(crate) view: usize,
     pub(crate) instance: usize,
-    /// In units of the view's allowed deviation instead of pixels.
+    /// In units of the deviation that the view allows the instance, instead of pixels.
     pub(crate) sight: PartCamera,
     /// The largest such scale within the box of the part.
     pub(crate) most: f64,
+    /// Of the instance and its part: [`Attributes::priority`](super::attributes::Attributes::priority).
+    pub(crate) priority: f64,
 }
 
 /// A normal cone.

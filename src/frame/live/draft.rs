@@ -150,7 +150,7 @@ pub(super) struct TessellantUpdate {
 
 /// A tile whose rate should change.
 pub(super) struct WantedRate {
-    /// How many steps finer it should be. With a budget only.
+    /// How many steps finer it should be, and those that its priority stands for. With a budget only.
     pub(super) urgency: f64,
     /// Factor on the number of its cells. With a budget only.
     pub(super) growth: f64,

@@ -2,6 +2,7 @@
 
 pub(super) mod split;
 pub(super) mod options;
+pub(super) mod attributes;
 pub(super) mod culling;
 pub(super) mod placed;
 pub(super) mod rate;

@@ -82,9 +82,9 @@ fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
 }
 
 impl Planner {
-    /// Starts with the coarsest plan. Cost: a few microseconds per tile and per edge.
+    /// Starts with the coarsest plan. Cost: a few microseconds per tile and per edge, divided among threads.
     #[must_use]
-    pub fn new(prepared: Arc<Prepared>, options: &PlannerOptions) -> Self {
+    pub fn new(jobs: &dyn Jobs, prepared: Arc<Prepared>, options: &PlannerOptions) -> Self {
         let rates = Rates {
             prepared: Arc::default(),
             parts: Vec::new(),
@@ -103,40 +103,40 @@ impl Planner {
             placed: 0,
             unfinished: true,
         };
-        planner.add_parts(prepared);
+        planner.add_parts(jobs, prepared);
         planner
     }
 
     /// Goes on with a model that has further parts after those known. Their plan is the coarsest.
-    pub fn add_parts(&mut self, prepared: Arc<Prepared>) {
+    pub fn add_parts(&mut self, jobs: &dyn Jobs, prepared: Arc<Prepared>) {
         let known = self.rates.parts.len();
         let from: Vec<_> = (0..prepared.parts.len()).map(|p| (p < known).then_some(PartId::new(p))).collect();
-        self.renew(prepared, &from);
+        self.renew(jobs, prepared, &from);
     }
 
     /// Goes on with another model. Its part `p` is the one that was `from[p]`, and keeps its levels; the plan of a part
     /// that was none is the coarsest. `from` has a row for each part, and names none twice. Limits
     /// start again: what they made coarser is planned as if it were new.
     ///
-    /// Cost: a few microseconds per tile and per edge of new parts; if the last plan has other owners, a copy of its
-    /// rows.
-    pub fn update(&mut self, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
+    /// Cost: a few microseconds per tile and per edge of new parts, divided among threads; if the last plan has other
+    /// owners, a copy of its rows.
+    pub fn update(&mut self, jobs: &dyn Jobs, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
         let Rates { terms, term, .. } = own(&mut self.rates);
         if terms.coarser > 0 {
             terms.coarser = 0;
             *term += 1;
         }
-        self.renew(prepared, from);
+        self.renew(jobs, prepared, from);
     }
 
-    fn renew(&mut self, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
+    fn renew(&mut self, jobs: &dyn Jobs, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
         let rates = own(&mut self.rates);
         let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
         let rows = || (0..from.len()).filter(|&row| from[row].is_none());
         let asked = rows().map(|row| PartTolerance::everywhere(&coarsest, prepared.scene.parts[row].radius)).collect();
         let new =
             Prepared { parts: rows().map(|row| Arc::clone(&prepared.parts[row])).collect(), ..Prepared::default() };
-        let plan = plan_parts(&Alone, &new, asked, &rates.options.limits, 0);
+        let plan = plan_parts(jobs, &new, asked, &rates.options.limits, 0);
         let waits = rates.options.budget.is_some();
         let states = new.parts.iter().zip(&plan.parts).map(|(part, plan)| PartRates {
             boxes: PartBoxes::of(part),

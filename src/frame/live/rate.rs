@@ -60,6 +60,11 @@ pub(crate) fn step(density: f64, before: Step) -> Step {
     kept.or_else(|| Some(exact.ceil().clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16))
 }
 
+/// Steps by which a density grows with this factor.
+pub(crate) fn steps_of(factor: f64) -> f64 {
+    STEPS * factor.binary_logarithm()
+}
+
 /// Factor on the cells of a tile that becomes finer by so many steps: its lines grow with the root of the density, in
 /// both directions.
 pub(crate) fn growth_of(steps: f64) -> f64 {

@@ -7,7 +7,7 @@ use super::draft::{
     VisibleTiles, WORDS, WantedRate,
 };
 use super::options::PlannerOptions;
-use super::rate::{Rate, Step, Terms, band, growth_of, step};
+use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
 use super::resync::{LineHistory, Turns};
 use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::density::FollowLines;
@@ -86,6 +86,9 @@ impl Rates {
     pub(super) fn look_at(&self, p: usize, tiles: Range<usize>, sights: &[InstanceSight], wanted: &mut RateChanges) {
         let PartRates { tiles: rates, bands, tile_terms, kept, seen, .. } = &self.parts[p];
         let part = &self.prepared.parts[p];
+        // An error that many times as large is so many steps more urgent, whatever the tile: clusters stay as they are.
+        let priority = || sights.iter().map(|sight| sight.priority).fold(f64::MIN_POSITIVE, f64::max);
+        let raised = if self.options.budget.is_some() { steps_of(priority()) } else { 0.0 };
         for t in tiles {
             let PixelScale { most, least } = seen.of(t);
             if most < 0.0 {
@@ -121,7 +124,7 @@ impl Rates {
                     Some(_) => self.urgency((p, t), planned, &rate, wanted),
                     None => (0.0, 1.0),
                 };
-                let chord = 1.0 / most;
+                let (urgency, chord) = (urgency + raised, 1.0 / most);
                 wanted.rates.push(WantedRate { urgency, growth, part: p, tile: t, rate, band, chord, anew: due });
             }
         }

@@ -238,6 +238,7 @@ mod tests {
                 part: crate::model::PartId(0),
                 transform,
                 colour: None,
+                visible: true,
                 name: "".into(),
                 assembly: None,
                 first_face: 0,

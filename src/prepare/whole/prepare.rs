@@ -224,7 +224,7 @@ fn scene(model: &Model, prepared: &[Arc<PreparedPart>]) -> Scene {
         let first = first_face;
         first_face += u32::try_from(faces).unwrap_or(0);
         let Instance { part, transform, colour, name, assembly } = i.clone();
-        Some(SceneInstance { part, transform, colour, name, assembly, first_face: first })
+        Some(SceneInstance { part, transform, colour, visible: true, name, assembly, first_face: first })
     };
     let instances = model.instances.iter().filter_map(place).collect();
     Scene { name: model.name.clone(), parts, instances }

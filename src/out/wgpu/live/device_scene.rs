@@ -33,14 +33,15 @@ pub(super) struct DevicePlace {
     pub(super) part: u32,
     pub(super) transform: DAffine3,
     pub(super) colour: Option<Colour>,
+    pub(super) visible: bool,
     pub(super) first_face: u32,
 }
 
 impl DevicePlace {
     /// Whether the two have the same records and draws. Transforms may differ.
     pub(super) fn looks_like(&self, other: &Self) -> bool {
-        (self.instance, self.part, self.colour, self.first_face)
-            == (other.instance, other.part, other.colour, other.first_face)
+        (self.instance, self.part, self.colour, self.visible, self.first_face)
+            == (other.instance, other.part, other.colour, other.visible, other.first_face)
     }
 }
 
@@ -51,7 +52,7 @@ pub(super) struct DeviceScene {
     /// Instances sorted by part, without those of unknown parts.
     pub(super) places: Vec<DevicePlace>,
     pub(super) drawn: DrawnTiles,
-    /// Instances that are not drawn, whatever `drawn` says.
+    /// Instances that are not drawn, whatever the scene and `drawn` say.
     pub(super) hidden: BTreeSet<InstanceId>,
     /// Centre and half diagonal of the box of all [`corners`](Self::corners).
     pub(super) extent: (DVec3, f64),
@@ -86,6 +87,7 @@ impl DeviceScene {
             part: instance.part.0,
             transform: instance.transform,
             colour: instance.colour,
+            visible: instance.visible,
             first_face: instance.first_face,
         };
         let mut places: Vec<DevicePlace> = scene.instances.iter().enumerate().map(place).collect();
@@ -117,7 +119,7 @@ impl DeviceScene {
 
     /// Whether a place is drawn.
     fn is_visible(&self, place: &DevicePlace) -> bool {
-        self.hidden.is_empty() || !self.hidden.contains(&InstanceId(place.instance))
+        place.visible && (self.hidden.is_empty() || !self.hidden.contains(&InstanceId(place.instance)))
     }
 
     /// The places in a range that are drawn, as ranges.

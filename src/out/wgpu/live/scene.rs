@@ -329,9 +329,12 @@ impl LiveScene {
         tiles.into_iter().flat_map(|tiles| tiles.draws(&self.store, self.record_rows.buffer()))
     }
 
-    /// Shows or hides an instance of the scene in all views. Frames do not change it, until one of
-    /// [another model](crate::mesh::MeshSink::begin_update), which shows all of its instances. An unknown number is kept
-    /// for an instance to come.
+    /// Shows or hides an instance of the scene in all views, if the scene does not hide it. Frames do not change it,
+    /// until one of [another model](crate::mesh::MeshSink::begin_update), which shows all of its instances. An unknown
+    /// number is kept for an instance to come.
+    ///
+    /// Tiles of an instance hidden here are made and sent. One that a scene hides
+    /// ([`SceneInstance::visible`](crate::mesh::SceneInstance::visible)) asks for none.
     pub fn set_visible(&mut self, instance: InstanceId, visible: bool) {
         let hidden = &mut self.shown.hidden;
         if if visible { hidden.remove(&instance) } else { hidden.insert(instance) } {

@@ -1,0 +1,71 @@
+//! Attributes of parts and instances in frames of views.
+
+use crate::errors;
+use crate::model::{Rgba, rgba};
+use pyo3::prelude::*;
+use trimtess::frame;
+use trimtess::parallel::AttributeError;
+
+/// How views draw a part, or an instance. Attributes of an instance and of its part are combined.
+#[pyclass(frozen, module = "trimtess")]
+pub(crate) struct Attributes(pub(crate) frame::Attributes);
+
+#[pymethods]
+impl Attributes {
+    /// Whether views draw it.
+    #[getter]
+    fn visible(&self) -> bool {
+        self.0.visible
+    }
+
+    /// Red, green, blue (sRGB) and opacity, 0 to 1, instead of the colours of the model; None keeps them.
+    #[getter]
+    fn colour(&self) -> Option<Rgba> {
+        rgba(self.0.colour)
+    }
+
+    /// Factor on `deviation_px` and `size_px` of all views.
+    #[getter]
+    fn tolerance_scale(&self) -> f64 {
+        self.0.tolerance_scale
+    }
+
+    /// Factor on the error by which tiles are ordered while a budget defers some.
+    #[getter]
+    fn priority(&self) -> f64 {
+        self.0.priority
+    }
+
+    fn __repr__(&self) -> String {
+        let frame::Attributes { visible, tolerance_scale, priority, .. } = self.0;
+        let visible = if visible { "visible" } else { "hidden" };
+        format!("<Attributes: {visible}, tolerance times {tolerance_scale}, priority {priority}>")
+    }
+}
+
+/// What Python gave as keywords.
+pub(crate) fn attributes(
+    (visible, colour): (bool, Option<Rgba>),
+    (tolerance_scale, priority): (f64, f64),
+) -> frame::Attributes {
+    frame::Attributes::DEFAULT
+        .with_visible(visible)
+        .with_colour(colour.map(|(r, g, b, a)| [r, g, b, a]))
+        .with_tolerance_scale(tolerance_scale)
+        .with_priority(priority)
+}
+
+/// Why attributes were not set, or cannot be told.
+pub(crate) fn attribute_error(py: Python<'_>, failure: &AttributeError) -> PyErr {
+    match failure {
+        AttributeError::NoPart { part, count } => {
+            errors::out_of_range(py, "part", part.0, &format!("below {count}, the number of parts"))
+        }
+        AttributeError::NoInstance { key } => errors::out_of_range(py, "key", key.to_bits(), "that of an instance"),
+        AttributeError::Factor { name, value } => errors::out_of_range(py, name, value, "a finite number above 0"),
+        AttributeError::Colour { colour } => {
+            errors::out_of_range(py, "colour", format!("{colour:?}"), "four numbers from 0 to 1")
+        }
+        _ => errors::internal(py, failure.to_string()),
+    }
+}
