@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Prints a table; the least of all rounds counts. Only parts with a hole are listed, and of those with the same number
-//! of faces the first. `nothing` is an update by the same model.
+//! of faces the first. `nothing` is an update by the same model. *by faces*: with `PrepareOptions::keep_faces`.
 
 use std::hint::black_box;
 use std::path::Path;
@@ -21,7 +21,7 @@ use trimtess::prepare::{PrepareOptions, Prepared, prepare_on};
 use trimtess::view::{CameraPath, Picture, View};
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: 0.5 };
-const OPTIONS: PrepareOptions = PrepareOptions::DEFAULT;
+const OPTIONS: [PrepareOptions; 2] = [PrepareOptions::DEFAULT, PrepareOptions::DEFAULT.with_keep_faces(true)];
 
 /// Moves the first hole of a part by a thousandth of its radius along the axis, with its edges and vertices. Returns
 /// whether there is one.
@@ -61,9 +61,10 @@ fn least<T>(rounds: usize, mut work: impl FnMut() -> T) -> Duration {
     (0..rounds.max(1)).map(round).min().unwrap_or_default()
 }
 
-fn row(name: &str, faces: usize, took: Duration, of: Duration) {
-    let (took, of) = (took.as_secs_f64(), of.as_secs_f64());
-    println!("| {name} | {faces} | {:.3} | {:.1} | {:.4} |", 1e3 * took, 1e3 * of, took / of);
+fn row(name: &str, faces: usize, took: &[Duration], of: Duration) {
+    let of = of.as_secs_f64();
+    let times = took.iter().map(|took| format!("{:.2} | {:.4}", 1e3 * took.as_secs_f64(), took.as_secs_f64() / of));
+    println!("| {name} | {faces} | {} |", times.collect::<Vec<_>>().join(" | "));
 }
 
 /// First frame of a session that goes on with `next`, against that of a new one.
@@ -90,12 +91,20 @@ fn main() {
     let rounds = words.next().and_then(|word| word.parse().ok()).unwrap_or(10);
     let model: Model = read_file(Path::new(&file), &StepOptions::DEFAULT).expect("a STEP file");
     let (jobs, control) = (&Rayon, &Control::default());
-    let prepared = Arc::new(prepare_on(jobs, &model, &OPTIONS, control).expect("within the limits"));
+    let kept = OPTIONS.map(|options| Arc::new(prepare_on(jobs, &model, &options, control).expect("within the limits")));
     let faces: usize = model.parts.iter().map(|part| part.faces.len()).sum();
-    println!("{file}: {} parts, {faces} faces; {:?}", model.parts.len(), prepared.memory());
-    let all = least(rounds, || prepare_on(jobs, &model, &OPTIONS, control).expect("within the limits"));
-    println!("| part | faces | update, ms | prepare, ms | share |\n|---|---|---|---|---|");
-    row("nothing", 0, least(rounds, || prepared.update_on(jobs, &model, &OPTIONS, control).expect("within")), all);
+    println!("{file}: {} parts, {faces} faces", model.parts.len());
+    kept.iter().for_each(|prepared| println!("{:?}", prepared.memory()));
+    let [all, with] = OPTIONS
+        .map(|options| least(rounds, || prepare_on(jobs, &model, &options, control).expect("within the limits")));
+    println!("prepare: {:.1} ms, faces kept: {:.1} ms", 1e3 * all.as_secs_f64(), 1e3 * with.as_secs_f64());
+    println!("| part | faces | by parts, ms | share | by faces, ms | share |\n|---|---|---|---|---|---|");
+    let update = |model: &Model| {
+        [0, 1].map(|way: usize| {
+            least(rounds, || kept[way].update_on(jobs, model, &OPTIONS[way], control).expect("within the limits"))
+        })
+    };
+    row("nothing", 0, &update(&model), all);
     let mut parts: Vec<usize> = (0..model.parts.len()).collect();
     parts.sort_by_key(|&part| model.parts[part].faces.len());
     parts.dedup_by_key(|&mut part| model.parts[part].faces.len());
@@ -103,18 +112,18 @@ fn main() {
     for part in parts {
         let mut other = model.clone();
         if move_hole(&mut other.parts[part]) {
-            let took = least(rounds, || prepared.update_on(jobs, &other, &OPTIONS, control).expect("within"));
-            row(&part.to_string(), other.parts[part].faces.len(), took, all);
+            row(&part.to_string(), other.parts[part].faces.len(), &update(&other), all);
             edited.push(other);
         }
     }
-    println!("| first frame | faces | update, ms | new session, ms | share |\n|---|---|---|---|---|");
+    let [prepared, _] = kept;
+    println!("| first frame | faces | update, ms | share |\n|---|---|---|---|");
     let bounds = prepared.bounds.expect("a placed model");
     let view = CameraPath::Orbit.views(bounds, 8, &PICTURE)[0];
     for other in [edited.get(edited.len() / 2), edited.last()].into_iter().flatten() {
-        let next = Arc::new(prepared.update_on(jobs, other, &OPTIONS, control).expect("within"));
+        let next = Arc::new(prepared.update_on(jobs, other, &OPTIONS[0], control).expect("within"));
         let changed = (0..next.parts.len()).find(|&k| !Arc::ptr_eq(&next.parts[k], &prepared.parts[k])).unwrap_or(0);
         let (update, new) = first_frames(&prepared, &next, view, rounds);
-        row(&changed.to_string(), other.parts[changed].faces.len(), update, new);
+        row(&changed.to_string(), other.parts[changed].faces.len(), &[update], new);
     }
 }

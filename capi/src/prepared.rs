@@ -41,8 +41,13 @@ pub struct tt_prepare_options {
     pub jobs: *const tt_jobs,
     /// Another prepared model, of which parts that both have are taken over: faster, and the same. Or a null handle.
     pub like: tt_prepared,
+    /// Whether a model that is `like` this one may take over single faces of a part that has changed, 0 or 1. They take
+    /// time and memory: see docs/c.md.
+    pub keep_faces: u32,
+    /// 0.
+    pub reserved: u32,
 }
-versioned!(tt_prepare_options);
+versioned!(tt_prepare_options, reserved);
 
 /// What a prepared model has.
 #[repr(C)]
@@ -135,6 +140,7 @@ pub unsafe extern "C" fn tt_prepare(
         set(&mut limits.patches, from.max_patches);
         set(&mut limits.bytes, from.max_memory);
         let options = PrepareOptions::DEFAULT.with_limits(limits).with_border_tolerance(border);
+        let options = options.with_keep_faces(from.keep_faces != 0);
         let like = if from.like.id == 0 { Arc::default() } else { get(from.like)? };
         let place = Workplace::of(c, from.threads, from.jobs)?;
         let made = place.run(|jobs| like.update_on(jobs, &model, &options, &control))??;

@@ -481,6 +481,7 @@ void Run::preparing() {
         tt_prepare_options options{};
         options.threads = 1, options.border_tolerance = random.once_in(4) ? random.number(1e-4) : 0;
         options.max_patches = random.once_in(8) ? 1 : 0;
+        options.keep_faces = random.flag();
         if (random.flag()) options.jobs = given(loops()), options.threads = random.once_in(9);
         if (!live[PREPARED].empty()) options.like.id = live[PREPARED][random.below(live[PREPARED].size())];
         tt_prepared prepared{};

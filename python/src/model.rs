@@ -87,13 +87,16 @@ impl Model {
     ///     border_tolerance: Distance up to which borders of faces without edges are sewn, as a fraction of the part's
     ///         diagonal, from 0 to 1 (default 1e-6).
     ///     like: Another prepared model. Parts that both have are taken over from it, which is faster and the same.
+    ///     keep_faces: Whether a model that is prepared like this one may take over single faces of a part that has
+    ///         changed, for some time and memory.
     ///     workers: Threads at most; one per core if None or 0.
     ///     progress: Called as `progress("prepare", done, total)` with faces, on this thread.
     ///
     /// Raises:
     ///     LimitError: A limit is exceeded.
     #[pyo3(signature = (
-        *, max_memory=None, max_patches=None, border_tolerance=None, like=None, workers=None, progress=None
+        *, max_memory=None, max_patches=None, border_tolerance=None, like=None, keep_faces=false, workers=None,
+        progress=None
     ))]
     #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     fn prepare(
@@ -103,6 +106,7 @@ impl Model {
         max_patches: Option<u64>,
         border_tolerance: Option<f64>,
         like: Option<PyRef<'_, Prepared>>,
+        keep_faces: bool,
         workers: Option<usize>,
         progress: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Prepared> {
@@ -114,6 +118,7 @@ impl Model {
             return Err(errors::out_of_range(py, "border_tolerance", border, "from 0 to 1"));
         }
         let options = PrepareOptions::DEFAULT.with_limits(limits).with_border_tolerance(border);
+        let options = options.with_keep_faces(keep_faces);
         let like = like.map(|like| Arc::clone(&like.prepared)).unwrap_or_default();
         let job = Job { py, stage: "prepare", progress, workers: workers.unwrap_or(0) };
         let (prepared, shells) = job

@@ -250,13 +250,14 @@ def test_a_session_serves_one_thread_at_a_time(large):
     assert refused == ["another thread is using the session"]
 
 
-def test_a_session_goes_on_with_a_file_that_has_changed():
-    before = trimtess.read(SMALL).prepare()
+@pytest.mark.parametrize("keep_faces", [False, True])
+def test_a_session_goes_on_with_a_file_that_has_changed(keep_faces):
+    before = trimtess.read(SMALL).prepare(keep_faces=keep_faces)
     text = SMALL.read_text()
     assert text.count(", 0.00500000000000000 )") == 3, "the cylinder and its circles"
     model = trimtess.read(text.replace(", 0.00500000000000000 )", ", 0.00490000000000000 )").encode(), name=SMALL.stem)
     cube = [part.name for part in model.parts].index("red_cube")
-    after, fresh = model.prepare(like=before), model.prepare()
+    after, fresh = model.prepare(like=before, keep_faces=keep_faces), model.prepare()
     assert after.tessellate().positions.tobytes() == fresh.tessellate().positions.tobytes()
     view = before.view(size=(640, 480))
     session, shown, other = before.session(), Shown(), Shown()

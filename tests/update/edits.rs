@@ -3,7 +3,7 @@
 use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::BTreeSet;
-use trimtess::model::{Instance, Loop, Model, Part, PartId, Surface};
+use trimtess::model::{CurveKind, Edge, Instance, Loop, Model, NurbsCurve3, Part, PartId, Surface, VertexId};
 
 /// Parts of a model, at most.
 const MOST: usize = 24;
@@ -24,11 +24,13 @@ pub(crate) enum Edit {
     Remove,
     /// A part comes that another one equals.
     Copy,
+    /// All edges and vertices of a part get other numbers.
+    Shift,
 }
 
 impl Edit {
-    pub(crate) const ALL: [Self; 7] =
-        [Self::MoveHole, Self::Recolour, Self::Swap, Self::Replace, Self::Add, Self::Remove, Self::Copy];
+    pub(crate) const ALL: [Self; 8] =
+        [Self::MoveHole, Self::Recolour, Self::Swap, Self::Replace, Self::Add, Self::Remove, Self::Copy, Self::Shift];
 
     /// Those after which no two parts are equal, if none were before. Of equal ones it does not matter which is taken
     /// over for which, but levels that hysteresis holds may then be those of the other one.
@@ -80,6 +82,10 @@ impl Edit {
                 recolour(model, part, draw);
                 0
             }
+            Self::Shift => {
+                shift(&mut model.parts[part]);
+                1
+            }
             Self::MoveHole => {
                 let part = &mut model.parts[part];
                 let size = part.vertices.iter().fold(0.0_f64, |most, p| most.max(p.abs().max_element()));
@@ -87,6 +93,26 @@ impl Edit {
                 let by = DVec3::new(by(), by(), by());
                 usize::from(move_hole(part, by, draw.below(u64::MAX) as usize))
             }
+        }
+    }
+}
+
+/// Adds a vertex and an edge that nothing uses before all others.
+pub(crate) fn shift(part: &mut Part) {
+    let point = part.vertices.first().copied().unwrap_or_default();
+    part.vertices.insert(0, point);
+    let curve = NurbsCurve3::line(point, point + DVec3::X);
+    let unused =
+        Edge { range: curve.domain(), curve, start: VertexId(0), end: VertexId(0), kind: CurveKind::Line, entity: 0 };
+    for edge in &mut part.edges {
+        edge.start.0 += 1;
+        edge.end.0 += 1;
+    }
+    part.edges.insert(0, unused);
+    for of in part.faces.iter_mut().flat_map(|face| &mut face.loops) {
+        match of {
+            Loop::Edges(uses) => uses.iter_mut().for_each(|coedge| coedge.edge.0 += 1),
+            Loop::Vertex(vertex) => vertex.0 += 1,
         }
     }
 }

@@ -13,6 +13,7 @@ mod blocks;
 #[path = "../common/mod.rs"]
 mod common;
 mod edits;
+mod faces;
 #[cfg(feature = "step")]
 #[path = "../corpus/folder.rs"]
 mod folder;

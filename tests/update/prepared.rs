@@ -11,7 +11,7 @@ use trimtess::mesh::Batch;
 use trimtess::model::Model;
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions, Prepared, prepare, prepare_on};
 
-const OPTIONS: PrepareOptions = PrepareOptions::DEFAULT;
+pub(crate) const OPTIONS: PrepareOptions = PrepareOptions::DEFAULT.with_keep_faces(true);
 
 /// The parts of `new` that are not shared with `old`.
 pub(crate) fn changed(old: &Prepared, new: &Prepared) -> Vec<usize> {
@@ -32,7 +32,7 @@ fn mesh(prepared: &Arc<Prepared>) -> (Vec<Batch>, String) {
     (sink.batches, lines)
 }
 
-fn assert_same(updated: &Arc<Prepared>, model: &Model, what: &str) {
+pub(crate) fn assert_same(updated: &Arc<Prepared>, model: &Model, what: &str) {
     let fresh = Arc::new(prepare_on(&Alone, model, &OPTIONS, &Control::default()).unwrap());
     assert_eq!(told(updated), told(&fresh), "{what}");
     // No `assert_eq`: it would print all vertices.
@@ -46,7 +46,7 @@ fn after_random_edits_an_update_equals_preparing_from_nothing() {
     let (mut made, mut all) = (0, 0);
     for (k, mut model) in models.into_iter().enumerate() {
         let mut draw = SplitMix(k as u64);
-        let mut prepared = common::prepared(model.clone());
+        let mut prepared = Arc::new(prepare(model.clone(), &OPTIONS).unwrap());
         for number in 0..count {
             let edit = Edit::ALL[draw.below(Edit::ALL.len() as u64) as usize];
             let most = edit.apply(&mut model, &pool, &mut draw);
@@ -96,7 +96,7 @@ fn parts_that_are_taken_over_count_towards_the_limits() {
 #[test]
 fn a_cancelled_update_changes_nothing() {
     let mut model = built();
-    let prepared = common::prepared(model.clone());
+    let prepared = prepare(model.clone(), &OPTIONS).unwrap();
     let before = told(&prepared);
     model.parts.reverse();
     model.parts[0].tolerance = 1e-9;
@@ -131,14 +131,15 @@ fn entity_numbers_are_those_of_the_new_model_and_nothing_is_prepared_for_them() 
             face.entity = 10 * number;
         }
         part.shells.iter_mut().for_each(|shell| shell.entity = 5);
-        let (prepared, other) = (common::prepared(model.clone()), saved_again(&model));
+        let kept = |model: Model| Arc::new(prepare(model, &OPTIONS).unwrap());
+        let (prepared, other) = (kept(model.clone()), saved_again(&model));
         let control = Control::default();
         let updated = Arc::new(prepared.update_on(&Alone, &other, &OPTIONS, &control).unwrap());
         assert_same(&updated, &other, &model.name);
         assert!(updated.diagnostics.iter().any(|told| told.entity != 0), "{:?}", updated.diagnostics);
         let faces =
             |prepared: &Prepared| format!("{:?}", prepared.parts.iter().map(|part| &part.faces).collect::<Vec<_>>());
-        assert_eq!(faces(&updated), faces(&common::prepared(other)), "{}", model.name);
+        assert_eq!(faces(&updated), faces(&kept(other)), "{}", model.name);
         let view = crate::sessions::view_of(&prepared);
         assert_eq!(crate::sessions::tiles_of_update(&prepared, &updated, &view), 0, "{}", model.name);
     }

@@ -101,6 +101,7 @@ class Model:
         max_patches: Optional[int] = None,
         border_tolerance: Optional[float] = None,
         like: Optional[Prepared] = None,
+        keep_faces: bool = False,
         workers: Optional[int] = None,
         progress: Optional[_Progress] = None,
     ) -> Prepared: ...

@@ -19,11 +19,10 @@ impl ContentHash {
     /// numbers bit by bit. Leaves out names, colours, and [entity numbers](entities) but those in the cause of a refused
     /// face. Cost: about a nanosecond per byte of the part.
     pub(crate) fn of(part: &Part, border_tolerance: f64) -> Self {
-        let mut digest = Digest { hasher: blake3::Hasher::new(), buffer: Vec::with_capacity(2 * BLOCK) };
+        let mut digest = Digest::new();
         border_tolerance.feed(&mut digest);
         part.feed(&mut digest);
-        digest.flush();
-        Self(*digest.hasher.finalize().as_bytes())
+        digest.finish()
     }
 }
 
@@ -36,12 +35,21 @@ pub(crate) fn entities(part: &Part) -> Vec<u64> {
 /// Bytes given to the hash at a time: enough for all lanes of a vector unit.
 const BLOCK: usize = 1 << 15;
 
-struct Digest {
+pub(super) struct Digest {
     hasher: blake3::Hasher,
     buffer: Vec<u8>,
 }
 
 impl Digest {
+    pub(super) fn new() -> Self {
+        Self { hasher: blake3::Hasher::new(), buffer: Vec::new() }
+    }
+
+    pub(super) fn finish(mut self) -> ContentHash {
+        self.flush();
+        ContentHash(*self.hasher.finalize().as_bytes())
+    }
+
     fn push(&mut self, bytes: &[u8]) {
         self.buffer.extend_from_slice(bytes);
         if self.buffer.len() >= BLOCK {
@@ -57,7 +65,7 @@ impl Digest {
 
 /// What is hashed. Lists begin with their length and variants with their number, so that no two values feed the same
 /// bytes.
-trait Content {
+pub(super) trait Content {
     fn feed(&self, digest: &mut Digest);
 }
 
@@ -77,6 +85,12 @@ impl<T: Content> Content for [T] {
     fn feed(&self, digest: &mut Digest) {
         (self.len() as u64).feed(digest);
         self.iter().for_each(|item| item.feed(digest));
+    }
+}
+
+impl<T: Content + ?Sized> Content for &T {
+    fn feed(&self, digest: &mut Digest) {
+        (**self).feed(digest);
     }
 }
 

@@ -13,6 +13,7 @@ use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// A filled face, and the area that its loops enclose in their plane, mm².
 pub(crate) struct FilledFace {
@@ -54,8 +55,8 @@ pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<FilledF
     let bounds = arc_bounds::analytic(&surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
     let loops = outlines.iter().map(|l| l.iter().map(|o| o.seen_in(&frame)).collect()).collect();
     let draft = FaceDraft {
-        patches,
-        bounds,
+        patches: Arc::new(patches),
+        bounds: Arc::new(bounds),
         maps,
         creases: [Vec::new(), Vec::new()],
         gap,
@@ -143,7 +144,7 @@ impl Outline {
 
     /// The edge's use by a loop in the plane of `frame`.
     fn seen_in(&self, frame: &Frame3) -> DraftUse {
-        let samples: Box<[UvSample]> = self
+        let samples: Arc<[UvSample]> = self
             .samples
             .iter()
             .map(|&(t, point, d)| {

@@ -1,5 +1,6 @@
 //! Limits on the cost of preparing a model, checked face by face during the work.
 
+use super::kept::KeptFace;
 use super::memory;
 use super::prepared::PartCost;
 use crate::control::{Call, Counter, Stage};
@@ -91,10 +92,11 @@ fn with_slack(bytes: usize) -> usize {
 }
 
 impl PartCost {
-    /// What a face adds to its part.
-    pub(crate) fn of(draft: &FaceDraft) -> Self {
+    /// What a face adds to its part, and the draft of it that is kept.
+    pub(crate) fn of(draft: &FaceDraft, kept: Option<&KeptFace>) -> Self {
         let (u, v) = draft.patches.counts();
-        Self { patches: u as u64 * v as u64, bytes: with_slack(memory::of_draft(draft)) }
+        let bytes = memory::of_draft(draft) + kept.map_or(0, |kept| memory::of_kept(kept.draft()));
+        Self { patches: u as u64 * v as u64, bytes: with_slack(bytes) }
     }
 
     pub(crate) fn plus(self, other: Self) -> Self {

@@ -1,5 +1,6 @@
 //! Models, drafts and prepared models -> their memory in bytes, estimated from counts.
 
+use super::kept::KeptFace;
 use super::prepared::{Break, EdgeShape, EdgeUse, PartFacts, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::{Coedge, Edge, Face, Instance, Loop, Model, NurbsCurve3, Part, Surface};
@@ -70,6 +71,20 @@ pub(crate) fn of_draft(draft: &FaceDraft) -> usize {
     own + of_patches(&draft.patches, &draft.bounds) + tiles.sum::<usize>() + borders.sum::<usize>() + breaks
 }
 
+/// A draft that is kept, besides what it shares with the part: patches, bounds and images of edges.
+pub(crate) fn of_kept(draft: &FaceDraft) -> usize {
+    let tiles = draft.tiles.iter().map(|tile| {
+        let uses = tile.loops.iter().map(|of| ALLOCATION + size_of_val(of) + size_of_val(&of[..]));
+        size_of::<DraftTile>() + uses.sum::<usize>()
+    });
+    let borders = draft.borders.iter().map(|border| {
+        let curve = if let DraftShape::Curve(curve) = &border.shape { of_spline(curve) } else { 0 };
+        size_of::<DraftBorder>() + curve
+    });
+    let lists = size_of_val(&draft.breaks[..]) + size_of_val(&draft.joints[..]) + size_of_val(&draft.chain[..]);
+    size_of::<KeptFace>() + size_of::<FaceDraft>() + tiles.sum::<usize>() + borders.sum::<usize>() + lists
+}
+
 fn of_patches(patches: &BezierPatches, bounds: &SurfaceBounds) -> usize {
     patches.control.len() * size_of::<DVec4>() + bounds.cells.len() * size_of::<(BoxBounds, BoundingBox)>()
 }
@@ -97,7 +112,8 @@ pub struct PreparedMemory {
     pub tiles: u64,
     /// Names of parts, colours, instances. Without names of instances, which they share with each other and the model.
     pub scene: u64,
-    /// What only an [update](Prepared::update) reads: a hash and points of each part, its diagnostics.
+    /// What only an [update](Prepared::update) reads: a hash and points of each part, its diagnostics, and what
+    /// [is kept of faces](crate::prepare::PrepareOptions::keep_faces).
     pub update: u64,
 }
 
@@ -120,9 +136,10 @@ impl PreparedMemory {
         let uses = part.tiles.iter().flat_map(|tile| &tile.loops).flatten();
         let uses = uses.map(|u| size_of::<EdgeUse>() + of_image(&u.uv) + PREPARED_USE).sum::<usize>();
         self.tiles += (part.tiles.len() * (size_of::<Tile>() + 24 + 2 * ALLOCATION) + uses) as u64;
-        let PartFacts { entities, diagnostics, without_area, cloud, .. } = &part.facts;
+        let PartFacts { entities, diagnostics, without_area, cloud, kept, .. } = &part.facts;
         let told = size_of_val(&diagnostics[..]) + size_of_val(&without_area[..]) + size_of_val(&entities[..]);
-        self.update += (size_of::<PartFacts>() + told + size_of_val(&cloud[..])) as u64;
+        let kept = kept.iter().map(|face| of_kept(face.draft())).sum::<usize>();
+        self.update += (size_of::<PartFacts>() + told + size_of_val(&cloud[..]) + kept) as u64;
     }
 }
 

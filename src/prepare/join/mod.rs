@@ -6,6 +6,7 @@ pub(super) mod orient;
 pub(super) mod fill;
 pub(super) mod images;
 pub(super) mod content;
+pub(super) mod kept;
 pub(super) mod prepared;
 pub(super) mod memory;
 pub(super) mod closing;

@@ -2,6 +2,7 @@
 
 use super::chains::{Closedness, Sum, TurnedFace};
 use super::closing::Closure;
+use super::kept::{FaceContent, KeptFace, KeptFaces};
 use super::limits::PrepareBudget;
 use super::orient::{self, orient, wrong_volume};
 use super::prepared::{PartCost, PreparedPart};
@@ -37,6 +38,8 @@ pub(crate) struct PartOutcome {
     pub(crate) without_area: Vec<FaceId>,
     pub(crate) closedness: Closedness,
     pub(crate) cost: PartCost,
+    /// Drafts of faces, where they are kept.
+    pub(crate) kept: Vec<KeptFace>,
 }
 
 /// Borders no further apart than this share of the part's size are joined without a diagnostic.
@@ -45,10 +48,12 @@ const ROUNDING: f64 = 1e-9;
 /// A face whose area is at most this share of its squared size has no area.
 const NO_AREA: f64 = 1e-9;
 
+/// `kept`: drafts to take over where faces have the same content; `None` if drafts are not kept.
 pub(crate) fn prepare_part(
     id: PartId,
     stated: &Part,
     border_tolerance: f64,
+    kept: Option<&KeptFaces<'_>>,
     budget: &PrepareBudget<'_>,
 ) -> PartOutcome {
     let call = budget.call;
@@ -70,7 +75,7 @@ pub(crate) fn prepare_part(
     // Edges of free trims come after the model's own, and the pieces that sewing makes of them come last.
     let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
     let mut maker = PartPreparation { call, id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
-    let (results, cost) = maker.draft(budget);
+    let Drafts { results, cost, kept } = maker.draft(kept, budget);
     if budget.exceeded() {
         call.discard(results);
         return PartOutcome::default();
@@ -102,7 +107,7 @@ pub(crate) fn prepare_part(
     maker.tell_turned(&turned);
     maker.tell_open(&part, &sums);
     maker.tell_sewn(borders);
-    PartOutcome { part, diagnostics: maker.diagnostics, without_area, closedness, cost }
+    PartOutcome { part, diagnostics: maker.diagnostics, without_area, closedness, cost, kept }
 }
 
 /// A part while it is prepared.
@@ -118,6 +123,14 @@ struct PartPreparation<'a> {
     /// Index of the first edge whose curve is cut much finer than it bends.
     finely_cut: usize,
     diagnostics: Vec<Diagnostic>,
+}
+
+/// What drafting the faces of a part gives.
+struct Drafts {
+    /// `None` for faces lost earlier, which have a diagnostic, or past the budget.
+    results: Vec<Option<Result<FaceDraft, FaceError>>>,
+    cost: PartCost,
+    kept: Vec<KeptFace>,
 }
 
 /// The drafts of a part's faces.
@@ -150,9 +163,8 @@ struct Orientations {
 }
 
 impl PartPreparation<'_> {
-    /// Drafts each face on its own, and adds up what they cost. `None` for faces lost earlier, which have a diagnostic,
-    /// or past the budget.
-    fn draft(&self, budget: &PrepareBudget<'_>) -> (Vec<Option<Result<FaceDraft, FaceError>>>, PartCost) {
+    /// Drafts each face on its own, or takes its draft from `kept`, and adds up what they cost.
+    fn draft(&self, kept: Option<&KeptFaces<'_>>, budget: &PrepareBudget<'_>) -> Drafts {
         let part = &*self.part;
         let shared = boundary::shared_edges(part, &self.free);
         let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
@@ -160,15 +172,36 @@ impl PartPreparation<'_> {
             let work = || {
                 span().in_scope(|| guarded(|| face::draft(part, f, free.as_ref(), self.size, &shared, &budget.room)))
             };
+            let content = || FaceContent::of(part, f, &shared, self.size);
+            let work = || match kept.filter(|_| free.is_none()).and_then(|kept| Some((kept, content()?))) {
+                None => (work(), None),
+                Some((kept, content)) => match content.find(kept) {
+                    Some((draft, kept)) => (Ok(draft), Some(kept.clone())),
+                    None => {
+                        let draft = work();
+                        let kept = draft.as_ref().ok().and_then(|draft| content.keep(draft));
+                        (draft, kept)
+                    }
+                },
+            };
             let drafted = (!f.lost && !budget.exceeded()).then(work);
             budget.advance();
-            let cost = if let Some(Ok(draft)) = &drafted { PartCost::of(draft) } else { PartCost::default() };
+            let mut cost = PartCost::default();
+            if let Some((Ok(draft), kept)) = &drafted {
+                cost = PartCost::of(draft, kept.as_ref());
+            }
             budget.spend(cost);
             (drafted, cost)
         };
         let drafted = self.call.each(1, part.faces.iter().zip(&self.free).enumerate(), draft);
         let cost = drafted.iter().fold(PartCost::default(), |sum, (_, cost)| sum.plus(*cost));
-        (drafted.into_iter().map(|(drafted, _)| drafted).collect(), cost)
+        let mut out = Drafts { results: Vec::with_capacity(drafted.len()), cost, kept: Vec::new() };
+        for (drafted, _) in drafted {
+            let (result, kept) = drafted.map_or((None, None), |(result, kept)| (Some(result), kept));
+            out.results.push(result);
+            out.kept.extend(kept);
+        }
+        out
     }
 
     /// A face's loops as edges.
@@ -545,7 +578,7 @@ mod tests {
             diagnostics: Vec::new(),
         };
         let budget = PrepareBudget::new(PrepareLimits::DEFAULT, 6, call);
-        let mut faces = maker.fill(maker.draft(&budget).0);
+        let mut faces = maker.fill(maker.draft(None, &budget).results);
         let directed = maker.direct(&mut faces);
         let broken = faces.drafts[2].as_mut().expect("a draft");
         broken.tiles[0].loops[0][0].along = DraftAlong::Border(1000);

@@ -3,6 +3,7 @@
 use super::chains::Closedness;
 use super::content::ContentHash;
 use super::images::EdgeImages;
+use super::kept::KeptFace;
 use crate::control::Call;
 use crate::mesh::Scene;
 use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId, RowId, SurfaceKind, TileId};
@@ -28,9 +29,9 @@ pub struct PreparedFace {
     /// Whether a diagnostic reports that its boundary crosses or overlaps itself.
     pub crosses: bool,
     /// Bézier pieces over the face's parameter box.
-    pub patches: BezierPatches,
+    pub patches: Arc<BezierPatches>,
     /// Derivative bounds per sub-box.
-    pub bounds: SurfaceBounds,
+    pub bounds: Arc<SurfaceBounds>,
     /// Maps from the surface's natural parameters to those of `patches`.
     pub maps: [AxisMap; 2],
     /// Parameters in u and in v where the surface has a crease. Every lattice has a line there.
@@ -145,6 +146,8 @@ pub(crate) struct PartFacts {
     pub(crate) cost: PartCost,
     /// Points that span its box in any placement.
     pub(crate) cloud: Vec<DVec3>,
+    /// Drafts of faces, where they are kept.
+    pub(crate) kept: Vec<KeptFace>,
 }
 
 /// What a part counts towards the limits of prepare.
@@ -277,6 +280,7 @@ impl PreparedPart {
         call.discard(self.faces);
         call.discard(self.tiles);
         call.discard(self.edges);
+        call.discard(self.facts.kept);
     }
 
     /// Measures the edges where faces end: the outline of a sheet, or gaps in a solid.

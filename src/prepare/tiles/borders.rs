@@ -10,6 +10,7 @@ use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
 use crate::prepare::uv::uv_loop::Along;
 use glam::DVec2;
+use std::sync::Arc;
 
 /// The tiles of an arrangement. Each of its stretches goes as its copy comes.
 pub(super) fn tiles(arranged: Arrangement, maps: &[AxisMap; 2]) -> Vec<DraftTile> {
@@ -35,7 +36,7 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
                 _ if k == last && samples[last].t > high => UvSample::at(&samples[last - 1], &samples[last], high),
                 _ => samples[k],
             };
-            let samples: Box<[UvSample]> = (0..=last)
+            let samples: Arc<[UvSample]> = (0..=last)
                 .map(ends)
                 .map(|s| UvSample {
                     t: s.t,

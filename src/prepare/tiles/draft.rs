@@ -8,6 +8,7 @@ use crate::prepare::surface::tables::SurfaceBounds;
 use crate::prepare::uv::uv_curve::UvCurve;
 use crate::prepare::wires::chain::Chain;
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// A stretch of a tile's loop before breaks are numbered.
 #[derive(Clone, Debug)]
@@ -70,8 +71,8 @@ pub(crate) struct DraftTile {
 /// A face on its own.
 #[derive(Clone, Debug)]
 pub(crate) struct FaceDraft {
-    pub(crate) patches: BezierPatches,
-    pub(crate) bounds: SurfaceBounds,
+    pub(crate) patches: Arc<BezierPatches>,
+    pub(crate) bounds: Arc<SurfaceBounds>,
     pub(crate) maps: [AxisMap; 2],
     pub(crate) creases: [Vec<f64>; 2],
     pub(crate) gap: f64,
@@ -100,4 +101,57 @@ pub(crate) struct FaceDraft {
     pub(crate) ends_with_surface: bool,
     /// Places where edges meet within the face, other than at common ends.
     pub(crate) tangles: Vec<Tangle>,
+}
+
+impl FaceDraft {
+    /// A copy whose edges have other numbers, in the same order. `None` if one of them has none.
+    pub(crate) fn renumbered(&self, number: impl Fn(u32) -> Option<u32>) -> Option<Self> {
+        let mut out = self.clone();
+        let mut complete = true;
+        let mut renumber = |edge: &mut u32| match number(*edge) {
+            Some(other) => *edge = other,
+            None => complete = false,
+        };
+        let Self {
+            patches: _,
+            bounds: _,
+            maps: _,
+            creases: _,
+            gap: _,
+            critical: _,
+            meetings: _,
+            tiles,
+            borders,
+            chain,
+            breaks,
+            joints,
+            notes: _,
+            repairs,
+            crosses: _,
+            filled: _,
+            lobed,
+            ends_with_surface: _,
+            tangles,
+        } = &mut out;
+        for used in tiles.iter_mut().flat_map(|tile| &mut tile.loops).flatten() {
+            if let DraftAlong::Edge(edge) = &mut used.along {
+                renumber(edge);
+            }
+        }
+        for DraftBorder { shape, ends, range: _, creases: _ } in borders {
+            let pole = if let DraftShape::Pole(end) = shape { Some(end) } else { None };
+            for end in ends.iter_mut().chain(pole) {
+                if let DraftEnd::OnEdge(edge, _) = end {
+                    renumber(edge);
+                }
+            }
+        }
+        chain.iter_mut().for_each(|used| renumber(&mut used.0));
+        breaks.iter_mut().for_each(|at| renumber(&mut at.0));
+        joints.iter_mut().for_each(|at| renumber(&mut at.0));
+        repairs.iter_mut().filter_map(|told| told.edge.as_mut()).for_each(|edge| renumber(&mut edge.0));
+        lobed.iter_mut().for_each(&mut renumber);
+        tangles.iter_mut().flatten().for_each(|side| renumber(&mut side.0));
+        complete.then_some(out)
+    }
 }

@@ -22,6 +22,7 @@ use crate::prepare::uv::uv_loop::{Along, UvLoop};
 use crate::prepare::wires::chain::Chain;
 use crate::prepare::wires::order::without_seams;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Share of a face's size by which its edges may miss its surface without a diagnostic. Files print six to fifteen
 /// digits, and intersection curves are good to 1e-5 of a face; more is a fault of the file, or of the projection.
@@ -270,8 +271,8 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> 
     let [critical, meetings] = [found.critical, found.meetings].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     let FaceOutline { region, gap, chain, breaks, joints, lobed, notes, repairs } = outline;
     Ok(FaceDraft {
-        patches,
-        bounds,
+        patches: Arc::new(patches),
+        bounds: Arc::new(bounds),
         maps,
         creases,
         gap,

@@ -8,6 +8,7 @@ use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample, newton_meeting
 use crate::prepare::uv::uv_loop::winding_about;
 use glam::DVec2;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Distance, in tiles, below which two points of (u,v) coincide: pcurves of planes are exact to rounding.
 const TOUCH: f64 = 1e-9;
@@ -245,12 +246,12 @@ pub(crate) fn weld(tile: &mut DraftTile, meetings: &[Meeting]) {
             let mut new = sample(used, t);
             new.uv = m.uv;
             let UvCurve::Hermite(samples) = &mut used.uv else { continue };
-            match samples.iter_mut().find(|s| (s.t - t).abs() <= 1e-3 * m.same[k]) {
+            match Arc::make_mut(samples).iter_mut().find(|s| (s.t - t).abs() <= 1e-3 * m.same[k]) {
                 Some(known) if known.t == t => known.uv = m.uv,
                 // A sample next to it would make a piece without length.
                 Some(known) => *known = new,
                 None => {
-                    let mut all = std::mem::take(samples).into_vec();
+                    let mut all = samples.to_vec();
                     all.insert(all.partition_point(|s| s.t < t), new);
                     *samples = all.into();
                 }

@@ -156,7 +156,7 @@ fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
 }
 
 /// Diagonal of the box of the face's edges. `None` for a face without edges.
-fn face_extent(part: &Part, face: &Face) -> Option<f64> {
+pub(crate) fn face_extent(part: &Part, face: &Face) -> Option<f64> {
     let coedges = face.loops.iter().filter_map(|l| if let Loop::Edges(coedges) = l { Some(coedges) } else { None });
     let [low, high] = around(coedges.flatten().flat_map(|c| &part.edges[c.edge.index()].curve.points).copied());
     let d = (high - low).length();

@@ -1,6 +1,7 @@
 //! Pcurves in the parameter of their edge: cubic Hermite pieces, or isoparametric segments.
 
 use glam::{DMat2, DVec2};
+use std::sync::Arc;
 
 /// Points closer than this share of a tile are one, and so are parameters closer than this share of their range.
 /// Pcurves and their intersections are solved to 1e-12 of a face.
@@ -10,7 +11,7 @@ pub(crate) const SAME_SHARE: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub enum UvCurve {
     /// Piecewise cubic Hermite through marched samples.
-    Hermite(Box<[UvSample]>),
+    Hermite(Arc<[UvSample]>),
     /// An isoparametric line: the coordinate `axis` is `at`, the other is the edge's own parameter.
     Iso {
         /// 0: u is constant; 1: v is constant.

@@ -8,6 +8,7 @@ use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, DiagnosticKind, Instance, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;
 use crate::prepare::join::content::{ContentHash, entities};
+use crate::prepare::join::kept;
 use crate::prepare::join::limits::{PrepareBudget, PrepareError, PrepareLimits};
 use crate::prepare::join::part::{PartOutcome, prepare_part};
 use crate::prepare::join::prepared::{PartFacts, Prepared, PreparedPart};
@@ -22,11 +23,15 @@ pub struct PrepareOptions {
     /// Distance up to which borders merge into one edge, as a share of the part's diagonal; 0 disables it. Applies to
     /// faces without topology (untrimmed, or with free trims) in parts that state no [tolerance](Part::tolerance).
     pub border_tolerance: f64,
+    /// Whether an [update](Prepared::update) may take over faces of a part that has changed. Both calls need it: the one
+    /// that keeps them, and the update. Not for faces with free trims. Costs memory
+    /// ([`PreparedMemory::update`](super::PreparedMemory::update)): a seventh of the prepared model, measured.
+    pub keep_faces: bool,
 }
 
 impl PrepareOptions {
-    /// [`PrepareLimits::DEFAULT`], and a border tolerance of 1e-6, for coordinates of seven digits.
-    pub const DEFAULT: Self = Self { limits: PrepareLimits::DEFAULT, border_tolerance: 1e-6 };
+    /// [`PrepareLimits::DEFAULT`], a border tolerance of 1e-6, for coordinates of seven digits, and no faces kept.
+    pub const DEFAULT: Self = Self { limits: PrepareLimits::DEFAULT, border_tolerance: 1e-6, keep_faces: false };
 
     /// Sets [`limits`](Self::limits).
     #[must_use]
@@ -39,6 +44,13 @@ impl PrepareOptions {
     #[must_use]
     pub const fn with_border_tolerance(mut self, border_tolerance: f64) -> Self {
         self.border_tolerance = border_tolerance;
+        self
+    }
+
+    /// Sets [`keep_faces`](Self::keep_faces).
+    #[must_use]
+    pub const fn with_keep_faces(mut self, keep_faces: bool) -> Self {
+        self.keep_faces = keep_faces;
         self
     }
 }
@@ -156,10 +168,11 @@ fn update(
     if budget.exceeded() {
         return Err(budget.error(model));
     }
+    let kept = options.keep_faces.then(|| kept::by_content(before.iter().flat_map(|part| &part.facts.kept)));
     let of_part = |(k, (part, source)): (usize, (&Part, Source))| match source {
         Source::TakenOver(part) => part,
         Source::Changed(hash) => {
-            let outcome = prepare_part(PartId::new(k), part, options.border_tolerance, &budget);
+            let outcome = prepare_part(PartId::new(k), part, options.border_tolerance, kept.as_ref(), &budget);
             Arc::new(new_part(call, outcome, (hash, entities(part))))
         }
     };
@@ -189,9 +202,9 @@ fn update(
 }
 
 fn new_part(call: Call<'_>, outcome: PartOutcome, (hash, entities): (ContentHash, Vec<u64>)) -> PreparedPart {
-    let PartOutcome { mut part, diagnostics, without_area, closedness, cost } = outcome;
+    let PartOutcome { mut part, diagnostics, without_area, closedness, cost, kept } = outcome;
     let cloud = if call.is_cancelled() { Vec::new() } else { extent::cloud(&part) };
-    part.facts = PartFacts { hash, entities, diagnostics, without_area, closedness, cost, cloud };
+    part.facts = PartFacts { hash, entities, diagnostics, without_area, closedness, cost, cloud, kept };
     part
 }
 

@@ -1,0 +1,107 @@
+//! Faces that are drafted already -> their drafts, for faces with the same content.
+//!
+//! [`face::draft`](crate::prepare::tiles::face::draft) reads a face, its edges and vertices, which of the edges other
+//! faces use, and the face's size. All of it is hashed here, after the part was healed and sewn. Edges and vertices
+//! count by their order in the face: an edge that comes or goes elsewhere in the part gives all others new numbers.
+
+use super::content::{Content, ContentHash, Digest};
+use crate::model::{Coedge, Edge, EdgeId, Face, Loop, Part, VertexId};
+use crate::prepare::tiles::draft::FaceDraft;
+use crate::prepare::tiles::traced;
+use glam::DVec3;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// The draft of a face, whose edges are numbered by their order in the face.
+#[derive(Clone, Debug)]
+pub(crate) struct KeptFace {
+    hash: ContentHash,
+    draft: Arc<FaceDraft>,
+}
+
+impl KeptFace {
+    pub(crate) fn draft(&self) -> &FaceDraft {
+        &self.draft
+    }
+}
+
+/// Drafts by the content of their faces.
+pub(crate) type KeptFaces<'a> = HashMap<ContentHash, &'a KeptFace>;
+
+/// Finds drafts by their content.
+pub(crate) fn by_content<'a>(kept: impl Iterator<Item = &'a KeptFace>) -> KeptFaces<'a> {
+    kept.map(|face| (face.hash, face)).collect()
+}
+
+/// A face without free trims, as far as its draft depends on it.
+pub(crate) struct FaceContent {
+    hash: ContentHash,
+    /// Its edges, ascending.
+    edges: Vec<u32>,
+}
+
+impl FaceContent {
+    /// `shared` marks edges that have other faces. `size` is that of the part. `None` if an edge or a vertex is not in
+    /// the part.
+    pub(crate) fn of(part: &Part, face: &Face, shared: &[bool], size: f64) -> Option<Self> {
+        let wires = face.loops.iter().filter_map(|of| if let Loop::Edges(uses) = of { Some(uses) } else { None });
+        let edges = ascending(wires.flatten().map(|used| used.edge.0).collect());
+        let rows: Vec<(&Edge, bool)> = edges
+            .iter()
+            .map(|&edge| Some((part.edges.get(edge as usize)?, *shared.get(edge as usize)?)))
+            .collect::<Option<_>>()?;
+        let poles =
+            face.loops.iter().filter_map(|of| if let Loop::Vertex(vertex) = of { Some(vertex.0) } else { None });
+        let ends = rows.iter().flat_map(|(edge, _)| [edge.start.0, edge.end.0]);
+        let vertices = ascending(ends.chain(poles).collect());
+        let points = vertices.iter().map(|&vertex| part.vertices.get(vertex as usize).copied());
+        let points: Vec<DVec3> = points.collect::<Option<_>>()?;
+        let vertex = |id: VertexId| vertices.binary_search(&id.0).unwrap_or(usize::MAX);
+        let place = |id: EdgeId| edges.binary_search(&id.0).unwrap_or(usize::MAX);
+
+        let mut digest = Digest::new();
+        traced::face_extent(part, face).unwrap_or(size).feed(&mut digest);
+        points.feed(&mut digest);
+        rows.len().feed(&mut digest);
+        for (Edge { curve, range, start, end, kind, entity: _ }, shared) in rows {
+            (curve, *range).feed(&mut digest);
+            (vertex(*start), vertex(*end)).feed(&mut digest);
+            (*kind, shared).feed(&mut digest);
+        }
+        let Face { surface, loops, reversed, trims, shell: _, lost, refused, colour: _, name: _, entity: _ } = face;
+        (surface, *reversed).feed(&mut digest);
+        (trims, (*lost, refused)).feed(&mut digest);
+        loops.len().feed(&mut digest);
+        for of in loops {
+            match of {
+                Loop::Edges(uses) => {
+                    uses.len().feed(&mut digest);
+                    for Coedge { edge, reversed, pcurve } in uses {
+                        (place(*edge), (*reversed, pcurve)).feed(&mut digest);
+                    }
+                }
+                // No list is as long.
+                Loop::Vertex(pole) => (usize::MAX, vertex(*pole)).feed(&mut digest),
+            }
+        }
+        Some(Self { hash: digest.finish(), edges })
+    }
+
+    /// The draft of a face with this content, with the numbers of this face's edges.
+    pub(crate) fn find<'a>(&self, kept: &KeptFaces<'a>) -> Option<(FaceDraft, &'a KeptFace)> {
+        let face = *kept.get(&self.hash)?;
+        Some((face.draft.renumbered(|place| self.edges.get(place as usize).copied())?, face))
+    }
+
+    /// Keeps the draft of the face.
+    pub(crate) fn keep(&self, draft: &FaceDraft) -> Option<KeptFace> {
+        let place = |edge: u32| u32::try_from(self.edges.binary_search(&edge).ok()?).ok();
+        Some(KeptFace { hash: self.hash, draft: Arc::new(draft.renumbered(place)?) })
+    }
+}
+
+fn ascending(mut ids: Vec<u32>) -> Vec<u32> {
+    ids.sort_unstable();
+    ids.dedup();
+    ids
+}
