@@ -406,8 +406,8 @@ typedef struct {
     const tt_jobs *jobs;
     // Another prepared model, of which parts that both have are taken over: faster, and the same. Or a null handle.
     tt_prepared like;
-    // Whether a model that is `like` this one may take over single faces of a part that has changed, 0 or 1. They take
-    // time and memory: see docs/c.md.
+    // Whether to keep the drafts of faces, and to take over those of `like` for faces of a changed part, 0 or 1. Costs
+    // memory: a seventh of the prepared model.
     uint32_t keep_faces;
     // 0.
     uint32_t reserved;

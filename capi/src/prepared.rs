@@ -41,8 +41,8 @@ pub struct tt_prepare_options {
     pub jobs: *const tt_jobs,
     /// Another prepared model, of which parts that both have are taken over: faster, and the same. Or a null handle.
     pub like: tt_prepared,
-    /// Whether a model that is `like` this one may take over single faces of a part that has changed, 0 or 1. They take
-    /// time and memory: see docs/c.md.
+    /// Whether to keep the drafts of faces, and to take over those of `like` for faces of a changed part, 0 or 1. Costs
+    /// memory: a seventh of the prepared model.
     pub keep_faces: u32,
     /// 0.
     pub reserved: u32,

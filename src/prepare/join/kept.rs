@@ -1,8 +1,9 @@
 //! Faces that are drafted already -> their drafts, for faces with the same content.
 //!
 //! [`face::draft`](crate::prepare::tiles::face::draft) reads a face, its edges and vertices, which of the edges other
-//! faces use, and the face's size. All of it is hashed here, after the part was healed and sewn. Edges and vertices
-//! count by their order in the face: an edge that comes or goes elsewhere in the part gives all others new numbers.
+//! faces use, and the face's size. All of it is hashed here, after the part was healed and sewn. An edge is identified
+//! by its rank among the face's edges, ascending by number; so is a vertex. An edge that comes or goes elsewhere in the
+//! part gives all others new numbers, and no other rank.
 
 use super::content::{Content, ContentHash, Digest};
 use crate::model::{Coedge, Edge, EdgeId, Face, Loop, Part, VertexId};
@@ -12,7 +13,7 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// The draft of a face, whose edges are numbered by their order in the face.
+/// The draft of a face, in which the number of an edge is its rank.
 #[derive(Clone, Debug)]
 pub(crate) struct KeptFace {
     hash: ContentHash,
@@ -33,7 +34,7 @@ pub(crate) fn by_content<'a>(kept: impl Iterator<Item = &'a KeptFace>) -> KeptFa
     kept.map(|face| (face.hash, face)).collect()
 }
 
-/// A face without free trims, as far as its draft depends on it.
+/// Hash of what the draft of a face without free trims reads.
 pub(crate) struct FaceContent {
     hash: ContentHash,
     /// Its edges, ascending.
@@ -104,4 +105,84 @@ fn ascending(mut ids: Vec<u32>) -> Vec<u32> {
     ids.sort_unstable();
     ids.dedup();
     ids
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{CurveKind, Frame3, Surface, shapes};
+    use crate::prepare::regions::boundary::shared_edges;
+
+    fn hash(part: &Part, face: usize) -> ContentHash {
+        let free: Vec<_> = part.faces.iter().map(|_| None).collect();
+        FaceContent::of(part, &part.faces[face], &shared_edges(part, &free), 7.0).expect("all edges").hash
+    }
+
+    fn uses(part: &mut Part) -> &mut Vec<Coedge> {
+        let Loop::Edges(uses) = &mut part.faces[2].loops[0] else { panic!("a wire") };
+        uses
+    }
+
+    /// The first edge of the face.
+    fn edge(part: &mut Part) -> &mut Edge {
+        let edge = uses(part)[0].edge;
+        &mut part.edges[edge.index()]
+    }
+
+    /// Every change that the draft of a face may see changes the hash, and no two of them have the same one.
+    #[test]
+    fn whatever_a_draft_reads_is_hashed() {
+        let part = || shapes::by_name("box").expect("a shape").parts.remove(0);
+        let changes: Vec<fn(&mut Part)> = vec![
+            |_| {},
+            |part| part.faces[2].reversed ^= true,
+            |part| part.faces[2].surface = Surface::Cylinder { frame: Frame3::WORLD, radius: 1.0 },
+            |part| part.faces[2].loops.push(Loop::Vertex(VertexId(0))),
+            |part| uses(part)[0].reversed ^= true,
+            |part| uses(part).rotate_left(1),
+            |part| drop(uses(part).pop()),
+            |part| edge(part).range.1 *= 0.5,
+            |part| edge(part).kind = CurveKind::Circle,
+            |part| edge(part).curve.points[0].x += 1.0,
+            |part| edge(part).start = edge(part).end,
+            |part| {
+                let start = edge(part).start.index();
+                part.vertices[start].z += 1.0;
+            },
+            // Only a neighbour goes.
+            |part| {
+                let edge = uses(part)[0].edge;
+                let of = |face: &Face| {
+                    let uses = |of: &Loop| matches!(of, Loop::Edges(uses) if uses.iter().any(|used| used.edge == edge));
+                    face.loops.iter().any(uses)
+                };
+                let neighbour = (0..part.faces.len()).find(|&k| k != 2 && of(&part.faces[k])).expect("a neighbour");
+                part.faces[neighbour].loops.clear();
+            },
+        ];
+        let hashed = |change: &fn(&mut Part)| {
+            let mut part = part();
+            change(&mut part);
+            hash(&part, 2)
+        };
+        let hashes: Vec<ContentHash> = changes.iter().map(hashed).collect();
+        for (k, hash) in hashes.iter().enumerate() {
+            assert_eq!(hashes.iter().position(|other| other == hash), Some(k));
+        }
+    }
+
+    #[test]
+    fn a_face_without_edges_depends_on_the_size_of_the_part() {
+        let mut part = shapes::by_name("box").expect("a shape").parts.remove(0);
+        part.faces[0].loops.clear();
+        let of = |size| FaceContent::of(&part, &part.faces[0], &[], size).expect("no edges").hash;
+        assert_ne!(of(1.0), of(2.0));
+    }
+
+    #[test]
+    fn a_face_of_unknown_edges_has_no_content() {
+        let mut part = shapes::by_name("box").expect("a shape").parts.remove(0);
+        part.edges.clear();
+        assert!(FaceContent::of(&part, &part.faces[0], &[], 1.0).is_none());
+    }
 }

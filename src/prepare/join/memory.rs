@@ -82,7 +82,9 @@ pub(crate) fn of_kept(draft: &FaceDraft) -> usize {
         size_of::<DraftBorder>() + curve
     });
     let lists = size_of_val(&draft.breaks[..]) + size_of_val(&draft.joints[..]) + size_of_val(&draft.chain[..]);
-    size_of::<KeptFace>() + size_of::<FaceDraft>() + tiles.sum::<usize>() + borders.sum::<usize>() + lists
+    let told = size_of_val(&draft.notes[..]) + size_of_val(&draft.repairs[..]) + size_of_val(&draft.lobed[..]);
+    let own = size_of::<KeptFace>() + size_of::<FaceDraft>() + 6 * ALLOCATION;
+    own + tiles.sum::<usize>() + borders.sum::<usize>() + lists + told
 }
 
 fn of_patches(patches: &BezierPatches, bounds: &SurfaceBounds) -> usize {

@@ -78,12 +78,14 @@ pub(crate) fn prepare_part(
     let Drafts { results, cost, kept } = maker.draft(kept, budget);
     if budget.exceeded() {
         call.discard(results);
+        call.discard(kept);
         return PartOutcome::default();
     }
     let mut faces = maker.fill(results);
     let mut directed = maker.direct(&mut faces);
     if budget.exceeded() {
         call.discard(faces.drafts);
+        call.discard(kept);
         return PartOutcome::default();
     }
     let without_area = maker.tell_faces(&mut faces, healings);
@@ -93,6 +95,7 @@ pub(crate) fn prepare_part(
         if let Ok((part, _)) = assembled {
             part.discard(call);
         }
+        call.discard(kept);
         return PartOutcome::default();
     }
     if let Err(reason) = &assembled {

@@ -104,7 +104,8 @@ pub(crate) struct FaceDraft {
 }
 
 impl FaceDraft {
-    /// A copy whose edges have other numbers, in the same order. `None` if one of them has none.
+    /// A copy whose edges have other numbers, in the same order, and without tangles, which only drafting reads. `None`
+    /// if an edge has no other number.
     pub(crate) fn renumbered(&self, number: impl Fn(u32) -> Option<u32>) -> Option<Self> {
         let mut out = self.clone();
         let mut complete = true;
@@ -151,7 +152,7 @@ impl FaceDraft {
         joints.iter_mut().for_each(|at| renumber(&mut at.0));
         repairs.iter_mut().filter_map(|told| told.edge.as_mut()).for_each(|edge| renumber(&mut edge.0));
         lobed.iter_mut().for_each(&mut renumber);
-        tangles.iter_mut().flatten().for_each(|side| renumber(&mut side.0));
+        tangles.clear();
         complete.then_some(out)
     }
 }

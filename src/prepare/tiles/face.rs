@@ -8,7 +8,7 @@ use super::draft::FaceDraft;
 use super::extent::Patched;
 use super::grid::Grid;
 use super::joints::common_point;
-use super::traced::Traced;
+use super::traced::{self, Traced};
 use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, Surface};
 use crate::prepare::regions::mend::{MAX_TANGLES, Mend, Tangle, Way};
 use crate::prepare::regions::unroll::region;
@@ -62,6 +62,8 @@ pub(crate) fn draft(
     }
     if stated.as_ref().map_or_else(FaceError::may_be_seams, |draft| draft.crosses) {
         if let Some(loops) = without_seams(part, face) {
+            // Its seams count towards its size, if nothing is left without them.
+            let size = traced::face_extent(part, face).unwrap_or(size);
             let face = Face { loops, ..face.clone() };
             let again = Traced::of(part, &face, None, size, Some(room))
                 .and_then(|traced| draft_traced(&traced, Loops::Nested, None))

@@ -23,9 +23,10 @@ pub struct PrepareOptions {
     /// Distance up to which borders merge into one edge, as a share of the part's diagonal; 0 disables it. Applies to
     /// faces without topology (untrimmed, or with free trims) in parts that state no [tolerance](Part::tolerance).
     pub border_tolerance: f64,
-    /// Whether an [update](Prepared::update) may take over faces of a part that has changed. Both calls need it: the one
-    /// that keeps them, and the update. Not for faces with free trims. Costs memory
-    /// ([`PreparedMemory::update`](super::PreparedMemory::update)): a seventh of the prepared model, measured.
+    /// Whether to keep the drafts of faces, and to take them over for faces of a changed part in an
+    /// [update](Prepared::update). A part has them if the call that prepared it had this option; a part that is taken
+    /// over whole stays as it is. Not for faces with free trims. Costs memory, a seventh of the prepared model
+    /// ([`PreparedMemory::update`](crate::prepare::PreparedMemory::update)).
     pub keep_faces: bool,
 }
 
@@ -89,7 +90,7 @@ pub fn prepare_on(
 
 impl Prepared {
     /// Prepares another model, and takes over the parts that both have: those with the same content, bit for bit,
-    /// wherever they stand in the lists, if the options are the same. Names and colours may differ, and entity numbers,
+    /// wherever they stand in the lists, if the border tolerance is the same. Names and colours may differ, and entity numbers,
     /// but for those in the cause for which a face was refused.
     ///
     /// Gives what [`prepare`] does: the same parts, scene and diagnostics. Only how tiles are shared among workers may
@@ -168,7 +169,9 @@ fn update(
     if budget.exceeded() {
         return Err(budget.error(model));
     }
-    let kept = options.keep_faces.then(|| kept::by_content(before.iter().flat_map(|part| &part.facts.kept)));
+    let known = before.iter().flat_map(|part| &part.facts.kept);
+    let some_changed = sources.iter().any(|source| matches!(source, Source::Changed(_)));
+    let kept = (options.keep_faces && some_changed).then(|| kept::by_content(known));
     let of_part = |(k, (part, source)): (usize, (&Part, Source))| match source {
         Source::TakenOver(part) => part,
         Source::Changed(hash) => {
