@@ -245,7 +245,7 @@ fn instances_of_a_part_have_levels_by_their_own_tolerance() {
     balanced(session.prepared(), session.plan().unwrap(), &drawn(&sink), "levels");
 }
 
-/// Two equal parts beside each other.
+/// Two equal parts, side by side.
 fn twins() -> Arc<Prepared> {
     let part = trimtess_models::by_name("brake-hub").unwrap().parts.swap_remove(0);
     let aside = |k: u32| DAffine3::from_translation(DVec3::X * 250.0 * f64::from(k));
