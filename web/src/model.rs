@@ -130,7 +130,7 @@ impl Prepared {
     }
 }
 
-/// Whether the worker owns a part, or the model has none.
+/// Whether the worker owns the part. True where no part is named.
 pub(crate) fn is_owned(owned: &[bool], part: Option<PartId>) -> bool {
     part.is_none_or(|part| owned.get(part.index()).is_some_and(|owned| *owned))
 }
