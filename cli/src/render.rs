@@ -3,11 +3,12 @@
 use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::limits::unprepared;
+use crate::made::make;
 use crate::outputs::{Named, Outputs};
 use crate::picture::{PictureArgs, require_png};
 use crate::progress::Progress;
 use crate::report::{Report, Seconds};
-use crate::tessellate::{make, size};
+use crate::tessellate::size;
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;

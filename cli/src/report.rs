@@ -2,6 +2,7 @@
 
 use crate::closedness::{self, Closedness};
 use crate::fills::{self, Fill};
+use crate::levels::LevelRow;
 use crate::memory::peak_memory;
 use crate::outputs::Outputs;
 use crate::rounded::{ReadBackRow, words};
@@ -19,6 +20,9 @@ use trimtess::prepare::Prepared;
 
 /// Maximum number of diagnostics printed to standard error without `-v`. The rest is only counted.
 const PRINTED: usize = 12;
+
+/// Code of errors of `--check`.
+pub(crate) const CHECK_FAILED: &str = "check-failed";
 
 /// Seconds per stage. The stages sum to `total`.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -69,6 +73,8 @@ pub(crate) struct Report {
     /// What the written file holds. With `--check`; null if the output is a device or a pipe.
     pub(crate) read_back: Option<ReadBackRow>,
     pub(crate) vertices: u64,
+    /// Coarser levels of detail in the file, finest first.
+    pub(crate) levels: Vec<LevelRow>,
     /// Slivers: triangles that only close a face.
     pub(crate) slivers: u64,
     /// Faces with slivers, or with area whose winding number is not 1.
@@ -147,7 +153,7 @@ impl Report {
 
     /// Adds an error of `--check`.
     pub(crate) fn add_error(&mut self, reason: String) {
-        self.add(Severity::Error, None, "check-failed", reason);
+        self.add(Severity::Error, None, CHECK_FAILED, reason);
     }
 
     /// Adds a diagnostic that only the program reports. `face` is numbered across all instances.
@@ -242,6 +248,7 @@ impl Report {
             let _ = write!(text, "; chord {chord:.4} mm ({relative:.1e} of the diagonal), angle {angle}°");
         }
         text.push('\n');
+        text += &self.levels.iter().map(ToString::to_string).collect::<String>();
         if let (Some(open), Some(unbalanced)) = (self.open_edges, self.unbalanced_edges) {
             let _ = write!(
                 text,

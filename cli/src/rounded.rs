@@ -5,10 +5,10 @@ use crate::report::Report;
 use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::io;
 use trimtess::mesh::{MemorySink, SinkError};
 use trimtess::model::Severity;
-use trimtess::out::{BeyondSingle, Format, RoundedTooFar, Rounding, read_back};
+use trimtess::out::{BeyondSingle, Format, ReadBack, RoundedTooFar, Rounding};
 use trimtess::prepare::Prepared;
 
 /// What the written file holds.
@@ -74,18 +74,9 @@ pub(crate) fn tell(rounding: &Rounding, report: &mut Report) {
     }
 }
 
-/// Reads the file at `path` back and compares it with the frame. Devices and pipes cannot be read back.
-pub(crate) fn check(
-    prepared: &Prepared,
-    frame: &MemorySink,
-    path: &Path,
-    (format, chord): (Format, f64),
-    report: &mut Report,
-) {
-    if !std::fs::metadata(path).is_ok_and(|known| known.is_file()) {
-        return;
-    }
-    let read = match read_back(frame, path, format, most(chord)) {
+/// Adds what the written file holds to the report of its mesh, made within `chord`.
+pub(crate) fn check(prepared: &Prepared, read: io::Result<ReadBack>, chord: f64, report: &mut Report) {
+    let read = match read {
         Ok(read) => read,
         Err(error) => return report.add_error(format!("the file cannot be read back: {error}")),
     };

@@ -1,9 +1,10 @@
 //! `trimtess tessellate`: a CAD file to a mesh file within a chord and angle tolerance.
 
-use crate::closedness::Closedness;
 use crate::input::{self, Input};
 use crate::laps::Laps;
+use crate::levels::{self, Level};
 use crate::limits::unprepared;
+use crate::made::{check_mesh, make};
 use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
 use crate::report::Report;
@@ -11,13 +12,10 @@ use crate::rounded;
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
-use trimtess::audit;
-use trimtess::control::Control;
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::out::{self, Format};
-use trimtess::parallel::{self, FrameReport, SessionOptions, balance};
-use trimtess::prepare::{Prepared, Shells, prepare};
+use trimtess::mesh::MemorySink;
+use trimtess::out::{self, Format, GlbLevel};
+use trimtess::prepare::{Shells, prepare};
 
 /// Default chord tolerance as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is visibly a
 /// prism; 1e-4 makes ten times as many triangles that look the same on a screen.
@@ -48,6 +46,10 @@ pub(crate) struct TessellateArgs {
     /// What a GLB asks of its readers, so that it is smaller. A comma-separated list.
     #[arg(long, value_name = "HOW", value_delimiter = ',')]
     glb: Vec<Compact>,
+    /// Coarser levels of detail in a GLB (MSFT_lod), each with 4 times the chord tolerance of the one before, and twice
+    /// its angle.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(..=i64::from(levels::MOST)))]
+    levels: u8,
     /// Write a report as JSON.
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
@@ -82,8 +84,16 @@ impl TessellateArgs {
                     .with_quantized(is(Compact::Quantized))
                     .with_compressed(is(Compact::Compressed)),
             )),
-            other if self.glb.is_empty() => Ok(other),
-            _ => Err(Failure::Usage(format!("--glb is for .glb files, and not for {}", self.output.display()))),
+            other => {
+                let asked = [("--glb", !self.glb.is_empty()), ("--levels", self.levels > 0)];
+                match asked.iter().find(|(_, is)| *is) {
+                    Some((option, _)) => {
+                        let output = self.output.display();
+                        Err(Failure::Usage(format!("{option} is for .glb files, and not for {output}")))
+                    }
+                    None => Ok(other),
+                }
+            }
         }
     }
 }
@@ -166,33 +176,54 @@ pub(crate) fn run(
     let made = make(&prepared, &plan, common, matches!(format, Format::Glb(_)) || args.check, &mut frame)?;
     let mut report = Report::of(&frame, &prepared, &made);
     plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
+    let mut levels = Vec::new();
+    for number in 1..=args.levels {
+        progress.stage(format!("tessellating level {number}"));
+        levels.push(Level::make(&prepared, &tolerance, number, common)?);
+    }
     let tessellate = laps.lap();
 
     if args.check {
         progress.stage("checking");
         check_mesh(&prepared, &shells, &frame, tolerance.chord, &mut report);
+        levels.iter_mut().for_each(|level| level.check(&prepared, &shells));
     }
     report.diagonal_mm = prepared.diagonal;
     let mut check = laps.lap();
 
     progress.stage(format!("writing {}", args.output.display()));
     if args.recenter {
-        report.offset_mm = rounded::recenter(&mut frame, &prepared).to_array();
+        let offset = rounded::recenter(&mut frame, &prepared);
+        report.offset_mm = offset.to_array();
+        levels.iter_mut().for_each(|level| level.translate(-offset));
     }
     let most = rounded::most(tolerance.chord);
-    let written = tracing::info_span!("write")
-        .in_scope(|| out::save_pending(&frame, &args.output, format, most, &mut outputs.files));
-    let (rounding, pending) = match written {
+    let written = tracing::info_span!("write").in_scope(|| match format {
+        Format::Glb(options) => {
+            let coarser: Vec<GlbLevel<'_>> = levels.iter().map(Level::written).collect();
+            out::save_levels(&frame, &coarser, &args.output, (options, most), &mut outputs.files)
+        }
+        _ => out::save_pending(&frame, &args.output, format, most, &mut outputs.files)
+            .map(|(rounding, pending)| (vec![rounding], pending)),
+    });
+    let (roundings, pending) = match written {
         Ok(written) => written,
         Err(e) => return Err(rounded::unwritten(&e, (&frame, args.recenter), &prepared, (format, most))),
     };
-    rounded::tell(&rounding, &mut report);
+    let reports = std::iter::once(&mut report).chain(levels.iter_mut().map(Level::report));
+    reports.zip(&roundings).for_each(|(report, rounding)| rounded::tell(rounding, report));
     let write = laps.lap();
-    if args.check {
+    // Devices and pipes cannot be read back.
+    if args.check && std::fs::metadata(&pending).is_ok_and(|known| known.is_file()) {
         progress.stage("reading the file back");
-        rounded::check(&prepared, &frame, &pending, (format, tolerance.chord), &mut report);
+        let read = out::read_back(&frame, &pending, format, most);
+        rounded::check(&prepared, read, tolerance.chord, &mut report);
+        for (number, level) in (1..).zip(&mut levels) {
+            level.check_file(&prepared, &pending, number, (format, most));
+        }
         check += laps.lap();
     }
+    (1..).zip(levels).for_each(|(number, level)| level.add_to(&mut report, number));
     drop(progress);
 
     report.input = args.input.name();
@@ -205,98 +236,4 @@ pub(crate) fn run(
     // The process is about to exit: dropping large structures would only delay it.
     std::mem::forget((prepared, plan, frame));
     done
-}
-
-/// Tessellates one frame on the threads that `common` asks for.
-pub(crate) fn make(
-    prepared: &Arc<Prepared>,
-    plan: &Arc<frame::Plan>,
-    common: &Common,
-    edge_lines: bool,
-    sink: &mut MemorySink,
-) -> Result<FrameReport, Failure> {
-    let options = SessionOptions::DEFAULT.with_threads(common.workers()).with_edge_lines(edge_lines);
-    let made = parallel::tessellate(prepared, plan, &options, &Control::default(), sink);
-    let made = made.map_err(|e| Failure::Cannot(e.to_string()))?;
-    tracing::info!(
-        triangles = made.triangles,
-        batches = made.batches,
-        workers = made.workers.len(),
-        balance = balance(&made.workers, made.workers.len()),
-        "made in {:?}, committed in {:?}",
-        made.made_in,
-        made.committed_in
-    );
-    Ok(made)
-}
-
-/// Runs `check_scene` and the audit, and adds their results and errors to the report.
-fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
-    let facts = check_scene(frame);
-    report.open_edges = Some(facts.total.open_edges);
-    report.unbalanced_edges = Some(facts.total.unbalanced_edges);
-    tracing::info!("{}", facts.total);
-    report.defects = Some(facts.total.defects);
-    let parts = frame.scene.parts.iter().zip(&facts.parts);
-    let closedness = (0..).zip(parts).map(|(k, (part, mesh))| Closedness::of(k, part, mesh));
-    report.closedness = Some(closedness.collect());
-    audit::mesh_faults(&frame.scene, &facts, shells).into_iter().for_each(|fault| report.add_error(fault));
-    let deviation = audit::deviation(prepared, frame, chord);
-    deviation.faults().for_each(|fault| report.add_error(fault));
-    tracing::info!("{deviation}");
-    let economy = audit::economy(prepared, frame, chord);
-    tracing::info!("{economy}");
-    report.book(deviation, economy);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use trimtess::model::shapes;
-    use trimtess::parallel::Session;
-    use trimtess::prepare::PrepareOptions;
-
-    /// Errors that `check` reports for a shape after `tamper` changed its mesh or shells.
-    fn errors(name: &str, chord: f64, tamper: impl Fn(&mut MemorySink, &mut Vec<Shells>)) -> Vec<String> {
-        let model = shapes::by_name(name).unwrap_or_default();
-        let mut shells: Vec<Shells> = model.parts.iter().map(Shells::of).collect();
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
-        let tolerance = Tolerance { chord: 0.05, angle: 0.5, max_edge: None };
-        let plan = frame::plan(&prepared, &tolerance);
-        let mut frame = MemorySink::default();
-        let options = SessionOptions::DEFAULT.with_threads(1);
-        let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
-        session.frame(plan, &mut frame).expect("a frame");
-        tamper(&mut frame, &mut shells);
-        let mut report = Report::default();
-        check_mesh(&prepared, &shells, &frame, chord, &mut report);
-        report.diagnostics.into_iter().map(|entry| entry.reason).collect()
-    }
-
-    #[test]
-    fn a_sound_mesh_passes() {
-        for name in ["box", "cylinder", "sphere", "square", "wave"] {
-            assert_eq!(errors(name, 0.05, |_, _| ()), [""; 0], "{name}");
-        }
-    }
-
-    #[test]
-    fn cracks_inversion_and_deviation_are_errors() {
-        let crack = errors("cylinder", 0.05, |frame, _| drop(frame.batches.pop()));
-        assert!(crack.len() == 1 && crack[0].contains("unbalanced"), "{crack:?}");
-        let turned = errors("cylinder", 0.05, |frame, _| {
-            let triangles = frame.batches.iter_mut().flat_map(|batch| &mut batch.mesh.triangles);
-            triangles.for_each(|corners| corners.swap(0, 1));
-        });
-        assert!(turned.len() == 1 && turned[0].contains("inside out"), "{turned:?}");
-        let coarse = errors("cylinder", 0.001, |_, _| ());
-        assert!(coarse.len() == 2 && coarse[1].contains("edges"), "{coarse:?}");
-        // Voids have negative volume.
-        let void = errors("cylinder", 0.05, |frame, shells| {
-            let triangles = frame.batches.iter_mut().flat_map(|batch| &mut batch.mesh.triangles);
-            triangles.for_each(|corners| corners.swap(0, 1));
-            shells[0].voids = 1;
-        });
-        assert_eq!(void, [""; 0]);
-    }
 }

@@ -95,6 +95,32 @@ fn triangles_that_collapse_are_counted_and_the_count_is_that_of_the_file() {
 }
 
 #[test]
+fn levels_of_detail_are_made_checked_and_told_one_by_one() {
+    let folder = folder("levels");
+    let file = Path::new(CHECKOUT).join(CUBE);
+    let mesh = folder.join("cube.glb");
+    for more in [&[][..], &["--recenter"], &["--glb", "instanced,quantized,compressed"]] {
+        let output = tessellate(&file, &mesh, &[&["--chord", "0.001", "--angle", "5", "--levels", "3"], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let result = report(&output);
+        let levels = result["levels"].as_array().unwrap();
+        assert_eq!(levels.len(), 3, "{result}");
+        let mut before = result["triangles"].as_u64().unwrap();
+        for (level, chord) in levels.iter().zip([0.004, 0.016, 0.064]) {
+            let triangles = level["triangles"].as_u64().unwrap();
+            assert!(triangles < before && level["read_back"]["triangles"] == triangles, "{result}");
+            assert_eq!((&level["chord_mm"], &level["unbalanced_edges"]), (&chord.into(), &0.into()), "{result}");
+            assert_eq!(level["read_back"]["unbalanced_edges"], 0, "{result}");
+            assert!(level["p999_deviation_over_tolerance"].as_f64().unwrap() <= 1.0, "{result}");
+            before = triangles;
+        }
+    }
+    let output = tessellate(&file, &folder.join("cube.ply"), &["--levels", "1"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && told.contains("--levels is for .glb files"), "{told}");
+}
+
+#[test]
 fn the_shared_part_a_hundred_metres_away_is_not_written_as_stl_with_holes() {
     let file = Path::new(CHECKOUT).join("../shared/attack/stl_far_1e5.step");
     if !file.exists() {

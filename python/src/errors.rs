@@ -5,7 +5,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 use trimtess::frame::Shortfall;
 use trimtess::import::step::StepError;
 use trimtess::mesh::SinkError;
-use trimtess::out::{BeyondSingle, RoundedTooFar, UnknownFormat};
+use trimtess::out::{BeyondSingle, RoundedTooFar, UnfitLevel, UnknownFormat};
 use trimtess::parallel::FrameError;
 use trimtess::prepare::PrepareError;
 
@@ -140,9 +140,20 @@ pub(crate) fn unknown_format(py: Python<'_>, failure: &UnknownFormat) -> PyErr {
     fields.map_or_else(|failure| failure, |fields| error(py, "FormatError", failure.to_string(), &fields))
 }
 
+/// Why meshes are not levels of detail of one file.
+fn unfit(py: Python<'_>, level: &UnfitLevel) -> PyErr {
+    let (value, expected) = (level.to_string(), "meshes of the same model, each coarser than the one before");
+    let message = format!("levels: {value}; expected are {expected}");
+    let fields = [("name", "levels"), ("value", &value), ("expected", expected)].into_py_dict(py);
+    fields.map_or_else(|failure| failure, |fields| error(py, "RangeError", message, &fields))
+}
+
 /// Why a file is not written. `helps` says whether moving the scene to the origin would help, and whether a PLY would.
 pub(crate) fn unsaved(py: Python<'_>, failure: &SinkError, path: &str, helps: impl FnOnce() -> [bool; 2]) -> PyErr {
     let cause = failure.cause.get_ref();
+    if let Some(level) = cause.and_then(|cause| cause.downcast_ref::<UnfitLevel>()) {
+        return unfit(py, level);
+    }
     let rounded = cause.and_then(|cause| cause.downcast_ref::<RoundedTooFar>());
     let beyond = cause.is_some_and(|cause| cause.is::<BeyondSingle>());
     let fields = PyDict::new(py);

@@ -7,7 +7,7 @@ use crate::errors;
 use crate::flat::Flat;
 use crate::job::Job;
 use crate::model::Instance;
-use crate::save::{Saved, save};
+use crate::save::{How, Saved, save};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
@@ -170,16 +170,27 @@ impl Mesh {
     ///         digits far from it.
     ///     glb: What a GLB asks of its readers, so that it is smaller: "instanced" (EXT_mesh_gpu_instancing), "quantized"
     ///         (KHR_mesh_quantization), "compressed" (EXT_meshopt_compression).
+    ///     levels: Coarser meshes of the same model, finest first: levels of detail of a GLB (MSFT_lod), which readers draw
+    ///         where the chord tolerance is a pixel or less.
     ///
     /// Raises:
-    ///     ValueError: `glb` is for another format, or names something else.
+    ///     ValueError: `glb` or `levels` are for another format, `glb` names something else, or `levels` are meshes of
+    ///         another model or not coarser one by one.
     ///     FormatError: The ending is unknown.
     ///     RoundingError: The format's numbers would move a vertex by more than a tenth of the chord tolerance.
     ///     SaveError: The file cannot be written.
-    #[pyo3(signature = (path, *, recenter=false, glb=Vec::new()))]
-    fn save(&self, py: Python<'_>, path: PathBuf, recenter: bool, glb: Vec<String>) -> PyResult<Saved> {
+    #[pyo3(signature = (path, *, recenter=false, glb=Vec::new(), levels=Vec::new()))]
+    fn save(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        recenter: bool,
+        glb: Vec<String>,
+        levels: Vec<PyRef<'_, Self>>,
+    ) -> PyResult<Saved> {
         let job = Job { py, stage: "save", progress: None, workers: 1 };
-        let how = (self.tolerance.chord, recenter, &glb[..]);
+        let levels = levels.iter().map(|mesh| (Arc::clone(&mesh.frame), mesh.tolerance.chord)).collect();
+        let how = How { chord: self.tolerance.chord, recenter, glb: &glb, levels };
         save(&job, (&self.frame, &self.prepared), &path, how, self.status())
     }
 

@@ -6,8 +6,8 @@ use pyo3::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
 use trimtess::glam::DVec3;
-use trimtess::mesh::{FrameView, PackedFrame};
-use trimtess::out::{self, Format, Outputs, Rounding};
+use trimtess::mesh::{FrameView, PackedFrame, Scene};
+use trimtess::out::{self, Format, GlbLevel, Outputs, Rounding};
 use trimtess::prepare::Prepared;
 
 /// What was written.
@@ -15,7 +15,7 @@ use trimtess::prepare::Prepared;
 pub(crate) struct Saved {
     /// The file.
     path: String,
-    /// Triangles in the file.
+    /// Triangles in the file, coarser levels of detail not counted.
     triangles: u64,
     /// Triangles left out, because corners of them round to one position in the file's numbers.
     collapsed_triangles: u64,
@@ -36,12 +36,23 @@ impl Saved {
     }
 }
 
-/// Writes a frame that was made within `chord`. `status` is that of the mesh.
+/// How a file is written.
+pub(crate) struct How<'a> {
+    /// Chord tolerance of the mesh, millimetres.
+    pub(crate) chord: f64,
+    pub(crate) recenter: bool,
+    /// What a GLB asks of its readers.
+    pub(crate) glb: &'a [String],
+    /// Coarser meshes and their chord tolerances.
+    pub(crate) levels: Vec<(Arc<PackedFrame>, f64)>,
+}
+
+/// Writes a frame. `status` is that of the mesh.
 pub(crate) fn save(
     job: &Job<'_>,
     (frame, prepared): (&Arc<PackedFrame>, &Prepared),
     path: &Path,
-    (chord, recenter, glb): (f64, bool, &[String]),
+    How { chord, recenter, glb, levels }: How<'_>,
     status: u8,
 ) -> PyResult<Saved> {
     let mut format = Format::of_path(path).map_err(|failure| errors::unknown_format(job.py, &failure))?;
@@ -56,31 +67,53 @@ pub(crate) fn save(
             _ => return Err(errors::out_of_range(job.py, "glb", word, "instanced, quantized or compressed")),
         });
     }
+    if !levels.is_empty() && !matches!(format, Format::Glb(_)) {
+        let expected = "[] for files that do not end in .glb";
+        return Err(errors::out_of_range(job.py, "levels", format!("{} meshes", levels.len()), expected));
+    }
     let most = Rounding::SHARE * chord;
     let centre = prepared.centre();
     let offset = if recenter { centre } else { DVec3::ZERO };
     let saved = job.run(|control| {
-        let mut scene = frame.scene.clone();
-        scene.translate(-offset);
-        let whole = FrameView::from(&**frame);
-        let moved = FrameView { scene: if recenter { &scene } else { &frame.scene }, ..whole };
+        let moved = |scene: &Scene| {
+            let mut scene = scene.clone();
+            if recenter {
+                scene.translate(-offset);
+            }
+            scene
+        };
+        let finest = moved(&frame.scene);
+        let finest = FrameView { scene: &finest, ..FrameView::from(&**frame) };
+        let scenes: Vec<Scene> = levels.iter().map(|(frame, _)| moved(&frame.scene)).collect();
         let mut outputs = Outputs::default();
-        let (rounding, _) = out::save_pending(&moved, path, format, most, &mut outputs)?;
+        let roundings = match format {
+            Format::Glb(options) => {
+                let coarser = levels.iter().zip(&scenes).map(|((frame, chord), scene)| GlbLevel {
+                    frame: FrameView { scene, ..FrameView::from(&**frame) },
+                    chord: *chord,
+                });
+                let coarser: Vec<GlbLevel<'_>> = coarser.collect();
+                out::save_levels(&finest, &coarser, path, (options, most), &mut outputs)?.0
+            }
+            _ => vec![out::save_pending(&finest, path, format, most, &mut outputs)?.0],
+        };
         // Dropped outputs leave nothing.
         if !control.is_cancelled() {
             outputs.publish()?;
         }
-        Ok(rounding)
+        Ok(roundings)
     })?;
     let text = path.display().to_string();
     let fits = |by, format| Rounding::fits_moved(&**frame, by, format, most);
     let helps = || [!recenter && centre != DVec3::ZERO && fits(-centre, format), fits(-offset, Format::Ply)];
-    let rounding = saved.map_err(|failure| errors::unsaved(job.py, &failure, &text, helps))?;
+    let mut roundings = saved.map_err(|failure| errors::unsaved(job.py, &failure, &text, helps))?;
+    let status = if roundings.iter().all(|rounding| rounding.collapsed_faces.is_empty()) { status } else { 3 };
+    let rounding = roundings.swap_remove(0);
     Ok(Saved {
         path: text,
         triangles: rounding.triangles,
         collapsed_triangles: rounding.collapsed,
-        status: if rounding.collapsed_faces.is_empty() { status } else { 3 },
+        status,
         collapsed_faces: rounding.collapsed_faces,
         rounding_mm: rounding.moved,
         offset_mm: offset.into(),

@@ -83,6 +83,19 @@ def test_compact_files_equal_those_of_the_program(program, tmp_path):
             mesh.save(path, glb=words)
 
 
+def test_levels_of_detail_equal_those_of_the_program(program, tmp_path):
+    theirs, ours = tmp_path / "program.glb", tmp_path / "python.glb"
+    assert run(program, SMALL, theirs, "--levels", "2", "--chord", "0.01", "--glb", "instanced,quantized") == 0
+    prepared = trimtess.read(SMALL).prepare()
+    mesh, *levels = [prepared.tessellate(chord=0.01 * 4**k, angle=20 * 2**k) for k in range(3)]
+    mesh.save(ours, glb=["instanced", "quantized"], levels=levels)
+    assert digest(ours) == digest(theirs)
+    other = trimtess.read(LARGE).prepare().tessellate()
+    for path, wrong in [(ours, levels[::-1]), (ours, [other]), (ours, [mesh, mesh]), (tmp_path / "x.stl", levels)]:
+        with pytest.raises(ValueError, match="levels"):
+            mesh.save(path, levels=wrong)
+
+
 def test_flattened_arrays_are_those_of_a_ply(prepared, tmp_path):
     path = tmp_path / "x.ply"
     mesh = prepared.tessellate()

@@ -1,6 +1,6 @@
-// Compact GLBs of STEP files, loaded by three.js and judged by the glTF validator: as many triangles as in the plain
-// file, edges cancel mesh by mesh, and the box of all vertices is that of the plain file within what rounding explains.
-// Prints the sizes. usage: node compact.mjs TRIMTESS TOOLS FILE.step... [-- ARGUMENTS OF tessellate]
+// Compact GLBs of STEP files, and one with levels of detail, loaded by three.js and judged by the glTF validator: as many
+// triangles as the report says, in each level; edges cancel mesh by mesh; and the box of all vertices is that of the plain
+// file within what rounding explains. Prints the sizes. usage: node compact.mjs TRIMTESS TOOLS FILE.step... [-- ARGUMENTS OF tessellate]
 import { spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, statSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -19,16 +19,25 @@ const { GLTFLoader } = await load("three/addons/loaders/GLTFLoader.js");
 const { MeshoptDecoder } = await load("three/addons/libs/meshopt_decoder.module.js");
 const validator = require("gltf-validator");
 
-const FORMS = ["", "instanced", "quantized", "compressed", "instanced,quantized,compressed"];
+const ALL = "instanced,quantized,compressed";
+const FORMS = [
+  ["plain", []],
+  ...["instanced", "quantized", "compressed", ALL].map((how) => [how, ["--glb", how]]),
+  ["3 levels", ["--levels", "3"]],
+  [`${ALL}, 3 levels`, ["--glb", ALL, "--levels", "3"]],
+];
 
-/** What three.js makes of a file: triangles, edges that do not cancel, and the box of all vertices. */
+/**
+ * What three.js makes of a file: triangles, edges that do not cancel, and the box of all vertices; and triangles and edges
+ * that do not cancel of each coarser level, whose nodes no scene has.
+ */
 async function loaded(path) {
   const bytes = readFileSync(path);
   const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
-  const { scene } = await loader.parseAsync(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), "");
+  const { scene, parser } = await loader.parseAsync(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length), "");
   scene.updateMatrixWorld(true);
   const box = new THREE.Box3();
-  const edges = new Map();
+  let edges = new Map();
   let triangles = 0;
   const [corner, place] = [new THREE.Vector3(), new THREE.Matrix4()];
   // The primitives of a mesh are meshes of one group.
@@ -52,23 +61,34 @@ async function loaded(path) {
       for (let k = 0; k < position.count; k++) box.expandByPoint(corner.fromBufferAttribute(position, k).applyMatrix4(place));
     }
   };
-  scene.traverse((node) => node.isMesh && count(node, node.parent.isGroup ? node.parent.uuid : node.uuid));
-  return { triangles, unbalanced: [...edges.values()].filter((sum) => sum !== 0).length, box };
+  const counted = (roots) => {
+    [edges, triangles] = [new Map(), 0];
+    const each = (node) => node.isMesh && count(node, node.parent?.isGroup ? node.parent.uuid : node.uuid);
+    roots.forEach((root) => root.traverse(each));
+    return { triangles, unbalanced: [...edges.values()].filter((sum) => sum !== 0).length };
+  };
+  const finest = { ...counted([scene]), box: box.clone() };
+  const ids = parser.json.nodes.map((node) => node.extensions?.MSFT_lod?.ids ?? []);
+  const levels = [];
+  for (let k = 0; ids.some((row) => row.length > k); k++) {
+    const nodes = ids.filter((row) => row.length > k).map((row) => parser.getDependency("node", row[k]));
+    levels.push(counted(await Promise.all(nodes)));
+  }
+  return { ...finest, levels };
 }
 
 let faults = 0;
 const folder = mkdtempSync(join(tmpdir(), "trimtess-compact-"));
 for (const file of files) {
   let plain;
-  for (const form of FORMS) {
+  for (const [form, how] of FORMS) {
     const path = join(folder, "part.glb");
-    const how = form ? ["--glb", form] : [];
     const run = spawnSync(program, ["tessellate", file, "-o", path, "--check", "--json", ...how, ...extra], {
       encoding: "utf8",
       maxBuffer: 1 << 28,
     });
     const report = run.stdout ? JSON.parse(run.stdout) : undefined;
-    const name = `${basename(file)} ${form || "plain"}`;
+    const name = `${basename(file)} ${form}`;
     if (!report || ![0, 3].includes(run.status)) {
       console.log(`${name}: status ${run.status}: ${run.stderr.trim()}`);
       faults++;
@@ -83,6 +103,14 @@ for (const file of files) {
       [run.status !== plain.status, `status ${run.status} instead of ${plain.status}`],
       [issues.numErrors > 0, `the validator: ${JSON.stringify(issues.messages[0])}`],
       [seen.triangles !== report.triangles, `${seen.triangles} triangles, the report says ${report.triangles}`],
+      [
+        JSON.stringify(seen.levels.map((level) => level.triangles)) !== JSON.stringify(report.levels.map((level) => level.triangles)),
+        `levels of ${seen.levels.map((level) => level.triangles)} triangles, and not those of the report`,
+      ],
+      [
+        report.levels.some((level, k) => level.unbalanced_edges === 0 && seen.levels[k]?.unbalanced > 0),
+        `edges of a level do not cancel: ${seen.levels.map((level) => level.unbalanced)}`,
+      ],
       [report.unbalanced_edges === 0 && seen.unbalanced > 0, `${seen.unbalanced} edges do not cancel`],
       [Math.max(...off) > 2 * metres, `the box is ${Math.max(...off)} m off, and rounding explains ${metres}`],
     ].filter(([is]) => is);

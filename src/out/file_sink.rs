@@ -1,5 +1,11 @@
 //! Batches to a file: collects a frame, writes it when the frame is complete.
 
+#[cfg(feature = "glb")]
+use super::glb::write_glb_within;
+#[cfg(feature = "glb")]
+use super::glb_levels::GlbLevel;
+#[cfg(feature = "glb")]
+use super::glb_options::GlbOptions;
 use super::pending::{Outputs, PendingFile};
 use super::rounding::Rounding;
 use super::{Format, UnknownFormat};
@@ -47,6 +53,38 @@ pub fn save_pending<'a>(
     rounding.within(most).map_err(|too_far| context(too_far.into()))?;
     let temporary = outputs.write(path, |mut file| format.write(&frame, most, &mut file))?;
     Ok((rounding, temporary))
+}
+
+/// Writes a GLB with levels of detail (MSFT_lod): each node has coarser nodes, and numbers that tell how small on the
+/// screen it is when they replace it. `coarser` are finest first. Returns what rounding costs in each level, beginning
+/// with `frame`, and the temporary name of the file, which appears when `outputs` are published.
+///
+/// A level replaces the one before it where its chord tolerance is a pixel or less, on a screen of 1920 by 1080. Readers
+/// that do not know the extension draw `frame`.
+///
+/// # Errors
+/// As [`save_within`], for each level; and [`UnfitLevel`](super::UnfitLevel) as the cause.
+#[cfg(feature = "glb")]
+pub fn save_levels<'a>(
+    frame: impl Into<FrameView<'a>>,
+    coarser: &[GlbLevel<'_>],
+    path: &Path,
+    (options, most): (GlbOptions, f64),
+    outputs: &mut Outputs,
+) -> Result<(Vec<Rounding>, PathBuf), SinkError> {
+    let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
+    let frame = frame.into();
+    super::glb_levels::check(frame.scene, coarser)
+        .map_err(|unfit| context(std::io::Error::new(std::io::ErrorKind::InvalidInput, unfit)))?;
+    let levels = std::iter::once(&frame).chain(coarser.iter().map(|level| &level.frame));
+    let mut roundings = Vec::new();
+    for frame in levels {
+        let rounding = Rounding::of(frame, Format::Glb(options), most).map_err(|beyond| context(beyond.into()))?;
+        rounding.within(most).map_err(|too_far| context(too_far.into()))?;
+        roundings.push(rounding);
+    }
+    let temporary = outputs.write(path, |mut file| write_glb_within(&frame, coarser, (options, most), &mut file))?;
+    Ok((roundings, temporary))
 }
 
 /// Creates a sink that writes `path` in the format of its extension. The file system is first touched by `begin`.

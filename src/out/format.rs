@@ -51,7 +51,7 @@ impl Format {
         let _ = most;
         match self {
             #[cfg(feature = "glb")]
-            Self::Glb(options) => write_glb_within(frame, (options, most), file),
+            Self::Glb(options) => write_glb_within(frame, &[], (options, most), file),
             Self::Stl => write_stl(frame, file),
             Self::Ply => write_ply(frame, file),
             Self::Obj => write_obj(frame, file),

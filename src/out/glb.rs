@@ -9,6 +9,7 @@ use super::colour;
 use super::glb_buffers::Buffers;
 #[cfg(feature = "meshopt")]
 use super::glb_compress::filtered;
+use super::glb_levels::{Detail, GlbLevel};
 use super::glb_options::GlbOptions;
 use super::glb_stream::Stream;
 use super::node_place::{NodeGroup, NodePlace, PointNumbers, Turn, groups};
@@ -41,41 +42,49 @@ const SHORT_VERTICES: usize = 65_535;
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](BeyondSingle); nothing is
 /// written then.
 pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    write_glb_within(&frame.into(), (GlbOptions::PLAIN, f64::INFINITY), file)
+    write_glb_within(&frame.into(), &[], (GlbOptions::PLAIN, f64::INFINITY), file)
 }
 
-/// As [`write_glb`], with options. A node whose translation is rounded by more than half of `most` millimetres is put
-/// into others, and the translations add up to the place.
+/// As [`write_glb`], with options and coarser levels of detail. A node whose translation is rounded by more than half of
+/// `most` millimetres is put into others, and the translations add up to the place.
 pub(super) fn write_glb_within(
     frame: &FrameView<'_>,
+    coarser: &[GlbLevel<'_>],
     (options, most): (GlbOptions, f64),
     file: &mut impl Write,
 ) -> io::Result<()> {
     let mut glb = Glb { options, ..Glb::default() };
-    let mut shapes = Vec::new();
-    // Readers do not draw lists of lines.
-    let edge_lines = if options.instanced { &[] } else { frame.edge_lines };
-    let rows = batches_by_part(frame).into_iter().zip(by_part(frame, edge_lines, |line| line.part));
-    let numbers = PointNumbers::of(frame, options, most);
-    for ((part, (batches, lines)), numbers) in frame.scene.parts.iter().zip(rows).zip(&numbers) {
-        shapes.push(glb.shape((part, *numbers), &batches, &lines)?);
-    }
+    let levels: Vec<&FrameView<'_>> = std::iter::once(frame).chain(coarser.iter().map(|level| &level.frame)).collect();
+    let shapes = glb.shapes(&levels, most)?;
+    let scales = frame.scene.largest_scales();
     let mut meshes = HashMap::new();
     let mut children = Vec::new();
     for group in groups(frame, (options, most))? {
-        let Some((instance, _)) = group.places.first().map(|(row, place)| (&frame.scene.instances[*row], place)) else {
+        let Some((instance, place)) = group.places.first().map(|(row, place)| (&frame.scene.instances[*row], place))
+        else {
             continue;
         };
-        let place = instance.part.index();
-        let (part, shape) = (&frame.scene.parts[place], &shapes[place]);
-        let key = (instance.part, instance.colour.map(|colour| colour.map(f32::to_bits)));
-        let mesh = match meshes.get(&key) {
-            Some(mesh) => *mesh,
-            None => *meshes.entry(key).or_insert(glb.mesh(part, shape, instance.colour)),
-        };
+        let row = instance.part.index();
+        let part = &frame.scene.parts[row];
         let names: Vec<&str> =
             group.places.iter().map(|(row, _)| instance_name(&part.name, &frame.scene.instances[*row])).collect();
-        children.push(glb.nodes(&group, &names, mesh, numbers[place])?);
+        let colour = instance.colour.map(|colour| colour.map(f32::to_bits));
+        let mut mesh = |glb: &mut Glb, level: usize| {
+            let made = meshes.entry((level, instance.part, colour));
+            *made.or_insert_with(|| glb.mesh(part, &shapes[level][row], instance.colour))
+        };
+        let mut detail = Detail::default();
+        let finest = mesh(&mut glb, 0);
+        for (level, GlbLevel { chord, .. }) in (1..).zip(coarser).filter(|_| finest.is_some()) {
+            let mesh = mesh(&mut glb, level);
+            let node = glb.node(&group, &names, (mesh, shapes[level][row].numbers), &Detail::default())?;
+            detail.add(node.value() as u32, 2.0 * part.radius * scales[row], *chord);
+        }
+        let inner = glb.node(&group, &names, (finest, shapes[0][row].numbers), &detail)?;
+        children.push(place.around.iter().rev().fold(inner, |inner, around| {
+            let (translation, children) = (Some(around.to_array()), Some(vec![inner]));
+            glb.root.push(Node { translation, children, ..Node::default() })
+        }));
     }
     let world = glb.root.push(Node {
         name: named(&frame.scene.name),
@@ -88,8 +97,25 @@ pub(super) fn write_glb_within(
     glb.write(file)
 }
 
-/// The primitives of a part without materials, shared by its colour variants.
+/// Batches and edge lines of a part.
+type PartRows<'a> = (Vec<&'a BatchView<'a>>, Vec<&'a EdgeLine>);
+
+/// Whether two meshes of a part are the same in a file.
+fn is_same((batches, lines): &PartRows<'_>, (other_batches, other_lines): &PartRows<'_>) -> bool {
+    let same_batch = |(a, b): (&&BatchView<'_>, &&BatchView<'_>)| {
+        (a.face, a.mesh.positions, a.mesh.normals) == (b.face, b.mesh.positions, b.mesh.normals)
+            && a.mesh.triangles.iter().eq(b.mesh.triangles.iter())
+    };
+    let same_line = |(a, b): (&&EdgeLine, &&EdgeLine)| (a.edge, &a.points) == (b.edge, &b.points);
+    (batches.len(), lines.len()) == (other_batches.len(), other_lines.len())
+        && batches.iter().zip(other_batches).all(same_batch)
+        && lines.iter().zip(other_lines).all(same_line)
+}
+
+/// The primitives of a part without materials, shared by its colour variants and by levels that have nothing coarser.
+#[derive(Clone)]
 struct PartShape {
+    numbers: PointNumbers,
     faces: Vec<(Option<Colour>, Primitive)>,
     edges: Option<Primitive>,
 }
@@ -108,14 +134,38 @@ struct Glb {
 struct Uses {
     integers: bool,
     lists: bool,
+    levels: bool,
 }
 
 impl Glb {
+    /// The shapes of all parts in each level. Where a level has nothing coarser for a part, it shares the data.
+    fn shapes(&mut self, levels: &[&FrameView<'_>], most: f64) -> io::Result<Vec<Vec<PartShape>>> {
+        let mut shapes: Vec<Vec<PartShape>> = Vec::new();
+        let mut finer: Vec<PartRows<'_>> = Vec::new();
+        for frame in levels {
+            // Readers do not draw lists of lines.
+            let edge_lines = if self.options.instanced { &[] } else { frame.edge_lines };
+            let lines = by_part(frame, edge_lines, |line| line.part);
+            let rows: Vec<PartRows<'_>> = batches_by_part(frame).into_iter().zip(lines).collect();
+            let numbers = PointNumbers::of(frame, self.options, most);
+            let mut made = Vec::with_capacity(rows.len());
+            for (row, (part, numbers)) in frame.scene.parts.iter().zip(numbers).enumerate() {
+                let known = finer.get(row).filter(|finer| is_same(finer, &rows[row])).and(shapes.last());
+                made.push(match known {
+                    Some(shapes) => shapes[row].clone(),
+                    None => self.shape((part, numbers), &rows[row])?,
+                });
+            }
+            shapes.push(made);
+            finer = rows;
+        }
+        Ok(shapes)
+    }
+
     fn shape(
         &mut self,
         (part, numbers): (&ScenePart, PointNumbers),
-        batches: &[&BatchView<'_>],
-        lines: &[&EdgeLine],
+        (batches, lines): &PartRows<'_>,
     ) -> io::Result<PartShape> {
         let round = |points: &[DVec3]| -> Result<Vec<Vec3>, BeyondSingle> {
             points.iter().map(|&point| numbers.local(part, point)).collect()
@@ -165,7 +215,7 @@ impl Glb {
         } else {
             Some(self.primitive(&vertices, None, Mode::Lines, "edge")?)
         };
-        Ok(PartShape { faces, edges })
+        Ok(PartShape { numbers, faces, edges })
     }
 
     fn primitive(
@@ -297,38 +347,40 @@ impl Glb {
         Some(self.root.push(mesh))
     }
 
-    /// Adds the node of a group of instances.
-    fn nodes(
+    /// Adds the node of a group of instances that has the mesh. Where places need nodes around it, those are missing yet.
+    fn node(
         &mut self,
         group: &NodeGroup,
         names: &[&str],
-        mesh: Option<Index<Mesh>>,
-        numbers: PointNumbers,
+        (mesh, numbers): (Option<Index<Mesh>>, PointNumbers),
+        detail: &Detail,
     ) -> io::Result<Index<Node>> {
         let step = numbers.step.unwrap_or(1.0);
-        let [(_, place)] = &group.places[..] else {
+        let (mut extensions, mut extras) = (Vec::new(), Vec::new());
+        let mut node = match (&group.places[..], mesh) {
+            ([(_, place)], _) => Node { name: named(names[0]), mesh, ..turned(place, step) },
             // Without a mesh there is nothing to list.
-            let Some(mesh) = mesh else { return Ok(self.root.push(Node::default())) };
-            return self.list(group, names, mesh, step);
-        };
-        let node = Node { name: named(names[0]), mesh, ..Node::default() };
-        let translation = Some(place.centre.to_array());
-        let scale = |scale: f32| (scale != 1.0).then_some([scale; 3]);
-        let inner = self.root.push(match place.turn {
-            Turn::None => Node { translation, scale: scale(step), ..node },
-            Turn::Rotation(rotation, by) => {
-                Node { translation, rotation: Some(UnitQuaternion(rotation)), scale: scale(by * step), ..node }
+            (_, None) => Node::default(),
+            (_, Some(_)) => {
+                extensions.push(self.list(group, step));
+                extras.push(format!(r#""names":{}"#, gltf_json::serialize::to_string(names)?));
+                let name = mesh.and_then(|mesh| self.root.get(mesh)).and_then(|mesh| mesh.name.clone());
+                Node { name, mesh, ..Node::default() }
             }
-            Turn::Axes(axes) => Node { matrix: Some(matrix(axes.map(|axis| axis * step), place.centre)), ..node },
-        });
-        Ok(place.around.iter().rev().fold(inner, |inner, around| {
-            let (translation, children) = (Some(around.to_array()), Some(vec![inner]));
-            self.root.push(Node { translation, children, ..Node::default() })
-        }))
+        };
+        self.uses.levels |= detail.extension().is_some();
+        extensions.extend(detail.extension());
+        extras.extend(detail.extra());
+        if !extensions.is_empty() {
+            let (extensions, extras) = (extensions.join(","), extras.join(","));
+            node.extensions = Some(gltf_json::deserialize::from_str(&format!("{{{extensions}}}"))?);
+            node.extras = Some(gltf_json::extras::RawValue::from_string(format!("{{{extras}}}"))?);
+        }
+        Ok(self.root.push(node))
     }
 
-    /// Adds one node for several instances.
-    fn list(&mut self, group: &NodeGroup, names: &[&str], mesh: Index<Mesh>, step: f32) -> io::Result<Index<Node>> {
+    /// Adds the places of several instances. Returns the extension of their node.
+    fn list(&mut self, group: &NodeGroup, step: f32) -> String {
         let Self { root, buffers, uses, .. } = self;
         uses.lists = true;
         let count = group.places.len();
@@ -346,15 +398,7 @@ impl Glb {
         let scales = buffers.push(root, Stream::Scales, count, scales);
         let [to, by, scales] = [to, by, scales].map(|accessor| accessor.value());
         let attributes = format!(r#"{{"TRANSLATION":{to},"ROTATION":{by},"SCALE":{scales}}}"#);
-        let extension = format!(r#"{{"EXT_mesh_gpu_instancing":{{"attributes":{attributes}}}}}"#);
-        let extras = format!(r#"{{"names":{}}}"#, gltf_json::serialize::to_string(names)?);
-        Ok(root.push(Node {
-            name: root.get(mesh).and_then(|mesh| mesh.name.clone()),
-            mesh: Some(mesh),
-            extensions: Some(gltf_json::deserialize::from_str(&extension)?),
-            extras: Some(gltf_json::extras::RawValue::from_string(extras)?),
-            ..Node::default()
-        }))
+        format!(r#""EXT_mesh_gpu_instancing":{{"attributes":{attributes}}}"#)
     }
 
     fn write(mut self, file: &mut impl Write) -> io::Result<()> {
@@ -364,7 +408,7 @@ impl Glb {
         let total: u64 = pieces.iter().map(|piece| piece.len() as u64).sum();
         let padding = (total.next_multiple_of(4) - total) as usize;
         if total > 0 {
-            let Uses { integers, lists } = self.uses;
+            let Uses { integers, lists, levels } = self.uses;
             let needed = [
                 (integers, "KHR_mesh_quantization"),
                 (lists, "EXT_mesh_gpu_instancing"),
@@ -374,6 +418,7 @@ impl Glb {
             self.root.extensions_required = needed.collect();
             self.root.extensions_used = vec!["EXT_mesh_features".into()];
             self.root.extensions_used.extend_from_slice(&self.root.extensions_required);
+            self.root.extensions_used.extend(levels.then(|| "MSFT_lod".to_owned()));
         }
         let mut json = self.root.to_vec()?;
         json.resize(json.len().next_multiple_of(4), b' ');
@@ -414,6 +459,21 @@ impl Vertices {
     fn add(&mut self, positions: &[Vec3], feature: u32) {
         self.positions.extend_from_slice(positions);
         self.features.resize(self.positions.len(), feature);
+    }
+}
+
+/// A node that turns and scales its mesh, whose numbers count steps.
+fn turned(place: &NodePlace, step: f32) -> Node {
+    let translation = Some(place.centre.to_array());
+    let scale = |scale: f32| (scale != 1.0).then_some([scale; 3]);
+    match place.turn {
+        Turn::None => Node { translation, scale: scale(step), ..Node::default() },
+        Turn::Rotation(rotation, by) => {
+            Node { translation, rotation: Some(UnitQuaternion(rotation)), scale: scale(by * step), ..Node::default() }
+        }
+        Turn::Axes(axes) => {
+            Node { matrix: Some(matrix(axes.map(|axis| axis * step), place.centre)), ..Node::default() }
+        }
     }
 }
 

@@ -42,6 +42,11 @@ mod glb_compress;
 mod glb_buffers;
 
 #[cfg(feature = "glb")]
+mod glb_levels;
+#[cfg(feature = "glb")]
+pub use glb_levels::{GlbLevel, UnfitLevel};
+
+#[cfg(feature = "glb")]
 mod glb;
 #[cfg(feature = "glb")]
 pub use glb::write_glb;
@@ -56,9 +61,13 @@ pub use rounding::{RoundedTooFar, Rounding};
 mod read_glb;
 
 mod read_back;
+#[cfg(feature = "glb")]
+pub use read_back::read_back_level;
 pub use read_back::{ReadBack, read_back};
 
 mod file_sink;
+#[cfg(feature = "glb")]
+pub use file_sink::save_levels;
 pub use file_sink::{FileSink, open, save, save_pending, save_within};
 
 /// Pictures through wgpu.

@@ -5,6 +5,8 @@
 use super::Format;
 use super::bytes::{FileTriangle, bad, bytes_at, vector};
 #[cfg(feature = "glb")]
+use super::glb_options::GlbOptions;
+#[cfg(feature = "glb")]
 use super::node_place::PointNumbers;
 use super::placed::{Placement, batches_by_part, distinct, placed};
 #[cfg(feature = "glb")]
@@ -33,12 +35,34 @@ pub struct ReadBack {
 /// If the file cannot be read or does not have the layout, or has another number of triangles than the frame has after
 /// rounding.
 pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format, most: f64) -> io::Result<ReadBack> {
-    let frame = &frame.into();
+    read(&frame.into(), path, format, (0, most))
+}
+
+/// Reads level `level` of a GLB that [`save_levels`](super::save_levels) wrote, and compares it with its frame. Level 0
+/// is the finest.
+///
+/// # Errors
+/// As [`read_back`]; and if there is no such level.
+#[cfg(feature = "glb")]
+pub fn read_back_level<'a>(
+    frame: impl Into<FrameView<'a>>,
+    level: usize,
+    path: &Path,
+    (options, most): (GlbOptions, f64),
+) -> io::Result<ReadBack> {
+    read(&frame.into(), path, Format::Glb(options), (level, most))
+}
+
+fn read(frame: &FrameView<'_>, path: &Path, format: Format, (level, most): (usize, f64)) -> io::Result<ReadBack> {
     let mut bytes = Vec::new();
     std::fs::File::open(path)?.read_to_end(&mut bytes)?;
+    #[cfg(feature = "glb")]
+    let glb = |options, numbers| read_glb(frame, &bytes, (level, numbers), (options, most));
+    #[cfg(not(feature = "glb"))]
+    let _ = level;
     let found = match format {
         #[cfg(feature = "glb")]
-        Format::Glb(options) => read_glb(frame, &bytes, Numbers::Single, (options, most))?,
+        Format::Glb(options) => glb(options, Numbers::Single)?,
         Format::Stl => stl(&bytes)?,
         Format::Ply => ply(&bytes)?,
         Format::Obj => obj(&bytes)?,
@@ -52,9 +76,7 @@ pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Forma
     let moved = moved(found, &expected)?;
     #[cfg(feature = "glb")]
     let moved = match format {
-        Format::Glb(options) => {
-            moved.max(self::moved(read_glb(frame, &bytes, Numbers::Double, (options, most))?, &expected)?)
-        }
+        Format::Glb(options) => moved.max(self::moved(glb(options, Numbers::Double)?, &expected)?),
         _ => moved,
     };
     Ok(ReadBack { triangles: expected.len() as u64, moved, unbalanced_edges })

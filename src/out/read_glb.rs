@@ -22,11 +22,11 @@ pub(super) enum Numbers {
     Double,
 }
 
-/// Reads all triangles, node by node. Faces are numbered as in `frame`, which was written with `with`.
+/// Reads all triangles of a level, node by node. Faces are numbered as in `frame`, which was written with `with`.
 pub(super) fn read_glb(
     frame: &FrameView<'_>,
     bytes: &[u8],
-    numbers: Numbers,
+    (level, numbers): (usize, Numbers),
     with: (GlbOptions, f64),
 ) -> io::Result<Vec<FileTriangle>> {
     let json = u32::from_le_bytes(bytes_at(bytes, 12)?) as usize;
@@ -50,6 +50,11 @@ pub(super) fn read_glb(
         let mut node = Some(child);
         // An instance is a node, a node in nodes, or a row of a node's list.
         while let Some((index, here)) = node.and_then(|index| Some((index, root.get(index)?))) {
+            let coarser = &decimals["nodes"][index.value()]["extensions"]["MSFT_lod"]["ids"];
+            let (index, here) = match level.checked_sub(1).filter(|_| here.mesh.is_some()) {
+                Some(row) => coarse(&root, &coarser[row])?,
+                None => (index, here),
+            };
             at *= matrix(index);
             if let Some(mesh) = here.mesh {
                 let list = &decimals["nodes"][index.value()]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
@@ -63,6 +68,12 @@ pub(super) fn read_glb(
         }
     }
     Ok(out)
+}
+
+/// The node of a level.
+fn coarse<'a>(root: &'a Root, id: &Value) -> io::Result<(Index<Node>, &'a Node)> {
+    let index = id.as_u64().and_then(|id| u32::try_from(id).ok()).map(Index::new);
+    index.and_then(|index| Some((index, root.get(index)?))).ok_or_else(|| bad("a GLB without that level of detail"))
 }
 
 /// The transform of a node as stored in single precision. Products are in double precision, so that translations of

@@ -1,0 +1,131 @@
+//! Levels of detail of a GLB: coarser meshes of the same model, each made, checked and told as the finest is.
+
+use crate::report::{CHECK_FAILED, Entry, Report};
+use crate::rounded::{self, ReadBackRow};
+use crate::{Common, Failure, made};
+use glam::DVec3;
+use serde::Serialize;
+use std::f64::consts::FRAC_PI_2;
+use std::fmt;
+use std::path::Path;
+use std::sync::Arc;
+use trimtess::frame::{self, Tolerance};
+use trimtess::mesh::MemorySink;
+use trimtess::out::{self, Format, GlbLevel};
+use trimtess::prepare::{Prepared, Shells};
+
+/// Chord tolerance of a level, in units of that of the level before. A curve takes half as many segments, a surface
+/// curved both ways a quarter of the triangles.
+const COARSER: f64 = 4.0;
+
+/// Maximum number of levels: the last has a chord tolerance 65 536 times that of the mesh.
+pub(crate) const MOST: u8 = 8;
+
+/// What the report tells about a level.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct LevelRow {
+    chord_mm: f64,
+    angle_deg: f64,
+    /// Triangles in the file.
+    triangles: u64,
+    collapsed_triangles: u64,
+    rounding_mm: f64,
+    /// With `--check`, as those of the report.
+    unbalanced_edges: Option<u64>,
+    p999_deviation_over_tolerance: Option<f64>,
+    read_back: Option<ReadBackRow>,
+}
+
+impl fmt::Display for LevelRow {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { chord_mm, angle_deg, triangles, .. } = self;
+        write!(f, "  level of detail: {triangles} triangles; chord {chord_mm:.4} mm, angle {angle_deg}°")?;
+        if let (Some(unbalanced), Some(p999)) = (self.unbalanced_edges, self.p999_deviation_over_tolerance) {
+            write!(f, "; {unbalanced} unbalanced edges, deviation {p999:.3} of its tolerance in 99.9 % of samples")?;
+        }
+        writeln!(f)
+    }
+}
+
+/// A coarser mesh.
+pub(crate) struct Level {
+    tolerance: Tolerance,
+    frame: MemorySink,
+    /// About this mesh alone.
+    report: Report,
+}
+
+impl Level {
+    /// Makes level `number` of a model whose finest mesh has a tolerance. Segments may be longer as chord and angle are.
+    pub(crate) fn make(
+        prepared: &Arc<Prepared>,
+        finest: &Tolerance,
+        number: u8,
+        common: &Common,
+    ) -> Result<Self, Failure> {
+        let chord = COARSER.powi(i32::from(number));
+        let Tolerance { angle, max_edge, .. } = *finest;
+        // A quarter turn is the most that an angle tolerance means.
+        let (angle, max_edge) = ((angle * chord.sqrt()).min(FRAC_PI_2), max_edge.map(|length| length * chord.sqrt()));
+        let tolerance = Tolerance { chord: finest.chord * chord, angle, max_edge };
+        let plan = common.limits.accept(frame::plan_within(prepared, &tolerance, &common.limits.plan()))?;
+        let mut frame = MemorySink::default();
+        let plan = Arc::new(plan);
+        let made = made::make(prepared, &plan, common, true, &mut frame)?;
+        let mut report = Report::of(&frame, prepared, &made);
+        plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
+        report.diagonal_mm = prepared.diagonal;
+        Ok(Self { tolerance, frame, report })
+    }
+
+    /// Checks the mesh.
+    pub(crate) fn check(&mut self, prepared: &Prepared, shells: &[Shells]) {
+        made::check_mesh(prepared, shells, &self.frame, self.tolerance.chord, &mut self.report);
+    }
+
+    /// Moves the scene, as that of the finest mesh was.
+    pub(crate) fn translate(&mut self, by: DVec3) {
+        self.frame.scene.translate(by);
+        self.report.offset_mm = (-by).to_array();
+    }
+
+    /// What is written.
+    pub(crate) fn written(&self) -> GlbLevel<'_> {
+        GlbLevel { frame: (&self.frame).into(), chord: self.tolerance.chord }
+    }
+
+    /// The report about this mesh alone.
+    pub(crate) fn report(&mut self) -> &mut Report {
+        &mut self.report
+    }
+
+    /// Reads level `number` of a GLB back, and compares.
+    pub(crate) fn check_file(&mut self, prepared: &Prepared, path: &Path, number: usize, with: (Format, f64)) {
+        if let (Format::Glb(options), most) = with {
+            let read = out::read_back_level(&self.frame, number, path, (options, most));
+            rounded::check(prepared, read, self.tolerance.chord, &mut self.report);
+        }
+    }
+
+    /// Adds the level to the report: its row, and the diagnostics that the report does not have yet.
+    pub(crate) fn add_to(self, report: &mut Report, number: usize) {
+        let told = self.report;
+        report.levels.push(LevelRow {
+            chord_mm: self.tolerance.chord,
+            angle_deg: self.tolerance.angle.to_degrees(),
+            triangles: told.triangles,
+            collapsed_triangles: told.collapsed_triangles,
+            rounding_mm: told.rounding_mm,
+            unbalanced_edges: told.unbalanced_edges,
+            p999_deviation_over_tolerance: told.p999_deviation_over_tolerance,
+            read_back: told.read_back,
+        });
+        for mut entry in told.diagnostics {
+            let is_known = |known: &&Entry| (known.code, known.face) == (entry.code, entry.face);
+            if entry.code == CHECK_FAILED || report.diagnostics.iter().find(is_known).is_none() {
+                entry.reason = format!("level {number}: {}", entry.reason);
+                report.diagnostics.push(entry);
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! One mesh of a prepared model: made on the threads that a run has, and checked.
+
+use crate::closedness::Closedness;
+use crate::report::Report;
+use crate::{Common, Failure};
+use std::sync::Arc;
+use trimtess::audit;
+use trimtess::control::Control;
+use trimtess::frame;
+use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::parallel::{self, FrameReport, SessionOptions, balance};
+use trimtess::prepare::{Prepared, Shells};
+
+/// Tessellates one frame on the threads that `common` asks for.
+pub(crate) fn make(
+    prepared: &Arc<Prepared>,
+    plan: &Arc<frame::Plan>,
+    common: &Common,
+    edge_lines: bool,
+    sink: &mut MemorySink,
+) -> Result<FrameReport, Failure> {
+    let options = SessionOptions::DEFAULT.with_threads(common.workers()).with_edge_lines(edge_lines);
+    let made = parallel::tessellate(prepared, plan, &options, &Control::default(), sink);
+    let made = made.map_err(|e| Failure::Cannot(e.to_string()))?;
+    tracing::info!(
+        triangles = made.triangles,
+        batches = made.batches,
+        workers = made.workers.len(),
+        balance = balance(&made.workers, made.workers.len()),
+        "made in {:?}, committed in {:?}",
+        made.made_in,
+        made.committed_in
+    );
+    Ok(made)
+}
+
+/// Runs `check_scene` and the audit, and adds their results and errors to the report.
+pub(crate) fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
+    let facts = check_scene(frame);
+    report.open_edges = Some(facts.total.open_edges);
+    report.unbalanced_edges = Some(facts.total.unbalanced_edges);
+    tracing::info!("{}", facts.total);
+    report.defects = Some(facts.total.defects);
+    let parts = frame.scene.parts.iter().zip(&facts.parts);
+    let closedness = (0..).zip(parts).map(|(k, (part, mesh))| Closedness::of(k, part, mesh));
+    report.closedness = Some(closedness.collect());
+    audit::mesh_faults(&frame.scene, &facts, shells).into_iter().for_each(|fault| report.add_error(fault));
+    let deviation = audit::deviation(prepared, frame, chord);
+    deviation.faults().for_each(|fault| report.add_error(fault));
+    tracing::info!("{deviation}");
+    let economy = audit::economy(prepared, frame, chord);
+    tracing::info!("{economy}");
+    report.book(deviation, economy);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trimtess::frame::Tolerance;
+    use trimtess::model::shapes;
+    use trimtess::parallel::Session;
+    use trimtess::prepare::{PrepareOptions, prepare};
+
+    /// Errors that `check` reports for a shape after `tamper` changed its mesh or shells.
+    fn errors(name: &str, chord: f64, tamper: impl Fn(&mut MemorySink, &mut Vec<Shells>)) -> Vec<String> {
+        let model = shapes::by_name(name).unwrap_or_default();
+        let mut shells: Vec<Shells> = model.parts.iter().map(Shells::of).collect();
+        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+        let tolerance = Tolerance { chord: 0.05, angle: 0.5, max_edge: None };
+        let plan = frame::plan(&prepared, &tolerance);
+        let mut frame = MemorySink::default();
+        let options = SessionOptions::DEFAULT.with_threads(1);
+        let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
+        session.frame(plan, &mut frame).expect("a frame");
+        tamper(&mut frame, &mut shells);
+        let mut report = Report::default();
+        check_mesh(&prepared, &shells, &frame, chord, &mut report);
+        report.diagnostics.into_iter().map(|entry| entry.reason).collect()
+    }
+
+    #[test]
+    fn a_sound_mesh_passes() {
+        for name in ["box", "cylinder", "sphere", "square", "wave"] {
+            assert_eq!(errors(name, 0.05, |_, _| ()), [""; 0], "{name}");
+        }
+    }
+
+    #[test]
+    fn cracks_inversion_and_deviation_are_errors() {
+        let crack = errors("cylinder", 0.05, |frame, _| drop(frame.batches.pop()));
+        assert!(crack.len() == 1 && crack[0].contains("unbalanced"), "{crack:?}");
+        let turned = errors("cylinder", 0.05, |frame, _| {
+            let triangles = frame.batches.iter_mut().flat_map(|batch| &mut batch.mesh.triangles);
+            triangles.for_each(|corners| corners.swap(0, 1));
+        });
+        assert!(turned.len() == 1 && turned[0].contains("inside out"), "{turned:?}");
+        let coarse = errors("cylinder", 0.001, |_, _| ());
+        assert!(coarse.len() == 2 && coarse[1].contains("edges"), "{coarse:?}");
+        // Voids have negative volume.
+        let void = errors("cylinder", 0.05, |frame, shells| {
+            let triangles = frame.batches.iter_mut().flat_map(|batch| &mut batch.mesh.triangles);
+            triangles.for_each(|corners| corners.swap(0, 1));
+            shells[0].voids = 1;
+        });
+        assert_eq!(void, [""; 0]);
+    }
+}
