@@ -12,6 +12,10 @@ use trimtess::control::{Control, Rayon};
 use trimtess::import::step::{self, StepOptions};
 use trimtess::prepare::{self, PrepareOptions};
 
+/// That of the program.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Resident memory, MiB; 0 where the system does not say.
 fn resident() -> f64 {
     let pages = fs::read_to_string("/proc/self/statm").unwrap_or_default();

@@ -134,6 +134,64 @@ fn a_cancelled_frame_touches_no_sink() {
     }
 }
 
+/// Cancels while it takes a batch.
+#[derive(Default)]
+struct Canceller {
+    control: Control,
+    after: usize,
+    batches: usize,
+    aborts: usize,
+    ends: usize,
+}
+
+impl MeshSink for Canceller {
+    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
+        self.batches += 1;
+        if self.batches == self.after {
+            self.control.cancel();
+        }
+        Ok(())
+    }
+
+    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn end(&mut self) -> Result<(), SinkError> {
+        self.ends += 1;
+        Ok(())
+    }
+
+    fn abort(&mut self) {
+        self.aborts += 1;
+    }
+}
+
+#[test]
+fn a_frame_that_is_cancelled_in_its_commit_is_aborted_after_the_batch_in_hand() {
+    let (prepared, plan) = planned();
+    let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(2)).unwrap();
+    for after in [1, 7] {
+        let mut once = Canceller { after, ..Canceller::default() };
+        let control = once.control.clone();
+        let ended = tessellate_on(&Alone, &prepared, &plan, true, &control, &mut once);
+        assert!(matches!(ended, Err(FrameError::Cancelled)), "{after}");
+        assert_eq!((once.batches, once.aborts, once.ends), (after, 1, 0));
+        let mut sink = Canceller { after, ..Canceller::default() };
+        let control = sink.control.clone();
+        let ended = session.frame_controlled(Arc::clone(&plan), &control, &mut sink);
+        assert!(matches!(ended, Err(FrameError::Cancelled)), "{after}");
+        assert_eq!((sink.batches, sink.aborts, sink.ends), (after, 1, 0));
+    }
+    let mut whole = MemorySink::default();
+    let report = session.frame(plan, &mut whole).unwrap();
+    assert!(report.whole && whole.batches.len() == report.batches);
+}
+
 #[test]
 fn one_worker_stops_after_the_tile_in_hand() {
     let (prepared, plan) = planned();

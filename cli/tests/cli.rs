@@ -46,6 +46,22 @@ fn refuses(args: &[&str], status: i32, why: &str) {
 }
 
 #[test]
+fn a_file_has_the_same_bytes_whatever_registers_the_processor_has() {
+    let folder = folder("lanes");
+    let [wide, scalar] = ["wide.glb", "scalar.glb"].map(|name| folder.join(name));
+    for input in ["tests/data/nist_ctc05.step", "builtin:trimmed-teapot", "builtin:wave"] {
+        let run = |out: &Path, lanes: &str| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
+            command.args(["tessellate", input, "--chord-rel", "3e-4", "-o"]).arg(out);
+            command.current_dir(CHECKOUT).env_remove("RUST_LOG").env("TRIMTESS_LANES", lanes);
+            assert!(command.output().unwrap().status.success(), "{input} {lanes}");
+            fs::read(out).unwrap()
+        };
+        assert!(run(&wide, "widest") == run(&scalar, "scalar"), "{input}");
+    }
+}
+
+#[test]
 fn wrong_usage_is_status_2() {
     let out = folder("usage").join("x.glb");
     let out = out.to_str().unwrap();

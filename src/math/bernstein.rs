@@ -42,7 +42,7 @@ pub fn basis(x: f64, n: &mut [f64]) {
 }
 
 /// Calls `work` with zeroed room for the rows of [`basis_and_slopes`], on the stack up to [`STACK_DEGREE`].
-#[inline]
+#[inline(always)]
 pub fn with_lanes<const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64; L]]) -> R) -> R {
     const USUAL_DEGREE: usize = 3;
     let len = 2 * (degree + 1);
@@ -63,7 +63,7 @@ pub fn with_lanes<const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64
 /// Writes the basis and its first derivatives at `L` places at once to `rows`, two rows of `degree + 1` numbers.
 ///
 /// Bit-identical to [`basis_with_derivatives`] at each place.
-#[inline]
+#[inline(always)]
 pub fn basis_and_slopes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]]) {
     // Constant degrees, so that the compiler unrolls the loops.
     match degree {

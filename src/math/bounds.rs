@@ -10,6 +10,7 @@
 //! Bernstein form", CAGD 5, 1988).
 
 use super::bernstein::binomials;
+use super::lanes::widest;
 use glam::{DVec3, DVec4};
 
 /// Upper bounds on the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv` over a patch.
@@ -243,7 +244,7 @@ fn binomial_grid(nu: usize, nv: usize) -> Vec<f64> {
 }
 
 /// `to += factor · from`, over the shorter of the two.
-#[inline]
+#[inline(always)]
 fn axpy(to: &mut [f64], factor: f64, from: &[f64]) {
     for (to, from) in to.iter_mut().zip(from) {
         *to += factor * from;
@@ -257,14 +258,19 @@ fn sum(terms: &[(f64, &Poly, &Poly)]) -> Poly {
     let Some((_, a, b)) = kept().next() else { return Poly::zero(0, 0, terms[0].2.dim) };
     let mut total = Poly::zero(a.nu + b.nu - 1, a.nv + b.nv - 1, b.dim);
     let row = total.nv * total.dim;
-    for (factor, a, b) in kept() {
-        debug_assert_eq!((total.nu, total.nv), (a.nu + b.nu - 1, a.nv + b.nv - 1));
-        for (k, &value) in a.c.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-            let (i, j) = (k / a.nv, k % a.nv);
-            for (r, run) in b.c.chunks_exact(b.nv * b.dim).enumerate() {
-                axpy(&mut total.c[(i + r) * row + j * b.dim..], factor * value, run);
+    widest(
+        #[inline(always)]
+        || {
+            for (factor, a, b) in kept() {
+                debug_assert_eq!((total.nu, total.nv), (a.nu + b.nu - 1, a.nv + b.nv - 1));
+                for (k, &value) in a.c.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                    let (i, j) = (k / a.nv, k % a.nv);
+                    for (r, run) in b.c.chunks_exact(b.nv * b.dim).enumerate() {
+                        axpy(&mut total.c[(i + r) * row + j * b.dim..], factor * value, run);
+                    }
+                }
             }
-        }
-    }
+        },
+    );
     total
 }

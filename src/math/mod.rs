@@ -5,6 +5,7 @@ pub(crate) mod boxes;
 
 pub(crate) mod buckets;
 pub(crate) mod hilbert;
+pub(crate) mod lanes;
 pub(crate) mod matching;
 pub(crate) mod polygon;
 pub(crate) mod sets;

@@ -2,6 +2,7 @@
 
 use super::NurbsSurface;
 use super::knots;
+use crate::math::lanes::widest;
 use glam::DVec3;
 
 /// A surface point with its partial derivatives.
@@ -69,40 +70,53 @@ impl NurbsSurface {
 
     /// The points at all pairs of `us` and `vs`, u-major, bit-identical to [`point`](Self::point).
     ///
-    /// Sums the rows of the net once per v: a few operations per point on lattices finer than the net.
+    /// Sums the rows of the net once per v, with the basis of each u made once: a few operations per point on lattices
+    /// finer than the net.
     #[must_use]
     pub fn lattice(&self, us: &[f64], vs: &[f64]) -> Vec<DVec3> {
         let ((u0, u1), (v0, v1)) = self.domain();
-        let count_v = self.count_v();
-        let weighted = !self.weights.is_empty();
+        let (count_v, nu) = (self.count_v(), self.degree_u + 1);
         let mut out = vec![DVec3::ZERO; us.len() * vs.len()];
-        let mut lines = vec![(DVec3::ZERO, 0.0); self.count_u()];
+        let mut bases = Vec::with_capacity(us.len() * nu);
+        let firsts: Vec<usize> = us
+            .iter()
+            .map(|u| {
+                let u = u.max(u0).min(u1);
+                let span = knots::span(self.degree_u, &self.knots_u, u);
+                knots::with_basis::<1, _>(self.degree_u, &self.knots_u, span, u, |rows| {
+                    bases.extend_from_slice(&rows[..nu]);
+                });
+                span - self.degree_u
+            })
+            .collect();
+        let mut lines = vec![[0.0; 4]; self.count_u()];
         for (j, v) in vs.iter().enumerate() {
             let v = v.max(v0).min(v1);
             let span = knots::span(self.degree_v, &self.knots_v, v);
             knots::with_basis::<1, _>(self.degree_v, &self.knots_v, span, v, |rows| {
-                for (i, (line, line_w)) in lines.iter_mut().enumerate() {
-                    (*line, *line_w) = (DVec3::ZERO, 0.0);
-                    let start = i * count_v + span - self.degree_v;
-                    for (b, &n) in rows[..=self.degree_v].iter().enumerate() {
-                        let value = n * if weighted { self.weights[start + b] } else { 1.0 };
-                        *line += self.points[start + b] * value;
-                        *line_w += value;
-                    }
-                }
+                let rows = &rows[..=self.degree_v];
+                widest(
+                    #[inline(always)]
+                    || {
+                        for (i, line) in lines.iter_mut().enumerate() {
+                            [*line] = self.line::<1>(i * count_v + span - self.degree_v, rows);
+                        }
+                    },
+                );
             });
-            for (i, u) in us.iter().enumerate() {
-                let u = u.max(u0).min(u1);
-                let span = knots::span(self.degree_u, &self.knots_u, u);
-                out[i * vs.len() + j] = knots::with_basis::<1, _>(self.degree_u, &self.knots_u, span, u, |rows| {
-                    let (mut p, mut w) = (DVec3::ZERO, 0.0);
-                    for (&(line, line_w), &n) in lines[span - self.degree_u..].iter().zip(&rows[..=self.degree_u]) {
-                        p += line * n;
-                        w += line_w * n;
+            widest(
+                #[inline(always)]
+                || {
+                    for (i, (first, basis)) in firsts.iter().zip(bases.chunks_exact(nu)).enumerate() {
+                        let mut sum = [0.0; 4];
+                        for (line, &n) in lines[*first..].iter().zip(basis) {
+                            add(&mut sum, n, line);
+                        }
+                        let p = DVec3::new(sum[0], sum[1], sum[2]);
+                        out[i * vs.len() + j] = if self.weights.is_empty() { p } else { p * (1.0 / sum[3]) };
                     }
-                    if weighted { p * (1.0 / w) } else { p }
-                });
-            }
+                },
+            );
         }
         out
     }
@@ -140,45 +154,47 @@ impl NurbsSurface {
         /// Orders in u and v of the results, by total order: the first `ROWS · (ROWS + 1) / 2` have orders below
         /// `ROWS`.
         const ORDERS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
-        let (nu, nv) = (self.degree_u + 1, self.degree_v + 1);
-        let count_v = self.count_v();
-        let weighted = !self.weights.is_empty();
-        // Homogeneous sums.
-        let mut p = [DVec3::ZERO; 6];
-        let mut w = [0.0; 6];
-        for a in 0..nu {
-            let mut line = [DVec3::ZERO; 3];
-            let mut line_w = [0.0; 3];
-            let start = (row + a) * count_v + column;
-            let points = &self.points[start..start + nv];
-            if weighted {
-                for ((b, &point), &weight) in points.iter().enumerate().zip(&self.weights[start..start + nv]) {
-                    for order in 0..ROWS {
-                        let value = rows_v[order * nv + b] * weight;
-                        line[order] += point * value;
-                        line_w[order] += value;
+        let (nu, count_v) = (self.degree_u + 1, self.count_v());
+        let mut sums = [[0.0; 4]; 6];
+        widest(
+            #[inline(always)]
+            || {
+                for a in 0..nu {
+                    let line = self.line::<ROWS>((row + a) * count_v + column, rows_v);
+                    let n = [rows_u[a], rows_u[nu + a], rows_u[2 * nu + a]];
+                    for (sum, (order_u, order_v)) in sums.iter_mut().zip(ORDERS).take(ROWS * (ROWS + 1) / 2) {
+                        add(sum, n[order_u], &line[order_v]);
                     }
                 }
-            } else {
-                for (b, &point) in points.iter().enumerate() {
-                    for order in 0..ROWS {
-                        line[order] += point * rows_v[order * nv + b];
-                    }
-                }
-            }
-            let n = [rows_u[a], rows_u[nu + a], rows_u[2 * nu + a]];
-            for (k, (order_u, order_v)) in ORDERS.into_iter().take(ROWS * (ROWS + 1) / 2).enumerate() {
-                p[k] += line[order_v] * n[order_u];
-                if weighted {
-                    w[k] += line_w[order_v] * n[order_u];
-                }
-            }
-        }
-        if weighted {
-            quotient(p, w)
-        } else {
+            },
+        );
+        let p = sums.map(|[x, y, z, _]| DVec3::new(x, y, z));
+        if self.weights.is_empty() {
             SurfaceDerivatives { point: p[0], du: p[1], dv: p[2], duu: p[3], duv: p[4], dvv: p[5] }
+        } else {
+            quotient(p, sums.map(|[.., w]| w))
         }
+    }
+
+    /// Homogeneous sums of `degree_v + 1` control points from `start` on, for each of `ROWS` rows of a basis. Without
+    /// weights the last component means nothing.
+    #[inline(always)]
+    fn line<const ROWS: usize>(&self, start: usize, rows: &[f64]) -> [[f64; 4]; ROWS] {
+        let nv = self.degree_v + 1;
+        let mut line = [[0.0; 4]; ROWS];
+        let mut see = |b: usize, point: &DVec3, weight: f64| {
+            let point = [point.x, point.y, point.z, 1.0];
+            for (order, sum) in line.iter_mut().enumerate() {
+                add(sum, rows[order * nv + b] * weight, &point);
+            }
+        };
+        let points = self.points[start..start + nv].iter().enumerate();
+        if self.weights.is_empty() {
+            points.for_each(|(b, point)| see(b, point, 1.0));
+        } else {
+            points.zip(&self.weights[start..start + nv]).for_each(|((b, point), &weight)| see(b, point, weight));
+        }
+        line
     }
 
     /// Whether the border lines `u = first` and `u = last` coincide within `tol` (millimetres).
@@ -208,6 +224,14 @@ impl NurbsSurface {
     /// Half the diagonal of the control net's box. Tolerances of coincidence are relative to it.
     pub(super) fn size(&self) -> f64 {
         extent(&self.points)
+    }
+}
+
+/// `to += factor · from`.
+#[inline(always)]
+fn add(to: &mut [f64; 4], factor: f64, from: &[f64; 4]) {
+    for (to, from) in to.iter_mut().zip(from) {
+        *to += factor * from;
     }
 }
 

@@ -4,6 +4,7 @@ use super::error::FrameError;
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, MadeTile};
 use super::metrics::{Laps, WorkerMetrics};
 use super::writer::Writer;
+use crate::control::Control;
 use crate::frame::{Ladder, Rung};
 use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, NotWritten, Scene, SinkError, TileMesh, WrittenTile};
 use crate::model::{FaceId, PartId, TileId};
@@ -57,8 +58,8 @@ pub struct FrameReport {
 /// How a frame is committed.
 #[derive(Clone, Copy)]
 pub(super) enum Feed<'a> {
-    /// As a whole frame, all of it drawn.
-    All,
+    /// As a whole frame, all of it drawn, unless it is cancelled.
+    All(&'a Control),
     /// As a frame of views.
     Views {
         /// Whether to send a whole frame rather than changes.
@@ -110,7 +111,7 @@ struct Sorter {
 }
 
 /// Feeds a complete frame to the sink: `begin`, tiles by (part, tile), edge lines by (part, edge), the drawn tiles, `end`;
-/// `abort` after the first refusal. Leaves the frame's tiles in `rows`.
+/// `abort` after the first refusal, or when cancelled. Leaves the frame's tiles in `rows`.
 ///
 /// `writer`: where the tiles were written, if they were.
 pub(super) fn commit(
@@ -153,14 +154,14 @@ pub(super) fn commit(
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.fills = by_face(&mut rows.fills);
     report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
-    let all = matches!(feed, Feed::All);
+    let all = matches!(feed, Feed::All(_));
     let faces = rows.order.iter().map(|place| (place.tile.0, place.face));
     (report.rungs, report.ladder) = climbed(all.then_some(scene), faces, &rows.rungs);
     // A sink that panics has refused: the session goes on, with a whole frame.
     let fed = catch_unwind(AssertUnwindSafe(|| rows.feed(scene, (report.whole, feed), (writer.is_some(), sink))));
     let fed = fed.unwrap_or_else(|panic| {
         let cause = std::io::Error::other(panic_message(&*panic));
-        Err(SinkError { context: "the sink panicked".into(), cause })
+        Err(FrameError::Sink(SinkError { context: "the sink panicked".into(), cause }))
     });
     if let Err(error) = fed {
         if let Some(writer) = writer {
@@ -171,7 +172,7 @@ pub(super) fn commit(
         }
         // Whatever it does now, the frame is over.
         let _ = catch_unwind(AssertUnwindSafe(|| sink.abort()));
-        return Err(FrameError::Sink(error));
+        return Err(error);
     }
     report.committed_in = laps.lap();
     Ok(report)
@@ -241,19 +242,25 @@ impl Rows {
         scene: &Scene,
         (whole, feed): (bool, Feed<'_>),
         (is_written, sink): (bool, &mut dyn MeshSink),
-    ) -> Result<(), SinkError> {
+    ) -> Result<(), FrameError> {
         /// Batches that are fetched before they are needed.
         const AHEAD: usize = 12;
         match feed {
             _ if whole => sink.begin(scene),
             Feed::Views { from: Some(from), .. } => sink.begin_update(scene, from),
             _ => sink.begin_changes(scene),
-        }?;
+        }
+        .map_err(FrameError::Sink)?;
         for (k, &Place { list, row, .. }) in self.order.iter().enumerate() {
+            if let Feed::All(control) = feed
+                && control.is_cancelled()
+            {
+                return Err(FrameError::Cancelled);
+            }
             self.given += 1;
             let (list, row) = (list as usize, row as usize);
             if is_written {
-                sink.written(&self.written[list][row])?;
+                sink.written(&self.written[list][row]).map_err(FrameError::Sink)?;
                 continue;
             }
             // Batches of neighbouring tiles are far apart: they are fetched while the sink works on others.
@@ -261,13 +268,16 @@ impl Rows {
                 let Batch { tile, mesh, .. } = &self.batches[next.list as usize][next.row as usize];
                 black_box((tile.0, mesh.positions.len(), mesh.triangles.len()));
             }
-            sink.batch(&mut self.batches[list][row])?;
+            sink.batch(&mut self.batches[list][row]).map_err(FrameError::Sink)?;
         }
-        self.lines.drain(..).try_for_each(|line| sink.edge_line(line))?;
-        if let Feed::Views { drawn, .. } = feed {
-            sink.drawn(drawn)?;
-        }
-        sink.end()
+        let mut last = || {
+            self.lines.drain(..).try_for_each(|line| sink.edge_line(line))?;
+            if let Feed::Views { drawn, .. } = feed {
+                sink.drawn(drawn)?;
+            }
+            sink.end()
+        };
+        last().map_err(FrameError::Sink)
     }
 }
 

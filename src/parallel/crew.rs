@@ -106,7 +106,7 @@ mod tests {
     use super::super::error::FrameError;
     use super::super::handoff::{FaceRung, Watch};
     use super::*;
-    use crate::control::Threads;
+    use crate::control::{Control, Threads};
     use crate::frame::internals::TileOutcome;
     use crate::frame::{Degradation, Rung};
     use crate::mesh::{EdgeLine, MemorySink, MeshSink, Scene, SinkError, TileMesh};
@@ -182,7 +182,7 @@ mod tests {
             let order = Order { plan: Arc::new(plan), watch: Watch::default(), writer: None };
             let made = self.crew.make(&self.jobs, order, Work::All(9));
             let mut rows = Rows::default();
-            let report = commit(made, (&Scene::default(), None), Feed::All, (&mut rows, sink))?;
+            let report = commit(made, (&Scene::default(), None), Feed::All(&Control::default()), (&mut rows, sink))?;
             self.crew.recycle(&self.jobs, &mut rows.batches);
             Ok(report)
         }

@@ -390,7 +390,7 @@ pub(super) fn whole_frame(
         return Err(error);
     }
     let made_in = laps.lap();
-    let report = commit(deliveries, (scene, writer.map(|writer| &**writer)), Feed::All, (&mut *rows, sink))?;
+    let report = commit(deliveries, (scene, writer.map(|writer| &**writer)), Feed::All(control), (&mut *rows, sink))?;
     crew.recycle(jobs, &mut rows.batches);
     Ok(FrameReport { made_in, ..report })
 }

@@ -29,7 +29,7 @@ pub fn serial(
 /// thread is started. The sink gets the same calls for any number of threads.
 ///
 /// # Errors
-/// When the system refuses a thread, or the sink refuses. When cancelled, before the sink is touched.
+/// When the system refuses a thread, or the sink refuses. When cancelled: the sink was not touched, or its `abort` was called.
 pub fn tessellate(
     prepared: &Arc<Prepared>,
     plan: &Arc<Plan>,
@@ -48,7 +48,7 @@ pub fn tessellate(
 /// As [`tessellate`], on the threads of `jobs`.
 ///
 /// # Errors
-/// When the sink refuses; its `abort` was called. When cancelled, before the sink is touched.
+/// When the sink refuses; its `abort` was called. When cancelled: the sink was not touched, or its `abort` was called.
 pub fn tessellate_on(
     jobs: &dyn Jobs,
     prepared: &Arc<Prepared>,

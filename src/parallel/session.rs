@@ -406,7 +406,7 @@ impl Session {
     /// As [`frame`](Self::frame), with progress and cancellation between tiles.
     ///
     /// # Errors
-    /// As [`frame`](Self::frame). When cancelled, before the sink is touched: the session can go on.
+    /// As [`frame`](Self::frame). When cancelled: the sink was not touched, or its `abort` was called. The session can go on.
     pub fn frame_controlled(
         &mut self,
         plan: impl Into<Arc<Plan>>,

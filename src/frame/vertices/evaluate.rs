@@ -6,6 +6,7 @@
 //! other lanes.
 
 use crate::math::bernstein;
+use crate::math::lanes::widest;
 use crate::prepare::internals::decompose::{BezierPatches, locate};
 use glam::{DVec2, DVec3, DVec4};
 
@@ -85,38 +86,44 @@ pub fn evaluate_lattice(
     } else {
         (vs, &patches.breaks_v, us, &patches.breaks_u)
     };
-    scratch.outer_lines(roles.outer_points - 1, outer_breaks, outer);
-    scratch.inner_lines(roles.inner_points - 1, inner_breaks, inner);
     let (step_outer, step_inner) = if roles.inner_is_v { (vs.len(), 1) } else { (1, vs.len()) };
     let asked = |o: usize, i: usize| if roles.inner_is_v { wanted(o, i) } else { wanted(i, o) };
     let (n, m) = (roles.outer_points, roles.inner_points);
     let mut lost = 0;
-    for o in 0..outer.len() {
-        let (patch_outer, x) = scratch.places[o];
-        let basis = &scratch.outer[o * 2 * n..(o + 1) * 2 * n];
-        let mut contracted = usize::MAX;
-        for (k, block) in scratch.blocks.iter().enumerate() {
-            if !(block.first..block.first + block.count).any(|i| asked(o, i)) {
-                continue;
+    widest(
+        #[inline(always)]
+        || {
+            scratch.outer_lines(roles.outer_points - 1, outer_breaks, outer);
+            scratch.inner_lines(roles.inner_points - 1, inner_breaks, inner);
+            for o in 0..outer.len() {
+                let (patch_outer, x) = scratch.places[o];
+                let basis = &scratch.outer[o * 2 * n..(o + 1) * 2 * n];
+                let mut contracted = usize::MAX;
+                for (k, block) in scratch.blocks.iter().enumerate() {
+                    if !(block.first..block.first + block.count).any(|i| asked(o, i)) {
+                        continue;
+                    }
+                    if contracted != block.patch {
+                        contract(patches, roles, patch_outer, block.patch, basis, &mut scratch.curve);
+                        contracted = block.patch;
+                    }
+                    let lanes = &scratch.inner[k * 2 * m..(k + 1) * 2 * m];
+                    let points = evaluate_block(patches.rational, roles.inner_is_v, &scratch.curve, lanes);
+                    for lane in 0..block.count {
+                        let at = o * step_outer + (block.first + lane) * step_inner;
+                        positions[at] = points.position(lane);
+                        normals[at] = if points.regular[lane] {
+                            points.normal(lane)
+                        } else {
+                            let place =
+                                LinePlace { patch: [patch_outer, block.patch], outer: x, inner: block.places[lane] };
+                            limit_normal(patches, roles, place, &mut lost)
+                        };
+                    }
+                }
             }
-            if contracted != block.patch {
-                contract(patches, roles, patch_outer, block.patch, basis, &mut scratch.curve);
-                contracted = block.patch;
-            }
-            let lanes = &scratch.inner[k * 2 * m..(k + 1) * 2 * m];
-            let points = evaluate_block(patches.rational, roles.inner_is_v, &scratch.curve, lanes);
-            for lane in 0..block.count {
-                let at = o * step_outer + (block.first + lane) * step_inner;
-                positions[at] = points.position(lane);
-                normals[at] = if points.regular[lane] {
-                    points.normal(lane)
-                } else {
-                    let place = LinePlace { patch: [patch_outer, block.patch], outer: x, inner: block.places[lane] };
-                    limit_normal(patches, roles, place, &mut lost)
-                };
-            }
-        }
-    }
+        },
+    );
     lost
 }
 
@@ -135,35 +142,40 @@ pub fn evaluate_points(
     normals.clear();
     let mut lost = 0;
     let mut rest = at.iter().map(|&p| LinePlace::of(patches, roles, p)).peekable();
-    while let Some(first) = rest.next() {
-        let (mut outer, mut inner) = ([first.outer; LANES], [first.inner; LANES]);
-        let mut count = 1;
-        while let Some(next) = rest.next_if(|next| count < LANES && next.patch == first.patch) {
-            (outer[count], inner[count]) = (next.outer, next.inner);
-            count += 1;
-        }
-        // One lane is faster than four copies of it.
-        if count == 1 {
-            let points = evaluate_lanes(patches, roles, first.patch, [first.outer], [first.inner]);
-            positions.push(points.position(0));
-            normals.push(if points.regular[0] {
-                points.normal(0)
-            } else {
-                limit_normal(patches, roles, first, &mut lost)
-            });
-            continue;
-        }
-        let points = evaluate_lanes(patches, roles, first.patch, outer, inner);
-        for lane in 0..count {
-            positions.push(points.position(lane));
-            normals.push(if points.regular[lane] {
-                points.normal(lane)
-            } else {
-                let place = LinePlace { outer: outer[lane], inner: inner[lane], ..first };
-                limit_normal(patches, roles, place, &mut lost)
-            });
-        }
-    }
+    widest(
+        #[inline(always)]
+        || {
+            while let Some(first) = rest.next() {
+                let (mut outer, mut inner) = ([first.outer; LANES], [first.inner; LANES]);
+                let mut count = 1;
+                while let Some(next) = rest.next_if(|next| count < LANES && next.patch == first.patch) {
+                    (outer[count], inner[count]) = (next.outer, next.inner);
+                    count += 1;
+                }
+                // One lane is faster than four copies of it.
+                if count == 1 {
+                    let points = evaluate_lanes(patches, roles, first.patch, [first.outer], [first.inner]);
+                    positions.push(points.position(0));
+                    normals.push(if points.regular[0] {
+                        points.normal(0)
+                    } else {
+                        limit_normal(patches, roles, first, &mut lost)
+                    });
+                    continue;
+                }
+                let points = evaluate_lanes(patches, roles, first.patch, outer, inner);
+                for lane in 0..count {
+                    positions.push(points.position(lane));
+                    normals.push(if points.regular[lane] {
+                        points.normal(lane)
+                    } else {
+                        let place = LinePlace { outer: outer[lane], inner: inner[lane], ..first };
+                        limit_normal(patches, roles, place, &mut lost)
+                    });
+                }
+            }
+        },
+    );
     lost
 }
 
@@ -177,7 +189,10 @@ pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3
     };
     let together = |[a, b, c]: [LinePlace; 3]| {
         let lanes = |x: fn(LinePlace) -> f64| [x(a), x(b), x(c), x(c)];
-        evaluate_lanes(patches, roles, a.patch, lanes(|p| p.outer), lanes(|p| p.inner))
+        widest(
+            #[inline(always)]
+            || evaluate_lanes(patches, roles, a.patch, lanes(|p| p.outer), lanes(|p| p.inner)),
+        )
     };
     if a.patch == b.patch && b.patch == c.patch {
         let points = together([a, b, c]);
@@ -205,6 +220,7 @@ impl LinePlace {
 
 impl EvaluateScratch {
     /// Sets places and bases of the outer lines.
+    #[inline(always)]
     fn outer_lines(&mut self, degree: usize, breaks: &[f64], lines: &[f64]) {
         self.places.clear();
         self.outer.clear();
@@ -220,6 +236,7 @@ impl EvaluateScratch {
 
     /// Groups inner lines into blocks and sets their bases. Blocks end where the patch changes; short ones repeat their
     /// last line.
+    #[inline(always)]
     fn inner_lines(&mut self, degree: usize, breaks: &[f64], lines: &[f64]) {
         self.blocks.clear();
         self.inner.clear();
@@ -243,7 +260,7 @@ impl EvaluateScratch {
 }
 
 /// Contracts a patch along the outer direction: the curve's control points, then those of its outer derivative.
-#[inline]
+#[inline(always)]
 fn contract(
     patches: &BezierPatches,
     roles: Roles,
@@ -374,6 +391,7 @@ fn points<const L: usize, const RATIONAL: bool>(
 }
 
 /// Evaluates points in one patch, one per lane.
+#[inline(always)]
 fn evaluate_lanes<const L: usize>(
     patches: &BezierPatches,
     roles: Roles,

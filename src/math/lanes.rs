@@ -1,0 +1,18 @@
+//! Loops over numbers, compiled for the widest registers that the processor has, chosen at run time.
+
+use std::sync::LazyLock;
+
+/// The processor's, unless `TRIMTESS_LANES` is `scalar`.
+static ARCH: LazyLock<pulp::Arch> = LazyLock::new(|| match std::env::var_os("TRIMTESS_LANES") {
+    Some(lanes) if lanes == "scalar" => pulp::Arch::Scalar,
+    _ => pulp::Arch::new(),
+});
+
+/// Runs `work`, with what is inlined into it compiled for the processor's registers.
+///
+/// The bits of results do not depend on them: each sum has the order that the code says, and products are not fused
+/// with sums. The call costs a few nanoseconds.
+#[inline(always)]
+pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
+    ARCH.dispatch(work)
+}
