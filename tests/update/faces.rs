@@ -3,11 +3,13 @@
 use crate::edits::{move_hole, shift};
 use crate::models;
 use crate::prepared::{OPTIONS, assert_same};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 use trimtess::control::{Alone, Control};
-use trimtess::model::{EdgeId, FaceId, Loop, Model, Part};
+use trimtess::model::{
+    EdgeId, FaceId, Frame3, Loop, Model, ModelBuilder, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
+};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 fn update(prepared: &Prepared, model: &Model, options: &PrepareOptions) -> Arc<Prepared> {
@@ -93,4 +95,67 @@ fn faces_are_taken_over_only_where_they_are_kept() {
     let memory = |keep| prepare(before.clone(), &PrepareOptions::DEFAULT.with_keep_faces(keep)).unwrap().memory();
     let [without, with] = [false, true].map(memory);
     assert!(with.update > without.update && with.faces == without.faces);
+}
+
+/// A sheet of plane faces, each at its own height: one that crosses itself, one with a gap in its wire, one with a hole
+/// that touches its border, and a square.
+fn odd_faces() -> Model {
+    let mut part = PartBuilder::new("odd");
+    let shell = part.plain_shell(ShellKind::Open);
+    let plane = |z: f64| Surface::Plane { frame: Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD } };
+    let polygon = |part: &mut PartBuilder, z: f64, corners: &[(f64, f64)]| {
+        part.polygon(&corners.iter().map(|&(x, y)| DVec3::new(x, y, z)).collect::<Vec<_>>())
+    };
+    let square = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
+    let eight = polygon(&mut part, 0.0, &[(0.0, 0.0), (10.0, 8.0), (10.0, 0.0), (0.0, 8.0)]);
+    part.plain_face(plane(0.0), shell, vec![Loop::Edges(eight)], false);
+    let ends = |x: f64, y: f64| DVec3::new(x, y, 5.0);
+    let corners = [ends(0.0, 0.0), ends(10.0, 0.0), ends(10.0, 0.0), ends(10.0, 10.0), ends(0.0, 10.0)];
+    let [a, b, c, d, e] = corners.map(|corner| part.vertex(corner));
+    let open = [(a, b), (c, d), (d, e), (e, a)].map(|(from, to)| part.line(from, to).along());
+    part.plain_face(plane(5.0), shell, vec![Loop::Edges(open.to_vec())], false);
+    let border = polygon(&mut part, 10.0, &square);
+    let mut hole = polygon(&mut part, 10.0, &[(0.0, 5.0), (5.0, 3.0), (5.0, 7.0)]);
+    hole.reverse();
+    hole.iter_mut().for_each(|coedge| coedge.reversed = !coedge.reversed);
+    part.plain_face(plane(10.0), shell, vec![Loop::Edges(border), Loop::Edges(hole)], false);
+    let plain = polygon(&mut part, 15.0, &square);
+    part.plain_face(plane(15.0), shell, vec![Loop::Edges(plain)], false);
+    let mut model = ModelBuilder::new("odd faces");
+    let part = model.part(part.finish().unwrap());
+    model.place(part, DAffine3::IDENTITY);
+    let mut model = model.finish().unwrap();
+    // Builders refuse gaps.
+    move_vertex(&mut model.parts[0], c, DVec3::Y * 0.3);
+    model
+}
+
+/// Moves a vertex of straight edges.
+fn move_vertex(part: &mut Part, vertex: VertexId, by: DVec3) {
+    part.vertices[vertex.index()] += by;
+    for edge in part.edges.iter_mut().filter(|edge| [edge.start, edge.end].contains(&vertex)) {
+        let [from, to] = [edge.start, edge.end].map(|vertex| part.vertices[vertex.index()]);
+        edge.curve = NurbsCurve3::line(from, to);
+        edge.range = edge.curve.domain();
+    }
+}
+
+/// Drafts that hold more than a border: turned lobes, bridged gaps, points where loops meet. Their edges get other
+/// numbers, and one more face is drafted again.
+#[test]
+fn faces_that_were_mended_are_taken_over_with_what_was_done() {
+    let before = odd_faces();
+    let prepared = Arc::new(prepare(before.clone(), &OPTIONS).unwrap());
+    let kinds: BTreeSet<&str> = prepared.diagnostics.iter().map(|diagnostic| diagnostic.kind.code()).collect();
+    println!("{kinds:?}");
+    assert!(kinds.contains("loop-lobes-turned") && kinds.iter().any(|kind| kind.starts_with("wire-gap")), "{kinds:?}");
+    let mut model = before.clone();
+    let last = VertexId::new(model.parts[0].vertices.len() - 1);
+    move_vertex(&mut model.parts[0], last, -DVec3::X);
+    for shifts in 0..2 {
+        let updated = update(&prepared, &model, &OPTIONS);
+        assert_eq!(drafted(&prepared, &updated, 0), BTreeSet::from([3]), "{shifts}");
+        assert_same(&updated, &model, &format!("shifted {shifts} times"));
+        shift(&mut model.parts[0]);
+    }
 }
