@@ -1,6 +1,7 @@
 //! Attributes of parts and instances: visibility, colour, tolerance, priority; alone, together, and while instances,
 //! views and models change.
 
+use super::counted::{CountedJobs, Counting};
 use super::frames::{balanced, drawn, from_scratch, options, path};
 use super::{prepared, shape};
 use crate::random::SplitMix;
@@ -9,9 +10,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
-use trimtess::control::{Job, Jobs, Priority, Threads};
+use trimtess::control::Threads;
 use trimtess::frame::{Attributes, PlanLimits, PlannerOptions};
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError, TileMesh};
+use trimtess::mesh::{Batch, MemorySink, SceneInstance, TileMesh};
 use trimtess::model::{Colour, Instance, Model, PartId, TileId};
 use trimtess::parallel::{AttributeError, InstanceKey, Session};
 use trimtess::prepare::{PrepareOptions, Prepared};
@@ -52,61 +53,6 @@ fn start(prepared: &Arc<Prepared>) -> Session {
 
 fn key(session: &Session, row: usize) -> InstanceKey {
     session.instance_key(row).unwrap()
-}
-
-/// A sink in memory that counts frames, and refuses them on request.
-#[derive(Default)]
-struct Counting {
-    sink: MemorySink,
-    frames: usize,
-    refuses: bool,
-}
-
-impl MeshSink for Counting {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.frames += 1;
-        self.sink.begin(scene)
-    }
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.frames += 1;
-        self.sink.begin_changes(scene)
-    }
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
-        self.frames += 1;
-        self.sink.begin_update(scene, from)
-    }
-    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
-        self.sink.batch(batch)
-    }
-    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
-        self.sink.edge_line(line)
-    }
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
-        if self.refuses {
-            return Err(SinkError { context: "memory".into(), cause: std::io::Error::other("full") });
-        }
-        self.sink.drawn(drawn)
-    }
-    fn end(&mut self) -> Result<(), SinkError> {
-        self.sink.end()
-    }
-    fn abort(&mut self) {
-        self.sink.abort();
-    }
-}
-
-/// Threads, and the number of jobs that they were given.
-struct CountedJobs(Threads, AtomicUsize);
-
-impl Jobs for CountedJobs {
-    fn width(&self) -> usize {
-        self.0.width()
-    }
-
-    fn spawn(&self, priority: Priority, job: Job) {
-        self.1.fetch_add(1, Ordering::Relaxed);
-        self.0.spawn(priority, job);
-    }
 }
 
 /// The tiles that each instance draws in the first view, by its name.

@@ -6,6 +6,7 @@ mod budget;
 #[path = "../common/mod.rs"]
 mod common;
 mod corpus;
+mod counted;
 #[cfg(feature = "step")]
 #[path = "../corpus/folder.rs"]
 mod folder;
