@@ -140,6 +140,7 @@ struct Canceller {
     control: Control,
     after: usize,
     batches: usize,
+    lines: usize,
     aborts: usize,
     ends: usize,
 }
@@ -158,6 +159,10 @@ impl MeshSink for Canceller {
     }
 
     fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
+        self.lines += 1;
+        if self.batches + self.lines == self.after {
+            self.control.cancel();
+        }
         Ok(())
     }
 
@@ -172,20 +177,24 @@ impl MeshSink for Canceller {
 }
 
 #[test]
-fn a_frame_that_is_cancelled_in_its_commit_is_aborted_after_the_batch_in_hand() {
+fn a_frame_that_is_cancelled_in_its_commit_is_aborted_after_the_batch_or_line_in_hand() {
     let (prepared, plan) = planned();
+    let mut all = MemorySink::default();
+    tessellate_on(&Alone, &prepared, &plan, true, &Control::default(), &mut all).unwrap();
+    let (batches, lines) = (all.batches.len(), all.edge_lines.len());
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(2)).unwrap();
-    for after in [1, 7] {
+    for after in [1, 7, batches, batches + 1, batches + lines] {
+        let sent = (after.min(batches), after.saturating_sub(batches));
         let mut once = Canceller { after, ..Canceller::default() };
         let control = once.control.clone();
         let ended = tessellate_on(&Alone, &prepared, &plan, true, &control, &mut once);
         assert!(matches!(ended, Err(FrameError::Cancelled)), "{after}");
-        assert_eq!((once.batches, once.aborts, once.ends), (after, 1, 0));
+        assert_eq!(((once.batches, once.lines), once.aborts, once.ends), (sent, 1, 0));
         let mut sink = Canceller { after, ..Canceller::default() };
         let control = sink.control.clone();
         let ended = session.frame_controlled(Arc::clone(&plan), &control, &mut sink);
         assert!(matches!(ended, Err(FrameError::Cancelled)), "{after}");
-        assert_eq!((sink.batches, sink.aborts, sink.ends), (after, 1, 0));
+        assert_eq!(((sink.batches, sink.lines), sink.aborts, sink.ends), (sent, 1, 0));
     }
     let mut whole = MemorySink::default();
     let report = session.frame(plan, &mut whole).unwrap();

@@ -15,6 +15,8 @@ use trimtess::out::{
 
 const SIZE: DVec3 = DVec3::new(100.0, 20.0, 30.0);
 const MOST: f64 = 0.01;
+/// Of the finest level.
+const CHORD: f64 = 0.1;
 
 /// Boxes that turn and move, one mirrored, one so far away that it needs nodes around its node.
 fn places() -> Vec<DAffine3> {
@@ -40,7 +42,7 @@ fn coarser(frames: &[(MemorySink, f64)]) -> Vec<GlbLevel<'_>> {
 
 fn save(finest: &MemorySink, coarser: &[GlbLevel<'_>], path: &Path, options: GlbOptions) {
     let mut outputs = Outputs::default();
-    let (roundings, _) = save_levels(finest, coarser, path, (options, MOST), &mut outputs).unwrap();
+    let (roundings, _) = save_levels((finest, CHORD), coarser, path, (options, MOST), &mut outputs).unwrap();
     assert!(roundings.len() == coarser.len() + 1 && roundings.iter().all(|told| told.moved <= MOST), "{roundings:?}");
     outputs.publish().unwrap();
 }
@@ -126,6 +128,17 @@ fn a_level_with_nothing_coarser_shares_the_data() {
 }
 
 #[test]
+fn a_part_without_triangles_in_a_level_has_those_of_the_level_before() {
+    let path = folder("empty_level").join("box.glb");
+    let finest = level(0);
+    let mut empty = level(0);
+    empty.batches.clear();
+    save(&finest, &coarser(&[(empty, 0.4)]), &path, GlbOptions::PLAIN);
+    let read = read_back_level(&finest, 1, &path, (GlbOptions::PLAIN, MOST)).unwrap();
+    assert_eq!((read.triangles, read.unbalanced_edges), (60, 0));
+}
+
+#[test]
 fn without_levels_a_file_has_the_bytes_of_a_plain_one() {
     let folder = folder("no_levels");
     let finest = level(0);
@@ -143,19 +156,22 @@ fn meshes_that_are_not_levels_of_one_scene_are_refused_and_nothing_is_written() 
     let finest = level(0);
     let moved = box_frame(SIZE, &places()[1..]);
     let other = box_frame(DVec3::ONE, &places());
+    let mut edited = level(1);
+    edited.scene.parts[0].face_colours[2] = Some([0.0, 1.0, 0.0, 1.0]);
     let inf = f64::INFINITY;
     let cases = [
         (vec![(moved, 1.0)], UnfitLevel::OtherScene { level: 1 }),
+        (vec![(edited, 1.0)], UnfitLevel::OtherScene { level: 1 }),
         (vec![(level(1), 1.0), (other, 2.0)], UnfitLevel::OtherScene { level: 2 }),
-        (vec![(level(1), 0.0)], UnfitLevel::Chord { level: 1, chord: 0.0, before: 0.0 }),
-        (vec![(level(1), inf)], UnfitLevel::Chord { level: 1, chord: inf, before: 0.0 }),
+        (vec![(level(1), CHORD)], UnfitLevel::Chord { level: 1, chord: CHORD, before: CHORD }),
+        (vec![(level(1), inf)], UnfitLevel::Chord { level: 1, chord: inf, before: CHORD }),
         (vec![(level(1), 1.0), (level(2), 1.0)], UnfitLevel::Chord { level: 2, chord: 1.0, before: 1.0 }),
     ];
     for (frames, expected) in cases {
         let mut outputs = Outputs::default();
         let path = folder.join("box.glb");
         let with = (GlbOptions::PLAIN, MOST);
-        let error = save_levels(&finest, &coarser(&frames), &path, with, &mut outputs).unwrap_err();
+        let error = save_levels((&finest, CHORD), &coarser(&frames), &path, with, &mut outputs).unwrap_err();
         let told = error.cause.get_ref().and_then(|cause| cause.downcast_ref::<UnfitLevel>());
         assert_eq!(told, Some(&expected));
         drop(outputs);

@@ -647,6 +647,9 @@ typedef struct {
     uint64_t max_tile_triangles;
     // Memory of a frame at most, bytes, estimated; 0 = 16 GiB.
     uint64_t max_memory;
+    // Bytes of tiles that the sink may hold; 0 = any. Beyond it, tiles that no view draws are evicted, those first that
+    // were not drawn for longest. Tiles of a frame count from the next one on.
+    uint64_t resident_bytes;
 } tt_session_options;
 
 // Workers for one prepared model, and one sink that they keep up to date.

@@ -43,6 +43,9 @@ pub struct tt_session_options {
     pub max_tile_triangles: u64,
     /// Memory of a frame at most, bytes, estimated; 0 = 16 GiB.
     pub max_memory: u64,
+    /// Bytes of tiles that the sink may hold; 0 = any. Beyond it, tiles that no view draws are evicted, those first that
+    /// were not drawn for longest. Tiles of a frame count from the next one on.
+    pub resident_bytes: u64,
 }
 versioned!(tt_session_options);
 
@@ -115,6 +118,7 @@ pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(Se
         .with_levels(if from.levels == 0 { SessionOptions::DEFAULT.levels } else { from.levels as usize })
         .with_rebalance_every(from.rebalance_every)
         .with_reuse(if from.no_reuse != 0 { Reuse::NONE } else { Reuse::DEFAULT })
+        .with_resident_bytes((from.resident_bytes > 0).then_some(from.resident_bytes))
         .with_planner(planner);
     Ok((options, from.no_threads != 0))
 }

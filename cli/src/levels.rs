@@ -1,10 +1,11 @@
-//! Levels of detail of a GLB: coarser meshes of the same model, each made, checked and told as the finest is.
+//! Levels of detail of a GLB: coarser meshes of the same model, each checked and reported like the finest.
 
-use crate::report::{CHECK_FAILED, Entry, Report};
+use crate::report::{Entry, Report};
 use crate::rounded::{self, ReadBackRow};
 use crate::{Common, Failure, made};
 use glam::DVec3;
 use serde::Serialize;
+use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 use std::path::Path;
@@ -56,7 +57,7 @@ pub(crate) struct Level {
 }
 
 impl Level {
-    /// Makes level `number` of a model whose finest mesh has a tolerance. Segments may be longer as chord and angle are.
+    /// Makes level `number` of a model whose finest mesh has this tolerance. `max_edge` grows with the angle.
     pub(crate) fn make(
         prepared: &Arc<Prepared>,
         finest: &Tolerance,
@@ -89,8 +90,8 @@ impl Level {
         self.report.offset_mm = (-by).to_array();
     }
 
-    /// What is written.
-    pub(crate) fn written(&self) -> GlbLevel<'_> {
+    /// The level as the writer takes it.
+    pub(crate) fn as_glb_level(&self) -> GlbLevel<'_> {
         GlbLevel { frame: (&self.frame).into(), chord: self.tolerance.chord }
     }
 
@@ -120,12 +121,15 @@ impl Level {
             p999_deviation_over_tolerance: told.p999_deviation_over_tolerance,
             read_back: told.read_back,
         });
-        for mut entry in told.diagnostics {
-            let is_known = |known: &&Entry| (known.code, known.face) == (entry.code, entry.face);
-            if entry.code == CHECK_FAILED || report.diagnostics.iter().find(is_known).is_none() {
-                entry.reason = format!("level {number}: {}", entry.reason);
-                report.diagnostics.push(entry);
-            }
-        }
+        let known: BTreeSet<(&str, Option<u64>)> =
+            report.diagnostics.iter().map(|known| (known.code, known.face)).collect();
+        let is_new = |entry: &Entry| entry.face.is_none() || !known.contains(&(entry.code, entry.face));
+        // What reading and preparing told of no face is not of this level.
+        let of_model = |entry: &Entry| report.diagnostics.iter().any(|known| known.reason == entry.reason);
+        let new: Vec<Entry> = told.diagnostics.into_iter().filter(|entry| is_new(entry) && !of_model(entry)).collect();
+        report.diagnostics.extend(new.into_iter().map(|mut entry| {
+            entry.reason = format!("level {number}: {}", entry.reason);
+            entry
+        }));
     }
 }

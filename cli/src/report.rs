@@ -21,9 +21,6 @@ use trimtess::prepare::Prepared;
 /// Maximum number of diagnostics printed to standard error without `-v`. The rest is only counted.
 const PRINTED: usize = 12;
 
-/// Code of errors of `--check`.
-pub(crate) const CHECK_FAILED: &str = "check-failed";
-
 /// Seconds per stage. The stages sum to `total`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Seconds {
@@ -153,7 +150,7 @@ impl Report {
 
     /// Adds an error of `--check`.
     pub(crate) fn add_error(&mut self, reason: String) {
-        self.add(Severity::Error, None, CHECK_FAILED, reason);
+        self.add(Severity::Error, None, "check-failed", reason);
     }
 
     /// Adds a diagnostic that only the program reports. `face` is numbered across all instances.

@@ -47,7 +47,7 @@ pub(crate) struct TessellateArgs {
     #[arg(long, value_name = "HOW", value_delimiter = ',')]
     glb: Vec<Compact>,
     /// Coarser levels of detail in a GLB (MSFT_lod), each with 4 times the chord tolerance of the one before, and twice
-    /// its angle.
+    /// its angle. Limits hold for each.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(..=i64::from(levels::MOST)))]
     levels: u8,
     /// Write a report as JSON.
@@ -200,8 +200,8 @@ pub(crate) fn run(
     let most = rounded::most(tolerance.chord);
     let written = tracing::info_span!("write").in_scope(|| match format {
         Format::Glb(options) => {
-            let coarser: Vec<GlbLevel<'_>> = levels.iter().map(Level::written).collect();
-            out::save_levels(&frame, &coarser, &args.output, (options, most), &mut outputs.files)
+            let coarser: Vec<GlbLevel<'_>> = levels.iter().map(Level::as_glb_level).collect();
+            out::save_levels((&frame, tolerance.chord), &coarser, &args.output, (options, most), &mut outputs.files)
         }
         _ => out::save_pending(&frame, &args.output, format, most, &mut outputs.files)
             .map(|(rounding, pending)| (vec![rounding], pending)),

@@ -34,10 +34,9 @@ def interrupted(work, after):
     try:
         asks.start()
         work()
-        ended = True
+        ended, end = True, 0.0
     except KeyboardInterrupt:
-        ended = False
-    end = time.monotonic()
+        ended, end = False, time.monotonic()
     try:
         asks.join()
         time.sleep(0.001)

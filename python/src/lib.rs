@@ -36,7 +36,7 @@ mod prepared;
 
 use pyo3::prelude::*;
 
-/// The threads of a cancelled call free what others made: half as long as with the system's (decision 041).
+/// The threads of a cancelled call free what others made, which takes longer with the system's (decision 041).
 #[global_allocator]
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 

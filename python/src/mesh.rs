@@ -170,8 +170,8 @@ impl Mesh {
     ///         digits far from it.
     ///     glb: What a GLB asks of its readers, so that it is smaller: "instanced" (EXT_mesh_gpu_instancing), "quantized"
     ///         (KHR_mesh_quantization), "compressed" (EXT_meshopt_compression).
-    ///     levels: Coarser meshes of the same model, finest first: levels of detail of a GLB (MSFT_lod), which readers draw
-    ///         where the chord tolerance is a pixel or less.
+    ///     levels: Coarser meshes of the same model, finest first: levels of detail of a GLB (MSFT_lod), with the share of
+    ///         the screen at which the chord tolerance of each is a pixel.
     ///
     /// Raises:
     ///     ValueError: `glb` or `levels` are for another format, `glb` names something else, or `levels` are meshes of
@@ -189,9 +189,10 @@ impl Mesh {
         levels: Vec<PyRef<'_, Self>>,
     ) -> PyResult<Saved> {
         let job = Job { py, stage: "save", progress: None, workers: 1 };
+        let status = levels.iter().map(|mesh| mesh.status()).fold(self.status(), u8::max);
         let levels = levels.iter().map(|mesh| (Arc::clone(&mesh.frame), mesh.tolerance.chord)).collect();
         let how = How { chord: self.tolerance.chord, recenter, glb: &glb, levels };
-        save(&job, (&self.frame, &self.prepared), &path, how, self.status())
+        save(&job, (&self.frame, &self.prepared), &path, how, status)
     }
 
     /// Checks whether the mesh is closed and consistent, and measures area and volume. About 0.4 µs per triangle.

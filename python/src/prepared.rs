@@ -147,10 +147,13 @@ impl Prepared {
     ///     budget_ms: Time for the tiles of a frame, in milliseconds of one worker; what exceeds it waits for later frames.
     ///         No limit if None.
     ///     max_memory: Memory of a frame at most, bytes; that of `prepare` and `read` if None.
+    ///     resident_bytes: Bytes of tiles that are kept, as `tile` arrays have them. Beyond it, tiles that no view draws are
+    ///         evicted, those first that were not drawn for longest. No limit if None.
     ///
     /// Raises:
     ///     RangeError: The budget is not a finite number above 0.
-    #[pyo3(signature = (*, workers=None, edges=false, levels=4, budget_ms=None, max_memory=None))]
+    #[pyo3(signature = (*, workers=None, edges=false, levels=4, budget_ms=None, max_memory=None, resident_bytes=None))]
+    #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     fn session(
         &self,
         py: Python<'_>,
@@ -159,12 +162,14 @@ impl Prepared {
         levels: usize,
         budget_ms: Option<f64>,
         max_memory: Option<u64>,
+        resident_bytes: Option<u64>,
     ) -> PyResult<Session> {
         let budget = errors::positive(py, "budget_ms", budget_ms)?;
         let budget = budget.map(|ms| Duration::try_from_secs_f64(1e-3 * ms).unwrap_or(Duration::MAX));
         let planner = PlannerOptions::DEFAULT.with_limits(self.limits(max_memory)).with_budget(budget);
         let options = SessionOptions::DEFAULT.with_threads(workers.unwrap_or(0)).with_edge_lines(edges);
-        Session::start(py, &self.prepared, &options.with_levels(levels).with_planner(planner))
+        let options = options.with_levels(levels).with_planner(planner).with_resident_bytes(resident_bytes);
+        Session::start(py, &self.prepared, &options)
     }
 
     /// A view in which the whole model fits.

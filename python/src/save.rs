@@ -19,7 +19,7 @@ pub(crate) struct Saved {
     triangles: u64,
     /// Triangles left out, because corners of them round to one position in the file's numbers.
     collapsed_triangles: u64,
-    /// Faces that lost all triangles that way, numbered across all instances.
+    /// Faces that lost all triangles that way, numbered across all instances; those of coarser levels, too.
     collapsed_faces: Vec<u64>,
     /// Upper bound on the distance that the file's numbers move a vertex, millimetres.
     rounding_mm: f64,
@@ -47,7 +47,7 @@ pub(crate) struct How<'a> {
     pub(crate) levels: Vec<(Arc<PackedFrame>, f64)>,
 }
 
-/// Writes a frame. `status` is that of the mesh.
+/// Writes a frame. `status` is the worst of the meshes.
 pub(crate) fn save(
     job: &Job<'_>,
     (frame, prepared): (&Arc<PackedFrame>, &Prepared),
@@ -93,7 +93,7 @@ pub(crate) fn save(
                     chord: *chord,
                 });
                 let coarser: Vec<GlbLevel<'_>> = coarser.collect();
-                out::save_levels(&finest, &coarser, path, (options, most), &mut outputs)?.0
+                out::save_levels((&finest, chord), &coarser, path, (options, most), &mut outputs)?.0
             }
             _ => vec![out::save_pending(&finest, path, format, most, &mut outputs)?.0],
         };
@@ -107,14 +107,17 @@ pub(crate) fn save(
     let fits = |by, format| Rounding::fits_moved(&**frame, by, format, most);
     let helps = || [!recenter && centre != DVec3::ZERO && fits(-centre, format), fits(-offset, Format::Ply)];
     let mut roundings = saved.map_err(|failure| errors::unsaved(job.py, &failure, &text, helps))?;
-    let status = if roundings.iter().all(|rounding| rounding.collapsed_faces.is_empty()) { status } else { 3 };
+    let mut collapsed_faces: Vec<u64> =
+        roundings.iter().flat_map(|rounding| rounding.collapsed_faces.iter().copied()).collect();
+    collapsed_faces.sort_unstable();
+    collapsed_faces.dedup();
     let rounding = roundings.swap_remove(0);
     Ok(Saved {
         path: text,
         triangles: rounding.triangles,
         collapsed_triangles: rounding.collapsed,
-        status,
-        collapsed_faces: rounding.collapsed_faces,
+        status: if collapsed_faces.is_empty() { status } else { 3 },
+        collapsed_faces,
         rounding_mm: rounding.moved,
         offset_mm: offset.into(),
     })

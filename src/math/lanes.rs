@@ -1,4 +1,5 @@
-//! Loops over numbers, compiled for the widest registers that the processor has, chosen at run time.
+//! Loops over numbers, compiled for the registers that the processor has (on x86-64 with AVX2 or without), chosen at run
+//! time.
 
 use std::sync::LazyLock;
 

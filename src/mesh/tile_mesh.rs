@@ -73,6 +73,19 @@ pub struct TileMesh {
 }
 
 impl TileMesh {
+    /// Bytes of its lists, without spare capacity.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let Self { positions, normals, uvs, lines, origins, triangles } = self;
+        let lines = lines.iter().map(|lines| size_of_val(&lines[..])).sum::<usize>();
+        size_of_val(&positions[..])
+            + size_of_val(&normals[..])
+            + size_of_val(&uvs[..])
+            + lines
+            + size_of_val(&origins[..])
+            + size_of_val(&triangles[..])
+    }
+
     /// Empties all lists and keeps their capacity.
     pub fn clear(&mut self) {
         let Self { positions, normals, uvs, lines, origins, triangles } = self;

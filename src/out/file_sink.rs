@@ -55,18 +55,18 @@ pub fn save_pending<'a>(
     Ok((rounding, temporary))
 }
 
-/// Writes a GLB with levels of detail (MSFT_lod): each node has coarser nodes, and numbers that tell how small on the
-/// screen it is when they replace it. `coarser` are finest first. Returns what rounding costs in each level, beginning
-/// with `frame`, and the temporary name of the file, which appears when `outputs` are published.
+/// Writes a GLB with levels of detail (MSFT_lod): each node has coarser nodes, and the share of the screen below which
+/// each replaces it. `frame` was made within `chord` millimetres; `coarser` are finest first. Returns what rounding costs
+/// in each level, beginning with `frame`, and the temporary name of the file, which appears when `outputs` are published.
 ///
-/// A level replaces the one before it where its chord tolerance is a pixel or less, on a screen of 1920 by 1080. Readers
-/// that do not know the extension draw `frame`.
+/// At its share, the chord tolerance of a level is a pixel on a screen of 1920 by 1080. Readers that do not know the
+/// extension draw `frame`. Where a part has no triangles in a level, it has those of the level before.
 ///
 /// # Errors
 /// As [`save_within`], for each level; and [`UnfitLevel`](super::UnfitLevel) as the cause.
 #[cfg(feature = "glb")]
 pub fn save_levels<'a>(
-    frame: impl Into<FrameView<'a>>,
+    (frame, chord): (impl Into<FrameView<'a>>, f64),
     coarser: &[GlbLevel<'_>],
     path: &Path,
     (options, most): (GlbOptions, f64),
@@ -74,7 +74,7 @@ pub fn save_levels<'a>(
 ) -> Result<(Vec<Rounding>, PathBuf), SinkError> {
     let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
     let frame = frame.into();
-    super::glb_levels::check(frame.scene, coarser)
+    super::glb_levels::check(frame.scene, chord, coarser)
         .map_err(|unfit| context(std::io::Error::new(std::io::ErrorKind::InvalidInput, unfit)))?;
     let levels = std::iter::once(&frame).chain(coarser.iter().map(|level| &level.frame));
     let mut roundings = Vec::new();

@@ -73,14 +73,15 @@ pub(super) fn write_glb_within(
             let made = meshes.entry((level, instance.part, colour));
             *made.or_insert_with(|| glb.mesh(part, &shapes[level][row], instance.colour))
         };
-        let mut detail = Detail::default();
+        let (mut detail, mut listed) = (Detail::default(), None);
         let finest = mesh(&mut glb, 0);
         for (level, GlbLevel { chord, .. }) in (1..).zip(coarser).filter(|_| finest.is_some()) {
             let mesh = mesh(&mut glb, level);
-            let node = glb.node(&group, &names, (mesh, shapes[level][row].numbers), &Detail::default())?;
+            let with = (mesh, shapes[level][row].numbers);
+            let node = glb.node((&group, &names), with, &Detail::default(), &mut listed)?;
             detail.add(node.value() as u32, 2.0 * part.radius * scales[row], *chord);
         }
-        let inner = glb.node(&group, &names, (finest, shapes[0][row].numbers), &detail)?;
+        let inner = glb.node((&group, &names), (finest, shapes[0][row].numbers), &detail, &mut listed)?;
         children.push(place.around.iter().rev().fold(inner, |inner, around| {
             let (translation, children) = (Some(around.to_array()), Some(vec![inner]));
             glb.root.push(Node { translation, children, ..Node::default() })
@@ -138,7 +139,8 @@ struct Uses {
 }
 
 impl Glb {
-    /// The shapes of all parts in each level. Where a level has nothing coarser for a part, it shares the data.
+    /// The shapes of all parts in each level. Where a level has nothing coarser for a part, or no triangles, it shares the
+    /// data of the level before.
     fn shapes(&mut self, levels: &[&FrameView<'_>], most: f64) -> io::Result<Vec<Vec<PartShape>>> {
         let mut shapes: Vec<Vec<PartShape>> = Vec::new();
         let mut finer: Vec<PartRows<'_>> = Vec::new();
@@ -150,11 +152,12 @@ impl Glb {
             let numbers = PointNumbers::of(frame, self.options, most);
             let mut made = Vec::with_capacity(rows.len());
             for (row, (part, numbers)) in frame.scene.parts.iter().zip(numbers).enumerate() {
-                let known = finer.get(row).filter(|finer| is_same(finer, &rows[row])).and(shapes.last());
-                made.push(match known {
-                    Some(shapes) => shapes[row].clone(),
+                let before = shapes.last().map(|shapes| &shapes[row]);
+                let shape = match before.filter(|_| is_same(&finer[row], &rows[row])) {
+                    Some(before) => before.clone(),
                     None => self.shape((part, numbers), &rows[row])?,
-                });
+                };
+                made.push(before.filter(|_| shape.faces.is_empty()).cloned().unwrap_or(shape));
             }
             shapes.push(made);
             finer = rows;
@@ -347,13 +350,14 @@ impl Glb {
         Some(self.root.push(mesh))
     }
 
-    /// Adds the node of a group of instances that has the mesh. Where places need nodes around it, those are missing yet.
+    /// Adds the node of a group of instances that has the mesh. The caller adds those around it. `listed`: translations
+    /// and rotations of the group, once a node has made them.
     fn node(
         &mut self,
-        group: &NodeGroup,
-        names: &[&str],
+        (group, names): (&NodeGroup, &[&str]),
         (mesh, numbers): (Option<Index<Mesh>>, PointNumbers),
         detail: &Detail,
+        listed: &mut Option<[usize; 2]>,
     ) -> io::Result<Index<Node>> {
         let step = numbers.step.unwrap_or(1.0);
         let (mut extensions, mut extras) = (Vec::new(), Vec::new());
@@ -362,7 +366,7 @@ impl Glb {
             // Without a mesh there is nothing to list.
             (_, None) => Node::default(),
             (_, Some(_)) => {
-                extensions.push(self.list(group, step));
+                extensions.push(self.list(group, step, listed));
                 extras.push(format!(r#""names":{}"#, gltf_json::serialize::to_string(names)?));
                 let name = mesh.and_then(|mesh| self.root.get(mesh)).and_then(|mesh| mesh.name.clone());
                 Node { name, mesh, ..Node::default() }
@@ -380,7 +384,7 @@ impl Glb {
     }
 
     /// Adds the places of several instances. Returns the extension of their node.
-    fn list(&mut self, group: &NodeGroup, step: f32) -> String {
+    fn list(&mut self, group: &NodeGroup, step: f32, listed: &mut Option<[usize; 2]>) -> String {
         let Self { root, buffers, uses, .. } = self;
         uses.lists = true;
         let count = group.places.len();
@@ -390,13 +394,15 @@ impl Glb {
                 Turn::None | Turn::Axes(_) => ([0.0, 0.0, 0.0, 1.0], step),
             })
         };
-        let centres = group.places.iter().flat_map(|(_, place)| place.centre.to_array()).flat_map(f32::to_le_bytes);
-        let to = buffers.push(root, Stream::Translations, count, centres);
-        let turned = turns().flat_map(|(rotation, _)| rotation).flat_map(f32::to_le_bytes);
-        let by = buffers.push(root, Stream::Rotations, count, turned);
+        let [to, by] = *listed.get_or_insert_with(|| {
+            let centres = group.places.iter().flat_map(|(_, place)| place.centre.to_array()).flat_map(f32::to_le_bytes);
+            let to = buffers.push(root, Stream::Translations, count, centres);
+            let turned = turns().flat_map(|(rotation, _)| rotation).flat_map(f32::to_le_bytes);
+            let by = buffers.push(root, Stream::Rotations, count, turned);
+            [to.value(), by.value()]
+        });
         let scales = turns().flat_map(|(_, scale)| [scale; 3]).flat_map(f32::to_le_bytes);
-        let scales = buffers.push(root, Stream::Scales, count, scales);
-        let [to, by, scales] = [to, by, scales].map(|accessor| accessor.value());
+        let scales = buffers.push(root, Stream::Scales, count, scales).value();
         let attributes = format!(r#"{{"TRANSLATION":{to},"ROTATION":{by},"SCALE":{scales}}}"#);
         format!(r#""EXT_mesh_gpu_instancing":{{"attributes":{attributes}}}"#)
     }

@@ -12,7 +12,7 @@ const SCREEN: f64 = 1920.0 * 1080.0;
 pub struct GlbLevel<'a> {
     /// A frame of the same parts and instances.
     pub frame: FrameView<'a>,
-    /// The chord tolerance of the mesh, millimetres: positive, and larger than that of the level before.
+    /// The chord tolerance of the mesh, millimetres. Larger than that of the level before.
     pub chord: f64,
 }
 
@@ -25,13 +25,13 @@ pub enum UnfitLevel {
         /// Its number. The finest level is 0.
         level: usize,
     },
-    /// Its chord tolerance is not positive and finite, or not larger than that of the level before.
+    /// Its chord tolerance is not finite, or not larger than that of the level before.
     Chord {
         /// Its number. The finest level is 0.
         level: usize,
         /// Its chord tolerance, millimetres.
         chord: f64,
-        /// That of the level before, millimetres. 0 for level 1.
+        /// That of the level before, millimetres.
         before: f64,
     },
 }
@@ -49,16 +49,18 @@ impl fmt::Display for UnfitLevel {
 
 impl std::error::Error for UnfitLevel {}
 
-/// Checks that `coarser` are levels of `scene`, finest first.
-pub(super) fn check(scene: &Scene, coarser: &[GlbLevel<'_>]) -> Result<(), UnfitLevel> {
-    let mut before = 0.0;
+/// Checks that `coarser` are levels of `scene`, finest first, and coarser than `chord`.
+pub(super) fn check(scene: &Scene, chord: f64, coarser: &[GlbLevel<'_>]) -> Result<(), UnfitLevel> {
+    let mut before = chord;
     for (level, GlbLevel { frame, chord }) in (1..).zip(coarser) {
         let parts = frame.scene.parts.iter().zip(&scene.parts);
         let instances = frame.scene.instances.iter().zip(&scene.instances);
         let is_same = (frame.scene.parts.len(), frame.scene.instances.len())
             == (scene.parts.len(), scene.instances.len())
+            && parts.clone().all(|(a, b)| (&a.name, &a.face_colours) == (&b.name, &b.face_colours))
             && parts.clone().all(|(a, b)| (a.centre, a.radius) == (b.centre, b.radius))
-            && instances.clone().all(|(a, b)| (a.part, a.transform, a.colour) == (b.part, b.transform, b.colour));
+            && instances.clone().all(|(a, b)| (a.part, a.first_face) == (b.part, b.first_face))
+            && instances.clone().all(|(a, b)| (a.transform, a.colour) == (b.transform, b.colour));
         if !is_same {
             return Err(UnfitLevel::OtherScene { level });
         }
@@ -75,7 +77,7 @@ pub(super) fn check(scene: &Scene, coarser: &[GlbLevel<'_>]) -> Result<(), Unfit
 pub(super) struct Detail {
     /// Indices of nodes, finest first.
     nodes: Vec<u32>,
-    /// Shares of the screen: one for each node before the last, which is drawn however small it is.
+    /// The share of the screen below which each node replaces the level before it.
     shares: Vec<f32>,
 }
 

@@ -251,12 +251,12 @@ impl Rows {
             _ => sink.begin_changes(scene),
         }
         .map_err(FrameError::Sink)?;
+        let goes_on = || match feed {
+            Feed::All(control) if control.is_cancelled() => Err(FrameError::Cancelled),
+            _ => Ok(()),
+        };
         for (k, &Place { list, row, .. }) in self.order.iter().enumerate() {
-            if let Feed::All(control) = feed
-                && control.is_cancelled()
-            {
-                return Err(FrameError::Cancelled);
-            }
+            goes_on()?;
             self.given += 1;
             let (list, row) = (list as usize, row as usize);
             if is_written {
@@ -270,14 +270,15 @@ impl Rows {
             }
             sink.batch(&mut self.batches[list][row]).map_err(FrameError::Sink)?;
         }
-        let mut last = || {
-            self.lines.drain(..).try_for_each(|line| sink.edge_line(line))?;
-            if let Feed::Views { drawn, .. } = feed {
-                sink.drawn(drawn)?;
-            }
-            sink.end()
-        };
-        last().map_err(FrameError::Sink)
+        for line in self.lines.drain(..) {
+            goes_on()?;
+            sink.edge_line(line).map_err(FrameError::Sink)?;
+        }
+        goes_on()?;
+        if let Feed::Views { drawn, .. } = feed {
+            sink.drawn(drawn).map_err(FrameError::Sink)?;
+        }
+        sink.end().map_err(FrameError::Sink)
     }
 }
 

@@ -222,7 +222,7 @@ impl Engine {
         let Self { prepared, jobs, placed, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
             planner: Planner::new(&**jobs, Arc::clone(prepared), &self.options.planner),
-            residency: Residency::new(prepared),
+            residency: Residency::new(prepared, self.options.resident_bytes),
         });
         // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
         let shown = tracing::trace_span!("show").in_scope(|| {

@@ -99,6 +99,8 @@ pub(super) struct MadeTile {
     pub(super) tile: TileId,
     pub(super) face: FaceId,
     pub(super) triangles: u32,
+    /// What it takes in the sink.
+    pub(super) bytes: u32,
 }
 
 /// A tile with a [`Degradation`].

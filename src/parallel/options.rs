@@ -20,6 +20,10 @@ pub struct SessionOptions {
     pub planner: PlannerOptions,
     /// Maximum number of LODs per instanced part in frames of views (`Levels`). 0 is treated as 1.
     pub levels: usize,
+    /// Bytes of tiles that a sink of frames of views may hold, as they were sent; `None` = no limit. Beyond it, tiles that
+    /// no view draws are evicted, those first that were not drawn for longest, and with them what workers cache for them.
+    /// Tiles that are drawn stay. Those of a frame count from the next one on.
+    pub resident_bytes: Option<u64>,
     /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
     pub rebalance_every: Option<NonZeroU32>,
     /// What workers cache per tile for incremental updates in frames of views.
@@ -40,6 +44,7 @@ impl SessionOptions {
         edge_lines: true,
         planner: PlannerOptions::DEFAULT,
         levels: 4,
+        resident_bytes: None,
         rebalance_every: None,
         reuse: Reuse::DEFAULT,
         pin: false,
@@ -85,6 +90,12 @@ impl SessionOptions {
     #[must_use]
     pub const fn with_pin(self, pin: bool) -> Self {
         Self { pin, ..self }
+    }
+
+    /// Sets [`resident_bytes`](Self::resident_bytes).
+    #[must_use]
+    pub const fn with_resident_bytes(self, resident_bytes: Option<u64>) -> Self {
+        Self { resident_bytes, ..self }
     }
 
     /// Sets [`planner`](Self::planner).

@@ -22,6 +22,8 @@ struct PartTiles {
     recent: [Vec<u64>; 2],
     /// Triangle count of each tile, when it was last sent.
     triangles: Vec<u32>,
+    /// Bytes of each tile that is resident; of others 0.
+    bytes: Vec<u32>,
     tiles: usize,
     /// Whether `drawn` has any tile.
     is_drawn: bool,
@@ -43,6 +45,7 @@ impl PartTiles {
             recent: [words.clone(), words.clone()],
             drawn: words,
             triangles: vec![0; part.tiles.len()],
+            bytes: vec![0; part.tiles.len()],
             tiles: part.tiles.len(),
             is_drawn: false,
             is_outdated: true,
@@ -54,6 +57,7 @@ impl PartTiles {
     fn forget(&mut self) {
         self.is_outdated = true;
         self.present.fill(0);
+        self.bytes.fill(0);
         self.stale.fill(u64::MAX);
         if let Some(last) = self.stale.last_mut()
             && !self.tiles.is_multiple_of(64)
@@ -66,6 +70,10 @@ impl PartTiles {
 /// What one sink has of the model.
 pub(super) struct Residency {
     parts: Vec<PartTiles>,
+    /// Bytes of all resident tiles.
+    held: u64,
+    /// What they may be.
+    most: u64,
     /// Edges whose lines are outdated.
     edges: BTreeSet<(PartId, EdgeId)>,
     /// Whether the next frame must be a whole one.
@@ -99,9 +107,20 @@ pub(super) struct Due {
 }
 
 impl Residency {
-    pub(super) fn new(prepared: &Prepared) -> Self {
-        let (edges, shown) = (BTreeSet::new(), DrawnTiles::default());
-        let mut new = Self { parts: Vec::new(), edges, whole: true, from: None, known: 0, shown, placed: 0, frames: 0 };
+    /// `most`: bytes that resident tiles may take.
+    pub(super) fn new(prepared: &Prepared, most: Option<u64>) -> Self {
+        let mut new = Self {
+            parts: Vec::new(),
+            held: 0,
+            most: most.unwrap_or(u64::MAX),
+            edges: BTreeSet::new(),
+            whole: true,
+            from: None,
+            known: 0,
+            shown: DrawnTiles::default(),
+            placed: 0,
+            frames: 0,
+        };
         new.add_parts(prepared);
         new
     }
@@ -125,6 +144,7 @@ impl Residency {
             kept.unwrap_or_else(|| PartTiles::new(part))
         };
         self.parts = prepared.parts.iter().zip(from).map(state).collect();
+        self.held = self.parts.iter().flat_map(|part| &part.bytes).map(|&bytes| u64::from(bytes)).sum();
         if !self.whole {
             let new = successors(from);
             let edges = std::mem::take(&mut self.edges).into_iter();
@@ -142,8 +162,8 @@ impl Residency {
 
     /// Its memory, bytes.
     pub(super) fn memory(&self) -> usize {
-        /// Of a tile: its triangles, and five bits.
-        const TILE: usize = 5;
+        /// Of a tile: its triangles and bytes, and five bits.
+        const TILE: usize = 9;
         self.parts.iter().map(|part| size_of::<PartTiles>() + TILE * part.tiles).sum()
     }
 
@@ -152,6 +172,7 @@ impl Residency {
         self.whole = true;
         self.from = None;
         self.edges.clear();
+        self.held = 0;
         self.parts.iter_mut().for_each(PartTiles::forget);
     }
 
@@ -179,6 +200,9 @@ impl Residency {
             part.is_drawn = true;
         }
         self.age();
+        if self.held > self.most {
+            self.shed();
+        }
         let mut due = Due { whole: self.whole, from: self.from.clone(), ..Due::default() };
         for (p, part) in self.parts.iter().enumerate().filter(|(_, part)| part.is_drawn || part.is_outdated) {
             for (k, (&stale, &drawn)) in part.stale.iter().zip(&part.drawn).enumerate() {
@@ -224,16 +248,47 @@ impl Residency {
         }
     }
 
+    /// Marks tiles stale that no view draws, those first that were not drawn for longest, until the others take no more
+    /// than they may. That evicts them.
+    fn shed(&mut self) {
+        let going = |part: &PartTiles| -> u64 {
+            let words = part.stale.iter().zip(&part.drawn).zip(&part.present).enumerate();
+            let tiles = words.flat_map(|(k, ((stale, drawn), present))| tiles_of_word(stale & present & !drawn, k));
+            tiles.map(|TileId(tile)| u64::from(part.bytes[tile as usize])).sum()
+        };
+        let mut held = self.held - self.parts.iter().map(going).sum::<u64>();
+        // Drawn neither in this epoch nor in the one before, drawn in that one, drawn in this one.
+        for age in (0..3).rev() {
+            for part in &mut self.parts {
+                for (k, &present) in part.present.iter().enumerate() {
+                    let [now, before] = [&part.recent[0], &part.recent[1]].map(|recent| recent[k]);
+                    let of_age = [now, before & !now, !(now | before)][age];
+                    for TileId(tile) in tiles_of_word(present & of_age & !part.drawn[k] & !part.stale[k], k) {
+                        if held <= self.most {
+                            return;
+                        }
+                        held -= u64::from(part.bytes[tile as usize]);
+                        part.stale[k] |= 1 << (tile & 63);
+                        part.is_outdated = true;
+                    }
+                }
+            }
+        }
+    }
+
     /// Whether the last committed frame had the same drawn tiles, and instances of this version.
     pub(super) fn shows(&self, drawn: &DrawnTiles, placed: u64) -> bool {
         self.placed == placed && self.shown == *drawn
     }
 
-    /// Records that `due` was committed. `made`: the triangle count of each tile.
+    /// Records that `due` was committed. `made`: what was sent of each tile.
     pub(super) fn committed(&mut self, due: &Due, made: &[MadeTile], (drawn, placed): (&DrawnTiles, u64)) {
         (self.whole, self.placed) = (false, placed);
-        for &MadeTile { part, tile: TileId(tile), triangles, .. } in made {
-            self.parts[part.index()].triangles[tile as usize] = triangles;
+        for &MadeTile { part, tile: TileId(tile), triangles, bytes, .. } in made {
+            let part = &mut self.parts[part.index()];
+            part.triangles[tile as usize] = triangles;
+            let before = std::mem::replace(&mut part.bytes[tile as usize], bytes);
+            self.held = self.held - u64::from(before) + u64::from(bytes);
         }
         (self.from, self.known) = (None, self.parts.len());
         self.edges.clear();
@@ -245,7 +300,9 @@ impl Residency {
             part.present[word] |= bit;
         }
         for &(part, TileId(tile), _) in &due.forgotten {
-            self.parts[part.index()].present[tile as usize >> 6] &= !(1 << (tile & 63));
+            let part = &mut self.parts[part.index()];
+            part.present[tile as usize >> 6] &= !(1 << (tile & 63));
+            self.held -= u64::from(std::mem::take(&mut part.bytes[tile as usize]));
         }
     }
 }

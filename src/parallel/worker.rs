@@ -170,7 +170,9 @@ impl<S: Stages> Worker<S> {
             }
             let mesh = take(&mut delivery, part, tile, outcome);
             if is_sent {
-                delivery.made.push(MadeTile { part, tile, face, triangles });
+                let bytes = delivery.written.last_bytes().filter(|_| writer.is_some()).unwrap_or_else(|| mesh.bytes());
+                let bytes = bytes.try_into().unwrap_or(u32::MAX);
+                delivery.made.push(MadeTile { part, tile, face, triangles, bytes });
             }
             if is_sent && writer.is_none() {
                 delivery.batches.push(Batch { part, face, tile, worker: self.number, mesh });

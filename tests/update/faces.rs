@@ -147,7 +147,6 @@ fn faces_that_were_mended_are_taken_over_with_what_was_done() {
     let before = odd_faces();
     let prepared = Arc::new(prepare(before.clone(), &OPTIONS).unwrap());
     let kinds: BTreeSet<&str> = prepared.diagnostics.iter().map(|diagnostic| diagnostic.kind.code()).collect();
-    println!("{kinds:?}");
     assert!(kinds.contains("loop-lobes-turned") && kinds.iter().any(|kind| kind.starts_with("wire-gap")), "{kinds:?}");
     let mut model = before.clone();
     let last = VertexId::new(model.parts[0].vertices.len() - 1);

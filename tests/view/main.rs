@@ -17,6 +17,7 @@ mod pixels;
 mod random;
 #[cfg(feature = "serde")]
 mod recorded;
+mod resident;
 mod updated;
 
 use common::{prepared, whole_frame};

@@ -6,7 +6,8 @@
  *
  * The chord is 1e-3 of the model's diagonal, the angle 20°. The module: from the bytes of the file to typed arrays, the
  * least of three rounds in one process ("compiled"), and the first file of a process ("first", the least of two), in
- * which the JavaScript engine compiles the code on the way. The program: its start, and a GLB on a memory disk, included.
+ * which the JavaScript engine compiles the code on the way. The program: its start, and a GLB in the folder for temporary
+ * files ($TMPDIR: name a memory disk), included.
  */
 
 import { spawnSync } from "node:child_process";
@@ -21,6 +22,7 @@ const WASM = new URL("../dist/wasm/", import.meta.url);
 /** Seconds from the bytes of a file to typed arrays. @param {Uint8Array} bytes @param {any} wasm */
 function meshed(bytes, wasm) {
   const start = performance.now();
+  // `prepare` consumes the model.
   const prepared = wasm.read(bytes, "", undefined).prepare(undefined);
   const mesh = prepared.tessellate({ chordRel: 1e-3, angle: Math.PI / 9 }, undefined, undefined);
   mesh.complete();
@@ -59,8 +61,14 @@ function native(file) {
   return (performance.now() - start) / 1000;
 }
 
+/** @param {string} file */
+function once(file) {
+  const { status, stdout } = spawnSync(process.execPath, [fileURLToPath(import.meta.url), "--once", file]);
+  if (status !== 0) throw new Error(`a process for one file ended with ${status}`);
+  return Number(stdout);
+}
+
 const wasm = await module();
-const self = fileURLToPath(import.meta.url);
 const rows = [];
 console.log("| File | program: s | compiled: s | times | first: s | times |\n|---|---|---|---|---|---|");
 for (const file of files) {
@@ -68,7 +76,7 @@ for (const file of files) {
     const bytes = readFileSync(file);
     const one = least(ROUNDS, () => native(file));
     const compiled = least(ROUNDS, () => meshed(bytes, wasm));
-    const first = least(2, () => Number(spawnSync(process.execPath, [self, "--once", file], { encoding: "utf8" }).stdout));
+    const first = least(2, () => once(file));
     rows.push([one, compiled, first]);
     const told = [one, compiled, compiled / one, first, first / one].map((number) => number.toFixed(3));
     console.log(`| ${basename(file)} | ${told.join(" | ")} |`);

@@ -216,6 +216,7 @@ class Prepared:
         levels: int = 4,
         budget_ms: Optional[float] = None,
         max_memory: Optional[int] = None,
+        resident_bytes: Optional[int] = None,
     ) -> Session: ...
     def view(
         self,
