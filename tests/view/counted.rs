@@ -5,11 +5,13 @@ use trimtess::control::{Job, Jobs, Priority, Threads};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
 use trimtess::model::PartId;
 
-/// A sink in memory that counts frames, and refuses them on request.
+/// A sink in memory that counts frames and bytes, and refuses them on request.
 #[derive(Default)]
 pub(crate) struct Counting {
     pub(crate) sink: MemorySink,
     pub(crate) frames: usize,
+    /// Bytes of the tiles that were sent.
+    pub(crate) sent: u64,
     pub(crate) refuses: bool,
 }
 
@@ -27,6 +29,7 @@ impl MeshSink for Counting {
         self.sink.begin_update(scene, from)
     }
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
+        self.sent += batch.mesh.bytes() as u64;
         self.sink.batch(batch)
     }
     fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {

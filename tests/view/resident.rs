@@ -1,50 +1,17 @@
 //! A limit on the bytes that a sink holds.
 
+use super::counted::Counting;
 use super::frames::{balanced, drawn, from_scratch, options, path};
 use super::shape;
 use crate::random::SplitMix;
 use std::sync::Arc;
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
+use trimtess::mesh::{Batch, MemorySink};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
 
-/// A sink in memory that counts what the last frame sent, bytes.
-#[derive(Default)]
-struct Weighed {
-    sink: MemorySink,
-    sent: u64,
-}
-
-impl Weighed {
-    fn of(batches: &[Batch]) -> u64 {
-        batches.iter().map(|batch| batch.mesh.bytes() as u64).sum()
-    }
-}
-
-impl MeshSink for Weighed {
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.sink.begin(scene)
-    }
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.sink.begin_changes(scene)
-    }
-    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
-        self.sent += batch.mesh.bytes() as u64;
-        self.sink.batch(batch)
-    }
-    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
-        self.sink.edge_line(line)
-    }
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
-        self.sink.drawn(drawn)
-    }
-    fn end(&mut self) -> Result<(), SinkError> {
-        self.sink.end()
-    }
-    fn abort(&mut self) {
-        self.sink.abort();
-    }
+fn bytes(batches: &[Batch]) -> u64 {
+    batches.iter().map(|batch| batch.mesh.bytes() as u64).sum()
 }
 
 fn close_ups(prepared: &Prepared) -> Vec<View> {
@@ -66,17 +33,17 @@ fn a_sink_holds_no_more_than_it_may_and_what_is_drawn_and_new() {
         let mut peak = 0;
         for &view in &views {
             session.view(&[view], &mut free).unwrap();
-            peak = peak.max(Weighed::of(&free.batches));
+            peak = peak.max(bytes(&free.batches));
         }
         let mut evicted = 0;
         for most in [0, peak / 4, peak / 2, peak] {
             let mut session = start(&prepared, options(2), Some(most));
-            let mut sink = Weighed::default();
+            let mut sink = Counting::default();
             for (k, &view) in views.iter().enumerate() {
                 sink.sent = 0;
                 let report = session.view(&[view], &mut sink).unwrap();
                 let shown = drawn(&sink.sink);
-                let (held, shown_bytes) = (Weighed::of(&sink.sink.batches), Weighed::of(&shown));
+                let (held, shown_bytes) = (bytes(&sink.sink.batches), bytes(&shown));
                 assert!(held <= most.max(shown_bytes) + sink.sent, "{name} {most} {k}: {held}, {shown_bytes} drawn");
                 assert!(shown == drawn(&from_scratch(&session)), "{name} {most} {k}");
                 balanced(&prepared, session.plan().unwrap(), &shown, &format!("{name} {most} {k}"));
@@ -85,8 +52,8 @@ fn a_sink_holds_no_more_than_it_may_and_what_is_drawn_and_new() {
             // A still camera: what was over goes, then nothing happens.
             let last = *views.last().unwrap();
             session.view(&[last], &mut sink).unwrap();
-            let shown = Weighed::of(&drawn(&sink.sink));
-            assert!(Weighed::of(&sink.sink.batches) <= most.max(shown), "{name} {most}");
+            let shown = bytes(&drawn(&sink.sink));
+            assert!(bytes(&sink.sink.batches) <= most.max(shown), "{name} {most}");
             sink.sent = 0;
             let still = session.view(&[last], &mut sink).unwrap();
             assert_eq!((still.forgotten, sink.sent), (0, 0), "{name} {most}");
