@@ -9,9 +9,8 @@ use super::cdt::{self, AtCrossings, Segment};
 use super::input::TrimInput;
 use super::output::TrimOutput;
 use super::rings::{Ring, RingOrigin, Rings, corner_after, next_chain};
-use super::slits::Slits;
 use super::trace::{InCellLoop, Trace};
-use super::triangulate::{EAR_LIMIT, EarPolygon};
+use super::triangulate::Polygon;
 use crate::math::predicates::orient2d;
 use crate::math::sets::DisjointSets;
 use std::collections::{BTreeMap, VecDeque};
@@ -22,6 +21,9 @@ const FULL_CELLS_AFTER: u32 = 3;
 /// Refusals after which the whole tile is triangulated instead: by then the cluster holds most of the tile, or the
 /// loops are not simple.
 const GIVE_UP_AFTER: u32 = 24;
+
+/// Most vertices of two rings that are merged: which of their edges cancel is found edge by edge.
+const MOST_MERGED: usize = 96;
 
 /// Marks triangles that were replaced.
 const DEAD: [u32; 3] = [u32::MAX; 3];
@@ -35,8 +37,7 @@ struct Cleanup<'a> {
     tile: &'a TrimInput<'a>,
     trace: &'a Trace,
     rings: &'a mut Rings,
-    slits: &'a mut Slits,
-    polygon: &'a mut EarPolygon,
+    polygon: &'a mut Polygon,
     out: &'a mut TrimOutput,
     /// The in-cell loops, by cell.
     loops: Vec<InCellLoop>,
@@ -57,8 +58,7 @@ pub(crate) fn clean_up(
     tile: &TrimInput<'_>,
     trace: &Trace,
     rings: &mut Rings,
-    slits: &mut Slits,
-    polygon: &mut EarPolygon,
+    polygon: &mut Polygon,
     out: &mut TrimOutput,
 ) -> Result<(), NotSimple> {
     let mut loops = trace.in_cell_loops.clone();
@@ -74,7 +74,6 @@ pub(crate) fn clean_up(
         tile,
         trace,
         rings,
-        slits,
         polygon,
         out,
         loops,
@@ -141,8 +140,7 @@ impl Cleanup<'_> {
 
     // -- loops inside one cell
 
-    /// Joins the loops of each cell with each other and with the rings of that cell. Slits connect a few holes in one
-    /// ring.
+    /// Joins the loops of each cell with each other and with the rings of that cell.
     fn group_loops(&mut self) {
         let mut from = 0;
         while from < self.loops.len() {
@@ -150,7 +148,7 @@ impl Cleanup<'_> {
             let to = from + self.loops[from..].iter().take_while(|l| l.cell == cell).count();
             let surroundings = self.rings_of_cell(cell);
             let piece = self.add_piece(RingOrigin::Loops(from as u32, to as u32));
-            let triangles = self.triangulate_with_slits(from..to, &surroundings);
+            let triangles = self.triangulate_with_rings(from..to, &surroundings);
             for ring in surroundings {
                 self.join(piece, ring);
             }
@@ -162,16 +160,21 @@ impl Cleanup<'_> {
         }
     }
 
-    fn triangulate_with_slits(&mut self, loops: Range<usize>, surroundings: &[u32]) -> Option<Vec<[u32; 3]>> {
-        match surroundings {
-            [] => self.polygon.clear(),
-            &[ring] => self.reload(ring),
-            _ => return None,
+    fn triangulate_with_rings(&mut self, loops: Range<usize>, surroundings: &[u32]) -> Option<Vec<[u32; 3]>> {
+        let mut rings = Vec::with_capacity(surroundings.len());
+        for &ring in surroundings {
+            self.reload(ring);
+            rings.push((self.polygon.ids.clone(), self.polygon.points.clone()));
         }
-        let indices = self.loops[loops].iter().map(|l| l.loop_index);
+        self.polygon.clear();
+        for (ids, points) in rings {
+            self.polygon.begin_loop();
+            self.polygon.ids.extend(ids);
+            self.polygon.points.extend(points);
+        }
+        self.loops[loops].iter().for_each(|l| self.polygon.add_loop(self.tile, l.loop_index));
         let mut triangles = Vec::new();
-        let joined = self.slits.join_holes(self.tile, indices, self.polygon);
-        (joined && self.polygon.triangulate(&mut triangles)).then_some(triangles)
+        self.polygon.triangulate(&mut triangles).then_some(triangles)
     }
 
     fn loop_ends(&self, index: usize) -> [u32; 2] {
@@ -241,7 +244,7 @@ impl Cleanup<'_> {
         for ring in [a, b] {
             self.reload(ring);
             let ids = &self.polygon.ids;
-            if edges.len() + ids.len() > EAR_LIMIT {
+            if edges.len() + ids.len() > MOST_MERGED {
                 return false;
             }
             for (k, &id) in ids.iter().enumerate() {

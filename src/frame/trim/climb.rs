@@ -4,7 +4,7 @@ use super::chain::Fingerprint;
 use super::distinct::{Distinct, by_distinct};
 use super::input::{CORNER_CLEARANCE, TrimInput, TrimInputError};
 use super::output::{TrimOutcome, TrimOutput};
-use super::{cleanup, close, reference, rings, slits, trace, triangulate};
+use super::{cleanup, close, reference, rings, trace, triangulate};
 
 /// Reusable buffers of [`trim_tile`]. Results do not depend on earlier calls.
 #[derive(Default)]
@@ -18,8 +18,7 @@ pub struct TrimScratch {
 pub(crate) struct Rungs {
     pub(crate) trace: trace::Trace,
     pub(crate) rings: rings::Rings,
-    pub(crate) slits: slits::Slits,
-    pub(crate) polygon: triangulate::EarPolygon,
+    pub(crate) polygon: triangulate::Polygon,
 }
 
 /// Triangulates the trimmed part of one tile.
@@ -74,17 +73,17 @@ impl Rungs {
         tile: &TrimInput<'_>,
         out: &mut TrimOutput,
     ) -> Result<TrimOutcome, Refusal> {
-        let Self { trace, rings, slits, polygon, .. } = self;
+        let Self { trace, rings, polygon } = self;
         out.stats.crossings = trace.crossings.len() as u32;
-        // No certificate is needed: the boundary of a slit polygon and of its triangles is the loops.
-        if rings.build_one_cell(tile, trace, slits, polygon, out) {
+        // No certificate is needed: the boundary of the triangles of all loops is the loops.
+        if rings.build_one_cell(tile, trace, polygon, out) {
             return Ok(TrimOutcome::Certified);
         }
         rings.build(tile, trace, polygon, out, |_| false).map_err(|_| Refusal::OrderOfCrossings)?;
         out.stats.rings = rings.rings.len() as u32;
         out.stats.failed_rings = rings.failed;
         if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
-            cleanup::clean_up(tile, trace, rings, slits, polygon, out).map_err(|_| Refusal::NotSimple)?;
+            cleanup::clean_up(tile, trace, rings, polygon, out).map_err(|_| Refusal::NotSimple)?;
             certified(tile, out)
         } else if rings.close(trace) {
             Ok(TrimOutcome::Certified)

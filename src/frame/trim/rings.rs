@@ -6,9 +6,8 @@
 
 use super::input::{NONE, TrimInput};
 use super::output::TrimOutput;
-use super::slits::Slits;
 use super::trace::Trace;
-use super::triangulate::{EAR_LIMIT, EarPolygon};
+use super::triangulate::Polygon;
 
 /// Contradictory loops: crossings do not alternate, or a region reaches beyond the tile.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +53,7 @@ impl Rings {
         &mut self,
         tile: &TrimInput<'_>,
         trace: &Trace,
-        polygon: &mut EarPolygon,
+        polygon: &mut Polygon,
         out: &mut TrimOutput,
         kept: impl Fn([u16; 2]) -> bool,
     ) -> Result<(), Inconsistent> {
@@ -77,14 +76,13 @@ impl Rings {
         Ok(())
     }
 
-    /// Triangulates a small region whose loops cross no lattice line, as on most plane faces, without rings. Returns
-    /// false if it has crossings, too many vertices or more than one part, or cannot be triangulated directly.
+    /// Triangulates a region whose loops cross no lattice line, as on most plane faces, without rings. Returns false if
+    /// it has crossings or more than one cell, or cannot be triangulated directly.
     pub(crate) fn build_one_cell(
         &mut self,
         tile: &TrimInput<'_>,
         trace: &Trace,
-        slits: &mut Slits,
-        polygon: &mut EarPolygon,
+        polygon: &mut Polygon,
         out: &mut TrimOutput,
     ) -> bool {
         self.rings.clear();
@@ -93,15 +91,16 @@ impl Rings {
         let loops = &trace.in_cell_loops;
         let one_cell =
             trace.crossings.is_empty() && loops.first().is_some_and(|f| loops.iter().all(|l| l.cell == f.cell));
-        if !one_cell || tile.points.len() > EAR_LIMIT {
+        if !one_cell {
             return false;
         }
         polygon.clear();
-        slits.join_holes(tile, loops.iter().map(|l| l.loop_index), polygon) && polygon.triangulate(&mut out.triangles)
+        loops.iter().for_each(|l| polygon.add_loop(tile, l.loop_index));
+        polygon.triangulate(&mut out.triangles)
     }
 
     #[inline(always)]
-    fn add(&mut self, origin: RingOrigin, polygon: &mut EarPolygon, out: &mut TrimOutput) {
+    fn add(&mut self, origin: RingOrigin, polygon: &mut Polygon, out: &mut TrimOutput) {
         let before = out.triangles.len() as u32;
         let solved = polygon.triangulate(&mut out.triangles);
         self.failed += u32::from(!solved);
@@ -109,7 +108,7 @@ impl Rings {
     }
 
     /// Lists cells with four kept corners and no crossing, 64 at a time.
-    fn list_full_cells(&mut self, tile: &TrimInput<'_>, trace: &Trace, polygon: &mut EarPolygon, out: &mut TrimOutput) {
+    fn list_full_cells(&mut self, tile: &TrimInput<'_>, trace: &Trace, polygon: &mut Polygon, out: &mut TrimOutput) {
         let (_, nv) = trace.cells();
         for row in 0..nv {
             for word in 0..trace.kept.words_per_row() {
@@ -145,7 +144,7 @@ impl Rings {
     }
 
     /// Loads the polygon of a ring again; clears it for in-cell loops.
-    pub(crate) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, origin: RingOrigin, polygon: &mut EarPolygon) {
+    pub(crate) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, origin: RingOrigin, polygon: &mut Polygon) {
         match origin {
             RingOrigin::Chain(k) => {
                 let again = walk(tile, trace, k, polygon, |_| ());
@@ -167,7 +166,7 @@ fn ones(mut word: u64) -> impl Iterator<Item = u32> {
 }
 
 /// Loads the corners of a cell as a polygon, with snapped ones replaced.
-fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut EarPolygon) {
+fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut Polygon) {
     let (i, j) = ((cell % tile.cells.0) as usize, (cell / tile.cells.0) as usize);
     polygon.clear();
     for (a, b) in [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)] {
@@ -184,7 +183,7 @@ fn walk(
     tile: &TrimInput<'_>,
     trace: &Trace,
     first: u32,
-    polygon: &mut EarPolygon,
+    polygon: &mut Polygon,
     mut visit: impl FnMut(u32),
 ) -> Result<usize, Inconsistent> {
     polygon.clear();
@@ -219,7 +218,7 @@ fn walk(
 
 /// Pushes the tessellants of chain `k` and returns the crossing where it ends.
 #[inline(always)]
-fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut EarPolygon) -> u32 {
+fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut Polygon) -> u32 {
     let from = &trace.crossings[k as usize];
     let to = &trace.crossings[from.next as usize];
     let (start, end) = (tile.loop_starts[from.loop_index as usize], tile.loop_starts[from.loop_index as usize + 1]);

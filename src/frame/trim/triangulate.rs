@@ -1,58 +1,47 @@
-//! A polygon -> strictly positive triangles with the same boundary, or a refusal.
+//! A polygon, with loops inside it if it has any -> strictly positive triangles with the same boundary, or a refusal.
 //!
-//! Methods: two chains that face each other are zipped, and the in-circle test chooses the side to advance. Other
-//! polygons lose their best ear first; an ear whose circumcircle holds another vertex waits. Both come close to the
-//! Delaunay triangulation at a fraction of its cost.
+//! Methods: two chains that face each other are zipped, and the in-circle test chooses the side to advance. Others are
+//! swept.
 
+use super::input::TrimInput;
+use super::sweep::Sweep;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
-/// Largest polygon for ear clipping, which takes quadratic time: 0.05 us per vertex at 16 vertices, 0.11 at 40, 0.27 to
-/// 0.44 at 96 (bench `one_cell`, round and spiky polygons). The constrained Delaunay triangulation takes 0.3 to 0.6 at
-/// any size. Half the limit would double the time of polygons in between; twice the limit would make spiky ones twice
-/// as slow as that triangulation.
-pub(crate) const EAR_LIMIT: usize = 96;
-
-/// Factor on the quality of an ear whose circumcircle is not empty: it waits for all Delaunay ears.
-const NOT_DELAUNAY: f64 = 1e-9;
-
-/// In-circle determinants below this count as empty, so that cocircular corners of regular shapes do not wait.
-const COCIRCULAR: f64 = 1e-12;
-
 /// A polygon under construction, and the buffers to triangulate it.
 #[derive(Default)]
-pub(crate) struct EarPolygon {
+pub(crate) struct Polygon {
     pub(crate) ids: Vec<u32>,
     pub(crate) points: Vec<DVec2>,
     /// The first `zip` vertices and the others are two chains that face each other; 0 if they are not.
     pub(crate) zip: usize,
-    ears: Ears,
-}
-
-/// Linked polygon vertices with the turn and the quality of the ear at each.
-struct Ears {
-    next: [u8; EAR_LIMIT],
-    prev: [u8; EAR_LIMIT],
-    turn: [f64; EAR_LIMIT],
-    quality: [f64; EAR_LIMIT],
-}
-
-impl Default for Ears {
-    fn default() -> Self {
-        Self { next: [0; EAR_LIMIT], prev: [0; EAR_LIMIT], turn: [0.0; EAR_LIMIT], quality: [0.0; EAR_LIMIT] }
-    }
+    /// Where each loop starts.
+    starts: Vec<u32>,
+    sweep: Sweep,
 }
 
 /// Quality where no positive triangle can be cut off.
 const NO_EAR: f64 = -1.0;
-/// Quality of an ear that holds a vertex. It is rated again after the next ear is cut.
-const BLOCKED: f64 = -2.0;
-
-impl EarPolygon {
+impl Polygon {
     pub(crate) fn clear(&mut self) {
         self.ids.clear();
         self.points.clear();
+        self.starts.clear();
         self.zip = 0;
+    }
+
+    /// Begins another loop: a hole in the region so far, an island in a hole, or a region beside it.
+    pub(crate) fn begin_loop(&mut self) {
+        self.starts.push(self.ids.len() as u32);
+        self.zip = 0;
+    }
+
+    /// Adds a loop of the tile's.
+    pub(crate) fn add_loop(&mut self, tile: &TrimInput<'_>, index: u32) {
+        let ends = [0, 1].map(|k| tile.loop_starts[(index + k) as usize]);
+        self.begin_loop();
+        self.ids.extend(ends[0]..ends[1]);
+        self.points.extend_from_slice(&tile.points[ends[0] as usize..ends[1] as usize]);
     }
 
     /// Appends a vertex; a repeated vertex is skipped, and a spike v, w, v becomes v. Neither changes the boundary as a
@@ -108,31 +97,32 @@ impl EarPolygon {
     /// fails. A polygon without vertices has no triangles.
     #[inline]
     pub(crate) fn triangulate(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
-        let n = self.ids.len();
-        match n {
-            0..=2 => return true,
-            3 => {
+        match (self.ids.len(), self.starts.len()) {
+            (0..=2, _) => return true,
+            (3, 0..=1) => {
                 let is_positive = orient2d(self.points[0], self.points[1], self.points[2]) > 0.0;
                 if is_positive {
                     self.emit(out, 0, 1, 2);
                 }
                 return is_positive;
             }
-            4 => return self.quad(out, [0, 1, 2, 3]),
+            (4, 0..=1) => return self.quad(out, [0, 1, 2, 3]),
             _ => {}
         }
-        let before = out.len();
         if self.zip > 0 {
+            let before = out.len();
             if self.zipper(out) {
                 return true;
             }
             out.truncate(before);
         }
-        let done = n <= EAR_LIMIT && self.clip_ears(out);
-        if !done {
-            out.truncate(before);
-        }
-        done
+        let whole = [0];
+        let starts = if self.starts.is_empty() { &whole[..] } else { &self.starts };
+        let swept = self.sweep.triangulate(&self.points, starts);
+        swept.is_ok_and(|mesh| {
+            out.extend(mesh.triangles().map(|t| t.map(|v| self.ids[v as usize])));
+            true
+        })
     }
 
     #[inline(always)]
@@ -197,114 +187,6 @@ impl EarPolygon {
             }
         }
     }
-
-    /// Cuts ears off, and splits the quadrilateral that is left.
-    fn clip_ears(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
-        let n = self.ids.len();
-        let mut not_convex = 0;
-        for b in 0..n {
-            self.ears.prev[b] = (if b == 0 { n - 1 } else { b - 1 }) as u8;
-            self.ears.next[b] = (if b + 1 == n { 0 } else { b + 1 }) as u8;
-            self.rate(b);
-            not_convex += usize::from(self.ears.turn[b] <= 0.0);
-        }
-        let (mut start, mut left) = (0, n);
-        while left > 4 {
-            let Some(best) = self.best_ear(start, left) else { return false };
-            let (a, c) = (self.prev(best), self.next(best));
-            if not_convex > 0 && self.holds_vertex(a, best, c) {
-                self.ears.quality[best] = BLOCKED;
-                continue;
-            }
-            if self.ears.quality[best] > NOT_DELAUNAY && self.circle_holds_vertex(a, best, c) {
-                self.ears.quality[best] *= NOT_DELAUNAY;
-                continue;
-            }
-            self.emit(out, a, best, c);
-            self.ears.next[a] = c as u8;
-            self.ears.prev[c] = a as u8;
-            (start, left) = (c, left - 1);
-            for b in [a, c] {
-                not_convex -= usize::from(self.ears.turn[b] <= 0.0);
-                self.rate(b);
-                not_convex += usize::from(self.ears.turn[b] <= 0.0);
-            }
-            self.unblock(start, left);
-        }
-        let (b, d) = (self.next(start), self.prev(start));
-        self.quad(out, [start, b, self.next(b), d])
-    }
-
-    fn next(&self, k: usize) -> usize {
-        usize::from(self.ears.next[k])
-    }
-
-    fn prev(&self, k: usize) -> usize {
-        usize::from(self.ears.prev[k])
-    }
-
-    /// Updates turn and quality of the ear at `b`.
-    fn rate(&mut self, b: usize) {
-        let (pa, pb, pc) = (self.points[self.prev(b)], self.points[b], self.points[self.next(b)]);
-        let turn = orient2d(pa, pb, pc);
-        self.ears.turn[b] = turn;
-        self.ears.quality[b] = if turn > 0.0 { quality(pa, pb, pc, turn) } else { NO_EAR };
-    }
-
-    fn best_ear(&self, start: usize, left: usize) -> Option<usize> {
-        let (mut best, mut best_quality) = (None, 0.0);
-        let mut b = start;
-        for _ in 0..left {
-            if self.ears.quality[b] > best_quality {
-                (best, best_quality) = (Some(b), self.ears.quality[b]);
-            }
-            b = self.next(b);
-        }
-        best
-    }
-
-    /// Whether a vertex that is not convex lies in the closed ear. Repetitions of the ear's own vertices do not count.
-    fn holds_vertex(&self, a: usize, b: usize, c: usize) -> bool {
-        let [pa, pb, pc] = [a, b, c].map(|k| self.points[k]);
-        let mut r = self.next(c);
-        while r != a {
-            let (p, id) = (self.points[r], self.ids[r]);
-            if self.ears.turn[r] <= 0.0
-                && id != self.ids[a]
-                && id != self.ids[b]
-                && id != self.ids[c]
-                && orient2d(pc, pa, p) >= 0.0
-                && orient2d(pa, pb, p) >= 0.0
-                && orient2d(pb, pc, p) >= 0.0
-            {
-                return true;
-            }
-            r = self.next(r);
-        }
-        false
-    }
-
-    fn circle_holds_vertex(&self, a: usize, b: usize, c: usize) -> bool {
-        let [pa, pb, pc] = [a, b, c].map(|k| self.points[k]);
-        let mut r = self.next(c);
-        while r != a {
-            if in_circle(pa, pb, pc, self.points[r]) > COCIRCULAR {
-                return true;
-            }
-            r = self.next(r);
-        }
-        false
-    }
-
-    fn unblock(&mut self, start: usize, left: usize) {
-        let mut b = start;
-        for _ in 0..left {
-            if self.ears.quality[b] == BLOCKED {
-                self.rate(b);
-            }
-            b = self.next(b);
-        }
-    }
 }
 
 /// Twice the area over the sum of the squared sides: largest for the equilateral triangle.
@@ -325,8 +207,8 @@ pub(crate) fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
 mod tests {
     use super::*;
 
-    fn polygon(points: &[(f64, f64)]) -> EarPolygon {
-        let mut polygon = EarPolygon::default();
+    fn polygon(points: &[(f64, f64)]) -> Polygon {
+        let mut polygon = Polygon::default();
         for (id, &(x, y)) in points.iter().enumerate() {
             polygon.push(id as u32, DVec2::new(x, y));
         }
@@ -336,7 +218,7 @@ mod tests {
 
     #[test]
     fn spikes_and_repeats_vanish() {
-        let mut polygon = EarPolygon::default();
+        let mut polygon = Polygon::default();
         for id in [3, 1, 1, 2, 1, 4, 5, 4, 3, 9, 3] {
             polygon.push(id, DVec2::new(f64::from(id), f64::from(id * id)));
         }
@@ -386,8 +268,8 @@ mod tests {
 
     #[test]
     fn chains_are_zipped_whatever_their_length() {
-        let count = 4 * EAR_LIMIT;
-        let mut polygon = EarPolygon::default();
+        let count = 400;
+        let mut polygon = Polygon::default();
         let half = count / 2;
         for k in 0..half {
             polygon.push(k as u32, DVec2::new(k as f64, 0.1 * (k as f64).sin()));
@@ -396,9 +278,8 @@ mod tests {
             polygon.push((count - 1 - k) as u32, DVec2::new(k as f64 + 0.3, 1.0 + 0.1 * (k as f64).cos()));
         }
         let mut out = Vec::new();
-        assert!(!polygon.triangulate(&mut out), "too long for ears");
         polygon.zip = half;
-        assert!(polygon.triangulate(&mut out));
+        assert!(polygon.zipper(&mut out));
         assert_eq!(out.len(), count - 2);
     }
 }

@@ -1,0 +1,131 @@
+//! Triangles with common edges -> triangles of the same boundary that come close to Delaunay's, by flips.
+//!
+//! Method: Lawson, "Software for C1 surface interpolation", 1977. A flip is made only where the circle test exceeds what
+//! its rounding could change. So each one is a true step towards the Delaunay triangulation, which ends.
+
+use super::input::NONE;
+use super::triangulate::in_circle;
+use crate::math::predicates::orient2d;
+use glam::DVec2;
+
+/// Stands for an edge of the boundary.
+pub(crate) const BORDER: u32 = u32::MAX;
+
+/// Circle tests below this share of the fourth power of the distances count as zero. Rounding changes them by less than
+/// 3e-15; corners of regular shapes, which lie on a circle, stay as they are.
+const COCIRCULAR: f64 = 1e-13;
+
+/// Most flips per edge. Round regions of hundreds of corners need more to become Delaunay: the number grows with the
+/// corners. By then no triangle is thin by much (bench `one_cell`).
+const FLIPS_PER_EDGE: usize = 6;
+
+/// Triangles, and which of them have an edge in common.
+#[derive(Default)]
+pub(crate) struct Mesh {
+    triangles: Vec<Triangle>,
+    /// By edge, its sides: three times a triangle plus the corner that the side starts from.
+    sides: Vec<[u32; 2]>,
+    /// Edges that were or will be tested, in order, and by edge, whether it will be.
+    queue: Vec<u32>,
+    waits: Vec<bool>,
+}
+
+/// Counter-clockwise corners, and the edge from each to the next.
+#[derive(Clone, Copy)]
+struct Triangle {
+    corners: [u32; 3],
+    edges: [u32; 3],
+}
+
+impl Mesh {
+    pub(crate) fn clear(&mut self) {
+        self.triangles.clear();
+        self.sides.clear();
+    }
+
+    pub(crate) fn triangles(&self) -> impl ExactSizeIterator<Item = [u32; 3]> + '_ {
+        self.triangles.iter().map(|t| t.corners)
+    }
+
+    /// Adds an edge that has no sides yet.
+    pub(crate) fn add_edge(&mut self) -> u32 {
+        self.sides.push([NONE; 2]);
+        self.sides.len() as u32 - 1
+    }
+
+    /// Adds a triangle with the edges from each of its corners to the next.
+    pub(crate) fn add(&mut self, corners: [u32; 3], edges: [u32; 3]) {
+        let first = 3 * self.triangles.len() as u32;
+        self.triangles.push(Triangle { corners, edges });
+        for (side, edge) in (first..).zip(edges) {
+            self.replace(edge, NONE, side);
+        }
+    }
+
+    #[inline(always)]
+    fn replace(&mut self, edge: u32, old: u32, new: u32) {
+        if edge != BORDER {
+            let sides = &mut self.sides[edge as usize];
+            let at = usize::from(sides[0] != old);
+            sides[at] = new;
+        }
+    }
+
+    /// Flips edges until none has a vertex inside a circle through its other side, or there were too many flips. First
+    /// come first served: it takes three quarters of the flips that the last first takes.
+    pub(crate) fn flip(&mut self, points: &[DVec2]) {
+        let count = self.sides.len();
+        self.queue.clear();
+        self.queue.extend(0..count as u32);
+        self.waits.clear();
+        self.waits.resize(count, true);
+        let (mut at, mut left) = (0, FLIPS_PER_EDGE * count);
+        while at < self.queue.len() && left > 0 {
+            let edge = self.queue[at];
+            self.waits[edge as usize] = false;
+            left -= usize::from(self.is_flipped(points, edge));
+            at += 1;
+        }
+    }
+
+    /// Flips one edge, if that is better, and puts the edges around it into the queue.
+    fn is_flipped(&mut self, points: &[DVec2], edge: u32) -> bool {
+        let [first, second] = self.sides[edge as usize];
+        if second == NONE {
+            return false;
+        }
+        let (t, k) = ((first / 3) as usize, first % 3);
+        let (s, l) = ((second / 3) as usize, second % 3);
+        let from = |x: u32| [x as usize, AFTER[x as usize], BEFORE[x as usize]];
+        let [a, b, c] = from(k).map(|x| self.triangles[t].corners[x]);
+        let d = self.triangles[s].corners[BEFORE[l as usize]];
+        let [pa, pb, pc, pd] = [a, b, c, d].map(|v| points[v as usize]);
+        let reach = (pa - pd).length_squared().max((pb - pd).length_squared()).max((pc - pd).length_squared());
+        if in_circle(pa, pb, pc, pd) <= COCIRCULAR * reach * reach
+            || orient2d(pc, pa, pd) <= 0.0
+            || orient2d(pd, pb, pc) <= 0.0
+        {
+            return false;
+        }
+        let [_, bc, ca] = from(k).map(|x| self.triangles[t].edges[x]);
+        let [_, ad, db] = from(l).map(|x| self.triangles[s].edges[x]);
+        let (t3, s3) = (first - k, second - l);
+        self.replace(ca, t3 + BEFORE[k as usize] as u32, t3);
+        self.replace(ad, s3 + AFTER[l as usize] as u32, t3 + 1);
+        self.replace(db, s3 + BEFORE[l as usize] as u32, s3);
+        self.replace(bc, t3 + AFTER[k as usize] as u32, s3 + 1);
+        self.sides[edge as usize] = [t3 + 2, s3 + 2];
+        self.triangles[t] = Triangle { corners: [c, a, d], edges: [ca, ad, edge] };
+        self.triangles[s] = Triangle { corners: [d, b, c], edges: [db, bc, edge] };
+        for around in [ca, ad, db, bc] {
+            if around != BORDER && !self.waits[around as usize] {
+                self.waits[around as usize] = true;
+                self.queue.push(around);
+            }
+        }
+        true
+    }
+}
+
+const AFTER: [usize; 3] = [1, 2, 0];
+const BEFORE: [usize; 3] = [2, 0, 1];
