@@ -28,6 +28,17 @@ pub fn with_rows<R>(degree: usize, work: impl FnOnce(&mut [f64]) -> R) -> R {
 /// Writes the basis of degree `n.len() - 1` at `x` to `n`. Exactly a unit vector at 0 and 1.
 #[inline]
 pub fn basis(x: f64, n: &mut [f64]) {
+    // Constant degrees, so that the compiler unrolls the loops.
+    match n.len() {
+        2 => fill_basis(x, &mut n[..2]),
+        3 => fill_basis(x, &mut n[..3]),
+        4 => fill_basis(x, &mut n[..4]),
+        _ => fill_basis(x, n),
+    }
+}
+
+#[inline(always)]
+fn fill_basis(x: f64, n: &mut [f64]) {
     let y = 1.0 - x;
     n[0] = 1.0;
     for k in 1..n.len() {
@@ -107,8 +118,18 @@ fn fill_lanes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]])
 /// Writes the basis with its first and second derivatives to `rows`, three rows of `degree + 1` numbers.
 #[inline]
 pub fn basis_with_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
+    match degree {
+        1 => fill_derivatives(1, x, rows),
+        2 => fill_derivatives(2, x, rows),
+        3 => fill_derivatives(3, x, rows),
+        _ => fill_derivatives(degree, x, rows),
+    }
+}
+
+#[inline(always)]
+fn fill_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
     let y = 1.0 - x;
-    let (n, rest) = rows.split_at_mut(degree + 1);
+    let (n, rest) = rows[..3 * (degree + 1)].split_at_mut(degree + 1);
     let (d1, d2) = rest.split_at_mut(degree + 1);
     n[0] = 1.0;
     d1[0] = 0.0;
@@ -117,12 +138,19 @@ pub fn basis_with_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
         let raise = k as f64;
         let (mut carry, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
         for j in 0..k {
-            let (old, first, second) = (n[j], raise * n[j], raise * d1[j]);
-            d2[j] = carry_2 - second;
-            d1[j] = carry_1 - first;
+            let old = n[j];
+            // Each degree replaces the derivatives of the one before, and only the last ones are wanted.
+            if k == degree {
+                let second = raise * d1[j];
+                d2[j] = carry_2 - second;
+                carry_2 = second;
+            }
+            if k + 1 >= degree {
+                let first = raise * old;
+                d1[j] = carry_1 - first;
+                carry_1 = first;
+            }
             n[j] = carry + y * old;
-            carry_2 = second;
-            carry_1 = first;
             carry = x * old;
         }
         d2[k] = carry_2;

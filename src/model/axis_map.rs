@@ -31,22 +31,36 @@ impl AxisMap {
     /// parameter across it (the tangent half-angle form of the circle). Extrapolates linearly beyond the ends.
     #[must_use]
     pub fn to_nurbs(&self, natural: f64) -> f64 {
-        let Self::Arc { start, step, spans } = *self else { return natural };
-        let turns = (natural - start) / step;
-        if turns < 0.0 {
-            return natural_end(natural, start, slope(1.0, step));
+        self.with_rates()(natural).0
+    }
+
+    /// [`to_nurbs`](Self::to_nurbs) and [`rate`](Self::rate) for many parameters: computes what they share once.
+    pub(crate) fn with_rates(self) -> impl Fn(f64) -> (f64, f64) {
+        let quarter = self.quarter();
+        move |natural| {
+            let Self::Arc { start, step, spans } = self else { return (natural, 1.0) };
+            let turns = (natural - start) / step;
+            let last = f64::from(spans);
+            let inside = turns.clamp(0.0, last);
+            let span = inside.floor().min(last - 1.0);
+            let s = (0.5 * step * (inside - span - 0.5)).tangent() / quarter;
+            let near = turns.round();
+            let nurbs = if turns < 0.0 {
+                natural_end(natural, start, slope(1.0, step, quarter))
+            } else if turns > last {
+                natural_end(natural, start + step * last, slope(1.0, step, quarter))
+            } else if (turns - near).abs() <= SNAP * last.max(1.0) {
+                start + step * near
+            } else {
+                start + step * (span + 0.5 * (1.0 + s))
+            };
+            (nurbs, slope(s, step, quarter))
         }
-        let last = f64::from(spans);
-        if turns > last {
-            return natural_end(natural, start + step * last, slope(1.0, step));
-        }
-        let near = turns.round();
-        if (turns - near).abs() <= SNAP * last.max(1.0) {
-            return start + step * near;
-        }
-        let span = turns.floor().min(last - 1.0);
-        let s = (0.5 * step * (turns - span - 0.5)).tangent() / (0.25 * step).tangent();
-        start + step * (span + 0.5 * (1.0 + s))
+    }
+
+    /// `tan(step/4)` of an arc.
+    fn quarter(&self) -> f64 {
+        if let Self::Arc { step, .. } = *self { (0.25 * step).tangent() } else { 0.0 }
     }
 
     /// Converts a NURBS parameter to the natural parameter: the inverse of [`to_nurbs`](Self::to_nurbs).
@@ -57,16 +71,16 @@ impl AxisMap {
 
     /// [`to_natural`](Self::to_natural) for many parameters: computes what they share once.
     pub fn naturals(self) -> impl Fn(f64) -> f64 {
-        let quarter = if let Self::Arc { step, .. } = self { (0.25 * step).tangent() } else { 0.0 };
+        let quarter = self.quarter();
         move |nurbs| {
             let Self::Arc { start, step, spans } = self else { return nurbs };
             let turns = (nurbs - start) / step;
             if turns < 0.0 {
-                return natural_end(nurbs, start, 1.0 / slope(1.0, step));
+                return natural_end(nurbs, start, 1.0 / slope(1.0, step, quarter));
             }
             let last = f64::from(spans);
             if turns > last {
-                return natural_end(nurbs, start + step * last, 1.0 / slope(1.0, step));
+                return natural_end(nurbs, start + step * last, 1.0 / slope(1.0, step, quarter));
             }
             let near = turns.round();
             if (turns - near).abs() <= SNAP * last.max(1.0) {
@@ -81,18 +95,13 @@ impl AxisMap {
     /// The derivative of the NURBS parameter by the natural one at `natural`; between 0.785 and 1.28 for arcs.
     #[must_use]
     pub fn rate(&self, natural: f64) -> f64 {
-        let Self::Arc { start, step, spans } = *self else { return 1.0 };
-        let last = f64::from(spans);
-        let turns = ((natural - start) / step).clamp(0.0, last);
-        let span = turns.floor().min(last - 1.0);
-        slope((0.5 * step * (turns - span - 0.5)).tangent() / (0.25 * step).tangent(), step)
+        self.with_rates()(natural).1
     }
 }
 
-/// `d nurbs / d angle` at s across a span.
-fn slope(s: f64, step: f64) -> f64 {
-    let t = (0.25 * step).tangent();
-    0.25 * step * (1.0 + s * s * t * t) / t
+/// `d nurbs / d angle` at s across a span; `quarter` is `tan(step/4)`.
+fn slope(s: f64, step: f64, quarter: f64) -> f64 {
+    0.25 * step * (1.0 + s * s * quarter * quarter) / quarter
 }
 
 /// The line of the given slope through (`end`, `end`), at `t`.

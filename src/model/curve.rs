@@ -132,20 +132,21 @@ impl<P: ControlPoint> NurbsCurve<P> {
     fn weighted<const ROWS: usize>(&self, span: usize, rows: &[f64]) -> [P; 3] {
         let n = self.degree + 1;
         let first = span - self.degree;
-        let points = &self.points[first..=span];
+        let points = &self.points[first..][..n];
+        let rows: [&[f64]; ROWS] = std::array::from_fn(|order| &rows[order * n..][..n]);
         let mut sum = [P::ORIGIN; 3];
         if self.weights.is_empty() {
             for (j, &p) in points.iter().enumerate() {
                 for order in 0..ROWS {
-                    sum[order] = sum[order] + p * rows[order * n + j];
+                    sum[order] = sum[order] + p * rows[order][j];
                 }
             }
             return sum;
         }
         let mut w = [0.0; 3];
-        for ((j, &p), &weight) in points.iter().enumerate().zip(&self.weights[first..=span]) {
+        for ((j, &p), &weight) in points.iter().enumerate().zip(&self.weights[first..][..n]) {
             for order in 0..ROWS {
-                let value = weight * rows[order * n + j];
+                let value = weight * rows[order][j];
                 sum[order] = sum[order] + p * value;
                 w[order] += value;
             }

@@ -41,8 +41,11 @@ pub(crate) fn span_left(degree: usize, knots: &[f64], t: f64) -> usize {
 
 /// The nearest non-empty span at or before `found`, else the nearest after it.
 fn step_back(degree: usize, knots: &[f64], found: usize) -> usize {
-    let count = knots.len() - degree - 1;
     let full = |i: &usize| knots[*i] < knots[*i + 1];
+    if full(&found) {
+        return found;
+    }
+    let count = knots.len() - degree - 1;
     (degree..=found).rev().find(full).or_else(|| (found..count).find(full)).unwrap_or(degree)
 }
 
@@ -99,24 +102,25 @@ fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f6
     for k in 1..=degree {
         let (mut carry_n, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
         let raise = k as f64;
-        for j in 0..k {
-            let left = around[degree + j - k];
-            let right = around[degree + j];
+        let widths = around[degree - k..degree].iter().zip(&around[degree..degree + k]);
+        let terms = n[..k].iter_mut().zip(&mut d1[..k]).zip(&mut d2[..k]).zip(widths);
+        for (((n, d1), d2), (left, right)) in terms {
             let width = right - left;
             // A true division is exactly 0 and 1 at the ends, so end points are exact to the last bit.
             let x = (t - left) / width;
-            let old = n[j];
-            if ROWS > 2 {
-                let second = raise * d1[j] / width;
-                d2[j] = carry_2 - second;
+            let old = *n;
+            // Each degree replaces the derivatives of the one before, and only the last ones are wanted.
+            if ROWS > 2 && k == degree {
+                let second = raise * *d1 / width;
+                *d2 = carry_2 - second;
                 carry_2 = second;
             }
-            if ROWS > 1 {
+            if ROWS > 1 && k + ROWS > degree + 1 {
                 let first = raise * old / width;
-                d1[j] = carry_1 - first;
+                *d1 = carry_1 - first;
                 carry_1 = first;
             }
-            n[j] = carry_n + (1.0 - x) * old;
+            *n = carry_n + (1.0 - x) * old;
             carry_n = x * old;
         }
         d2[k] = carry_2;
@@ -187,8 +191,13 @@ pub(crate) fn to_bezier(
             }
             let factors = &matrix[j * n..(j + 1) * n];
             net.extend((0..width).map(|line| {
-                let terms = factors.iter().zip(source[line..].iter().step_by(width)).filter(|(f, _)| **f != 0.0);
-                terms.fold(DVec4::ZERO, |sum, (&f, &p)| sum + p * f)
+                let mut sum = DVec4::ZERO;
+                for (&f, row) in factors.iter().zip(source.chunks_exact(width)) {
+                    if f != 0.0 {
+                        sum += row[line] * f;
+                    }
+                }
+                sum
             }));
         }
     };

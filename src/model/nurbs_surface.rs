@@ -182,10 +182,11 @@ impl NurbsSurface {
     fn line<const ROWS: usize>(&self, start: usize, rows: &[f64]) -> [[f64; 4]; ROWS] {
         let nv = self.degree_v + 1;
         let mut line = [[0.0; 4]; ROWS];
+        let rows: [&[f64]; ROWS] = std::array::from_fn(|order| &rows[order * nv..][..nv]);
         let mut see = |b: usize, point: &DVec3, weight: f64| {
             let point = [point.x, point.y, point.z, 1.0];
-            for (order, sum) in line.iter_mut().enumerate() {
-                add(sum, rows[order * nv + b] * weight, &point);
+            for (sum, row) in line.iter_mut().zip(&rows) {
+                add(sum, row[b] * weight, &point);
             }
         };
         let points = self.points[start..start + nv].iter().enumerate();
@@ -230,9 +231,7 @@ impl NurbsSurface {
 /// `to += factor · from`.
 #[inline(always)]
 fn add(to: &mut [f64; 4], factor: f64, from: &[f64; 4]) {
-    for (to, from) in to.iter_mut().zip(from) {
-        *to += factor * from;
-    }
+    *to = std::array::from_fn(|k| to[k] + factor * from[k]);
 }
 
 /// Half the diagonal of the box of `points`.

@@ -1,5 +1,6 @@
 //! Ends of edges -> shared vertices; edges of a loop -> their directions head to tail.
 
+use super::draft::EdgeDraft;
 use super::loops::VertexKey;
 use super::table::Map;
 use crate::math::sets::DisjointSets;
@@ -40,8 +41,10 @@ impl Corners {
     }
 
     /// The two corners of a coedge, in loop order.
-    pub(super) fn ends(&mut self, ends: [VertexKey; 2], points: [DVec3; 2], reversed: bool) -> (usize, usize) {
-        let [a, b] = [0, 1].map(|i| self.of(ends[i], points[i]));
+    pub(super) fn ends(&mut self, edge: &mut EdgeDraft, reversed: bool) -> (usize, usize) {
+        let known = edge.corners.unwrap_or_else(|| [0, 1].map(|i| self.of(edge.ends[i], edge.points[i])));
+        edge.corners = Some(known);
+        let [a, b] = known.map(|at| self.root(at));
         if reversed { (b, a) } else { (a, b) }
     }
 }
@@ -51,7 +54,8 @@ impl Corners {
 pub(super) fn head_to_tail(ends: &[(usize, usize)], first: bool) -> Option<Vec<bool>> {
     let Some(&(tail, head)) = ends.first() else { return Some(Vec::new()) };
     let (start, mut at) = if first { (head, tail) } else { (tail, head) };
-    let mut turned = vec![first];
+    let mut turned = Vec::with_capacity(ends.len());
+    turned.push(first);
     for &(tail, head) in &ends[1..] {
         turned.push(tail != at);
         at = match at {

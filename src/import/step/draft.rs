@@ -11,8 +11,12 @@ use glam::DVec3;
 pub(super) struct EdgeDraft {
     pub(super) ends: [VertexKey; 2],
     pub(super) points: [DVec3; 2],
+    /// The corners of both ends, or others merged with them; `None` until the first look-up.
+    pub(super) corners: Option<[usize; 2]>,
     /// `None` for an edge without length, and after the curve has moved to the part.
     pub(super) curve: Option<BoundedCurve>,
+    /// Ends of the curve; those of the vertices for an edge without length.
+    pub(super) tips: [DVec3; 2],
     /// Whether the edge has no length.
     pub(super) empty: bool,
     /// Largest distance between an end of the curve and its vertex.
@@ -33,8 +37,10 @@ impl EdgeDraft {
         curve: Option<BoundedCurve>,
         units: Units,
     ) -> Read<Self> {
-        let gap = curve.as_ref().map_or(0.0, |BoundedCurve { curve, range, .. }| {
-            curve.point(range.0).distance(at.start).max(curve.point(range.1).distance(at.end))
+        let points = [at.start, at.end];
+        let (tips, gap) = curve.as_ref().map_or((points, 0.0), |BoundedCurve { curve, range, .. }| {
+            let tips = [range.0, range.1].map(|t| curve.point(t));
+            (tips, tips[0].distance(points[0]).max(tips[1].distance(points[1])))
         });
         if !gap.is_finite() {
             return Err(Trouble::new(entity, StepTrouble::NotFinite { what: "an end of the edge" }));
@@ -44,9 +50,11 @@ impl EdgeDraft {
         }
         Ok(Self {
             ends,
-            points: [at.start, at.end],
+            points,
+            corners: None,
             empty: curve.is_none(),
             curve,
+            tips,
             gap,
             moved: 0.0,
             straightened: None,

@@ -4,10 +4,10 @@ use super::contents::Source;
 use super::curve::{Ends, Whole};
 use super::kinds::is_face;
 use super::place::Geometry;
-use super::table::{MAX_DEPTH, Read, Trouble, missing};
+use super::table::{MAX_DEPTH, Read, Set, Trouble, missing};
 use crate::model::StepTrouble;
+use foldhash::fast::RandomState;
 use glam::DVec3;
-use std::collections::HashSet;
 use std::hash::Hash;
 use step_io::parser::Attribute;
 
@@ -174,7 +174,7 @@ impl Geometry<'_> {
 
     /// When the edges of a loop cover a whole closed curve.
     pub(super) fn whole(&self, uses: &[StatedUse]) -> Whole {
-        let edges: HashSet<EdgeKey> = uses.iter().map(|edge| edge.edge).collect();
+        let edges: Set<EdgeKey> = uses.iter().map(|edge| edge.edge).collect();
         match uses {
             [_] => Whole::Alone,
             _ if edges.len() < uses.len() => Whole::BesideSeam,
@@ -250,7 +250,7 @@ impl Geometry<'_> {
 /// a path: each would be a way around the face, paid for as often as it is listed.
 fn unique<T: Copy + Eq + Hash>(items: impl Iterator<Item = T>) -> (impl Iterator<Item = T>, usize) {
     let mut all: Vec<T> = items.collect();
-    let (listed, mut seen) = (all.len(), HashSet::with_capacity(all.len()));
+    let (listed, mut seen) = (all.len(), Set::with_capacity_and_hasher(all.len(), RandomState::default()));
     all.retain(|item| seen.insert(*item));
     let again = listed - all.len();
     (all.into_iter(), again)

@@ -57,8 +57,8 @@ mod tree;
 
 mod csg;
 mod loops;
-mod corners;
 mod draft;
+mod corners;
 mod reader;
 mod face_surface;
 mod sweep;

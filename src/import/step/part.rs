@@ -312,8 +312,8 @@ impl Assembly {
             let Bound::Edges(uses) = bound else { continue };
             let mut ends = Vec::with_capacity(uses.len());
             for edge in uses {
-                let Some(Ok(draft)) = self.edges.get(&edge.edge) else { continue };
-                let (tail, head) = self.corners.ends(draft.ends, draft.points, edge.reversed);
+                let Some(Ok(draft)) = self.edges.get_mut(&edge.edge) else { continue };
+                let (tail, head) = self.corners.ends(draft, edge.reversed);
                 if draft.empty {
                     self.corners.unite(tail, head);
                 }
@@ -336,28 +336,29 @@ impl Assembly {
     /// The `EDGE_CURVE`s that every loop uses against its own direction. Ignores loops that close either way, such as
     /// two edges between the same two vertices.
     fn run_against(&mut self, stated: &[Read<StatedFace>]) -> Vec<u64> {
-        let mut with = Set::default();
-        let mut against = Vec::new();
+        let mut directed: Vec<(EdgeKey, bool)> = Vec::new();
         let bounds = stated.iter().flatten().flat_map(|face| &face.bounds);
         for uses in bounds.filter_map(|bound| if let Bound::Edges(uses) = bound { Some(uses) } else { None }) {
             let mut keys = Vec::with_capacity(uses.len());
             let mut ends = Vec::with_capacity(uses.len());
             for edge in uses {
-                let Some(Ok(draft)) = self.edges.get(&edge.edge) else { continue };
+                let Some(Ok(draft)) = self.edges.get_mut(&edge.edge) else { continue };
                 if !draft.empty {
-                    ends.push(self.corners.ends(draft.ends, draft.points, edge.reversed));
+                    ends.push(self.corners.ends(draft, edge.reversed));
                     keys.push(edge.edge);
                 }
             }
             let ways = [false, true].map(|first| head_to_tail(&ends, first));
             let ([Some(turned), None] | [None, Some(turned)]) = ways else { continue };
-            for (key, turned) in keys.into_iter().zip(turned) {
-                match key {
-                    EdgeKey::Curve(id) if turned => against.push(id),
-                    _ => drop(with.insert(key)),
-                }
-            }
+            directed.extend(keys.into_iter().zip(turned));
         }
+        let against = directed.iter().filter(|(_, turned)| *turned);
+        let mut against: Vec<u64> =
+            against.filter_map(|(key, _)| if let EdgeKey::Curve(id) = key { Some(*id) } else { None }).collect();
+        if against.is_empty() {
+            return against;
+        }
+        let with: Set<EdgeKey> = directed.iter().filter(|(_, turned)| !turned).map(|(key, _)| *key).collect();
         against.sort_unstable();
         against.dedup();
         against.retain(|id| !with.contains(&EdgeKey::Curve(*id)));
@@ -367,8 +368,8 @@ impl Assembly {
     /// Moves vertices that belong to one closed edge alone onto the edge's curve. Nothing else meets there.
     fn settle_closed(&mut self, stated: &[Read<StatedFace>]) {
         let mut uses: Map<usize, usize> = Map::default();
-        for draft in self.edges.values().flatten().filter(|draft| !draft.empty) {
-            let (start, end) = self.corners.ends(draft.ends, draft.points, false);
+        for draft in self.edges.values_mut().flatten().filter(|draft| !draft.empty) {
+            let (start, end) = self.corners.ends(draft, false);
             *uses.entry(start).or_default() += 1;
             *uses.entry(end).or_default() += usize::from(start != end);
         }
@@ -379,10 +380,13 @@ impl Assembly {
             *uses.entry(corner).or_default() += 1;
         }
         for draft in self.edges.values_mut().flatten() {
-            let (start, end) = self.corners.ends(draft.ends, draft.points, false);
-            let Some(BoundedCurve { curve, range, .. }) = &draft.curve else { continue };
-            let [first, last] = [range.0, range.1].map(|t| curve.point(t));
-            if start == end && uses.get(&start) == Some(&1) && first.distance(last) <= draft.units.tolerance {
+            let (start, end) = self.corners.ends(draft, false);
+            let [first, last] = draft.tips;
+            if !draft.empty
+                && start == end
+                && uses.get(&start) == Some(&1)
+                && first.distance(last) <= draft.units.tolerance
+            {
                 draft.moved = first.distance(self.corners.points[start]);
                 draft.gap = first.distance(last);
                 self.corners.points[start] = first;
@@ -395,9 +399,9 @@ impl Assembly {
         let mut chain = Vec::with_capacity(uses.len());
         let mut ends = Vec::with_capacity(uses.len());
         for edge in uses {
-            match self.edges.get(&edge.edge) {
+            match self.edges.get_mut(&edge.edge) {
                 Some(Ok(draft)) if !draft.empty => {
-                    ends.push(self.corners.ends(draft.ends, draft.points, edge.reversed));
+                    ends.push(self.corners.ends(draft, edge.reversed));
                     chain.push(edge);
                 }
                 Some(Ok(_)) => {}
@@ -514,13 +518,12 @@ impl Assembly {
         let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
         let BoundedCurve { mut curve, mut range, kind } = draft.curve.take()?;
         let straightened = draft.straightened.take();
-        let EdgeDraft { entity, gap, moved, units: Units { tolerance, .. }, .. } = *draft;
+        let EdgeDraft { entity, gap, moved, tips, units: Units { tolerance, .. }, .. } = *draft;
         let near = CORNER * tolerance;
-        let draft = self.edges.get(&key)?.as_ref().ok()?;
-        let (start, end) = self.corners.ends(draft.ends, draft.points, false);
+        let (start, end) = self.corners.ends(draft, false);
         let ends = [start, end].map(|corner| self.corners.points[corner]);
-        let gap = gap.max(curve.point(range.0).distance(ends[0])).max(curve.point(range.1).distance(ends[1]));
-        let off = [range.0, range.1].map(|t| curve.point(t)).into_iter().zip(ends);
+        let gap = gap.max(tips[0].distance(ends[0])).max(tips[1].distance(ends[1]));
+        let off = tips.into_iter().zip(ends);
         let place = off.max_by(|(a, p), (b, q)| a.distance(*p).total_cmp(&b.distance(*q))).map(|(_, vertex)| vertex);
         if let Some(cause) = straightened {
             self.say_of_edge(Severity::Warning, entity, Some(ends[0]), StepOutcome::EdgeStraightened(cause));

@@ -11,7 +11,7 @@ use super::options::{StepError, proceed};
 use super::sections::{find, has_word, next};
 use super::table::{Row, Rows};
 use crate::control::Call;
-use std::io::Read as _;
+use std::io::Read;
 use std::ops::Range;
 use std::sync::Mutex;
 use step_io::parser::{self, Span};
@@ -35,6 +35,19 @@ struct Piece {
     parsed: Option<Result<Parsed, Error>>,
 }
 
+/// Texts read one after the other. Each read fills all the room there is, which the parser zeroes before.
+struct Framed<'a>([&'a [u8]; 3]);
+
+impl Read for Framed<'_> {
+    fn read(&mut self, room: &mut [u8]) -> std::io::Result<usize> {
+        let mut done = 0;
+        for text in &mut self.0 {
+            done += text.read(&mut room[done..])?;
+        }
+        Ok(done)
+    }
+}
+
 struct Parsed {
     rows: Rows,
     /// The first [`LISTED_WARNINGS`] of all `warned`.
@@ -54,7 +67,7 @@ impl Piece {
 
     fn parse(&mut self, text: &[u8]) {
         let (head, tail) = self.frame(text);
-        self.parsed = Some(parser::parse(head.chain(&text[self.range.clone()]).chain(tail)).map(|graph| {
+        self.parsed = Some(parser::parse(Framed([head, &text[self.range.clone()], tail])).map(|graph| {
             let mut warnings = graph.warnings;
             let warned = warnings.len();
             warnings.truncate(LISTED_WARNINGS);

@@ -188,9 +188,9 @@ impl Foreign {
 /// The first `wanted` byte from `at` on outside strings, comments and, if `resources`, resources (`<…>`). Faster than
 /// [`words`], which stops at every byte.
 pub(super) fn next(text: &[u8], mut at: usize, wanted: u8, resources: bool) -> Option<usize> {
+    let stops = [wanted, b'\'', b'/', if resources { b'<' } else { wanted }];
     loop {
-        let stops = |b: &u8| *b == wanted || matches!(b, b'\'' | b'/') || resources && *b == b'<';
-        at += text.get(at..)?.iter().position(stops)?;
+        at += find_any(text.get(at..)?, stops)?;
         let close: &[u8] = match text[at] {
             byte if byte == wanted => return Some(at),
             // A doubled quote ends a string and opens the next one.
@@ -206,6 +206,26 @@ pub(super) fn next(text: &[u8], mut at: usize, wanted: u8, resources: bool) -> O
         let from = at + close.len();
         at = from + find(text.get(from..)?, close)? + close.len();
     }
+}
+
+/// Position of the first byte that is one of `wanted`. Looks at eight bytes at a time: all of a file passes here.
+fn find_any(text: &[u8], wanted: [u8; 4]) -> Option<usize> {
+    const ONES: u64 = u64::from_ne_bytes([1; 8]);
+    let (words, rest) = text.as_chunks::<8>();
+    for (k, word) in words.iter().enumerate() {
+        let word = u64::from_le_bytes(*word);
+        // The top bit of each byte that is zero in `differs`. A borrow may set further ones, but only above the first.
+        let zeros = wanted.map(|byte| {
+            let differs = word ^ (ONES * u64::from(byte));
+            differs.wrapping_sub(ONES) & !differs
+        });
+        let found = (zeros[0] | zeros[1] | zeros[2] | zeros[3]) & (ONES << 7);
+        if found != 0 {
+            return Some(8 * k + found.trailing_zeros() as usize / 8);
+        }
+    }
+    let from = 8 * words.len();
+    rest.iter().position(|byte| wanted.contains(byte)).map(|at| from + at)
 }
 
 /// Positions from `at` on outside strings, comments and resources (`<…>`).

@@ -119,7 +119,7 @@ impl Types {
         if let Some(index) = self.indices.get(&name) {
             return *index;
         }
-        let index = u32::try_from(self.names.len()).unwrap_or(COMPLEX);
+        let index = u32::try_from(self.names.len()).unwrap_or(u32::MAX);
         self.indices.insert(name.clone(), index);
         self.names.push(name);
         index
@@ -131,17 +131,14 @@ pub(super) struct Table {
     rows: Rows,
     /// Row + 1 by instance number. Empty if the numbers are too sparse; then rows are searched.
     dense: Vec<u32>,
-    /// Type index of each row; [`COMPLEX`] for complex instances.
-    types: Vec<u32>,
-    /// The first row of each type.
-    first_of_type: Vec<usize>,
+    /// Rows of the simple instances of each type.
+    of_type: Vec<Vec<u32>>,
+    /// Rows of complex instances.
+    complex: Vec<u32>,
     /// Places of instances that are defined in other files.
     elsewhere: BTreeMap<u64, String>,
     pub(super) budget: ReadBudget,
 }
-
-/// Type index of instances with several types.
-const COMPLEX: u32 = u32::MAX;
 
 /// Instances that a thread frees at a time.
 const FREED: usize = 1 << 12;
@@ -164,19 +161,14 @@ impl Table {
                 }
             }
         }
-        let mut first_of_type = vec![usize::MAX; rows.types.len()];
-        let mut types = Vec::with_capacity(list.len());
-        for (number, row) in list.iter().enumerate() {
-            types.push(match row.body {
-                Body::Simple(of, _) => {
-                    let first = &mut first_of_type[of as usize];
-                    *first = number.min(*first);
-                    of
-                }
-                Body::Complex(_) => COMPLEX,
-            });
+        let (mut of_type, mut complex) = (vec![Vec::new(); rows.types.len()], Vec::new());
+        for (row, number) in list.iter().zip(0u32..) {
+            match row.body {
+                Body::Simple(of, _) => of_type[of as usize].push(number),
+                Body::Complex(_) => complex.push(number),
+            }
         }
-        Self { rows, dense, types, first_of_type, elsewhere, budget }
+        Self { rows, dense, of_type, complex, elsewhere, budget }
     }
 
     /// Frees the instances on all threads: on one, that takes a tenth of the time of a read.
@@ -216,14 +208,20 @@ impl Table {
     /// per type of simple instances, since a file has 10 to 100 types and up to millions of instances. Ends once reading is
     /// cancelled.
     pub(super) fn of_types(&self, wanted: impl Fn(Entity<'_>) -> bool) -> impl Iterator<Item = Entity<'_>> {
-        let instance = |row: usize| self.entity(&self.rows.list[row]);
-        let verdicts: Vec<bool> = self.first_of_type.iter().map(|row| wanted(instance(*row))).collect();
-        let rows = self.types.iter().enumerate().take_while(|_| !self.budget.is_cancelled());
-        rows.filter_map(move |(row, of)| match verdicts.get(*of as usize) {
-            Some(true) => Some(instance(row)),
-            Some(false) => None,
-            None => Some(instance(row)).filter(|i| wanted(*i)),
-        })
+        let instance = |row: u32| self.entity(&self.rows.list[row as usize]);
+        let of_types = self.of_type.iter().filter(|rows| rows.first().is_some_and(|first| wanted(instance(*first))));
+        let mut simple: Vec<u32> = of_types.flatten().copied().collect();
+        simple.sort_unstable();
+        let (mut simple, mut complex) = (simple.into_iter().peekable(), self.complex.iter().copied().peekable());
+        let in_order = std::iter::from_fn(move || {
+            while let Some(row) = complex.next_if(|row| simple.peek().is_none_or(|next| row < next)) {
+                if wanted(instance(row)) {
+                    return Some(row);
+                }
+            }
+            simple.next()
+        });
+        in_order.take_while(|_| !self.budget.is_cancelled()).map(instance)
     }
 }
 

@@ -48,7 +48,8 @@ pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> 
         chain.iter().map(use_of)
     };
     let mut all: Vec<Sum> = faces.flat_map(of_face).collect();
-    all.sort_unstable_by_key(|s| (s.shell, s.edge, s.faces[0]));
+    // One number compares faster than three.
+    all.sort_unstable_by_key(|s| u128::from(s.shell) << 64 | u128::from(s.edge) << 32 | u128::from(s.faces[0]));
     all.dedup_by(|next, first| {
         let same = (next.shell, next.edge) == (first.shell, first.edge);
         if same {

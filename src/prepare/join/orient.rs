@@ -193,8 +193,8 @@ fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3, samples: Sampli
     let inside = TileRegion { patches: &draft.patches, min: tile.min, max: tile.max, loops };
     let (step, lattice) = inside.lattice(samples.lattice);
     let at = |uv: DVec2| {
-        let d = draft.patches.derivatives(uv.x, uv.y);
-        (d.point - origin).dot(d.du.cross(d.dv))
+        let [point, du, dv] = draft.patches.tangents(uv.x, uv.y);
+        (point - origin).dot(du.cross(dv))
     };
     let covered = lattice.map(|uv| (uv, inside.winding(uv))).filter(|(_, winding)| *winding != 0);
     covered.map(|(uv, winding)| f64::from(winding) * at(uv)).sum::<f64>() * step.x * step.y

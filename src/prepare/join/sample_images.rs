@@ -30,6 +30,7 @@ impl EdgeImages {
             let first = breaks.windows(2).position(|strip| range(strip).0 < range(strip).1).unwrap_or(0);
             let strips: Vec<(f64, f64)> = breaks[first..].windows(2).map(range).take_while(|(a, b)| a < b).collect();
             let (strip, at) = (first as u32, out.places.len());
+            out.places.reserve(1 + STEPS * strips.len());
             out.places.extend(strips.first().map(|strip| place(strip.0)));
             for &(a, b) in &strips {
                 let step = (b - a) / STEPS as f64;

@@ -242,18 +242,15 @@ fn beside(
     let far = |uv: DVec2| length(uv - corner.uv);
     // The point of the other image at distance `radius` from the corner.
     let (start, back) = (at_end(other, along).t, at_end(other, End { first: !along.first, ..along }).t);
-    let beyond = (1..=64).map(|k| 0.5_f64.power(0.5 * f64::from(64 - k)));
+    let off = |share: f64| far(UvSample::on(other, start + (back - start) * share).uv);
+    let shares = (1..=64).map(|k| 0.5_f64.power(0.5 * f64::from(64 - k)));
+    let beyond: Vec<(f64, f64)> = shares.map(|share| (share, off(share))).collect();
     let other_at = |radius: f64| {
-        let share =
-            beyond.clone().find(|share| far(UvSample::on(other, start + (back - start) * share).uv) >= radius)?;
+        let &(share, _) = beyond.iter().find(|(_, off)| *off >= radius)?;
         let (mut low, mut high) = (0.0, share);
         for _ in 0..48 {
             let middle = 0.5 * (low + high);
-            if far(UvSample::on(other, start + (back - start) * middle).uv) < radius {
-                low = middle
-            } else {
-                high = middle
-            }
+            if off(middle) < radius { low = middle } else { high = middle }
         }
         Some(UvSample::on(other, start + (back - start) * high).uv)
     };

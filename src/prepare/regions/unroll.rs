@@ -25,7 +25,8 @@ pub(crate) fn region(
     projector: &Projector<'_>,
     turn: bool,
 ) -> Result<Region, RegionError> {
-    for (axis, (lo, hi)) in loops_box(&loops).into_iter().enumerate() {
+    let bounds = loops_box(&loops);
+    for (axis, (lo, hi)) in bounds.into_iter().enumerate() {
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
         let sound = (hi - lo).is_finite() && periods <= MAX_PERIODS;
         if !(loops.is_empty() || sound) {
@@ -50,7 +51,8 @@ pub(crate) fn region(
         }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
-    let areas: Vec<f64> = loops.iter().map(|l| double_area(&l.polyline())).collect();
+    let mut polylines: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
+    let areas: Vec<f64> = polylines.iter().map(|points| double_area(points)).collect();
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
     if closed && areas.iter().all(|&a| a < 0.0) {
         if let Some(axis) = go_round_poles(&mut loops, projector) {
@@ -58,11 +60,15 @@ pub(crate) fn region(
         }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
-    gather(&mut loops, &areas, projector);
+    let bounds = if periodic == [false, false] {
+        bounds
+    } else {
+        gather(&mut loops, &mut polylines, &areas, projector);
+        loops_box(&loops)
+    };
     if turn {
-        nest(&mut loops, &areas);
+        nest(&mut loops, polylines, &areas);
     }
-    let bounds = loops_box(&loops);
     Ok(Region { loops, wraps: [false, false], bounds, base: 0, unbounded: None })
 }
 
@@ -125,15 +131,12 @@ fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {
     lo.is_finite() && hi.is_finite() && is_pole(lo) && is_pole(hi)
 }
 
-/// Moves loops by whole periods so that all lie in or around the largest one.
-fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
-    if projector.period == [None, None] {
-        return;
-    }
+/// Moves loops and their polylines by whole periods so that all lie in or around the largest one.
+fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], projector: &Projector<'_>) {
     let Some(outer) = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs())) else { return };
     // Turns that are looked at in each direction: all of a thread's, but not the square of that.
     let most = if projector.period.iter().all(Option::is_some) { 300.0 } else { MAX_PERIODS };
-    let polygon = Polygon::new(loops[outer].polyline());
+    let polygon = Polygon::new(polylines[outer].clone());
     let [low, high] = polygon.bounds;
     for (k, l) in loops.iter_mut().enumerate() {
         if k == outer {
@@ -153,6 +156,7 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
         });
         if let Some(by) = found {
             l.shift(by);
+            polylines[k] = l.polyline();
         }
     }
 }
@@ -161,10 +165,10 @@ fn gather(loops: &mut [UvLoop], areas: &[f64], projector: &Projector<'_>) {
 ///
 /// A loop that crosses the largest one is a hole if its stated direction is opposite. Other loops that cross are not
 /// inside each other.
-fn nest(loops: &mut [UvLoop], areas: &[f64]) {
+fn nest(loops: &mut [UvLoop], polylines: Vec<Vec<DVec2>>, areas: &[f64]) {
     /// Number of points of a loop to test. One may lie on the other loop, at a common vertex.
     const PROBES: usize = 5;
-    let polygons: Vec<Polygon> = loops.iter().map(|l| Polygon::new(l.polyline())).collect();
+    let polygons: Vec<Polygon> = polylines.into_iter().map(Polygon::new).collect();
     let boxes: Vec<[DVec2; 2]> = polygons.iter().map(|p| p.bounds).collect();
     let tree = BoxTree::new(&boxes);
     let largest = (0..areas.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
@@ -381,8 +385,9 @@ mod tests {
         }
         assert!(stars.len() > 100);
         let mut loops: Vec<UvLoop> = stars.iter().map(|star| ring(star, unit() < 0.5)).collect();
-        let areas: Vec<f64> = loops.iter().map(|l| double_area(&l.polyline())).collect();
-        nest(&mut loops, &areas);
+        let polylines: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
+        let areas: Vec<f64> = polylines.iter().map(|points| double_area(points)).collect();
+        nest(&mut loops, polylines, &areas);
         for (k, l) in loops.iter().enumerate() {
             let depth = (0..stars.len()).filter(|&o| o != k && winding_about(&stars[o], stars[k][0]) != 0).count();
             assert_eq!(double_area(&l.polyline()) > 0.0, depth % 2 == 0, "loop {k}, inside {depth} others");

@@ -48,7 +48,8 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
             }
         }
     }
-    uses.sort_unstable_by_key(|u| (u.shell, u.edge, u.face));
+    // One number compares faster than three.
+    uses.sort_unstable_by_key(|u| u128::from(u.shell) << 96 | u128::from(u.edge) << 64 | u.face as u128);
     uses.dedup_by(|next, first| {
         let same = (next.shell, next.edge) == (first.shell, first.edge);
         if same {

@@ -11,6 +11,7 @@ use super::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, Surf
 use crate::math::Elementary as _;
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
+use crate::math::lanes::widest;
 use crate::model::{SurfaceDerivatives, quotient};
 use glam::{DVec3, DVec4};
 use std::cell::OnceCell;
@@ -50,7 +51,10 @@ impl SurfaceBounds {
                     cells.push(BoxBounds { u: local.du / u, v: local.dv / v, ..BoxBounds::default() });
                     continue;
                 }
-                let samples = sampler.samples(&net);
+                let samples = widest(
+                    #[inline(always)]
+                    || sampler.samples(&net),
+                );
                 let most = samples.most();
                 let part = |k: usize, part: usize| norms[k].min(keep(most[2 * k + part]));
                 let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
@@ -274,6 +278,11 @@ struct Sample {
 /// A sub-box's samples, (i, j) in u and v; `None` where the surface has no normal.
 struct SurfaceSamples([[Option<Sample>; SAMPLES + 1]; SAMPLES + 1]);
 
+/// The larger of both, as [`f64::max`] where `most` is not NaN.
+fn raise(most: &mut f64, x: f64) {
+    *most = if x > *most { x } else { *most };
+}
+
 impl SurfaceSamples {
     /// The largest magnitude of each of [`Sample::bends`], with a margin for maxima between samples.
     ///
@@ -287,7 +296,7 @@ impl SurfaceSamples {
             for j in 0..=SAMPLES {
                 let Some(here) = at(i, j) else { continue };
                 for (most, here) in most.iter_mut().zip(here) {
-                    *most = most.max(here.abs());
+                    raise(most, here.abs());
                 }
                 let across = [
                     (i > 0 && i < SAMPLES).then(|| [at(i - 1, j), at(i + 1, j)]),
@@ -296,7 +305,7 @@ impl SurfaceSamples {
                 for (bend, sides) in bend.iter_mut().zip(across) {
                     if let Some([Some(a), Some(b)]) = sides {
                         for (k, bend) in bend.iter_mut().enumerate() {
-                            *bend = bend.max((a[k] - 2.0 * here[k] + b[k]).abs());
+                            raise(bend, (a[k] - 2.0 * here[k] + b[k]).abs());
                         }
                     }
                 }
@@ -314,6 +323,7 @@ impl Sampler {
     }
 
     /// Evaluates a net at all samples.
+    #[inline(always)]
     fn samples(&self, net: &[DVec4]) -> SurfaceSamples {
         let nv = self.degree_v + 1;
         let mut out = [[None; SAMPLES + 1]; SAMPLES + 1];
@@ -347,6 +357,7 @@ impl Sampler {
 }
 
 /// A surface's derivatives at a sample of v, from the columns of its net with their derivatives in u.
+#[inline(always)]
 fn rational(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
     let mut sums = [DVec4::ZERO; 6];
     let [n, d1, d2] = orders(row);
@@ -362,6 +373,7 @@ fn rational(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
 }
 
 /// The same where all weights are 1.
+#[inline(always)]
 fn polynomial(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
     let mut sums = [DVec3::ZERO; 6];
     let [n, d1, d2] = orders(row);
@@ -404,12 +416,14 @@ fn most_turning(direction: impl Fn(usize, usize) -> Option<DVec3>) -> f64 {
 
 /// The sum of the angles between successive directions.
 fn path(directions: &[Option<DVec3>]) -> f64 {
-    let mut known = directions.iter().flatten();
-    let Some(mut before) = known.next() else { return 0.0 };
+    let mut before = None;
     let mut sum = 0.0;
-    for d in known {
-        sum += chord_angle(before.distance(*d));
-        before = d;
+    for &direction in directions {
+        let Some(here) = direction else { continue };
+        if let Some(before) = before {
+            sum += chord_angle(here.distance(before));
+        }
+        before = direction;
     }
     sum
 }

@@ -169,6 +169,20 @@ impl BezierPatches {
     /// the domain those of its border.
     #[must_use]
     pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
+        self.orders::<3>(u, v)
+    }
+
+    /// The point and its derivatives by u and v, bit-identical to those of [`derivatives`](Self::derivatives).
+    pub(crate) fn tangents(&self, u: f64, v: f64) -> [DVec3; 3] {
+        let SurfaceDerivatives { point, du, dv, .. } = self.orders::<2>(u, v);
+        [point, du, dv]
+    }
+
+    /// The point and the derivatives of orders below `ROWS`, 2 or 3; the rest are meaningless.
+    #[inline]
+    fn orders<const ROWS: usize>(&self, u: f64, v: f64) -> SurfaceDerivatives {
+        /// Orders in u and v of the results, by total order.
+        const ORDERS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
         let ((i, x), (j, y)) = (locate(&self.breaks_u, u), locate(&self.breaks_v, v));
         let per_u = 1.0 / (self.breaks_u[i + 1] - self.breaks_u[i]);
         let per_v = 1.0 / (self.breaks_v[j + 1] - self.breaks_v[j]);
@@ -179,9 +193,10 @@ impl BezierPatches {
                 bernstein::basis_with_derivatives(self.degree_u, x, rows_u);
                 bernstein::basis_with_derivatives(self.degree_v, y, rows_v);
                 for (a, line) in self.patch(i, j).chunks_exact(nv).enumerate() {
-                    let along = [0, 1, 2].map(|order| dot(&rows_v[order * nv..(order + 1) * nv], line));
+                    let along: [DVec4; ROWS] =
+                        std::array::from_fn(|order| dot(&rows_v[order * nv..(order + 1) * nv], line));
                     let n = [rows_u[a], rows_u[nu + a], rows_u[2 * nu + a]];
-                    for (sum, (du, dv)) in sums.iter_mut().zip([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]) {
+                    for (sum, (du, dv)) in sums.iter_mut().zip(ORDERS).take(ROWS * (ROWS + 1) / 2) {
                         *sum += along[dv] * n[du];
                     }
                 }

@@ -73,58 +73,63 @@ pub(crate) fn arc(
     exact: bool,
 ) -> Option<PcurveArc> {
     let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
-    let mut ts = vec![a];
+    let middle = 0.5 * (a + b);
+    let mut points = Vec::with_capacity(2 * samples.len() + more.len());
+    let mut stop = |t: f64| points.push((t, DVec2::ZERO));
+    stop(a);
     for w in samples.windows(2) {
         // Two samples at one place mark a break of the tangent.
         if w[1].t - w[0].t > SAME_SHARE * (b - a) {
-            ts.extend([w[0].t, 0.5 * (w[0].t + w[1].t)].into_iter().filter(|&t| t > a && t < b));
+            [w[0].t, 0.5 * (w[0].t + w[1].t)].into_iter().filter(|&t| t > a && t < b).for_each(&mut stop);
         }
     }
-    let middle = 0.5 * (a + b);
-    if ts.len() == 1 && !exact && middle > a && middle < b {
+    if points.len() == 1 && !exact && middle > a && middle < b {
         // Two points would look like a straight line.
-        ts.push(middle);
+        points.push((middle, DVec2::ZERO));
     }
-    ts.push(b);
+    points.push((b, DVec2::ZERO));
     if !more.is_empty() {
-        ts.extend(more.iter().copied().filter(|&t| t > a && t < b));
-        ts.sort_by(f64::total_cmp);
-        ts.dedup();
+        points.extend(more.iter().filter(|&&t| t > a && t < b).map(|&t| (t, DVec2::ZERO)));
+        points.sort_by(|p, q| p.0.total_cmp(&q.0));
+        points.dedup_by_key(|p| p.0);
     }
     let at = |k: usize, t: f64| UvSample::at(&samples[k], &samples[k + 1], t);
     let mut piece = 0;
-    let mut hull: Vec<DVec2> = Vec::with_capacity(if exact { 3 * ts.len() } else { ts.len() });
-    let mut pieces = Vec::with_capacity(if exact { 0 } else { ts.len() });
+    let mut hull: Vec<DVec2> = Vec::with_capacity(if exact { 3 * points.len() } else { points.len() });
+    let mut pieces = Vec::with_capacity(if exact { 0 } else { points.len() });
     let mut from = at(samples.partition_point(|s| s.t <= a).clamp(1, samples.len() - 1) - 1, a);
     from.uv = (from.uv - origin) * scale;
+    points[0].1 = from.uv;
     hull.push(from.uv);
-    for w in ts.windows(2) {
-        while piece + 2 < samples.len() && samples[piece + 1].t <= w[0] {
+    for k in 1..points.len() {
+        let ends = [points[k - 1].0, points[k].0];
+        while piece + 2 < samples.len() && samples[piece + 1].t <= ends[0] {
             piece += 1;
         }
-        if samples[piece].t == w[0] {
+        if samples[piece].t == ends[0] {
             // The tangent may break here.
             from.d = samples[piece].d;
         }
-        let mut to = at(piece, w[1]);
+        let mut to = at(piece, ends[1]);
         to.uv = (to.uv - origin) * scale;
-        let steps = [from.d, to.d].map(|d| d * scale * (w[1] - w[0]));
+        let steps = [from.d, to.d].map(|d| d * scale * (ends[1] - ends[0]));
         if exact {
             hull.extend([from.uv + steps[0] / 3.0, to.uv - steps[1] / 3.0]);
         } else {
             pieces.push(ArcPiece { steps, bulge: bulge([from.uv, to.uv], steps) });
         }
+        points[k].1 = to.uv;
         hull.push(to.uv);
         from = to;
     }
-    let step = if exact { 3 } else { 1 };
-    let mut points: Vec<(f64, DVec2)> = ts.iter().zip(hull.iter().step_by(step)).map(|(&t, &p)| (t, p)).collect();
     let (p, q) = (points[0].1, points[points.len() - 1].1);
     let chord = q - p;
     let length = chord.length();
     if length > 0.0 && hull.iter().all(|x| chord.perp_dot(*x - p).abs() <= 1e-9 * length) {
-        points = vec![points[0], points[points.len() - 1]];
-        hull = if exact { vec![p, p, q, q] } else { vec![p, q] };
+        points.drain(1..points.len() - 1);
+        hull.clear();
+        let twice = if exact { 2 } else { 1 };
+        hull.extend([p, q].into_iter().flat_map(|end| std::iter::repeat_n(end, twice)));
         pieces.clear();
     }
     let [low, high] = around(hull.iter().copied());
@@ -224,8 +229,12 @@ impl<'a> ArcSpan<'a> {
 
     /// The least and largest coordinate of its points along `n`.
     fn range_along(&self, n: DVec2) -> (f64, f64) {
-        let points = self.points().iter().map(|x| n.dot(*x));
-        points.fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x), r.1.max(x)))
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for x in self.points().iter().map(|x| n.dot(*x)) {
+            low = if x < low { x } else { low };
+            high = if x > high { x } else { high };
+        }
+        (low, high)
     }
 
     /// The same of a cubic itself. Its Bézier points extend beyond it, which would take more halvings.

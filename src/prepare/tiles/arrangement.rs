@@ -102,7 +102,7 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<LineC
             }
             // Monotone stretches between the samples and the turning points of the cubic.
             let mut stops = vec![w[0].t];
-            stops.extend(UvSample::extremes(&w[0], &w[1], axis));
+            UvSample::extremes(&w[0], &w[1], axis, |t| stops.push(t));
             stops.push(w[1].t);
             stops.sort_by(f64::total_cmp);
             let at = |t: f64| UvSample::interpolate(&w[0], &w[1], t);

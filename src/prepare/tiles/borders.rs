@@ -36,12 +36,12 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
                 _ if k == last && samples[last].t > high => UvSample::at(&samples[last - 1], &samples[last], high),
                 _ => samples[k],
             };
+            let [map_u, map_v] = maps.map(AxisMap::with_rates);
             let samples: Arc<[UvSample]> = (0..=last)
                 .map(ends)
-                .map(|s| UvSample {
-                    t: s.t,
-                    uv: DVec2::new(maps[0].to_nurbs(s.uv.x), maps[1].to_nurbs(s.uv.y)),
-                    d: DVec2::new(s.d.x * maps[0].rate(s.uv.x), s.d.y * maps[1].rate(s.uv.y)),
+                .map(|s| {
+                    let ((u, rate_u), (v, rate_v)) = (map_u(s.uv.x), map_v(s.uv.y));
+                    UvSample { t: s.t, uv: DVec2::new(u, v), d: DVec2::new(s.d.x * rate_u, s.d.y * rate_v) }
                 })
                 .collect();
             DraftUse { along: DraftAlong::Edge(*edge), from: *from, to: *to, uv: UvCurve::Hermite(samples) }

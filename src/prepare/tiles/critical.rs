@@ -14,7 +14,7 @@ use super::arcs::{ArcSpan, MAX_DEPTH, PcurveArc, apart, arc, exactly_apart, shar
 use super::draft::DraftTile;
 use super::meeting::{Meeting, WorkLeft, beside, by_use, meet, weld};
 use glam::DVec2;
-use std::f64::consts::TAU;
+use smallvec::{SmallVec, smallvec};
 
 /// Maximum halvings of one arc of a free trim. They separate arcs side by side, a billionth of the domain apart.
 const MAX_DEPTH_EXACT: u32 = 16;
@@ -140,8 +140,8 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], 
     let mut arcs = Vec::new();
     for (l, uses) in tile.loops.iter().enumerate() {
         for (k, u) in uses.iter().enumerate() {
-            let mut stops = vec![u.from.min(u.to)];
-            stops.extend(met.get(&(l, k)).into_iter().flatten());
+            let mut stops: SmallVec<[f64; 4]> = smallvec![u.from.min(u.to)];
+            stops.extend(met.get(&(l, k)).into_iter().flatten().copied());
             stops.push(u.from.max(u.to));
             stops.sort_by(f64::total_cmp);
             stops.dedup();
@@ -211,21 +211,24 @@ impl<'a> Separation<'a, '_> {
 /// Cuts an arc where it has turned by a third of a circle. If its stretches meet, the cuts become breaks, and the
 /// stretches are separated like arcs.
 fn separate_from_itself<'a>(arc: &'a PcurveArc, found: &mut Separation<'a, '_>) {
-    const TURN: f64 = TAU / 3.0;
+    /// Cosine of a third of a turn.
+    const COSINE: f64 = -0.5;
     let most = if arc.exact { 512 } else { 64 };
-    let mut cuts = vec![0];
+    let mut cuts: SmallVec<[usize; 8]> = smallvec![0];
     let mut start: Option<DVec2> = None;
     for (k, w) in arc.points.windows(2).enumerate() {
         let direction = w[1].1 - w[0].1;
         let from = *start.get_or_insert(direction);
-        if from.angle_to(direction).abs() > TURN {
+        let lengths = (from.length_squared() * direction.length_squared()).sqrt();
+        if from.dot(direction) / lengths <= COSINE {
             cuts.push(k);
             start = Some(direction);
         }
     }
     cuts.push(arc.points.len() - 1);
     cuts.dedup();
-    let spans: Vec<ArcSpan<'a>> = cuts.windows(2).map(|w| ArcSpan { arc, from: w[0], to: w[1], fine: None }).collect();
+    let spans: SmallVec<[ArcSpan<'a>; 4]> =
+        cuts.windows(2).map(|w| ArcSpan { arc, from: w[0], to: w[1], fine: None }).collect();
     let pairs = || (0..spans.len()).flat_map(|i| (i + 1..spans.len()).map(move |j| (i, j)));
     if spans.len() > most
         || !found.work.takes(spans.len() * arc.points.len())

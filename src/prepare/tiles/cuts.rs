@@ -7,6 +7,7 @@ use super::grid::Grid;
 use crate::model::Surface;
 use crate::prepare::uv::region::Region;
 use crate::prepare::uv::uv_loop::Along;
+use std::cell::LazyCell;
 use std::f64::consts::FRAC_PI_2;
 
 /// Maximum spans (Bézier pieces or quarter turns) along one side of a tile. With more, a few heavy tiles decide a
@@ -31,7 +32,8 @@ pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
     let flat = is_flat(surface).then(|| tiles_of_plane(region));
     for (axis, lines) in lines.iter_mut().enumerate() {
         let (lo, hi) = region.bounds[axis];
-        let avoid = Avoid::new(region, axis);
+        // Most faces are not cut.
+        let avoid = LazyCell::new(|| Avoid::new(region, axis));
         let (lo, hi) = if region.wraps[axis] {
             let c = avoid.best(lo, hi);
             (c, c + (hi - lo))
@@ -149,6 +151,8 @@ impl Avoid {
                 holes.push((lo, hi));
             }
         }
+        // Neighbours share a sample.
+        points.dedup();
         let period = region.wraps[axis].then(|| region.bounds[axis].1 - region.bounds[axis].0);
         Self { points, holes, period }
     }
@@ -159,12 +163,14 @@ impl Avoid {
         let candidates = (0..n).map(|k| lo + (hi - lo) * (k as f64 + 0.5) / f64::from(n));
         let score = |x: f64| {
             let reduce = |d: f64| self.period.map_or(d, |p| d - p * (d / p).round());
-            let clear = self.points.iter().map(|&p| reduce(x - p).abs()).fold(hi - lo, f64::min);
+            let distances = self.points.iter().map(|&p| reduce(x - p).abs());
+            let clear = distances.fold(hi - lo, |clear, off| if off < clear { off } else { clear });
             let cuts = self.holes.iter().filter(|(a, b)| reduce(x - 0.5 * (a + b)).abs() <= 0.5 * (b - a)).count();
             // A clean crossing of a hole is better than a line that grazes a vertex.
             clear / (hi - lo) / (1.0 + cuts as f64)
         };
-        candidates.max_by(|&a, &b| score(a).total_cmp(&score(b))).unwrap_or(lo)
+        let scored = candidates.map(|x| (x, score(x)));
+        scored.max_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(lo, |(x, _)| x)
     }
 }
 

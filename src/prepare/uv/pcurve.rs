@@ -411,7 +411,8 @@ impl<'a> Projector<'a> {
             }
         }
         let gap = out.iter().map(|s| s.1).fold(0.0, f64::max);
-        let mut samples: Vec<UvSample> = out.into_iter().map(|s| s.0).collect();
+        let mut samples = Vec::with_capacity(out.len());
+        samples.extend(out.iter().map(|s| s.0));
         if !self.poles.is_empty() {
             self.unwind(&mut samples);
         }
@@ -419,7 +420,6 @@ impl<'a> Projector<'a> {
             samples.reverse();
         }
         fill_slopes(&mut samples);
-        samples.shrink_to_fit();
         Marched { samples, gap, poles: end_poles }
     }
 

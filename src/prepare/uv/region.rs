@@ -24,15 +24,14 @@ pub(crate) fn loops_box(loops: &[UvLoop]) -> [(f64, f64); 2] {
     let mut b = [(f64::INFINITY, f64::NEG_INFINITY); 2];
     let mut add = |p: DVec2| {
         for (range, x) in b.iter_mut().zip(p.to_array()) {
-            *range = (range.0.min(x), range.1.max(x));
+            *range = (if x < range.0 { x } else { range.0 }, if x > range.1 { x } else { range.1 });
         }
     };
-    for w in loops.iter().flat_map(|l| &l.pieces).flat_map(|p| p.samples.windows(2)) {
-        add(w[0].uv);
-        add(w[1].uv);
-        for axis in 0..2 {
-            for t in UvSample::extremes(&w[0], &w[1], axis) {
-                add(UvSample::interpolate(&w[0], &w[1], t));
+    for samples in loops.iter().flat_map(|l| &l.pieces).map(|p| &p.samples) {
+        samples.iter().for_each(|s| add(s.uv));
+        for w in samples.windows(2) {
+            for axis in 0..2 {
+                UvSample::extremes(&w[0], &w[1], axis, |t| add(UvSample::interpolate(&w[0], &w[1], t)));
             }
         }
     }

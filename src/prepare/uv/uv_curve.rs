@@ -66,23 +66,27 @@ impl UvSample {
         Self { t, uv, d }
     }
 
-    /// Parameters strictly between two samples at which coordinate `axis` of the cubic has an extreme; at most two.
-    pub(crate) fn extremes(a: &Self, b: &Self, axis: usize) -> impl Iterator<Item = f64> {
+    /// Calls `see` with the parameters strictly between two samples at which coordinate `axis` of the cubic has an
+    /// extreme; at most two.
+    pub(crate) fn extremes(a: &Self, b: &Self, axis: usize, mut see: impl FnMut(f64)) {
         let h = b.t - a.t;
         let (d0, d1, rise) = (a.d[axis] * h, b.d[axis] * h, b.uv[axis] - a.uv[axis]);
         // Bernstein coefficients of the derivative: if all have one sign, so has the derivative.
         let middle = 3.0 * rise - d0 - d1;
-        let roots = if d0.min(d1).min(middle) < 0.0 && d0.max(d1).max(middle) > 0.0 {
-            // The derivative by s in [0, 1]: d0 + 2 s q + s² p.
-            let (p, q) = (3.0 * (d0 + d1 - 2.0 * rise), 3.0 * rise - 2.0 * d0 - d1);
-            let root = (q * q - p * d0).sqrt();
-            let far = -(q + root.copysign(q));
-            [far / p, d0 / far]
-        } else {
-            [f64::NAN; 2]
-        };
-        let t = a.t;
-        roots.into_iter().filter(|s| *s > 0.0 && *s < 1.0).map(move |s| t + s * h)
+        let falls = d0 < 0.0 || d1 < 0.0 || middle < 0.0;
+        let rises = d0 > 0.0 || d1 > 0.0 || middle > 0.0;
+        if !(falls && rises) {
+            return;
+        }
+        // The derivative by s in [0, 1]: d0 + 2 s q + s² p.
+        let (p, q) = (3.0 * (d0 + d1 - 2.0 * rise), 3.0 * rise - 2.0 * d0 - d1);
+        let root = (q * q - p * d0).sqrt();
+        let far = -(q + root.copysign(q));
+        for s in [far / p, d0 / far] {
+            if s > 0.0 && s < 1.0 {
+                see(a.t + s * h);
+            }
+        }
     }
 }
 

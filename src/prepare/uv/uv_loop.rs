@@ -48,14 +48,15 @@ impl Piece {
         self.reversed = !self.reversed;
     }
 
-    /// Points in loop order, without the last.
-    fn polyline(&self) -> impl Iterator<Item = DVec2> + '_ {
-        let n = self.samples.len();
-        (0..n - 1).flat_map(move |k| {
-            let (a, b) = if self.reversed { (n - 1 - k, n - 2 - k) } else { (k, k + 1) };
-            let (lo, hi) = (&self.samples[a.min(b)], &self.samples[a.max(b)]);
-            [self.samples[a].uv, UvSample::interpolate(lo, hi, 0.5 * (lo.t + hi.t))]
-        })
+    /// Appends points in loop order, without the last.
+    fn polyline(&self, out: &mut Vec<DVec2>) {
+        let middle = |w: &[UvSample]| UvSample::interpolate(&w[0], &w[1], 0.5 * (w[0].t + w[1].t));
+        let cubics = self.samples.windows(2);
+        if self.reversed {
+            cubics.rev().for_each(|w| out.extend_from_slice(&[w[1].uv, middle(w)]));
+        } else {
+            cubics.for_each(|w| out.extend_from_slice(&[w[0].uv, middle(w)]));
+        }
     }
 }
 
@@ -69,7 +70,9 @@ pub(crate) struct UvLoop {
 
 impl UvLoop {
     pub(crate) fn polyline(&self) -> Vec<DVec2> {
-        self.pieces.iter().flat_map(Piece::polyline).collect()
+        let mut points = Vec::with_capacity(self.pieces.iter().map(|p| 2 * p.samples.len()).sum());
+        self.pieces.iter().for_each(|p| p.polyline(&mut points));
+        points
     }
 
     pub(crate) fn reverse(&mut self) {
@@ -85,7 +88,16 @@ impl UvLoop {
 
 /// Winding number of a closed polygon about `q`.
 pub(crate) fn winding_about(p: &[DVec2], q: DVec2) -> i32 {
-    (0..p.len()).map(|i| crossed([p[i], p[(i + 1) % p.len()]], q)).sum()
+    let Some(&last) = p.last() else { return 0 };
+    let (mut before, mut below, mut winding) = (last, last.y <= q.y, 0);
+    for &corner in p {
+        let is_below = corner.y <= q.y;
+        if is_below != below {
+            winding += crossed([before, corner], q);
+        }
+        (before, below) = (corner, is_below);
+    }
+    winding
 }
 
 /// The contribution of a side to the winding number about `q`: 1 if it passes upwards to the right of `q`, -1 if

@@ -45,25 +45,31 @@ const DIRECTIONS: [DVec3; 13] = [
 ];
 
 /// Extents of a set of points along [`DIRECTIONS`]: a discrete oriented polytope.
-struct Hull([(f64, f64); 13]);
+struct Hull {
+    low: [f64; 13],
+    high: [f64; 13],
+}
 
 impl Hull {
     fn of(points: &[DVec3]) -> Self {
-        let mut hull = Self([(f64::INFINITY, f64::NEG_INFINITY); 13]);
+        let mut hull = Self { low: [f64::INFINITY; 13], high: [f64::NEG_INFINITY; 13] };
         points.iter().for_each(|p| hull.add(*p));
         hull
     }
 
     fn add(&mut self, p: DVec3) {
-        for (range, d) in self.0.iter_mut().zip(DIRECTIONS) {
+        for ((low, high), d) in self.low.iter_mut().zip(&mut self.high).zip(DIRECTIONS) {
             let x = d.dot(p);
-            *range = (range.0.min(x), range.1.max(x));
+            *low = if x < *low { x } else { *low };
+            *high = if x > *high { x } else { *high };
         }
     }
 
     fn holds(&self, p: DVec3) -> bool {
-        let slack = 1e-9 * (self.0[0].1 - self.0[0].0).max(self.0[1].1 - self.0[1].0).max(self.0[2].1 - self.0[2].0);
-        self.0.iter().zip(DIRECTIONS).all(|(range, d)| (range.0 - slack..=range.1 + slack).contains(&d.dot(p)))
+        let size = |k: usize| self.high[k] - self.low[k];
+        let slack = 1e-9 * size(0).max(size(1)).max(size(2));
+        let mut ranges = self.low.iter().zip(&self.high).zip(DIRECTIONS);
+        ranges.all(|((low, high), d)| (low - slack..=high + slack).contains(&d.dot(p)))
     }
 }
 

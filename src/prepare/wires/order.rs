@@ -2,11 +2,11 @@
 
 use super::ends::ends;
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// The wires of a face seen so far, each as its sorted edges.
 #[derive(Default)]
-pub(crate) struct WireSet(HashSet<Vec<u32>>);
+pub(crate) struct WireSet(BTreeSet<Vec<u32>>);
 
 impl WireSet {
     /// Records a wire and returns whether no wire of the same edges came before. Always true for a wire without edges.
