@@ -44,15 +44,21 @@ where
 }
 
 /// Items in lists of `size`, for [`map`]; all in one if there is one thread.
-pub(crate) fn chunks<I>(jobs: &dyn Jobs, items: Vec<I>, size: usize) -> Vec<Vec<I>> {
+pub(crate) fn chunks<I>(jobs: &dyn Jobs, mut items: Vec<I>, size: usize) -> Vec<Vec<I>> {
     if items.is_empty() {
         return Vec::new();
     }
     if jobs.width() == 1 || items.len() <= size {
         return vec![items];
     }
-    let (count, mut items) = (items.len().div_ceil(size), items.into_iter());
-    (0..count).map(|_| items.by_ref().take(size).collect()).collect()
+    let mut lists = Vec::with_capacity(items.len().div_ceil(size));
+    // From the end: each item moves once, in one copy of its list.
+    while items.len() > size {
+        lists.push(items.split_off((items.len() - 1) / size * size));
+    }
+    lists.push(items);
+    lists.reverse();
+    lists
 }
 
 /// The calls of a loop. Each is made by one thread.

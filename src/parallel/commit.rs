@@ -83,8 +83,8 @@ pub(super) struct Rows {
     order: Vec<Place>,
     sorter: Sorter,
     lines: Vec<EdgeLine>,
-    /// The tiles that were made.
-    pub(super) made: Vec<MadeTile>,
+    /// The tiles that were made, by delivery.
+    pub(super) made: Vec<Vec<MadeTile>>,
     /// Rows of `order` that the sink was given.
     given: usize,
     rungs: Vec<FaceRung>,
@@ -125,6 +125,7 @@ pub(super) fn commit(
     let whole = !matches!(feed, Feed::Views { whole: false, .. });
     let mut report = FrameReport { whole, workers: Vec::with_capacity(deliveries.len()), ..FrameReport::default() };
     rows.clear();
+    rows.order.reserve(deliveries.iter().map(|delivery| delivery.made.len()).sum());
     for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
@@ -134,16 +135,18 @@ pub(super) fn commit(
         rows.rungs.extend(delivery.rungs);
         rows.fills.extend(delivery.fills);
         let list = rows.batches.len() as u32;
-        let place = |(row, made): (u32, &MadeTile)| Place { tile: (made.part, made.tile), face: made.face, list, row };
-        // A whole frame has no need of tiles without triangles.
-        let sent = (0..).zip(&delivery.made).filter(|(_, made)| !whole || made.triangles > 0);
-        rows.order.extend(sent.map(place));
-        rows.made.append(&mut delivery.made);
+        for (row, &MadeTile { part, tile, face, triangles, .. }) in (0..).zip(&delivery.made) {
+            report.batches += usize::from(triangles > 0);
+            // A whole frame has no need of tiles without triangles.
+            if !whole || triangles > 0 {
+                rows.order.push(Place { tile: (part, tile), face, list, row });
+            }
+        }
+        rows.made.push(delivery.made);
         rows.batches.push(delivery.batches);
         rows.written.push(delivery.written.take());
         rows.lines.extend(delivery.lines);
     }
-    report.batches = rows.made.iter().filter(|made| made.triangles > 0).count();
     if let Feed::Views { forgotten, .. } = feed {
         report.forgotten = forgotten.len();
         rows.evict(forgotten, writer);
@@ -243,8 +246,8 @@ impl Rows {
         (whole, feed): (bool, Feed<'_>),
         (is_written, sink): (bool, &mut dyn MeshSink),
     ) -> Result<(), FrameError> {
-        /// Batches that are fetched before they are needed.
-        const AHEAD: usize = 12;
+        /// Batches that are fetched at a time.
+        const FETCHED: usize = 16;
         match feed {
             _ if whole => sink.begin(scene),
             Feed::Views { from: Some(from), .. } => sink.begin_update(scene, from),
@@ -255,20 +258,27 @@ impl Rows {
             Feed::All(control) if control.is_cancelled() => Err(FrameError::Cancelled),
             _ => Ok(()),
         };
-        for (k, &Place { list, row, .. }) in self.order.iter().enumerate() {
-            goes_on()?;
-            self.given += 1;
-            let (list, row) = (list as usize, row as usize);
-            if is_written {
-                sink.written(&self.written[list][row]).map_err(FrameError::Sink)?;
-                continue;
+        for places in self.order.chunks(FETCHED) {
+            if !is_written {
+                // Batches of neighbouring tiles are far apart. The processor waits for many at the same time here, and
+                // for one at a time in the sink.
+                let fetch = |sum: usize, place: &Place| {
+                    let Batch { tile, mesh, .. } = &self.batches[place.list as usize][place.row as usize];
+                    sum ^ tile.0 as usize ^ mesh.positions.len() ^ mesh.triangles.len()
+                };
+                black_box(places.iter().fold(0, fetch));
             }
-            // Batches of neighbouring tiles are far apart: they are fetched while the sink works on others.
-            if let Some(next) = self.order.get(k + AHEAD) {
-                let Batch { tile, mesh, .. } = &self.batches[next.list as usize][next.row as usize];
-                black_box((tile.0, mesh.positions.len(), mesh.triangles.len()));
+            for &Place { list, row, .. } in places {
+                goes_on()?;
+                self.given += 1;
+                let (list, row) = (list as usize, row as usize);
+                if is_written {
+                    sink.written(&self.written[list][row])
+                } else {
+                    sink.batch(&mut self.batches[list][row])
+                }
+                .map_err(FrameError::Sink)?;
             }
-            sink.batch(&mut self.batches[list][row]).map_err(FrameError::Sink)?;
         }
         for line in self.lines.drain(..) {
             goes_on()?;

@@ -89,7 +89,12 @@ impl<S: Stages> Crew<S> {
         let mut rest = Vec::new();
         for mut list in lists.drain(..) {
             if list.len() > MOST_SPARE {
-                rest.push(list.split_off(MOST_SPARE));
+                // Of the two pieces, the smaller one is what moves.
+                let mut more = list.split_off(MOST_SPARE.max(list.len() - MOST_SPARE));
+                if more.len() == MOST_SPARE {
+                    std::mem::swap(&mut list, &mut more);
+                }
+                rest.push(more);
             }
             let worker = list.first().and_then(|batch| self.workers.get_mut(batch.worker as usize));
             worker.into_iter().for_each(|worker| worker.take_back(std::mem::take(&mut list)));

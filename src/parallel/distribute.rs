@@ -1,15 +1,19 @@
-//! Weighted tile centres -> one list of tiles per worker. Neighbouring tiles go to different workers.
+//! Weighted tile centres -> one list of tiles per worker. Neighbouring runs of a few tiles go to different workers.
 //!
 //! Method: Kumar & Manocha 1995, section 6 (neighbouring patches onto different processors, statically), made concrete
-//! as stratified dealing. Tiles are sorted along a Hilbert curve through their centres. Each window of a few
-//! consecutive tiles per worker is dealt heaviest first, each tile to the worker with the least load so far. A zoom
-//! into one corner is a stretch of the curve and thus loads every worker.
+//! as stratified dealing. Runs of tiles that follow each other in the model are sorted along a Hilbert curve through
+//! their centres. Each window of a few consecutive runs per worker is dealt heaviest first, each run to the worker with
+//! the least load so far. A zoom into one corner is a stretch of the curve and thus loads every worker.
+//!
+//! Tiles of a run have edges in common, which are in the caches of whoever makes them, and their results are next to
+//! each other when a frame is committed.
 
 use crate::math::hilbert;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::Tile;
 use glam::DVec3;
+use std::ops::Range;
 
 /// Position and expected cost of one tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,35 +40,63 @@ pub fn loads(prepared: &Prepared) -> Vec<Load> {
     prepared.tiles().map(load).collect()
 }
 
-/// Tiles per worker in a window. With 1, a worker that got a tile as heavy as a hundred others still gets another one
+/// Runs per worker in a window. With 1, a worker that got a run as heavy as a hundred others still gets another one
 /// in each window that follows. With many more, the tiles of one worker would no longer be spread along the curve.
 const WINDOW: usize = 4;
+/// Most tiles of a run. Longer ones gain little, and a small view would load fewer workers.
+const RUN: usize = 8;
+/// Several tiles are a run only if they weigh no more than a worker's share divided by this.
+const RUNS_PER_WORKER: f64 = 16.0;
 
 /// Deals tiles to workers: element `w` of the result holds worker `w`'s indices into `loads`, ascending.
 ///
-/// Every index is dealt exactly once. The workers' total weights differ by at most the largest weight. Deterministic.
-/// `O(n (log n + workers))`. 0 `workers` are treated as 1.
+/// Every index is dealt exactly once. The workers' total weights differ by at most the largest weight, or a sixteenth
+/// of their mean if that is more. Deterministic. `O(n (log n + workers))`. 0 `workers` are treated as 1.
 #[must_use]
 pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {
     let workers = workers.max(1);
+    let runs = runs(loads, workers);
+    let weights: Vec<f64> = runs.iter().map(|run| weight(&loads[run.clone()])).collect();
+    let centre = |run: &Range<usize>| loads[run.clone()].iter().map(|l| l.centre).sum::<DVec3>() / run.len() as f64;
+    let curve = hilbert::along_curve(runs.iter().map(centre));
     let mut hands = vec![Vec::with_capacity(loads.len().div_ceil(workers)); workers];
     let mut sums = vec![0.0_f64; workers];
     let mut window: Vec<usize> = Vec::with_capacity(WINDOW * workers);
-    for chunk in along_curve(loads).chunks(WINDOW * workers) {
+    for chunk in curve.chunks(WINDOW * workers) {
         window.clear();
         window.extend_from_slice(chunk);
-        // The index breaks ties, which makes the order deterministic.
-        window.sort_unstable_by(|&a, &b| loads[b].weight.total_cmp(&loads[a].weight).then(a.cmp(&b)));
-        for &tile in &window {
+        // Stable: runs of the same weight are dealt along the curve. By their index, every other one would go to the
+        // same worker where runs lie side by side.
+        window.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]));
+        for &run in &window {
             let least = (0..workers).min_by(|&a, &b| f64::total_cmp(&sums[a], &sums[b])).unwrap_or(0);
-            hands[least].push(tile);
-            sums[least] += loads[tile].weight;
+            hands[least].extend(runs[run].clone());
+            sums[least] += weights[run];
         }
     }
     for hand in &mut hands {
         hand.sort_unstable();
     }
     hands
+}
+
+/// Cuts the tiles into runs.
+fn runs(loads: &[Load], workers: usize) -> Vec<Range<usize>> {
+    let most = weight(loads) / (RUNS_PER_WORKER * workers as f64);
+    let (mut runs, mut first, mut sum) = (Vec::new(), 0, 0.0);
+    for (tile, load) in loads.iter().enumerate() {
+        if tile > first && (tile - first == RUN || sum + load.weight > most) {
+            runs.push(first..tile);
+            (first, sum) = (tile, 0.0);
+        }
+        sum += load.weight;
+    }
+    runs.extend((first < loads.len()).then_some(first..loads.len()));
+    runs
+}
+
+fn weight(loads: &[Load]) -> f64 {
+    loads.iter().map(|load| load.weight).sum()
 }
 
 /// Indices of `loads`, sorted along a Hilbert curve that fills the cube around all centres.
@@ -80,7 +112,7 @@ mod tests {
     use arbitrary::Unstructured;
 
     #[test]
-    fn every_tile_is_dealt_once_and_sums_differ_by_one_weight_at_most() {
+    fn every_tile_is_dealt_once_and_sums_differ_by_one_run_at_most() {
         let property = |u: &mut Unstructured<'_>| -> arbitrary::Result<()> {
             let count = u.int_in_range(0..=400_usize)?;
             let mut loads = Vec::with_capacity(count);
@@ -99,7 +131,8 @@ mod tests {
             assert!(all.iter().copied().eq(0..count));
             let sums: Vec<f64> = hands.iter().map(|h| h.iter().map(|&i| loads[i].weight).sum()).collect();
             let spread = sums.iter().copied().fold(0.0, f64::max) - sums.iter().copied().fold(f64::INFINITY, f64::min);
-            assert!(spread <= loads.iter().map(|l| l.weight).fold(0.0, f64::max), "{sums:?}");
+            let run = weight(&loads) / (RUNS_PER_WORKER * workers as f64);
+            assert!(spread <= loads.iter().map(|l| l.weight).fold(run, f64::max), "{sums:?}");
             Ok(())
         };
         judge!(1_000, 8192, |bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());

@@ -310,7 +310,7 @@ impl Engine {
         if due.whole {
             degraded.clear();
         } else if !degraded.is_empty() {
-            let gone = self.rows.made.iter().map(|made| (made.part, made.tile)).chain(forgotten());
+            let gone = self.rows.made.iter().flatten().map(|made| (made.part, made.tile)).chain(forgotten());
             gone.for_each(|tile| _ = degraded.remove(&tile));
         }
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));

@@ -128,7 +128,12 @@ impl<S: Stages> Worker<S> {
         let mut delivery = Delivery { written: Rooms::of(writer.as_ref()), ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
-        std::mem::take(&mut self.returned).into_iter().for_each(|batch| self.reuse_buffers(batch.mesh));
+        // The last one is filled first: in a frame of the same tiles each gets its own, which has the room that it needs.
+        std::mem::take(&mut self.returned).into_iter().rev().for_each(|batch| self.reuse_buffers(batch.mesh));
+        delivery.made.reserve_exact(tiles.len());
+        if writer.is_none() {
+            delivery.batches.reserve_exact(tiles.len());
+        }
         for &(part, tile, face) in tiles {
             if watch.is_cancelled() {
                 return delivery;

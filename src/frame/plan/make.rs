@@ -100,7 +100,7 @@ struct PlanRequest<'a> {
     cells_per_tile: u64,
 }
 
-/// Tiles or edges that are planned at a time.
+/// Fewest tiles or edges that are planned at a time.
 const CHUNK: usize = 64;
 
 impl PlanRequest<'_> {
@@ -170,20 +170,24 @@ struct Round {
 /// A part, and some of its tiles or edges.
 type Stretch = (usize, Range<usize>);
 
-/// The tiles or edges of parts, in lists of [`CHUNK`]; all in one list if there is one thread.
+/// The tiles or edges of parts, in lists that become shorter, down to [`CHUNK`]: few lists, and threads that end at about
+/// the same time. All in one list if there is one thread.
 fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> Vec<Vec<Stretch>> {
-    let most = if jobs.width() == 1 { usize::MAX } else { CHUNK };
-    let (mut lists, mut list, mut room) = (Vec::new(), Vec::new(), most);
+    /// Part of a thread's share of what is left that the next list is.
+    const SHARE: usize = 4;
+    let size = |left: usize| if jobs.width() == 1 { usize::MAX } else { CHUNK.max(left / (SHARE * jobs.width())) };
+    let mut left = counts.iter().map(|(_, count)| count).sum();
+    let (mut lists, mut list, mut room) = (Vec::new(), Vec::new(), size(left));
     for &(part, count) in counts {
         let mut from = 0;
         while from < count {
             let to = count.min(from.saturating_add(room));
             list.push((part, from..to));
-            room -= to - from;
+            (room, left) = (room - (to - from), left - (to - from));
             from = to;
             if room == 0 {
                 lists.push(std::mem::take(&mut list));
-                room = most;
+                room = size(left);
             }
         }
     }

@@ -35,6 +35,11 @@ pub(crate) fn trace_loops(
     s.uvs.clear();
     s.loop_starts.clear();
     s.loop_starts.push(0);
+    // A mesh is kept for long: no more room than it needs, and no copies as it grows.
+    let count = |u: &EdgeUse| steps(u, &plan.edges[u.edge.index()].breaks).len();
+    let tessellants = tile.loops.iter().flatten().map(count).sum();
+    mesh.positions.reserve_exact(tessellants);
+    mesh.origins.reserve_exact(tessellants);
     let mut spot = Spot::of(face, tile, lattice);
     for l in &tile.loops {
         for u in l {
@@ -78,7 +83,7 @@ impl<'a> Spot<'a> {
 }
 
 /// Indices of an edge's tessellants along one use, in loop order, without the last.
-pub(crate) fn steps(u: &EdgeUse, breaks: &[u32]) -> impl Iterator<Item = usize> + use<> {
+pub(crate) fn steps(u: &EdgeUse, breaks: &[u32]) -> impl ExactSizeIterator<Item = usize> + use<> {
     let (a, b) = (breaks[u.from as usize] as usize, breaks[u.to as usize] as usize);
     let count = a.abs_diff(b);
     (0..count).map(move |i| if a < b { a + i } else { a - i })

@@ -227,10 +227,14 @@ impl EvaluateScratch {
         for &t in lines {
             let place = locate(breaks, t);
             self.places.push(place);
-            bernstein::with_lanes(degree, |rows| {
-                bernstein::basis_and_slopes(degree, [place.1], rows);
-                self.outer.extend_from_slice(rows.as_flattened());
-            });
+            bernstein::with_lanes(
+                degree,
+                #[inline(always)]
+                |rows| {
+                    bernstein::basis_and_slopes(degree, [place.1], rows);
+                    self.outer.extend_from_slice(rows.as_flattened());
+                },
+            );
         }
     }
 
@@ -401,17 +405,28 @@ fn evaluate_lanes<const L: usize>(
 ) -> Points<L> {
     let patch = if roles.inner_is_v { patches.patch(outer, inner) } else { patches.patch(inner, outer) };
     let (n, m) = (roles.outer_points, roles.inner_points);
-    bernstein::with_lanes(n - 1, |outer| {
-        bernstein::basis_and_slopes(n - 1, in_outer, outer);
-        bernstein::with_lanes(m - 1, |inner| {
-            bernstein::basis_and_slopes(m - 1, in_inner, inner);
-            match (patches.rational, n, m) {
-                (false, 4, 4) => in_patch::<L, false>(patch, roles, [4, 4], outer, inner),
-                (false, ..) => in_patch::<L, false>(patch, roles, [n, m], outer, inner),
-                (true, ..) => in_patch::<L, true>(patch, roles, [n, m], outer, inner),
-            }
-        })
-    })
+    // Inlined, so that they are compiled for the registers of the caller.
+    bernstein::with_lanes(
+        n - 1,
+        #[inline(always)]
+        |outer| {
+            bernstein::basis_and_slopes(n - 1, in_outer, outer);
+            bernstein::with_lanes(
+                m - 1,
+                #[inline(always)]
+                |inner| {
+                    bernstein::basis_and_slopes(m - 1, in_inner, inner);
+                    match (patches.rational, n, m) {
+                        (false, 2, 2) => in_patch::<L, false>(patch, roles, [2, 2], outer, inner),
+                        (false, 4, 4) => in_patch::<L, false>(patch, roles, [4, 4], outer, inner),
+                        (false, ..) => in_patch::<L, false>(patch, roles, [n, m], outer, inner),
+                        (true, 2, 3) => in_patch::<L, true>(patch, roles, [2, 3], outer, inner),
+                        (true, ..) => in_patch::<L, true>(patch, roles, [n, m], outer, inner),
+                    }
+                },
+            )
+        },
+    )
 }
 
 /// Evaluates a patch at the lanes of both directions, with the same sums as [`contract`] and [`kernel`].
