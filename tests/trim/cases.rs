@@ -201,7 +201,7 @@ fn case_07_loops_inside_one_cell() {
 }
 
 #[test]
-fn few_holes_in_a_cell_are_slit_open() {
+fn holes_in_a_cell_are_swept_with_it() {
     for (cells, at) in [((1, 1), 0.0), ((5, 5), 2.0)] {
         let mut loops = vec![border(cells, 3)];
         for (x, y) in [(0.25, 0.3), (0.7, 0.25), (0.3, 0.7), (0.72, 0.7), (0.5, 0.5)] {

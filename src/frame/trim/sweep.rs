@@ -83,6 +83,9 @@ impl Sweep {
         self.order.clear();
         for (k, &start) in starts.iter().enumerate() {
             let end = starts.get(k + 1).copied().unwrap_or(n);
+            if start == end {
+                continue;
+            }
             self.next.extend(start + 1..end);
             self.next.push(start);
             self.prev.push(end - 1);
@@ -295,5 +298,107 @@ impl Sweep {
         if upper != NONE {
             self.nodes[upper as usize].lower = lower;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::polygon::double_area;
+    use std::f64::consts::TAU;
+
+    /// Loops around centres, each with a number of corners and a radius; clockwise where the number is negative.
+    fn rounds(loops: &[(f64, f64, i32, f64)]) -> (Vec<DVec2>, Vec<u32>) {
+        let (mut points, mut starts) = (Vec::new(), Vec::new());
+        for &(x, y, corners, radius) in loops {
+            starts.push(points.len() as u32);
+            let corner = |k: i32| {
+                let angle = TAU * f64::from(k) / f64::from(corners);
+                DVec2::new(x, y) + DVec2::from_angle(angle) * radius * (1.0 + 0.2 * (5.0 * angle).sin())
+            };
+            points.extend((0..corners.abs()).map(corner));
+        }
+        (points, starts)
+    }
+
+    /// Sweeps, and proves that the boundary of the triangles is the loops and that all are positive.
+    fn sweep(points: &[DVec2], starts: &[u32]) -> Result<usize, NotSimple> {
+        let mut sweep = Sweep::default();
+        let triangles: Vec<_> = sweep.triangulate(points, starts)?.triangles().collect();
+        let mut sides: Vec<[u32; 2]> = Vec::new();
+        for (k, &start) in starts.iter().enumerate() {
+            let end = starts.get(k + 1).map_or(points.len() as u32, |&end| end);
+            sides.extend((start..end).map(|v| [if v + 1 == end { start } else { v + 1 }, v]));
+        }
+        for &[a, b, c] in &triangles {
+            assert!(orient2d(points[a as usize], points[b as usize], points[c as usize]) > 0.0);
+            sides.extend([[a, b], [b, c], [c, a]]);
+        }
+        // A loop of one vertex has no side.
+        sides.retain(|[a, b]| a != b);
+        while let Some([a, b]) = sides.pop() {
+            let at = sides.iter().position(|&side| side == [b, a]).expect("each side has its reverse");
+            sides.swap_remove(at);
+        }
+        Ok(triangles.len())
+    }
+
+    #[test]
+    fn holes_islands_and_regions_side_by_side() {
+        let disc = (0.0, 0.0, 60, 10.0);
+        let hole = (1.0, 1.0, -40, 5.0);
+        let island = (1.0, 1.0, 20, 3.0);
+        let other = (30.0, 0.0, 9, 4.0);
+        for (loops, count) in [
+            (&[disc][..], 58),
+            (&[disc, hole], 100),
+            (&[hole, disc, island], 118),
+            (&[other, island, disc, hole], 7 + 18 + 100),
+            (&[disc, (5.0, 0.0, -7, 1.0), (-5.0, 0.0, -7, 1.0), (0.0, 5.0, -7, 1.0)], 58 + 27),
+        ] {
+            let (points, starts) = rounds(loops);
+            assert_eq!(sweep(&points, &starts).ok(), Some(count), "{loops:?}");
+        }
+    }
+
+    #[test]
+    fn columns_and_rows_of_corners_in_line() {
+        // Squares with corners along their sides: the line meets many vertices at once, and many lie on a line.
+        let side = |a: DVec2, b: DVec2| (0..6).map(move |k| a.lerp(b, f64::from(k) / 8.0));
+        let square = |low: f64, high: f64| {
+            let corners = [(low, low), (high, low), (high, high), (low, high)].map(DVec2::from);
+            (0..4).flat_map(move |k| side(corners[k], corners[(k + 1) % 4])).collect::<Vec<_>>()
+        };
+        let mut points = square(0.0, 8.0);
+        let mut hole = square(2.0, 6.0);
+        hole.reverse();
+        assert!(double_area(&hole) < 0.0);
+        points.extend(hole);
+        assert_eq!(sweep(&points, &[0, 24]).ok(), Some(48));
+        // Teeth that end in one column.
+        let teeth = (0..41).map(|k| DVec2::new(f64::from(k % 2), f64::from(40 - k)));
+        let comb: Vec<_> = [DVec2::new(3.0, 0.0), DVec2::new(3.0, 40.0)].into_iter().chain(teeth).collect();
+        assert_eq!(sweep(&comb, &[0]).ok(), Some(41));
+    }
+
+    #[test]
+    fn loops_without_area_add_nothing() {
+        let (mut points, mut starts) = rounds(&[(0.0, 0.0, 6, 1.0)]);
+        starts.extend([6, 6, 7]);
+        points.extend([DVec2::ZERO, DVec2::ZERO, DVec2::new(0.1, 0.0)]);
+        assert_eq!(sweep(&points, &starts).ok(), Some(4));
+        assert_eq!(sweep(&[], &[0]).ok(), Some(0));
+    }
+
+    #[test]
+    fn loops_that_wind_otherwise_are_refused() {
+        let (clockwise, starts) = rounds(&[(0.0, 0.0, -12, 1.0)]);
+        assert!(sweep(&clockwise, &starts).is_err());
+        let eight = [(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)].map(DVec2::from);
+        assert!(sweep(&eight, &[0]).is_err());
+        let (outside, starts) = rounds(&[(0.0, 0.0, 12, 1.0), (9.0, 0.0, -12, 1.0)]);
+        assert!(sweep(&outside, &starts).is_err());
+        let (crossing, starts) = rounds(&[(0.0, 0.0, 12, 1.0), (1.0, 0.0, -12, 1.0)]);
+        assert!(sweep(&crossing, &starts).is_err());
     }
 }
