@@ -304,6 +304,7 @@ impl Sweep {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::trim::cdt::{self, AtCrossings, Segment};
     use crate::math::polygon::double_area;
     use std::f64::consts::TAU;
 
@@ -379,6 +380,42 @@ mod tests {
         let teeth = (0..41).map(|k| DVec2::new(f64::from(k % 2), f64::from(40 - k)));
         let comb: Vec<_> = [DVec2::new(3.0, 0.0), DVec2::new(3.0, 40.0)].into_iter().chain(teeth).collect();
         assert_eq!(sweep(&comb, &[0]).ok(), Some(41));
+    }
+
+    /// The deciles of the triangles' smallest angles, and the length of all sides.
+    fn shapes(points: &[DVec2], triangles: &[[u32; 3]]) -> (Vec<f64>, f64) {
+        let mut length = 0.0;
+        let mut smallest: Vec<f64> = Vec::new();
+        for triangle in triangles {
+            let corners = triangle.map(|v| points[v as usize]);
+            let angles = [0, 1, 2].map(|k| {
+                let [a, b, c] = [k, (k + 1) % 3, (k + 2) % 3].map(|at| corners[at]);
+                length += a.distance(b);
+                (b - a).angle_to(c - a).abs()
+            });
+            smallest.push(angles.into_iter().fold(f64::INFINITY, f64::min));
+        }
+        smallest.sort_by(f64::total_cmp);
+        ((1..10).map(|k| smallest[k * smallest.len() / 10]).collect(), length)
+    }
+
+    #[test]
+    fn triangles_come_close_to_delaunay() {
+        let hole = |k: i32| (f64::from(k % 5) * 4.0 - 8.0, f64::from(k / 5) * 4.0 - 8.0, -24, 1.2);
+        let plate: Vec<_> = std::iter::once((0.0, 0.0, 90, 18.0)).chain((0..25).map(hole)).collect();
+        let ring = [(0.0, 0.0, 300, 10.0), (0.0, 0.0, -300, 9.0)];
+        for loops in [&[(0.0, 0.0, 40, 1.0)][..], &[(0.0, 0.0, 256, 1.0)], &[(0.0, 0.0, 2000, 1.0)], &ring, &plate] {
+            let (points, starts) = rounds(loops);
+            let mut sweep = Sweep::default();
+            let swept: Vec<_> = sweep.triangulate(&points, &starts).expect("simple").triangles().collect();
+            let next = sweep.next.iter().zip(0..);
+            let segments: Vec<_> = next.map(|(&to, from)| Segment { ends: [from, to], weight: 1 }).collect();
+            let delaunay = cdt::triangulate(&points, &segments, AtCrossings::Refuse).expect("simple").triangles;
+            let ((ours, length), (theirs, least)) = (shapes(&points, &swept), shapes(&points, &delaunay));
+            assert_eq!(swept.len(), delaunay.len());
+            assert!(length <= 1.2 * least, "{loops:?}: {length} and {least}");
+            assert!(ours.iter().zip(&theirs).all(|(a, b)| 2.0 * a >= *b), "{loops:?}: {ours:?} and {theirs:?}");
+        }
     }
 
     #[test]

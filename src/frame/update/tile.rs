@@ -266,7 +266,7 @@ pub fn update_tile(
     made
 }
 
-/// Whether a tile that was just made is worth caching: planes that needed more than ear clipping, and large lattices.
+/// Whether a tile that was just made is worth caching: planes that needed a cluster, and large lattices.
 fn is_kept(job: &Job<'_>, reuse: Reuse, stats: &TrimStats) -> bool {
     if reuse.everywhere {
         true

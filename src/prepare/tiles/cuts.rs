@@ -14,9 +14,9 @@ use std::f64::consts::FRAC_PI_2;
 /// frame's time. With fewer, there are more borders, which add triangles that the surface does not need.
 const SPANS_PER_TILE: usize = 12;
 
-/// A plane gets one tile per so many boundary samples. A tile's whole boundary is retriangulated when one edge changes,
-/// and larger polygons are not triangulated by ear clipping. Planes of few loops have larger tiles: a cut through an
-/// outline adds a point that the edge across a thin fillet does not have.
+/// A plane gets one tile per so many boundary samples. A tile's whole boundary is retriangulated when one edge changes.
+/// Planes of few loops have larger tiles: a cut through an outline adds a point that the edge across a thin fillet does
+/// not have.
 const SAMPLES_PER_TILE: usize = 50;
 const MOST_SAMPLES_PER_TILE: usize = 400;
 /// A plane gets at most one tile per so many loops, unless samples exceed [`MOST_SAMPLES_PER_TILE`].
