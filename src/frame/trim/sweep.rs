@@ -404,7 +404,7 @@ mod tests {
         let hole = |k: i32| (f64::from(k % 5) * 4.0 - 8.0, f64::from(k / 5) * 4.0 - 8.0, -24, 1.2);
         let plate: Vec<_> = std::iter::once((0.0, 0.0, 90, 18.0)).chain((0..25).map(hole)).collect();
         let ring = [(0.0, 0.0, 300, 10.0), (0.0, 0.0, -300, 9.0)];
-        for loops in [&[(0.0, 0.0, 40, 1.0)][..], &[(0.0, 0.0, 256, 1.0)], &[(0.0, 0.0, 2000, 1.0)], &ring, &plate] {
+        for loops in [&[(0.0, 0.0, 40, 1.0)][..], &[(0.0, 0.0, 256, 1.0)], &ring, &plate] {
             let (points, starts) = rounds(loops);
             let mut sweep = Sweep::default();
             let swept: Vec<_> = sweep.triangulate(&points, &starts).expect("simple").triangles().collect();
