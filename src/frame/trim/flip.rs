@@ -4,7 +4,6 @@
 //! its rounding could change. So each one is a true step towards the Delaunay triangulation, which ends.
 
 use super::input::NONE;
-use super::triangulate::in_circle;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
@@ -129,3 +128,11 @@ impl Mesh {
 
 const AFTER: [usize; 3] = [1, 2, 0];
 const BEFORE: [usize; 3] = [2, 0, 1];
+
+/// Positive when `p` lies inside the circle through the counter-clockwise `a`, `b`, `c`. Rounded: it only guides
+/// quality.
+#[inline(always)]
+pub(crate) fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
+    let (a, b, c) = (a - p, b - p, c - p);
+    a.length_squared() * b.perp_dot(c) - b.length_squared() * a.perp_dot(c) + c.length_squared() * a.perp_dot(b)
+}

@@ -18,7 +18,7 @@ pub(crate) mod input;
 pub(crate) mod output;
 pub(crate) mod bits;
 pub(crate) mod trace;
-mod flip;
+pub(crate) mod flip;
 mod sweep;
 pub(crate) mod triangulate;
 pub(crate) mod rings;

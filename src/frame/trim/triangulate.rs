@@ -3,6 +3,7 @@
 //! Methods: two chains that face each other are zipped, and the in-circle test chooses the side to advance. Others are
 //! swept.
 
+use super::flip::in_circle;
 use super::input::TrimInput;
 use super::sweep::Sweep;
 use crate::math::predicates::orient2d;
@@ -193,14 +194,6 @@ impl Polygon {
 #[inline(always)]
 fn quality(a: DVec2, b: DVec2, c: DVec2, turn: f64) -> f64 {
     turn / (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a))
-}
-
-/// Positive when `p` lies inside the circle through the counter-clockwise `a`, `b`, `c`. Rounded: it only guides
-/// quality.
-#[inline(always)]
-pub(crate) fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
-    let (a, b, c) = (a - p, b - p, c - p);
-    a.length_squared() * b.perp_dot(c) - b.length_squared() * a.perp_dot(c) + c.length_squared() * a.perp_dot(b)
 }
 
 #[cfg(test)]

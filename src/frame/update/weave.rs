@@ -8,9 +8,9 @@
 
 use crate::frame::trim::chain::Fingerprint;
 use crate::frame::trim::climb::{TrimScratch, trim_tile};
+use crate::frame::trim::flip::in_circle;
 use crate::frame::trim::input::{NONE, TrimInput, next_in};
 use crate::frame::trim::output::{TrimOutcome, TrimOutput};
-use crate::frame::trim::triangulate::in_circle;
 use crate::math::buckets::Buckets;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
