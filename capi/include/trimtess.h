@@ -626,11 +626,8 @@ typedef struct {
     uint32_t edge_lines;
     // Levels of detail that a part with several instances may have at most; 0 = 4.
     uint32_t levels;
-    // Deals tiles to workers again every so many frames of views, by measured times; 0 = never. Meshes then depend on
-    // times.
+    // Deals tiles to workers again every so many frames of views, by measured times; 0 = never.
     uint32_t rebalance_every;
-    // 1 makes changed tiles from nothing, so that a frame does not depend on those before it. Slower.
-    uint32_t no_reuse;
     // 1 keeps lattice lines where densities change and puts new ones between them: less changes from frame to frame.
     uint32_t keep_lines;
     // 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
@@ -638,6 +635,8 @@ typedef struct {
     uint32_t cull_back_faces;
     // Number of threads that the session starts; 0 = one per core. Must be 0 with jobs, and with `no_threads`.
     uint32_t threads;
+    // 0.
+    uint32_t reserved;
     // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     // for the next frame. 0 = any.
     double budget;

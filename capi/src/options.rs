@@ -5,7 +5,7 @@ use crate::limits::{positive, set};
 use crate::status::Failure;
 use crate::threads::at_most;
 use std::time::Duration;
-use trimtess::frame::{LinePlacement, PlannerOptions, Reuse, SplitRule};
+use trimtess::frame::{LinePlacement, PlannerOptions, SplitRule};
 use trimtess::parallel::{FrameReport, SessionOptions};
 
 /// Options of a session. Zeros are the defaults.
@@ -22,11 +22,8 @@ pub struct tt_session_options {
     pub edge_lines: u32,
     /// Levels of detail that a part with several instances may have at most; 0 = 4.
     pub levels: u32,
-    /// Deals tiles to workers again every so many frames of views, by measured times; 0 = never. Meshes then depend on
-    /// times.
+    /// Deals tiles to workers again every so many frames of views, by measured times; 0 = never.
     pub rebalance_every: u32,
-    /// 1 makes changed tiles from nothing, so that a frame does not depend on those before it. Slower.
-    pub no_reuse: u32,
     /// 1 keeps lattice lines where densities change and puts new ones between them: less changes from frame to frame.
     pub keep_lines: u32,
     /// 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
@@ -34,6 +31,8 @@ pub struct tt_session_options {
     pub cull_back_faces: u32,
     /// Number of threads that the session starts; 0 = one per core. Must be 0 with jobs, and with `no_threads`.
     pub threads: u32,
+    /// 0.
+    pub reserved: u32,
     /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     /// for the next frame. 0 = any.
     pub budget: f64,
@@ -47,7 +46,7 @@ pub struct tt_session_options {
     /// were not drawn for longest. Tiles of a frame count from the next one on.
     pub resident_bytes: u64,
 }
-versioned!(tt_session_options);
+versioned!(tt_session_options, reserved);
 
 /// What a session has.
 #[repr(C)]
@@ -117,7 +116,6 @@ pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(Se
         .with_edge_lines(from.edge_lines != 0)
         .with_levels(if from.levels == 0 { SessionOptions::DEFAULT.levels } else { from.levels as usize })
         .with_rebalance_every(from.rebalance_every)
-        .with_reuse(if from.no_reuse != 0 { Reuse::NONE } else { Reuse::DEFAULT })
         .with_resident_bytes((from.resident_bytes > 0).then_some(from.resident_bytes))
         .with_planner(planner);
     Ok((options, from.no_threads != 0))

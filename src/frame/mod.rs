@@ -1,7 +1,7 @@
 //! A tolerance or a camera -> triangles, tile by tile: each tile is the work of one thread, without locks.
 //!
-//! Modules are in processing order, and a module may `use` only those above it (`tests/circles`). The last two,
-//! `live` and `update`, serve moving cameras; meshing for a tolerance uses neither.
+//! Modules are in processing order, and a module may `use` only those above it (`tests/circles`). The last one, `live`,
+//! serves moving cameras; meshing for a tolerance does not use it.
 
 mod tolerance;
 pub use tolerance::object_tolerance::Tolerance;
@@ -27,9 +27,6 @@ pub use live::attributes::Attributes;
 pub use live::options::PlannerOptions;
 pub use live::split::{LinePlacement, SplitRule};
 
-mod update;
-pub use update::tile::Reuse;
-
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]
 pub mod internals {
@@ -44,7 +41,6 @@ pub mod internals {
     pub use super::tile::job::tessellate_tile;
     pub use super::tile::outcome::TileOutcome;
     pub use super::tile::record::{TileRecord, record_tile};
-    pub use super::update::tile::{TileCache, UpdateScratch, update_tile};
     pub use super::vertices::boundary::edge_line;
     pub use super::vertices::evaluate;
     pub use super::vertices::scratch::Scratch;

@@ -3,7 +3,6 @@
 use super::handoff::{Delivery, Hand};
 use super::worker::{Order, Stages, Worker};
 use crate::control::{Jobs, map};
-use crate::frame::Reuse;
 use crate::mesh::Batch;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
@@ -28,8 +27,8 @@ const MOST_SPARE: usize = 256;
 
 impl<S: Stages> Crew<S> {
     /// One worker per hand.
-    pub(super) fn of(stages: &Arc<S>, hands: Vec<Hand>, reuse: Reuse) -> Self {
-        let worker = |(number, hand)| Box::new(Worker::new(number, Arc::clone(stages), hand, reuse));
+    pub(super) fn of(stages: &Arc<S>, hands: Vec<Hand>) -> Self {
+        let worker = |(number, hand)| Box::new(Worker::new(number, Arc::clone(stages), hand));
         Self { workers: (0..).zip(hands).map(worker).collect() }
     }
 
@@ -41,11 +40,6 @@ impl<S: Stages> Crew<S> {
     /// Number of workers.
     pub(super) fn len(&self) -> usize {
         self.workers.len()
-    }
-
-    /// Size of all tile caches, bytes.
-    pub(super) fn cached(&self) -> usize {
-        self.workers.iter().map(|worker| worker.cached()).sum()
     }
 
     /// Makes a frame. Workers that have nothing to do deliver nothing. When cancelled, deliveries are incomplete.
@@ -129,7 +123,6 @@ mod tests {
     impl Stages for Fake {
         type Plan = f64;
         type Scratch = u32;
-        type Cache = ();
 
         fn reuse(_: &mut u32, _: TileMesh) {}
 
@@ -148,17 +141,6 @@ mod tests {
                 slivers: 0,
                 rewound: 0.0,
             }
-        }
-
-        fn update(
-            &self,
-            plan: &f64,
-            (part, tile): (PartId, TileId),
-            _: Reuse,
-            (): &mut (),
-            scratch: &mut u32,
-        ) -> (TileOutcome, usize) {
-            (self.tile(plan, part, tile, scratch), 0)
         }
 
         fn chord(plan: &f64, _: PartId, _: TileId) -> f64 {
@@ -201,7 +183,7 @@ mod tests {
             hand.tiles.push((PartId(k / 20), TileId(k), FaceId(k / 2)));
             hand.edges.push((PartId(k / 20), EdgeId(k)));
         }
-        let crew = Crew::of(&fake, hands, Reuse::NONE);
+        let crew = Crew::of(&fake, hands);
         (fake, FakeSession { jobs: Threads::start(3, false).unwrap(), crew })
     }
 

@@ -1,4 +1,4 @@
-//! What a frame of views changes in a session: plans, residency, tile caches. The job that makes a frame has all of it,
+//! What a frame of views changes in a session: plans and residency. The job that makes a frame has all of it,
 //! and gives it back.
 
 use super::commit::{Feed, FrameReport, Rows, commit, refusal};
@@ -13,11 +13,10 @@ use super::residency::{Due, Residency};
 use super::worker::{Order, Stages};
 use super::writer::Writer;
 use crate::control::{Control, Jobs, chunks, map};
+use crate::frame::Plan;
 use crate::frame::internals::{
-    Levels, PartPlan, PlacedInstances, Planner, TileCache, TileOutcome, UpdateScratch, edge_line, fill_tile,
-    tessellate_tile, update_tile,
+    Levels, PartPlan, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, tessellate_tile,
 };
-use crate::frame::{Plan, Reuse};
 use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMemory, TileMesh, VertexLayout, successors};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
@@ -29,27 +28,14 @@ use std::time::Duration;
 
 impl Stages for Prepared {
     type Plan = Plan;
-    type Scratch = UpdateScratch;
-    type Cache = TileCache;
+    type Scratch = Scratch;
 
-    fn reuse(scratch: &mut UpdateScratch, mesh: TileMesh) {
+    fn reuse(scratch: &mut Scratch, mesh: TileMesh) {
         scratch.reuse(mesh);
     }
 
-    fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut UpdateScratch) -> TileOutcome {
-        tessellate_tile(self, plan, part, tile, scratch.tile())
-    }
-
-    fn update(
-        &self,
-        plan: &Plan,
-        tile: (PartId, TileId),
-        reuse: Reuse,
-        memory: &mut TileCache,
-        scratch: &mut UpdateScratch,
-    ) -> (TileOutcome, usize) {
-        let outcome = update_tile((self, plan), tile, reuse, memory, scratch);
-        (outcome, memory.bytes())
+    fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut Scratch) -> TileOutcome {
+        tessellate_tile(self, plan, part, tile, scratch)
     }
 
     fn chord(plan: &Plan, part: PartId, tile: TileId) -> f64 {
@@ -113,7 +99,7 @@ impl Engine {
         let workers = if options.workers == 0 { workers_on(jobs.width()) } else { options.workers };
         let hands = hands(&prepared, workers, options.edge_lines);
         let owners = Owners::of(&prepared, &hands, options.rebalance_every);
-        let crew = Crew::of(&prepared, hands, options.reuse);
+        let crew = Crew::of(&prepared, hands);
         let placed = PlacedInstances::of(&prepared);
         Self {
             prepared,
@@ -152,15 +138,15 @@ impl Engine {
         true
     }
 
-    /// Goes on with another model, and its instances. What parts of both have is kept, but for tile caches.
+    /// Goes on with another model, and its instances. What parts of both have is kept.
     pub(super) fn update(&mut self, model: &Arc<Prepared>) {
         self.rests = false;
         let (prepared, from) = self.levels.update(&self.prepared, model);
         self.prepared = prepared;
-        let SessionOptions { edge_lines, rebalance_every, reuse, .. } = self.options;
+        let SessionOptions { edge_lines, rebalance_every, .. } = self.options;
         let hands = hands(&self.prepared, self.crew.len(), edge_lines);
         self.owners = Owners::of(&self.prepared, &hands, rebalance_every);
-        self.crew = Crew::of(&self.prepared, hands, reuse);
+        self.crew = Crew::of(&self.prepared, hands);
         self.placed.update(&self.prepared, &from);
         if let Some(writer) = &mut self.writer {
             *writer = Arc::new(writer.of_model(&self.prepared));
@@ -197,7 +183,7 @@ impl Engine {
         const INSTANCE: usize = 2 * size_of::<SceneInstance>() + 128;
         let live = self.live.as_ref().map_or((0, 0), |live| (live.planner.memory(), live.residency.memory()));
         let instances = self.placed.instances().len() * INSTANCE + self.placed.memory();
-        SessionMemory { plans: live.0 as u64, caches: self.crew.cached() as u64, scene: (instances + live.1) as u64 }
+        SessionMemory { plans: live.0 as u64, scene: (instances + live.1) as u64 }
     }
 
     pub(super) fn workers(&self) -> usize {
@@ -248,24 +234,13 @@ impl Engine {
         let order = Order { plan: Arc::clone(&plan), watch: watch.clone(), writer: self.writer.clone() };
         let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, order, work) };
         let frame = FinishedFrame { plan, due, deliveries, planned_in, made_in: laps.lap(), deferred };
-        if watch.is_cancelled() {
-            self.discard(frame);
-            return None;
-        }
-        Some(frame)
-    }
-
-    /// Drops a frame that was not committed. Its changes become part of the next one.
-    pub(super) fn discard(&mut self, frame: FinishedFrame) {
-        // How far the workers got is a matter of timing and must not affect later frames.
-        self.owners.forget(frame.due.tiles.into_iter());
+        (!watch.is_cancelled()).then_some(frame)
     }
 
     /// Makes the next frame of views a whole one.
     pub(super) fn forget(&mut self) {
         self.rests = false;
         self.live.iter_mut().for_each(|live| live.residency.forget());
-        self.owners.forget_all();
     }
 
     /// Updates `sink`, and the degraded tiles that it has. Without changes, does not touch it.
@@ -276,7 +251,6 @@ impl Engine {
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         if let Some(error) = refusal(&mut frame.deliveries) {
-            self.discard(frame);
             return Err(error);
         }
         let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred } = frame;
@@ -297,8 +271,6 @@ impl Engine {
             }
         };
         self.owners.book(&self.prepared, times.into_iter());
-        let forgotten = || due.forgotten.iter().map(|&(part, tile, _)| (part, tile));
-        self.owners.forget(forgotten());
         if let (Some(from), false) = (from, degraded.is_empty()) {
             let new = successors(from);
             let renumbered = |((part, tile), row): ((PartId, TileId), DegradedTile)| {
@@ -310,7 +282,8 @@ impl Engine {
         if due.whole {
             degraded.clear();
         } else if !degraded.is_empty() {
-            let gone = self.rows.made.iter().flatten().map(|made| (made.part, made.tile)).chain(forgotten());
+            let forgotten = due.forgotten.iter().map(|&(part, tile, _)| (part, tile));
+            let gone = self.rows.made.iter().flatten().map(|made| (made.part, made.tile)).chain(forgotten);
             gone.for_each(|tile| _ = degraded.remove(&tile));
         }
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));

@@ -16,21 +16,10 @@ pub(super) struct Hand {
     pub(super) tiles: Vec<(PartId, TileId, FaceId)>,
     /// Edges whose polylines the worker makes.
     pub(super) edges: Vec<(PartId, EdgeId)>,
-    /// Tile caches to drop before the work starts.
-    pub(super) gone: InvalidCaches,
-}
-
-/// Invalidated tile caches: these tiles are rebuilt from scratch next time.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct InvalidCaches {
-    /// Whether all caches are invalid.
-    pub(super) all: bool,
-    /// The tiles with invalid caches, if not all.
-    pub(super) tiles: Vec<(PartId, TileId)>,
 }
 
 impl Hand {
-    /// Whether there is nothing to make. Ignores invalid caches.
+    /// Whether there is nothing to make.
     pub(super) fn is_empty(&self) -> bool {
         self.tiles.is_empty() && self.edges.is_empty()
     }

@@ -18,8 +18,6 @@ pub struct WorkerMetrics {
     pub tiles: u32,
     /// Triangles in these tiles.
     pub triangles: u64,
-    /// Size of the worker's tile caches, bytes.
-    pub kept: u64,
     /// Time spent on tiles.
     pub tiles_time: Duration,
     /// Time spent on edge polylines.
@@ -109,8 +107,6 @@ impl Processor {
 pub struct SessionMemory {
     /// Levels and plans of frames of views; 0 before the first.
     pub plans: u64,
-    /// What workers cache of tiles for incremental updates ([`SessionOptions::reuse`](super::SessionOptions::reuse)).
-    pub caches: u64,
     /// Instances, and which tiles the sink has.
     pub scene: u64,
 }
@@ -119,8 +115,8 @@ impl SessionMemory {
     /// The sum.
     #[must_use]
     pub const fn total(&self) -> u64 {
-        let Self { plans, caches, scene } = *self;
-        plans + caches + scene
+        let Self { plans, scene } = *self;
+        plans + scene
     }
 }
 

@@ -7,7 +7,7 @@ use super::error::FrameError;
 use super::options::SessionOptions;
 use super::owners::{hands, workers_on};
 use crate::control::{Alone, Control, Jobs, Threads};
-use crate::frame::{Plan, Reuse};
+use crate::frame::Plan;
 use crate::mesh::MeshSink;
 use crate::prepare::Prepared;
 use std::sync::Arc;
@@ -57,7 +57,7 @@ pub fn tessellate_on(
     control: &Control,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
-    let mut crew = Crew::of(prepared, hands(prepared, workers_on(jobs.width()), edge_lines), Reuse::NONE);
+    let mut crew = Crew::of(prepared, hands(prepared, workers_on(jobs.width()), edge_lines));
     let with = (&mut crew, &mut Rows::default());
     whole_frame(with, (jobs, prepared, None), plan, (&prepared.scene, control), sink)
 }

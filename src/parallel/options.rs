@@ -1,6 +1,6 @@
 //! What a session may be told.
 
-use crate::frame::{PlannerOptions, Reuse};
+use crate::frame::PlannerOptions;
 use std::num::NonZeroU32;
 
 /// Options of a [`Session`](super::Session).
@@ -21,16 +21,10 @@ pub struct SessionOptions {
     /// Maximum number of LODs per instanced part in frames of views (`Levels`). 0 is treated as 1.
     pub levels: usize,
     /// Bytes of tiles that a sink of frames of views may hold, as they were sent; `None` = no limit. Beyond it, tiles that
-    /// no view draws are evicted, those first that were not drawn for longest, and with them what workers cache for them.
-    /// Tiles that are drawn stay. Those of a frame count from the next one on.
+    /// no view draws are evicted, those first that were not drawn for longest. Tiles that are drawn stay. Those of a frame count from the next one on.
     pub resident_bytes: Option<u64>,
     /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
     pub rebalance_every: Option<NonZeroU32>,
-    /// What workers cache per tile for incremental updates in frames of views.
-    ///
-    /// Except with [`Reuse::NONE`], how the inside of a tile is cut into triangles depends on the views before. With
-    /// [`rebalance_every`](Self::rebalance_every) it also depends on measured times and on the number of workers.
-    pub reuse: Reuse,
     /// Whether to pin each thread to one core, where the system allows it. For machines that do nothing else. Ignored
     /// without the feature `affinity`.
     pub pin: bool,
@@ -46,7 +40,6 @@ impl SessionOptions {
         levels: 4,
         resident_bytes: None,
         rebalance_every: None,
-        reuse: Reuse::DEFAULT,
         pin: false,
     };
 
@@ -78,12 +71,6 @@ impl SessionOptions {
     #[must_use]
     pub const fn with_rebalance_every(self, frames: u32) -> Self {
         Self { rebalance_every: NonZeroU32::new(frames), ..self }
-    }
-
-    /// Sets [`reuse`](Self::reuse).
-    #[must_use]
-    pub const fn with_reuse(self, reuse: Reuse) -> Self {
-        Self { reuse, ..self }
     }
 
     /// Sets [`pin`](Self::pin).

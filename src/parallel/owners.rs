@@ -1,7 +1,7 @@
 //! Which worker makes which tile: dealt when the session starts, optionally rebalanced by measured times.
 
 use super::distribute::{deal, loads};
-use super::handoff::{Hand, InvalidCaches};
+use super::handoff::Hand;
 use super::residency::Due;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
@@ -20,11 +20,7 @@ pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Ve
     let tiles: Vec<_> = prepared.tiles().map(|(part, tile, row)| (part, tile, row.face)).collect();
     let mut hands: Vec<Hand> = deal(&loads(prepared), workers)
         .into_iter()
-        .map(|hand| Hand {
-            tiles: hand.into_iter().map(|index| tiles[index]).collect(),
-            edges: Vec::new(),
-            gone: InvalidCaches::default(),
-        })
+        .map(|hand| Hand { tiles: hand.into_iter().map(|index| tiles[index]).collect(), edges: Vec::new() })
         .collect();
     if edge_lines {
         for (index, edge) in prepared.brep_edges().enumerate() {
@@ -38,8 +34,6 @@ pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Ve
 pub(super) struct Owners {
     parts: Vec<Vec<u32>>,
     workers: usize,
-    /// Invalid tile caches of each worker, sent with its next order.
-    gone: Vec<InvalidCaches>,
     epoch: Option<Epoch>,
 }
 
@@ -63,7 +57,7 @@ impl Owners {
         }
         let nothing = || prepared.parts.iter().map(|part| vec![0.0; part.tiles.len()]).collect();
         let epoch = rebalance_every.map(|length| Epoch { length: length.get(), frames: 0, spent: nothing() });
-        Self { parts, workers: hands.len(), gone: vec![InvalidCaches::default(); hands.len()], epoch }
+        Self { parts, workers: hands.len(), epoch }
     }
 
     /// Appends an LOD of a part: its tiles have the owners of the part's.
@@ -102,29 +96,12 @@ impl Owners {
             hand.into_iter().for_each(|tile| owners[tile] = worker as u32);
         }
         for ((part, tile, _), worker) in prepared.tiles().zip(owners) {
-            let owner = &mut self.parts[part.index()][tile.0 as usize];
-            if *owner != worker {
-                // The new owner has no cache of it, and rebuilds it from scratch.
-                self.gone[*owner as usize].tiles.push((part, tile));
-                *owner = worker;
-            }
+            self.parts[part.index()][tile.0 as usize] = worker;
         }
-    }
-
-    /// Invalidates the caches of these tiles: they are rebuilt from scratch next time.
-    pub(super) fn forget(&mut self, tiles: impl Iterator<Item = (PartId, TileId)>) {
-        for (part, tile) in tiles {
-            self.gone[self.parts[part.index()][tile.0 as usize] as usize].tiles.push((part, tile));
-        }
-    }
-
-    /// Invalidates all tile caches.
-    pub(super) fn forget_all(&mut self) {
-        self.gone.iter_mut().for_each(|gone| *gone = InvalidCaches { all: true, tiles: Vec::new() });
     }
 
     /// Distributes what is due: tiles to their owners, edges round-robin.
-    pub(super) fn share(&mut self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
+    pub(super) fn share(&self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
         let mut hands = vec![Hand::default(); self.workers];
         for &(part, tile) in &due.tiles {
             let worker = self.parts[part.index()][tile.0 as usize] as usize;
@@ -133,9 +110,6 @@ impl Owners {
         }
         for (k, &edge) in due.edges.iter().enumerate() {
             hands[k % self.workers].edges.push(edge);
-        }
-        for (hand, gone) in hands.iter_mut().zip(&mut self.gone).filter(|(hand, _)| !hand.is_empty()) {
-            hand.gone = std::mem::take(gone);
         }
         hands
     }

@@ -232,9 +232,8 @@ impl Session {
     /// before are void.
     ///
     /// The sink then has the tiles, byte for byte, that a new session with this model would give it for the same views,
-    /// except for [`Batch::worker`](crate::mesh::Batch::worker). Two things may differ, as between any sessions with
-    /// different views behind them: levels that hysteresis holds where views or instances moved, and, but with
-    /// [`Reuse::NONE`](crate::frame::Reuse::NONE), how tiles are cut into triangles inside. Tile caches start empty.
+    /// except for [`Batch::worker`](crate::mesh::Batch::worker), and, as between any sessions with different views behind
+    /// them, for levels that hysteresis holds where views or instances moved.
     ///
     /// Cancels a frame of views that was begun, and waits for the tiles in progress. Cost on this thread: about a
     /// microsecond per tile to deal them, and a few per tile and edge of new parts, divided among threads.
@@ -471,8 +470,7 @@ impl Session {
         let flight = match std::mem::replace(&mut self.engine, EngineState::Lost(String::new())) {
             EngineState::Idle(engine, _) => Flight::start(&*self.jobs, move || make(engine)),
             EngineState::Busy(before, _) => Flight::start(&*self.jobs, move || {
-                let (mut engine, frame) = before.land().flatten()?;
-                frame.into_iter().for_each(|frame| engine.discard(frame));
+                let (engine, _) = before.land().flatten()?;
                 make(engine)
             }),
             EngineState::Lost(why) => {
@@ -497,7 +495,7 @@ impl Session {
     pub fn cancel(&mut self) {
         match &mut self.engine {
             EngineState::Busy(_, control) => control.cancel(),
-            EngineState::Idle(engine, frame) => frame.take().into_iter().for_each(|frame| engine.discard(frame)),
+            EngineState::Idle(_, frame) => *frame = None,
             EngineState::Lost(_) => {}
         }
     }
@@ -568,10 +566,7 @@ impl Session {
         if let Some(frame) = &frame {
             self.plan = Some(Arc::clone(&frame.plan));
         }
-        let (cancelled, frame): (Option<_>, Option<_>) =
-            if control.is_cancelled() { (frame, None) } else { (None, frame) };
-        cancelled.into_iter().for_each(|frame| engine.discard(frame));
-        EngineState::Idle(engine, frame)
+        EngineState::Idle(engine, frame.filter(|_| !control.is_cancelled()))
     }
 }
 

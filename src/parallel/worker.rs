@@ -1,18 +1,15 @@
-//! Own tiles and a plan -> one delivery per frame. A worker owns its tiles, scratch and caches, and shares no mutable
+//! Own tiles and a plan -> one delivery per frame. A worker owns its tiles and its scratch, and shares no mutable
 //! data: no locks, no messages to other workers.
 
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, MadeTile, Watch};
 use super::metrics::{Laps, Processor};
 use super::writer::{Rooms, Writer};
+use crate::frame::Rung;
 use crate::frame::internals::TileOutcome;
-use crate::frame::{Reuse, Rung};
-use crate::math::BitMix;
 use crate::mesh::{Batch, EdgeLine, NotWritten, SinkError, TileMesh};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use crate::prepare::internals::panic_message;
 use std::any::Any;
-use std::collections::HashMap;
-use std::hash::BuildHasherDefault;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -22,24 +19,12 @@ pub(super) trait Stages: Send + Sync + 'static {
     type Plan: Send + Sync + 'static;
     /// Work space of a worker. Does not affect results.
     type Scratch: Default + Send + 'static;
-    /// Cache of one tile for incremental updates.
-    type Cache: Default + Send + 'static;
 
     /// Gives a used buffer to later tiles.
     fn reuse(scratch: &mut Self::Scratch, mesh: TileMesh);
 
     /// Makes one tile.
     fn tile(&self, plan: &Self::Plan, part: PartId, tile: TileId, scratch: &mut Self::Scratch) -> TileOutcome;
-
-    /// Updates one tile incrementally from its cache. Returns the size of the cache afterwards, bytes.
-    fn update(
-        &self,
-        plan: &Self::Plan,
-        tile: (PartId, TileId),
-        reuse: Reuse,
-        memory: &mut Self::Cache,
-        scratch: &mut Self::Scratch,
-    ) -> (TileOutcome, usize);
 
     /// The chord tolerance of a tile, millimetres.
     fn chord(plan: &Self::Plan, part: PartId, tile: TileId) -> f64;
@@ -59,28 +44,20 @@ pub(super) struct Order<P> {
     pub(super) writer: Option<Arc<Writer>>,
 }
 
-type ByTile<T> = HashMap<(PartId, TileId), T, BuildHasherDefault<BitMix>>;
-
-/// A worker: its hand, its scratch and its tile caches.
+/// A worker: its hand and its scratch.
 pub(super) struct Worker<S: Stages> {
     number: u32,
     stages: Arc<S>,
     hand: Arc<Hand>,
     scratch: S::Scratch,
-    reuse: Reuse,
-    /// Tile caches and their sizes in bytes.
-    memories: ByTile<(S::Cache, usize)>,
-    /// Sum of the sizes.
-    kept: usize,
     /// What the sink left of the last batches.
     returned: Vec<Batch>,
 }
 
 impl<S: Stages> Worker<S> {
     /// Creates worker `number`.
-    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand, reuse: Reuse) -> Self {
-        let (scratch, memories) = (S::Scratch::default(), HashMap::default());
-        Self { number, stages, hand: Arc::new(hand), scratch, reuse, memories, kept: 0, returned: Vec::new() }
+    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand) -> Self {
+        Self { number, stages, hand: Arc::new(hand), scratch: S::Scratch::default(), returned: Vec::new() }
     }
 
     /// Replaces what the stages work on by the same with more parts.
@@ -91,11 +68,6 @@ impl<S: Stages> Worker<S> {
     /// Its number, which is its place among the workers.
     pub(super) fn number(&self) -> u32 {
         self.number
-    }
-
-    /// Size of its tile caches, bytes.
-    pub(super) fn cached(&self) -> usize {
-        self.kept
     }
 
     /// Takes back what it made, once its sink is done with it. Buffers that the sink left are for later tiles.
@@ -115,8 +87,8 @@ impl<S: Stages> Worker<S> {
         self.make(order, &hand.tiles[..tiles], &hand.edges[..edges], None)
     }
 
-    /// Makes tiles and edges. `some` is given for frames of views, where tiles are updated incrementally, and delivered
-    /// without triangles too; it says whether to measure each tile.
+    /// Makes tiles and edges. `some` is given for frames of views, where tiles without triangles are delivered too; it
+    /// says whether to measure each tile.
     fn make(
         &mut self,
         Order { plan, watch, writer }: &Order<S::Plan>,
@@ -140,29 +112,15 @@ impl<S: Stages> Worker<S> {
             }
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
             let clock = (some == Some(true)).then(Laps::start);
-            let reuse = (some.is_some() && self.reuse != Reuse::NONE).then_some(self.reuse);
-            let memory = reuse.map(|reuse| (reuse, self.memories.entry((part, tile)).or_default()));
-            let (stages, scratch, kept) = (&*self.stages, &mut self.scratch, &mut self.kept);
-            let outcome = catch_unwind(AssertUnwindSafe(|| match memory {
-                None => stages.tile(plan, part, tile, scratch),
-                Some((reuse, (memory, bytes))) => {
-                    let (outcome, now) = stages.update(plan, (part, tile), reuse, memory, scratch);
-                    *kept = *kept - *bytes + now;
-                    *bytes = now;
-                    outcome
-                }
-            }));
+            let (stages, scratch) = (&*self.stages, &mut self.scratch);
+            let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, part, tile, scratch)));
             let outcome = outcome.unwrap_or_else(|payload| {
-                self.forget((part, tile));
                 // The scratch may be half written, so the next tile gets a new one.
                 self.scratch = S::Scratch::default();
                 let why = format!("internal error: {}", panic_message(&*payload));
                 let fill = || self.stages.fill(plan, part, tile, why.clone());
                 catch_unwind(AssertUnwindSafe(fill)).unwrap_or_else(|_| TileOutcome::lost(face, why))
             });
-            if self.memories.get(&(part, tile)).is_some_and(|(_, bytes)| *bytes == 0) {
-                self.forget((part, tile));
-            }
             let triangles = outcome.mesh.triangles.len() as u32;
             let is_sent = some.is_some() || triangles > 0;
             if let Some(writer) = writer
@@ -200,7 +158,6 @@ impl<S: Stages> Worker<S> {
             }
         }
         delivery.metrics.lines_time = laps.lap();
-        delivery.metrics.kept = self.kept as u64;
         delivery.metrics.cpu = processor.used();
         delivery
     }
@@ -229,18 +186,8 @@ impl<S: Stages> Worker<S> {
         delivery.refused.is_none()
     }
 
-    /// Drops the cache of a tile.
-    fn forget(&mut self, tile: (PartId, TileId)) {
-        self.kept -= self.memories.remove(&tile).map_or(0, |(_, bytes)| bytes);
-    }
-
-    /// Makes a subset of what it owns, with incremental updates. `timed`: whether to measure each tile.
+    /// Makes a subset of what it owns. `timed`: whether to measure each tile.
     pub(super) fn make_some(&mut self, order: &Order<S::Plan>, hand: &Hand, timed: bool) -> Delivery {
-        if hand.gone.all {
-            self.memories = HashMap::default();
-            self.kept = 0;
-        }
-        hand.gone.tiles.iter().for_each(|&tile| self.forget(tile));
         self.make(order, &hand.tiles, &hand.edges, Some(timed))
     }
 }

@@ -2,14 +2,14 @@
 //! error.
 
 use super::pixels::measured;
-use super::{prepared, shape, two_sizes};
+use super::{of_corpus, prepared, shape, two_sizes};
 use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use trimtess::control::Alone;
 use trimtess::frame::internals::{Levels, PlacedInstances, Planner, edge_line};
-use trimtess::frame::{Plan, PlannerOptions, Reuse};
+use trimtess::frame::{Plan, PlannerOptions};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
 use trimtess::parallel::{FrameError, InstanceError, Session, SessionOptions};
@@ -116,9 +116,8 @@ fn bits(p: DVec3) -> [u64; 3] {
     p.to_array().map(f64::to_bits)
 }
 
-/// Without incremental updates, so that tiles equal those of their plan bit by bit.
 pub(crate) fn options(workers: usize) -> SessionOptions {
-    SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false).with_reuse(Reuse::NONE)
+    SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false)
 }
 
 #[test]
@@ -153,6 +152,24 @@ fn after_each_frame_the_sink_holds_the_plan_without_cracks_and_within_the_screen
         assert!(most > 0.1 && stretches > 1000, "{name}: {most}, {stretches}");
     }
     assert!(3 * made < all, "{made} of {all} tiles were rebuilt");
+}
+
+/// Files of the corpus with planes of many holes, folds, poles and loops within one cell.
+const FILES: [&str; 4] = ["mini_heatsink.stp", "as1_oc_214.stp", "periodic_pole_solid.stp", "tank_torus_sphere.stp"];
+
+#[test]
+fn frames_of_files_are_those_of_their_plans_without_cracks() {
+    for (name, prepared) in FILES.into_iter().filter_map(|name| Some((name, of_corpus(name)?))) {
+        let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+        let (mut sink, mut stretches) = (MemorySink::default(), 0);
+        for (f, view) in path(&mut SplitMix(17), prepared.bounds.unwrap(), 40).into_iter().enumerate() {
+            session.view(&[view], &mut sink).unwrap();
+            let batches = drawn(&sink);
+            assert_eq!(batches, drawn(&from_scratch(&session)), "{name} {f}");
+            stretches += balanced(session.prepared(), session.plan().unwrap(), &batches, &format!("{name} {f}"));
+        }
+        assert!(stretches > 1000, "{name}: {stretches}");
+    }
 }
 
 #[test]

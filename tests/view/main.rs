@@ -18,7 +18,6 @@ mod random;
 #[cfg(feature = "serde")]
 mod recorded;
 mod resident;
-mod updated;
 
 use common::{prepared, whole_frame};
 use glam::{DAffine3, DQuat, DVec2, DVec3};

@@ -4,11 +4,10 @@ use super::flight::ms;
 use super::uploads::Uploads;
 use crate::{Common, Failure};
 use cpu_time::ThreadTime;
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
-use trimtess::frame::internals::{Scratch, TileCache, UpdateScratch, tessellate_tile, update_tile};
-use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, plan_for_view_within};
+use trimtess::frame::internals::{Scratch, tessellate_tile};
+use trimtess::frame::{LinePlacement, Plan, PlannerOptions, plan_for_view_within};
 use trimtess::mesh::MemorySink;
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::internals::{Load, loads};
@@ -44,8 +43,7 @@ pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Re
     Ok(Costs { tiles: loads(prepared), stride, frames })
 }
 
-/// Times the tiles that a coherent session makes in each frame of a path except the first. Each update is timed once,
-/// because it changes the tile cache.
+/// Times the tiles that a coherent session makes in each frame of a path except the first.
 pub(super) fn record_changes(
     prepared: &Arc<Prepared>,
     views: &[View],
@@ -58,20 +56,16 @@ pub(super) fn record_changes(
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
     let rows = Arc::clone(session.prepared());
     let mut sink = Uploads::of(&rows);
-    let mut scratch = UpdateScratch::default();
-    let mut memories: HashMap<(PartId, TileId), TileCache> = HashMap::new();
+    let mut scratch = Scratch::default();
     let mut frames = Vec::with_capacity(views.len());
     for view in views {
         sink.next_frame();
         session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?;
         let mut costs = vec![0.0; sink.tiles()];
         if let Some(plan) = session.plan() {
-            for &(part, tile) in &sink.sent {
-                let memory = memories.entry((part, tile)).or_default();
-                let (made, time) =
-                    timed(|| update_tile((&rows, plan), (part, tile), Reuse::DEFAULT, memory, &mut scratch));
+            let times = tiles(&rows, plan, &sink.sent, &mut scratch);
+            for (&(part, tile), time) in sink.sent.iter().zip(times) {
                 costs[sink.tile(part, tile)] = time;
-                scratch.reuse(made.mesh);
             }
         }
         frames.push(costs);

@@ -1,12 +1,11 @@
 //! A sequence of views through a session -> times of each frame by stage and worker.
 
-use super::kept::{Counts, ReuseShares};
 use super::uploads::{Size, Uploads};
 use crate::{Common, Failure};
 use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::{LinePlacement, Plan, PlannerOptions, Reuse, SplitRule};
+use trimtess::frame::{LinePlacement, PlannerOptions, SplitRule};
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
@@ -19,18 +18,8 @@ pub(crate) enum Coherence {
     Off,
     /// Update the plan; rebuild all visible tiles.
     Plan,
-    /// Update the plan; keep unchanged tiles and update changed ones incrementally.
-    On,
     /// Update the plan; keep unchanged tiles and rebuild changed ones.
-    Anew,
-    /// Like `on`, but update incrementally wherever possible, even if slower.
-    All,
-    /// Like `all`, but evaluate all positions and normals.
-    NoSamples,
-    /// Like `all`, but trace all crossings.
-    NoTrace,
-    /// Like `all`, but rebuild all triangles.
-    NoTriangles,
+    On,
 }
 
 impl Coherence {
@@ -39,22 +28,6 @@ impl Coherence {
             Self::Off => "off",
             Self::Plan => "plan",
             Self::On => "on",
-            Self::Anew => "anew",
-            Self::All => "all",
-            Self::NoSamples => "no-samples",
-            Self::NoTrace => "no-trace",
-            Self::NoTriangles => "no-triangles",
-        }
-    }
-
-    fn reuse(self) -> Reuse {
-        match self {
-            Self::Off | Self::Plan | Self::Anew => Reuse::NONE,
-            Self::On => Reuse::DEFAULT,
-            Self::All => Reuse::ALL,
-            Self::NoSamples => Reuse { samples: false, ..Reuse::ALL },
-            Self::NoTrace => Reuse { trace: false, ..Reuse::ALL },
-            Self::NoTriangles => Reuse { triangles: false, ..Reuse::ALL },
         }
     }
 }
@@ -166,8 +139,6 @@ pub(super) struct FrameOutput {
     pub(super) uploaded: u64,
     /// What a renderer holds after the frame.
     pub(super) held: Size,
-    /// Size of the workers' tile caches, bytes.
-    pub(super) kept: u64,
 }
 
 /// Results of flying a path.
@@ -176,8 +147,6 @@ pub(super) struct Flight {
     pub(super) workers: usize,
     pub(super) coherence: Coherence,
     pub(super) follow: Follow,
-    /// How much of the rebuilt tiles was there before. Only for [`Coherence::On`].
-    pub(super) kept: Option<ReuseShares>,
     pub(super) times: Vec<Times>,
     /// Output per frame, in the last round.
     pub(super) made: Vec<FrameOutput>,
@@ -193,12 +162,11 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     let start = Instant::now();
     let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan()).with_lines(order.lines);
     let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
-    let options = options.with_threads(order.threads).with_workers(order.workers).with_reuse(order.coherence.reuse());
+    let options = options.with_threads(order.threads).with_workers(order.workers);
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
     let workers = session.workers();
     let mut flight = Flight { workers, coherence: order.coherence, follow: order.follow, ..Flight::default() };
     let mut sink = Uploads::of(session.prepared());
-    let mut memories = vec![0; workers];
     for round in 0..order.rounds {
         session.forget();
         for (k, view) in order.views.iter().enumerate() {
@@ -215,9 +183,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
             let frame = begun.elapsed();
             session.plan().map_or(Ok(()), |plan| common.limits.check(plan))?;
             let times = Times::of(&report, frame, workers);
-            report.workers.iter().for_each(|worker| memories[worker.worker as usize] = worker.kept);
-            let (tiles, kept) = (report.tiles as u64, memories.iter().sum());
-            let made = FrameOutput { tiles, uploaded: sink.uploaded, held: sink.held(), kept };
+            let made = FrameOutput { tiles: report.tiles as u64, uploaded: sink.uploaded, held: sink.held() };
             if round == 0 {
                 flight.times.push(times);
                 flight.made.push(made);
@@ -232,27 +198,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     }
     flight.resident[1] = crate::memory::resident_memory();
     flight.seconds = start.elapsed().as_secs_f64();
-    if order.coherence == Coherence::On {
-        flight.kept = Some(kept(&mut session, order.views, &mut sink)?);
-    }
     Ok(flight)
-}
-
-/// Measures how much rebuilt tiles keep along a path. A separate flight without times, because it holds on to plans.
-fn kept(session: &mut Session, views: &[View], sink: &mut Uploads) -> Result<ReuseShares, Failure> {
-    let mut counts = Counts::default();
-    session.forget();
-    let mut before: Option<Arc<Plan>> = None;
-    for view in views {
-        sink.next_frame();
-        session.view(&[*view], sink).map_err(|e| Failure::Cannot(e.to_string()))?;
-        let now = session.plan().cloned();
-        if let (Some(before), Some(now)) = (&before, &now) {
-            counts.add(session.prepared(), before, now, &sink.sent);
-        }
-        before = now;
-    }
-    Ok(counts.shares())
 }
 
 /// Makes a frame that reuses nothing.

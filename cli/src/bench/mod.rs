@@ -4,7 +4,6 @@ mod costs;
 mod flight;
 mod glu_scene;
 mod hash;
-mod kept;
 mod plot;
 mod replay;
 mod route;

@@ -1,7 +1,6 @@
 //! Flights and replays -> the report: JSON for programs, tables for people.
 
 use super::flight::{Flight, FrameOutput, Times};
-use super::kept::ReuseShares;
 use super::replay::{CAP, EPOCH, Policy};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -82,15 +81,10 @@ pub(super) struct Run {
     pub(super) undisturbed_ms: Spread,
     pub(super) triangles_mean: f64,
     pub(super) tiles_remade_mean: f64,
-    /// How much of the rebuilt tiles was in the plan before. Only for coherence `on`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) kept: Option<ReuseShares>,
     pub(super) bytes_uploaded_mean: f64,
     /// Maximum bytes that a renderer holds.
     pub(super) bytes_held: u64,
     pub(super) bytes_held_per_triangle: f64,
-    /// Maximum size of the workers' tile caches.
-    pub(super) bytes_kept: u64,
     /// Mean over maximum processor time of the workers, both summed over frames.
     pub(super) efficiency: f64,
     pub(super) stages_ms: Stages,
@@ -142,11 +136,9 @@ impl Run {
             undisturbed_ms: all(Times::undisturbed),
             triangles_mean: mean(|m| m.held.triangles),
             tiles_remade_mean: mean(|m| m.tiles),
-            kept: flight.kept,
             bytes_uploaded_mean: mean(|m| m.uploaded),
             bytes_held: most.bytes,
             bytes_held_per_triangle: most.bytes as f64 / (most.triangles as f64).max(1.0),
-            bytes_kept: made.iter().map(|m| m.kept).max().unwrap_or(0),
             efficiency: efficiency(times),
             stages_ms: Stages {
                 plan: all(|t| t.plan),
@@ -239,7 +231,7 @@ impl Report {
             text,
             "path     workers    coherence           lines | frames/s  ms: p50    p99  first | cpu: p50    p99 | \
              plan p50    p99 | slowest worker | sink p50    p99 | \
-             triangles   tiles made   KiB sent  KiB cache | efficiency | kept %: lines tessellants cells segments"
+             triangles   tiles made   KiB sent | efficiency"
         );
         self.runs.iter().for_each(|run| text += &run.line());
         self.replays.iter().for_each(|replay| replay.tell(&mut text));
@@ -250,16 +242,10 @@ impl Report {
 impl Run {
     fn line(&self) -> String {
         let Stages { plan, commit, workers, .. } = &self.stages_ms;
-        let percent = |kept: &ReuseShares| {
-            let ReuseShares { lines, tessellants, cells, segments, .. } = kept;
-            let shares = [(lines, 13), (tessellants, 11), (cells, 5), (segments, 8)];
-            shares.map(|(share, width)| format!("{:>width$.0}", 100.0 * share)).join(" ")
-        };
-        let kept = self.kept.as_ref().map(percent).unwrap_or_default();
         let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
         format!(
             "{:<10} {:>5} {:>12} {:>15} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | \
-             {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} {:>10.0} | {:>10.3} | {kept}\n",
+             {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>10.3}\n",
             self.path,
             self.workers,
             self.coherence,
@@ -279,7 +265,6 @@ impl Run {
             self.triangles_mean,
             self.tiles_remade_mean,
             self.bytes_uploaded_mean / 1024.0,
-            self.bytes_kept as f64 / 1024.0,
             self.efficiency
         )
     }

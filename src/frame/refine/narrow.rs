@@ -19,8 +19,7 @@ const LEAST_GAIN: f64 = 1e-3;
 const CHANGES: usize = 16;
 
 /// Changes triangles that are wider than a cell, among the first `trimmed`, until none deviates by more than `chord` or
-/// nothing helps. `cell` gives a vertex's position in cells. Returns whether any triangle deviated by more than
-/// `chord`.
+/// nothing helps. `cell` gives a vertex's position in cells.
 ///
 /// Cost: a few nanoseconds for each of these triangles, and half a microsecond for each that is wider than a cell. If
 /// one deviates too far, also a few nanoseconds for every triangle of the tile.
@@ -30,7 +29,7 @@ pub(crate) fn narrow(
     chord: f64,
     surface: &mut FaceSurface<'_>,
     cell: impl Fn(&TileMesh, u32) -> DVec2,
-) -> bool {
+) {
     let is_wider = |mesh: &TileMesh, t: usize| {
         let [a, b, c] = mesh.triangles[t].map(|v| cell(mesh, v));
         (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0 + HAIR
@@ -39,7 +38,7 @@ pub(crate) fn narrow(
     let mut wide: Vec<usize> =
         (0..trimmed.min(mesh.triangles.len())).filter(|&t| is_wider(mesh, t) && far(mesh, t)).collect();
     if wide.is_empty() {
-        return false;
+        return;
     }
     let mut web = Web::new(mesh);
     let mut left = CHANGES * wide.len();
@@ -54,7 +53,6 @@ pub(crate) fn narrow(
         web.apply(&change);
         wide.extend(change.triangles.iter().map(|(t, _)| *t));
     }
-    true
 }
 
 impl FaceSurface<'_> {

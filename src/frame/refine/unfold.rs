@@ -22,8 +22,7 @@ const CHANGES: usize = 16;
 /// Least share of the inward-facing area that a change must remove, so that changes terminate.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// Changes triangles until none of the first `trimmed` is folded, or nothing helps that stays within `chord`. Returns
-/// whether any was folded.
+/// Changes triangles until none of the first `trimmed` is folded, or nothing helps that stays within `chord`.
 ///
 /// The first pass takes all changes, since triangles that deviate for a while may be gone at the end. If some still
 /// deviate, or the folds did not shrink, a second pass from the original triangles only takes changes within the
@@ -31,20 +30,14 @@ const LEAST_GAIN: f64 = 1e-3;
 ///
 /// Gives up after weighing `weighed` triangles of changes. Cost: a few nanoseconds for each of the first `trimmed`
 /// triangles; if one is folded, as much again for every triangle of the tile.
-pub(crate) fn unfold(
-    mesh: &mut TileMesh,
-    trimmed: usize,
-    chord: f64,
-    weighed: usize,
-    surface: &FaceSurface<'_>,
-) -> bool {
+pub(crate) fn unfold(mesh: &mut TileMesh, trimmed: usize, chord: f64, weighed: usize, surface: &FaceSurface<'_>) {
     let least = TriangleShape::clear_area(mesh);
     let is_wrong = |corners: [u32; 3]| {
         !TriangleShape::is_clearly_right(mesh, corners, least) && TriangleShape::of(mesh, corners).is_wrong(mesh)
     };
     let folded: Vec<usize> = (0..trimmed).rev().filter(|&t| is_wrong(mesh.triangles[t])).collect();
     if folded.is_empty() {
-        return false;
+        return;
     }
     let stated = mesh.triangles.clone();
     let mut left = weighed;
@@ -59,7 +52,6 @@ pub(crate) fn unfold(
         }
         mesh.triangles.clone_from(&stated);
     }
-    true
 }
 
 /// Most neighbourhoods retriangulated per pass of a tile. Real tiles need a handful; noise is folded everywhere.

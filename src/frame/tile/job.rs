@@ -18,7 +18,6 @@ use crate::model::{AxisMap, PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
-use std::sync::Arc;
 
 /// Tessellates one tile by a plan.
 ///
@@ -36,15 +35,11 @@ pub fn tessellate_tile(
     let mut mesh = scratch.spare();
     trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
     let trimmed = job.trim(scratch, &mesh);
-    let vertices = |corners_used: usize, scratch: &mut Scratch, mesh: &mut TileMesh| {
-        evaluate_vertices(job.face, job.lattice, corners_used, scratch, mesh);
-        usize::MAX
-    };
-    job.finish(trimmed, vertices, scratch, mesh).0
+    job.finish(trimmed, scratch, mesh)
 }
 
 /// How a tile was triangulated.
-pub(crate) enum Trimmed {
+enum Trimmed {
     /// By the trim stage.
     By(TrimOutcome),
     /// The trim stage refused for this reason, and the boundary is filled.
@@ -53,16 +48,16 @@ pub(crate) enum Trimmed {
 
 /// A tile and everything that its tessellation reads.
 #[derive(Clone, Copy)]
-pub(crate) struct Job<'a> {
-    pub(crate) part: &'a PreparedPart,
-    pub(crate) plan: &'a PartPlan,
-    pub(crate) tile: &'a Tile,
-    pub(crate) lattice: &'a Arc<TileLattice>,
-    pub(crate) face: &'a PreparedFace,
+struct Job<'a> {
+    part: &'a PreparedPart,
+    plan: &'a PartPlan,
+    tile: &'a Tile,
+    lattice: &'a TileLattice,
+    face: &'a PreparedFace,
 }
 
 impl<'a> Job<'a> {
-    pub(crate) fn of(prepared: &'a Prepared, plan: &'a Plan, part: PartId, tile: TileId) -> Self {
+    fn of(prepared: &'a Prepared, plan: &'a Plan, part: PartId, tile: TileId) -> Self {
         let rows = &prepared.parts[part.index()];
         let plan = &plan.parts[part.index()];
         let row = &rows.tiles[tile.0 as usize];
@@ -71,7 +66,7 @@ impl<'a> Job<'a> {
     }
 
     /// Triangulates the loops in the scratch and the mesh. The triangles go to `scratch.trimmed`.
-    pub(crate) fn trim(&self, scratch: &mut Scratch, mesh: &TileMesh) -> Trimmed {
+    fn trim(&self, scratch: &mut Scratch, mesh: &TileMesh) -> Trimmed {
         let Scratch { cells, loop_starts, trim, trimmed, .. } = scratch;
         let input = TrimInput { cells: self.lattice.cells(), points: cells, loop_starts, places: &mesh.positions };
         // Only the reference measures the area that meeting loops do not wind around exactly once.
@@ -86,20 +81,10 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// Finishes a tile whose loops were traced and triangulated. Also returns whether refinement changed no triangle.
-    ///
-    /// `vertices` gets the number of lattice points in use. It appends the positions of these and of crossings, and the
-    /// normals of all vertices. It returns how many of the trim stage's triangles, the first ones, are new; only these
-    /// are refined.
-    pub(crate) fn finish(
-        &self,
-        trimmed: Trimmed,
-        vertices: impl FnOnce(usize, &mut Scratch, &mut TileMesh) -> usize,
-        scratch: &mut Scratch,
-        mut mesh: TileMesh,
-    ) -> (TileOutcome, bool) {
+    /// Finishes a tile whose loops were traced and triangulated.
+    fn finish(&self, trimmed: Trimmed, scratch: &mut Scratch, mut mesh: TileMesh) -> TileOutcome {
         let Self { tile, lattice, face, .. } = *self;
-        let as_trimmed = finish(face, (tile, lattice), vertices, scratch, &mut mesh);
+        finish(face, (tile, lattice), scratch, &mut mesh);
         let rewound = add_layers(face, scratch, &mut mesh);
         let before = mesh.triangles.len();
         scratch.trimmed.closing.iter().for_each(|&t| push_triangle(&mut mesh, t, face.reversed));
@@ -122,7 +107,7 @@ impl<'a> Job<'a> {
             }
             Trimmed::By(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
         };
-        (TileOutcome { face: tile.face, mesh, rung, degradation, slivers, rewound }, as_trimmed)
+        TileOutcome { face: tile.face, mesh, rung, degradation, slivers, rewound }
     }
 }
 
@@ -144,15 +129,8 @@ fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
     area
 }
 
-/// Makes lattice points, normals and oriented triangles. Returns whether refinement left the triangles unchanged.
-/// `vertices` as in [`Job::finish`].
-fn finish(
-    face: &PreparedFace,
-    (tile, lattice): (&Tile, &TileLattice),
-    vertices: impl FnOnce(usize, &mut Scratch, &mut TileMesh) -> usize,
-    s: &mut Scratch,
-    mesh: &mut TileMesh,
-) -> bool {
+/// Makes lattice points, normals and oriented triangles, and refines those of the trim stage.
+fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, mesh: &mut TileMesh) {
     let tessellants = s.cells.len() as u32;
     let (nu, nv) = lattice.cells();
     let corners = (nu + 1) * (nv + 1);
@@ -193,20 +171,15 @@ fn finish(
     if !s.trimmed.extra_points.is_empty() {
         s.trimmed.rename(|v| if v >= tessellants + corners { v - corners + corners_used } else { v });
     }
-    let fresh = vertices(corners_used as usize, s, mesh);
+    evaluate_vertices(face, lattice, corners_used as usize, s, mesh);
     let natural = face.maps.map(AxisMap::naturals);
     mesh.uvs.extend(s.uvs.iter().map(|p| Vec2::new(natural[0](p.x) as f32, natural[1](p.y) as f32)));
     for ((to, from), natural) in mesh.lines.iter_mut().zip([&lattice.us, &lattice.vs]).zip(&natural) {
         to.extend(from.iter().map(|&x| natural(x) as f32));
     }
     mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * quads.len());
-    let mut trimmed = 0;
-    for (k, t) in s.trimmed.triangles.iter().enumerate() {
-        push_triangle(mesh, *t, face.reversed);
-        if k < fresh {
-            trimmed = mesh.triangles.len();
-        }
-    }
+    s.trimmed.triangles.iter().for_each(|&t| push_triangle(mesh, t, face.reversed));
+    let trimmed = mesh.triangles.len();
     for [a, b, c, d] in quads {
         let p = |v: u32| mesh.positions[v as usize];
         let halves = if p(a).distance_squared(p(c)) <= p(b).distance_squared(p(d)) {
@@ -219,21 +192,20 @@ fn finish(
         }
     }
     if face.kind == SurfaceKind::Plane {
-        return true;
+        return;
     }
-    let mut as_trimmed = true;
     let mut surface = FaceSurface { face, uvs: &mut s.uvs };
     // A point on a crease has two normals, and the one it stores says nothing about the triangles on the other side.
     if face.creases.iter().all(Vec::is_empty) {
         let weighed = if tile.entangled || face.repaired { MOST_WEIGHED_OF_NOISE } else { MOST_WEIGHED };
-        as_trimmed &= !unfold(mesh, trimmed, lattice.chord, weighed, &surface);
+        unfold(mesh, trimmed, lattice.chord, weighed, &surface);
     }
     let cell = |mesh: &TileMesh, v: u32| match mesh.origins[v as usize] {
         Origin::Lattice { i, j } => DVec2::new(f64::from(i), f64::from(j)),
         Origin::Crossing { k } => s.trimmed.extra_points[k as usize],
         _ => s.cells[v as usize],
     };
-    as_trimmed & !narrow(mesh, trimmed, lattice.chord, &mut surface, cell)
+    narrow(mesh, trimmed, lattice.chord, &mut surface, cell);
 }
 
 /// Appends a triangle unless two of its corners are the same point, as at a pole. Its other two sides then are the same

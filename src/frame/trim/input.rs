@@ -134,6 +134,6 @@ impl TrimInput<'_> {
 }
 
 /// The tessellant after `v` in a loop that starts at `ends[0]` and ends before `ends[1]`.
-pub(crate) fn next_in(ends: &[u32], v: u32) -> u32 {
+fn next_in(ends: &[u32], v: u32) -> u32 {
     if v + 1 == ends[1] { ends[0] } else { v + 1 }
 }

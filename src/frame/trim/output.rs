@@ -90,12 +90,6 @@ impl TrimOutput {
         self.stats = TrimStats::default();
     }
 
-    /// Clears everything but sets the counts to those of an earlier attempt.
-    pub(crate) fn reset(&mut self, stats: TrimStats) {
-        self.clear();
-        self.stats = stats;
-    }
-
     /// Renames the vertices of all triangles, but not of full cells.
     pub(crate) fn rename(&mut self, mut name: impl FnMut(u32) -> u32) {
         let mut all = |triangle: &mut [u32; 3]| triangle.iter_mut().for_each(|v| *v = name(*v));

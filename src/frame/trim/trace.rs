@@ -406,7 +406,7 @@ impl Trace {
 
     /// Whether the point lies within the clearance of an inner lattice line.
     #[inline(always)]
-    pub(crate) fn near_line(&self, p: DVec2) -> bool {
+    fn near_line(&self, p: DVec2) -> bool {
         let near = |coordinate: f64, limit: usize| {
             let (line, distance) = nearest_line(coordinate);
             distance < CORNER_CLEARANCE && line > 0 && line < limit as i32

@@ -59,7 +59,7 @@ pub(crate) fn trace_loops(
 }
 
 /// Maps parameters to cell coordinates. Fastest if each parameter is near the one before.
-pub(crate) struct Spot<'a> {
+struct Spot<'a> {
     tile: &'a Tile,
     cells: (u32, u32),
     scale: DVec2,
@@ -67,13 +67,13 @@ pub(crate) struct Spot<'a> {
 }
 
 impl<'a> Spot<'a> {
-    pub(crate) fn of(face: &PreparedFace, tile: &'a Tile, lattice: &'a TileLattice) -> Self {
+    fn of(face: &PreparedFace, tile: &'a Tile, lattice: &'a TileLattice) -> Self {
         let along = [CellWalk::new(&lattice.us), CellWalk::new(&lattice.vs)];
         Self { tile, cells: lattice.cells(), scale: cell_size(face, tile, lattice), along }
     }
 
     #[inline(always)]
-    pub(crate) fn cell(&mut self, uv: DVec2) -> DVec2 {
+    fn cell(&mut self, uv: DVec2) -> DVec2 {
         let Self { tile, cells, scale, along: [u, v] } = self;
         if *cells == (1, 1) {
             return ((uv - tile.min) / (tile.max - tile.min)).clamp(DVec2::ZERO, DVec2::ONE) * *scale;

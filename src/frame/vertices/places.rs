@@ -9,9 +9,9 @@ use crate::prepare::internals::PreparedFace;
 use glam::DVec3;
 
 /// Fewest lattice points to evaluate line by line. With fewer, setting up the lines costs more than it saves.
-pub(crate) const LATTICE_FROM: usize = 16;
+const LATTICE_FROM: usize = 16;
 /// Evaluates line by line only if at least one in this many of the lattice's points is used.
-pub(crate) const LATTICE_SHARE: usize = 4;
+const LATTICE_SHARE: usize = 4;
 
 /// Evaluates the positions of lattice points and crossings, and the normals of all vertices.
 pub(crate) fn evaluate_vertices(
