@@ -37,6 +37,11 @@ const EPOCH: u32 = 64;
 const KEPT: u64 = 2;
 
 impl PartTiles {
+    /// Whether it is drawn, or tiles turned stale.
+    fn is_active(&self) -> bool {
+        self.is_drawn || self.is_outdated
+    }
+
     fn new(part: &PreparedPart) -> Self {
         let words = vec![0; part.tiles.len().div_ceil(64)];
         let mut new = Self {
@@ -70,6 +75,8 @@ impl PartTiles {
 /// What one sink has of the model.
 pub(super) struct Residency {
     parts: Vec<PartTiles>,
+    /// The parts that are drawn or outdated, in any order. Costs follow these: most parts of a large scene are neither.
+    active: Vec<usize>,
     /// Bytes of all resident tiles.
     held: u64,
     /// What they may be.
@@ -111,6 +118,7 @@ impl Residency {
     pub(super) fn new(prepared: &Prepared, most: Option<u64>) -> Self {
         let mut new = Self {
             parts: Vec::new(),
+            active: Vec::new(),
             held: 0,
             most: most.unwrap_or(u64::MAX),
             edges: BTreeSet::new(),
@@ -133,6 +141,13 @@ impl Residency {
             self.edges.extend(prepared.brep_edges().filter(|(part, _)| part.index() >= first));
         }
         self.from.iter_mut().for_each(|from| from.resize(self.parts.len(), None));
+        self.find_active();
+    }
+
+    /// Finds the active parts. Cost: one pass over all.
+    fn find_active(&mut self) {
+        self.active.clear();
+        self.active.extend((0..self.parts.len()).filter(|&part| self.parts[part].is_active()));
     }
 
     /// Goes on with another model, whose part `p` is the one that was `from[p]`. What the sink has of it stays
@@ -158,6 +173,7 @@ impl Residency {
             self.from = Some(from.iter().map(|part| part.and_then(in_sink)).collect());
         }
         self.placed = 0;
+        self.find_active();
     }
 
     /// Its memory, bytes.
@@ -174,14 +190,18 @@ impl Residency {
         self.edges.clear();
         self.held = 0;
         self.parts.iter_mut().for_each(PartTiles::forget);
+        self.find_active();
     }
 
     /// Marks what the plan changed as stale.
     pub(super) fn outdate(&mut self, prepared: &Prepared, changes: &PlanChanges) {
         for &(part, TileId(tile)) in &changes.tiles {
-            let part = &mut self.parts[part.index()];
-            part.stale[tile as usize >> 6] |= 1 << (tile & 63);
-            part.is_outdated = true;
+            let row = &mut self.parts[part.index()];
+            row.stale[tile as usize >> 6] |= 1 << (tile & 63);
+            if !row.is_active() {
+                self.active.push(part.index());
+            }
+            row.is_outdated = true;
         }
         let of_model = |&&(part, edge): &&(PartId, RowId)| edge.index() < prepared.parts[part.index()].brep_edges;
         self.edges.extend(changes.edges.iter().filter(of_model).map(|&(part, edge)| (part, EdgeId(edge.0))));
@@ -189,22 +209,30 @@ impl Residency {
 
     /// What the sink needs in order to draw `drawn`. Counts one frame of the epoch.
     pub(super) fn due(&mut self, prepared: &Prepared, instances: &[SceneInstance], drawn: &DrawnTiles) -> Due {
-        // Costs follow what is drawn and what changes: most parts of a large scene are neither.
-        for part in self.parts.iter_mut().filter(|part| part.is_drawn) {
-            part.drawn.fill(0);
-            part.is_drawn = false;
+        let Self { parts, active, .. } = self;
+        for &part in &*active {
+            parts[part].drawn.fill(0);
+            parts[part].is_drawn = false;
         }
+        active.retain(|&part| parts[part].is_outdated);
         for (_, instance, words) in drawn.rows() {
-            let part = &mut self.parts[instances[instance].part.index()];
+            let number = instances[instance].part.index();
+            let part = &mut parts[number];
             part.drawn.iter_mut().zip(words).for_each(|(word, more)| *word |= more);
+            if !part.is_active() {
+                active.push(number);
+            }
             part.is_drawn = true;
         }
+        active.sort_unstable();
         self.age();
         if self.held > self.most {
             self.shed();
+            self.find_active();
         }
         let mut due = Due { whole: self.whole, from: self.from.clone(), ..Due::default() };
-        for (p, part) in self.parts.iter().enumerate().filter(|(_, part)| part.is_drawn || part.is_outdated) {
+        for &p in &self.active {
+            let part = &self.parts[p];
             for (k, (&stale, &drawn)) in part.stale.iter().zip(&part.drawn).enumerate() {
                 due.tiles.extend(tiles_of_word(stale & drawn, k).map(|tile| (PartId::new(p), tile)));
                 let face = |tile: TileId| prepared.parts[p].tiles[tile.0 as usize].face;
@@ -219,7 +247,8 @@ impl Residency {
     /// At the end of an epoch, marks tiles stale that were not drawn for two epochs, if too much is resident. That
     /// evicts them.
     fn age(&mut self) {
-        for part in self.parts.iter_mut().filter(|part| part.is_drawn) {
+        for &part in &self.active {
+            let part = &mut self.parts[part];
             part.recent[0].iter_mut().zip(&part.drawn).for_each(|(recent, drawn)| *recent |= drawn);
         }
         self.frames += 1;
@@ -246,6 +275,7 @@ impl Residency {
             part.recent.swap(0, 1);
             part.recent[0].fill(0);
         }
+        self.find_active();
     }
 
     /// Marks tiles stale that no view draws, those first that were not drawn for longest, until the others take no more
@@ -293,7 +323,9 @@ impl Residency {
         (self.from, self.known) = (None, self.parts.len());
         self.edges.clear();
         self.shown.clone_from(drawn);
-        self.parts.iter_mut().for_each(|part| part.is_outdated = false);
+        let Self { parts, active, .. } = self;
+        active.iter().for_each(|&part| parts[part].is_outdated = false);
+        active.retain(|&part| parts[part].is_drawn);
         for &(part, TileId(tile)) in &due.tiles {
             let (part, word, bit) = (&mut self.parts[part.index()], tile as usize >> 6, 1 << (tile & 63));
             part.stale[word] &= !bit;

@@ -90,6 +90,37 @@ impl SeenTiles {
     }
 }
 
+/// The instances that the views may show, by part. Most parts of a large scene have none.
+pub(super) struct Sights(Vec<(usize, Vec<InstanceSight>)>);
+
+impl Sights {
+    /// Those of parts that are in the model. `part_of`: the part of an instance.
+    pub(super) fn of(all: Vec<InstanceSight>, parts: usize, part_of: impl Fn(usize) -> usize) -> Self {
+        let mut shown: Vec<usize> =
+            all.iter().map(|sight| part_of(sight.instance)).filter(|&part| part < parts).collect();
+        shown.sort_unstable();
+        shown.dedup();
+        let mut lists: Vec<_> = shown.into_iter().map(|part| (part, Vec::new())).collect();
+        for sight in all {
+            let part = part_of(sight.instance);
+            if let Ok(row) = lists.binary_search_by_key(&part, |(part, _)| *part) {
+                lists[row].1.push(sight);
+            }
+        }
+        Self(lists)
+    }
+
+    /// The parts that have any, ascending.
+    pub(super) fn parts(&self) -> impl Iterator<Item = usize> {
+        self.0.iter().map(|(part, _)| *part)
+    }
+
+    /// Those of a part, ascending by (view, instance).
+    pub(super) fn of_part(&self, part: usize) -> &[InstanceSight] {
+        self.0.binary_search_by_key(&part, |(part, _)| *part).map_or(&[], |row| &self.0[row].1)
+    }
+}
+
 /// What the views show of a range of tiles.
 pub(super) struct VisibleTiles {
     pub(super) part: usize,
@@ -168,8 +199,7 @@ pub(super) struct WantedRate {
 pub(super) struct PlanDraft {
     /// Has one owner between steps.
     pub(super) page: Arc<Plan>,
-    /// By part.
-    pub(super) sights: Arc<Vec<Vec<InstanceSight>>>,
+    pub(super) sights: Arc<Sights>,
     pub(super) wanted: Vec<WantedRate>,
     /// Drawn tiles with a step per sub-box. Their edges are checked box by box in every frame.
     pub(super) near: Vec<(usize, usize)>,
@@ -178,7 +208,7 @@ pub(super) struct PlanDraft {
 
 impl PlanDraft {
     /// A draft that begins as a copy of the last plan with a single owner.
-    pub(super) fn new(page: Arc<Plan>, sights: Vec<Vec<InstanceSight>>) -> Self {
+    pub(super) fn new(page: Arc<Plan>, sights: Sights) -> Self {
         let (wanted, near, changes) = (Vec::new(), Vec::new(), PlanChanges::default());
         Self { page, sights: Arc::new(sights), wanted, near, changes }
     }

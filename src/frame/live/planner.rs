@@ -4,11 +4,11 @@
 //! to the eye or partly off-screen has a step for each of its sub-boxes instead. An edge takes the finest step of its
 //! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
-use super::culling::{InstanceSight, PartBoxes};
+use super::culling::PartBoxes;
 use super::defer;
 use super::draft::{
-    ANEW, BESIDE_NEW, CellsAt, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, SeenTiles, TessellantUpdate,
-    Touched, VisibleTiles, WORDS, WantedRate,
+    ANEW, BESIDE_NEW, CellsAt, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, SeenTiles, Sights,
+    TessellantUpdate, Touched, VisibleTiles, WORDS, WantedRate,
 };
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages, renewed};
@@ -88,6 +88,7 @@ impl Planner {
         let rates = Rates {
             prepared: Arc::default(),
             parts: Vec::new(),
+            shown: Vec::new(),
             terms: Terms { angle: f64::INFINITY, size: None, coarser: 0 },
             term: 0,
             turns: Turns::of(options.lines),
@@ -151,6 +152,7 @@ impl Planner {
             seen: SeenTiles::none(part.tiles.len()),
         });
         rates.parts = renewed(std::mem::take(&mut rates.parts), from, states.collect());
+        rates.shown = (0..rates.parts.len()).filter(|&part| rates.parts[part].seen.shows_any()).collect();
         let stamps = new.parts.iter().map(|part| vec![0; part.edges.len()]).collect();
         self.touched.stamps = renewed(std::mem::take(&mut self.touched.stamps), from, stamps);
         self.limited.renumber(from);
@@ -237,7 +239,8 @@ impl Planner {
         self.agree_on(views);
 
         let unusable = shown.views < views.len();
-        let sights = self.sights(placed, shown);
+        let part_of = |instance: usize| placed.instances()[instance].part.index();
+        let sights = Sights::of(shown.sights, self.rates.parts.len(), part_of);
         let mut draft = PlanDraft::new(self.pages.next(), sights);
         own(&mut draft.page).drawn.reset(views.len());
         self.see(jobs, &mut draft);
@@ -274,46 +277,36 @@ impl Planner {
         }
     }
 
-    /// The instances of each part that the views may show.
-    fn sights(&self, placed: &PlacedInstances, shown: Shown) -> Vec<Vec<InstanceSight>> {
-        let mut sights: Vec<Vec<InstanceSight>> = vec![Vec::new(); self.rates.parts.len()];
-        for sight in shown.sights {
-            let part = placed.instances()[sight.instance].part;
-            if let Some(sights) = sights.get_mut(part.index()) {
-                sights.push(sight);
-            }
-        }
-        sights
-    }
-
     /// Finds the drawn tiles.
     fn see(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
         let _span = tracing::trace_span!("see").entered();
         let mut ranges: Vec<VisibleTiles> = Vec::new();
-        for (part, (rates, sights)) in own(&mut self.rates).parts.iter_mut().zip(&*draft.sights).enumerate() {
-            // Most parts of a large scene are neither in the picture nor were in it.
-            if sights.is_empty() && !rates.seen.shows_any() {
-                continue;
-            }
+        let Rates { parts, shown, .. } = own(&mut self.rates);
+        // Most parts of a large scene are neither in the picture nor were in it.
+        shown.extend(draft.sights.parts());
+        shown.sort_unstable();
+        shown.dedup();
+        for &part in &*shown {
             let of_range = |(range, seen): (usize, &mut SeenRange)| {
                 let seen = std::mem::take(seen);
                 VisibleTiles { part, range, seen, sights: Vec::new(), bits: Vec::new() }
             };
-            ranges.extend(rates.seen.0.iter_mut().enumerate().map(of_range));
+            ranges.extend(parts[part].seen.0.iter_mut().enumerate().map(of_range));
         }
         let (rates, sights) = (Arc::clone(&self.rates), Arc::clone(&draft.sights));
         let mut ranges = map(jobs, ranges, move |mut range| {
             rates.see(&mut range, &sights);
             range
         });
-        let parts = &mut own(&mut self.rates).parts;
+        let Rates { parts, shown, .. } = own(&mut self.rates);
         for VisibleTiles { part, range, seen, .. } in &mut ranges {
             parts[*part].seen.0[*range] = std::mem::take(seen);
         }
+        shown.retain(|&part| parts[part].seen.shows_any());
         let sights = &draft.sights;
         let rows = ranges.iter().flat_map(|tiles| {
             let of_sight = tiles.sights.iter().zip(tiles.bits.chunks_exact(WORDS));
-            of_sight.map(|(&s, bits)| (&sights[tiles.part][s as usize], tiles.range, bits))
+            of_sight.map(|(&s, bits)| (&sights.of_part(tiles.part)[s as usize], tiles.range, bits))
         });
         let mut rows: Vec<_> = rows.map(|(sight, range, bits)| (sight.view, sight.instance, range, bits)).collect();
         rows.sort_unstable_by_key(|&(view, instance, range, _)| (view, instance, range));
@@ -325,12 +318,11 @@ impl Planner {
     fn look(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
         let _span = tracing::trace_span!("look").entered();
         let (rates, sights) = (Arc::clone(&self.rates), Arc::clone(&draft.sights));
-        let parts = rates.parts.iter().enumerate();
-        let rows = parts.flat_map(|(p, part)| part.seen.ranges().map(move |tiles| (p, tiles)));
+        let rows = rates.shown.iter().flat_map(|&p| rates.parts[p].seen.ranges().map(move |tiles| (p, tiles)));
         let rows: Vec<(usize, Range<usize>)> = rows.collect();
         let found = map(jobs, rows, move |(part, tiles)| {
             let mut wanted = RateChanges::default();
-            rates.look_at(part, tiles, &sights[part], &mut wanted);
+            rates.look_at(part, tiles, sights.of_part(part), &mut wanted);
             wanted
         });
         let parts = &mut own(&mut self.rates).parts;
@@ -398,7 +390,7 @@ impl Planner {
         let made = map(jobs, touched, move |edges| -> Vec<_> {
             let mut tessellants = Tessellants::default();
             let of_edge = |(p, e, why): (usize, RowId, u8)| {
-                ((p, e), rates.new_tessellants((p, e), why, (&page, &sights[p]), &mut tessellants))
+                ((p, e), rates.new_tessellants((p, e), why, (&page, sights.of_part(p)), &mut tessellants))
             };
             edges.into_iter().map(of_edge).collect()
         });

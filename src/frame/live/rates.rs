@@ -3,8 +3,8 @@
 
 use super::culling::{InstanceSight, PartBoxes, RANGE};
 use super::draft::{
-    ANEW, BESIDE_NEW, CellsAt, NewLattice, NewTessellants, RateChanges, SeenRange, SeenTiles, TessellantUpdate, UNSEEN,
-    VisibleTiles, WORDS, WantedRate,
+    ANEW, BESIDE_NEW, CellsAt, NewLattice, NewTessellants, RateChanges, SeenRange, SeenTiles, Sights, TessellantUpdate,
+    UNSEEN, VisibleTiles, WORDS, WantedRate,
 };
 use super::options::PlannerOptions;
 use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
@@ -53,6 +53,8 @@ pub(super) struct Rates {
     pub(super) prepared: Arc<Prepared>,
     pub(super) options: PlannerOptions,
     pub(super) parts: Vec<PartRates>,
+    /// The parts of which the views of the current frame show tiles, ascending.
+    pub(super) shown: Vec<usize>,
     pub(super) terms: Terms,
     /// Number of changes of `terms`. Plans made with an earlier one are outdated.
     pub(super) term: u32,
@@ -61,13 +63,13 @@ pub(super) struct Rates {
 
 impl Rates {
     /// Finds the drawn ones of some tiles.
-    pub(super) fn see(&self, tiles: &mut VisibleTiles, sights: &[Vec<InstanceSight>]) {
+    pub(super) fn see(&self, tiles: &mut VisibleTiles, sights: &Sights) {
         let VisibleTiles { part, range, seen: SeenRange { any, scales }, sights: with_any, bits } = tiles;
         if *any {
             scales.fill(UNSEEN);
         }
         let (boxes, cull) = (&self.parts[*part].boxes, self.options.cull_back_faces);
-        for (s, InstanceSight { sight, .. }) in sights[*part].iter().enumerate() {
+        for (s, InstanceSight { sight, .. }) in sights.of_part(*part).iter().enumerate() {
             let start = bits.len();
             boxes.seen_by(sight, cull, *range, |t, now| {
                 let k = t % RANGE;
@@ -241,7 +243,7 @@ impl Rates {
             };
             ranges.map(of_range).sum()
         };
-        self.parts.iter().map(of_part).sum()
+        self.shown.iter().map(|&part| of_part(&self.parts[part])).sum()
     }
 }
 
