@@ -47,7 +47,7 @@ fn models() -> Vec<(String, Model)> {
     models
 }
 
-/// Three plans: fine, coarse, fine again. A worker's cache of one must not influence the next.
+/// Three plans: fine, coarse, fine again. A worker's scratch must carry nothing from one to the next.
 fn plans(prepared: &Prepared) -> [Arc<Plan>; 3] {
     [1e-3, 1e-2, 1e-3].map(|relative| {
         let tolerance = Tolerance { chord: relative * prepared.diagonal, angle: 0.35, max_edge: None };

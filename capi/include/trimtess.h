@@ -628,6 +628,8 @@ typedef struct {
     uint32_t levels;
     // Deals tiles to workers again every so many frames of views, by measured times; 0 = never.
     uint32_t rebalance_every;
+    // 0.
+    uint32_t reserved;
     // 1 keeps lattice lines where densities change and puts new ones between them: less changes from frame to frame.
     uint32_t keep_lines;
     // 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
@@ -635,8 +637,6 @@ typedef struct {
     uint32_t cull_back_faces;
     // Number of threads that the session starts; 0 = one per core. Must be 0 with jobs, and with `no_threads`.
     uint32_t threads;
-    // 0.
-    uint32_t reserved;
     // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     // for the next frame. 0 = any.
     double budget;

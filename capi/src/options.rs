@@ -24,6 +24,8 @@ pub struct tt_session_options {
     pub levels: u32,
     /// Deals tiles to workers again every so many frames of views, by measured times; 0 = never.
     pub rebalance_every: u32,
+    /// 0.
+    pub reserved: u32,
     /// 1 keeps lattice lines where densities change and puts new ones between them: less changes from frame to frame.
     pub keep_lines: u32,
     /// 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
@@ -31,8 +33,6 @@ pub struct tt_session_options {
     pub cull_back_faces: u32,
     /// Number of threads that the session starts; 0 = one per core. Must be 0 with jobs, and with `no_threads`.
     pub threads: u32,
-    /// 0.
-    pub reserved: u32,
     /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     /// for the next frame. 0 = any.
     pub budget: f64,

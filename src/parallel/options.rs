@@ -21,7 +21,8 @@ pub struct SessionOptions {
     /// Maximum number of LODs per instanced part in frames of views (`Levels`). 0 is treated as 1.
     pub levels: usize,
     /// Bytes of tiles that a sink of frames of views may hold, as they were sent; `None` = no limit. Beyond it, tiles that
-    /// no view draws are evicted, those first that were not drawn for longest. Tiles that are drawn stay. Those of a frame count from the next one on.
+    /// no view draws are evicted, those first that were not drawn for longest. Tiles that are drawn stay. Those of a
+    /// frame count from the next one on.
     pub resident_bytes: Option<u64>,
     /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
     pub rebalance_every: Option<NonZeroU32>,

@@ -75,7 +75,8 @@ impl PartTiles {
 /// What one sink has of the model.
 pub(super) struct Residency {
     parts: Vec<PartTiles>,
-    /// The parts that are drawn or outdated, in any order. Costs follow these: most parts of a large scene are neither.
+    /// Parts that are drawn or outdated, each once; ascending after [`due`](Self::due). A frame looks only at these: in
+    /// a large scene most parts are neither.
     active: Vec<usize>,
     /// Bytes of all resident tiles.
     held: u64,

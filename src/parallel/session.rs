@@ -231,9 +231,9 @@ impl Session {
     /// same content go on, others are the default. LODs go on by the order of the instances of a part. Plans from
     /// before are void.
     ///
-    /// The sink then has the tiles, byte for byte, that a new session with this model would give it for the same views,
-    /// except for [`Batch::worker`](crate::mesh::Batch::worker), and, as between any sessions with different views behind
-    /// them, for levels that hysteresis holds where views or instances moved.
+    /// The sink then has the tiles, byte for byte, that a new session with this model would give it for the same views.
+    /// Exceptions: [`Batch::worker`](crate::mesh::Batch::worker), and levels that hysteresis holds where views or
+    /// instances moved.
     ///
     /// Cancels a frame of views that was begun, and waits for the tiles in progress. Cost on this thread: about a
     /// microsecond per tile to deal them, and a few per tile and edge of new parts, divided among threads.
@@ -427,8 +427,8 @@ impl Session {
     /// Tiles that leave the view stay resident until they are outdated. Every 64 frames, if more than half of the
     /// resident triangles are not drawn, tiles that were not drawn in the last 128 frames are evicted.
     ///
-    /// Drawn tiles have no cracks between them, in every frame. Without [`SessionOptions::rebalance_every`], the sink
-    /// gets the same calls for any number of workers and threads.
+    /// Drawn tiles have no cracks between them, in every frame. The sink gets the same calls for any number of
+    /// workers and threads, except for [`Batch::worker`](crate::mesh::Batch::worker).
     ///
     /// # Errors
     /// As [`frame`](Self::frame).

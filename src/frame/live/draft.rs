@@ -90,11 +90,11 @@ impl SeenTiles {
     }
 }
 
-/// The instances that the views may show, by part. Most parts of a large scene have none.
+/// Visible instances, grouped by part. Only parts with at least one are listed: in a large scene most have none.
 pub(super) struct Sights(Vec<(usize, Vec<InstanceSight>)>);
 
 impl Sights {
-    /// Those of parts that are in the model. `part_of`: the part of an instance.
+    /// Groups `all` by part. Skips instances of parts from `parts` on. `part_of`: the part of an instance.
     pub(super) fn of(all: Vec<InstanceSight>, parts: usize, part_of: impl Fn(usize) -> usize) -> Self {
         let mut shown: Vec<usize> =
             all.iter().map(|sight| part_of(sight.instance)).filter(|&part| part < parts).collect();
@@ -110,7 +110,7 @@ impl Sights {
         Self(lists)
     }
 
-    /// The parts that have any, ascending.
+    /// Parts with a visible instance, ascending.
     pub(super) fn parts(&self) -> impl Iterator<Item = usize> {
         self.0.iter().map(|(part, _)| *part)
     }

@@ -53,7 +53,7 @@ pub(super) struct Rates {
     pub(super) prepared: Arc<Prepared>,
     pub(super) options: PlannerOptions,
     pub(super) parts: Vec<PartRates>,
-    /// The parts of which the views of the current frame show tiles, ascending.
+    /// Parts with a drawn tile in the current frame, ascending.
     pub(super) shown: Vec<usize>,
     pub(super) terms: Terms,
     /// Number of changes of `terms`. Plans made with an earlier one are outdated.

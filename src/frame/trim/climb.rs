@@ -63,23 +63,14 @@ impl Rungs {
 
     fn by_cells(&mut self, tile: &TrimInput<'_>, reach: f64, out: &mut TrimOutput) -> Result<TrimOutcome, Refusal> {
         self.trace.reset(tile, reach);
-        self.trace.run(tile, |_, _| None);
-        self.by_traced_cells(tile, out)
-    }
-
-    /// As [`Self::by_cells`], for loops that are already traced.
-    pub(crate) fn by_traced_cells(
-        &mut self,
-        tile: &TrimInput<'_>,
-        out: &mut TrimOutput,
-    ) -> Result<TrimOutcome, Refusal> {
+        self.trace.run(tile);
         let Self { trace, rings, polygon } = self;
         out.stats.crossings = trace.crossings.len() as u32;
         // No certificate is needed: the boundary of the triangles of all loops is the loops.
         if rings.build_one_cell(tile, trace, polygon, out) {
             return Ok(TrimOutcome::Certified);
         }
-        rings.build(tile, trace, polygon, out, |_| false).map_err(|_| Refusal::OrderOfCrossings)?;
+        rings.build(tile, trace, polygon, out).map_err(|_| Refusal::OrderOfCrossings)?;
         out.stats.rings = rings.rings.len() as u32;
         out.stats.failed_rings = rings.failed;
         if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
@@ -97,7 +88,7 @@ impl Rungs {
 ///
 /// Positive triangles with that boundary cover each point as often as the loops wind around it. Loops that are not
 /// simple can pass everything but this, because full cells come from parities and rings from the order of crossings.
-pub(crate) fn certified(tile: &TrimInput<'_>, out: &TrimOutput) -> Result<TrimOutcome, Refusal> {
+fn certified(tile: &TrimInput<'_>, out: &TrimOutput) -> Result<TrimOutcome, Refusal> {
     let mut boundary = Fingerprint::default();
     out.triangles.iter().for_each(|&t| boundary.add_triangle(t));
     for &cell in &out.full_cells {
@@ -120,7 +111,7 @@ pub(crate) fn certified(tile: &TrimInput<'_>, out: &TrimOutput) -> Result<TrimOu
 }
 
 /// Why a tile could not be triangulated cell by cell.
-pub(crate) enum Refusal {
+enum Refusal {
     /// Tracing again with exact ownership of tessellants may help.
     OrderOfCrossings,
     NotSimple,

@@ -16,12 +16,12 @@
 
 pub(crate) mod input;
 pub(crate) mod output;
-pub(crate) mod bits;
-pub(crate) mod trace;
-pub(crate) mod flip;
+mod bits;
+mod trace;
+mod flip;
 mod sweep;
-pub(crate) mod triangulate;
-pub(crate) mod rings;
+mod triangulate;
+mod rings;
 pub(crate) mod cdt;
 mod cleanup;
 pub(crate) mod chain;

@@ -47,15 +47,13 @@ pub(crate) struct Rings {
 }
 
 impl Rings {
-    /// Finds and triangulates all rings, and lists the full cells. Rings that fail have no triangles. Skips rings of
-    /// cells that `kept` selects.
+    /// Finds and triangulates all rings, and lists the full cells. Rings that fail have no triangles.
     pub(crate) fn build(
         &mut self,
         tile: &TrimInput<'_>,
         trace: &Trace,
         polygon: &mut Polygon,
         out: &mut TrimOutput,
-        kept: impl Fn([u16; 2]) -> bool,
     ) -> Result<(), Inconsistent> {
         self.rings.clear();
         self.roots.clear();
@@ -64,8 +62,7 @@ impl Rings {
         self.failed = 0;
         self.corners = 0;
         for k in 0..trace.crossings.len() as u32 {
-            let next = trace.crossings[k as usize].next as usize;
-            if self.ring_of[k as usize] == NONE && !kept(trace.crossings[next].cell) {
+            if self.ring_of[k as usize] == NONE {
                 let ring = self.rings.len() as u32;
                 let corners = walk(tile, trace, k, polygon, |chain| self.ring_of[chain as usize] = ring)?;
                 self.corners += corners as u64;

@@ -38,13 +38,6 @@ pub(crate) struct Crossing {
     pub(crate) wraps: bool,
 }
 
-/// Crossings of a segment that are already known.
-pub(crate) struct Crossed<'a> {
-    pub(crate) crossings: &'a [Crossing],
-    /// Columns and rows by which their cells moved.
-    pub(crate) move_by: [i32; 2],
-}
-
 /// The segment being traced.
 struct TracedSegment<'a> {
     tile: &'a TrimInput<'a>,
@@ -115,14 +108,13 @@ pub(crate) struct InCellLoop {
 }
 
 impl Trace {
-    /// Traces all loops, after [`reset`](Self::reset). `known` returns the crossings of the segment that starts at a
-    /// tessellant, in a cell, if they are known.
+    /// Traces all loops, after [`reset`](Self::reset).
     #[inline(always)]
-    pub(crate) fn run<'k>(&mut self, tile: &TrimInput<'_>, known: impl Fn(usize, (i32, i32)) -> Option<Crossed<'k>>) {
+    pub(crate) fn run(&mut self, tile: &TrimInput<'_>) {
         for (index, ends) in tile.loop_starts.windows(2).enumerate() {
             if ends[0] < ends[1] {
                 let ends = (ends[0] as usize, ends[1] as usize);
-                self.trace_loop(tile, index as u32, ends, &known);
+                self.trace_loop(tile, index as u32, ends);
             }
         }
         self.keep_corners();
@@ -160,13 +152,7 @@ impl Trace {
     }
 
     #[inline(always)]
-    fn trace_loop<'k>(
-        &mut self,
-        tile: &TrimInput<'_>,
-        index: u32,
-        (start, end): (usize, usize),
-        known: impl Fn(usize, (i32, i32)) -> Option<Crossed<'k>>,
-    ) {
+    fn trace_loop(&mut self, tile: &TrimInput<'_>, index: u32, (start, end): (usize, usize)) {
         let points = &tile.points[start..end];
         let count = points.len();
         let first_crossing = self.crossings.len();
@@ -180,12 +166,6 @@ impl Trace {
         for k in 0..count {
             let last = k + 1 == count;
             let d = if last { points[0] } else { points[k + 1] };
-            if let Some(crossed) = known(start + k, from) {
-                let segment = TracedSegment { tile, loop_index: index, first: (start + k) as u32, a, d };
-                from = self.cross_again(&segment, from, &crossed);
-                a = d;
-                continue;
-            }
             let mut to = self.cell_of(d);
             if self.near_line(d) {
                 let next = if k + 2 >= count { points[(k + 2) % count] } else { points[k + 2] };
@@ -209,24 +189,6 @@ impl Trace {
             last.next = first_crossing as u32;
             last.wraps = true;
         }
-    }
-
-    /// Adds the known crossings of a segment, and returns the cell where it ends.
-    fn cross_again(&mut self, segment: &TracedSegment<'_>, from: (i32, i32), crossed: &Crossed<'_>) -> (i32, i32) {
-        let mut cell = from;
-        for c in crossed.crossings {
-            let [di, dj] = crossed.move_by;
-            cell = (i32::from(c.cell[0]) + di, i32::from(c.cell[1]) + dj);
-            let position = c.position + f64::from(if c.side & 1 == 0 { di } else { dj });
-            self.push(segment, [cell.0, cell.1], c.side, position, segment.first + (c.snap - c.segment));
-            match c.side {
-                0 => cell.1 -= 1,
-                1 => cell.0 += 1,
-                2 => cell.1 += 1,
-                _ => cell.0 -= 1,
-            }
-        }
-        cell
     }
 
     /// Adds the crossings of a segment from cell `from` to cell `to`. The cells alone determine how many steps there

@@ -30,7 +30,7 @@ pub(crate) fn evaluate_vertices(
 /// Puts the normals of all vertices into `s.normals`, and appends the positions of those that are not tessellants.
 ///
 /// Lattices that are largely used are evaluated line by line, all else point by point. Both give the same bits. A plane
-/// without such a lattice has one normal.
+/// has one normal.
 fn evaluate(
     face: &PreparedFace,
     lattice: &TileLattice,
@@ -40,18 +40,18 @@ fn evaluate(
     positions: &mut Vec<DVec3>,
 ) {
     let Scratch { uvs, corners, normals, points, evaluate, lattice: on_lattice, .. } = s;
+    if face.kind == SurfaceKind::Plane {
+        let corner = DVec2::new(face.patches.breaks_u[0], face.patches.breaks_v[0]);
+        evaluate_points(&face.patches, &[corner], points, normals);
+        let normal = normals[0];
+        // Positions of tessellants are those of their edges, so only the others are evaluated.
+        evaluate_points(&face.patches, &uvs[tessellants..], points, normals);
+        positions.extend_from_slice(points);
+        normals.clear();
+        normals.resize(uvs.len(), normal);
+        return;
+    }
     if corners_used < LATTICE_FROM || corners_used * LATTICE_SHARE < corners.len() {
-        if face.kind == SurfaceKind::Plane {
-            // Positions of tessellants are those of their edges, so only the others are evaluated.
-            let corner = DVec2::new(face.patches.breaks_u[0], face.patches.breaks_v[0]);
-            evaluate_points(&face.patches, &[corner], points, normals);
-            let normal = normals[0];
-            evaluate_points(&face.patches, &uvs[tessellants..], points, normals);
-            positions.extend_from_slice(points);
-            normals.clear();
-            normals.resize(uvs.len(), normal);
-            return;
-        }
         evaluate_points(&face.patches, uvs, points, normals);
         positions.extend_from_slice(&points[tessellants..]);
         return;
