@@ -42,7 +42,7 @@ def test_an_exception_of_progress_ends_the_work(large):
 
     start = time.monotonic()
     with pytest.raises(Enough):
-        large.tessellate(chord_rel=1e-6, angle=1, workers=1, progress=progress)
+        large.tessellate(chord_rel=1e-7, angle=0.2, workers=1, progress=progress)
     assert len(calls) == 1 and calls[0][1] < calls[0][2], "not at the end"
     assert large.tessellate(chord_rel=1e-2).status == large.tessellate().status, "the model is as it was"
     assert time.monotonic() - start < 60
@@ -68,7 +68,7 @@ def test_ctrl_c_is_honoured_between_faces_and_tiles(stage, large, interruptible)
 
     work = {
         "prepare": lambda: trimtess.read(LARGE).prepare(workers=1, progress=progress),
-        "tessellate": lambda: large.tessellate(chord_rel=1e-6, angle=1, workers=1, progress=progress),
+        "tessellate": lambda: large.tessellate(chord_rel=1e-7, angle=0.2, workers=1, progress=progress),
     }
     with pytest.raises(KeyboardInterrupt):
         work[stage]()
