@@ -43,7 +43,7 @@ mod trouble;
 pub use trouble::{
     BodyRefusal, BorderTrouble, CurveTrouble, DiagnosticKind, FaceError, FaceTrouble, FitTrouble, PlacementTrouble,
     RegionError, ShellTrouble, SolidTrouble, SplineTrouble, StepCause, StepOutcome, StepTrouble, SyntaxCut,
-    TileTrouble, TrimTrouble, WireTrouble,
+    SyntaxError, SyntaxFault, SyntaxRepair, TileTrouble, TrimTrouble, WireTrouble,
 };
 
 mod diagnostic;

@@ -2,7 +2,8 @@
 
 use super::place::Geometry;
 use super::spline;
-use super::table::{Entity, MAX_DEPTH, Map, Read, Trouble, missing};
+use super::table::{Entity, MAX_DEPTH, Read, Trouble, missing};
+use super::values::Map;
 use crate::model::{NurbsCurve3, StepTrouble};
 
 impl Geometry<'_> {

@@ -1,8 +1,8 @@
 //! Contents of one part, gathered from its representations: shells of faces, and bodies without explicit faces.
 
 use super::kinds::BodyKind;
-use super::table::{Map, Set};
 use super::units::Units;
+use super::values::{Map, Set};
 use crate::model::{Colour, Shell, ShellKind};
 
 /// Source of a face.

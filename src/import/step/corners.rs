@@ -2,7 +2,7 @@
 
 use super::draft::EdgeDraft;
 use super::loops::VertexKey;
-use super::table::Map;
+use super::values::Map;
 use crate::math::sets::DisjointSets;
 use glam::DVec3;
 

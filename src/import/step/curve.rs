@@ -6,12 +6,12 @@
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::place::Geometry;
 use super::spline;
-use super::table::{Entity, MAX_DEPTH, Read, Trouble, link, measure, missing, number};
+use super::table::{Entity, MAX_DEPTH, Read, Trouble, measure, missing};
+use super::values::{Attribute, List};
 use crate::math::Elementary as _;
 use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineTrouble, StepTrouble};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
-use step_io::parser::Attribute;
 
 /// Rounding error of a coordinate, as a share of the numbers from which it is computed.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -345,12 +345,12 @@ impl Geometry<'_> {
     }
 
     /// The parameter of one trim on the carrier, angles in radians.
-    fn trim(&self, carrier: &Carrier, select: &[Attribute], by_point: bool, id: u64) -> Read<f64> {
-        let value = select.iter().find_map(number).map(|value| match carrier {
+    fn trim(&self, carrier: &Carrier, select: List<'_>, by_point: bool, id: u64) -> Read<f64> {
+        let value = select.iter().find_map(Attribute::number).map(|value| match carrier {
             Carrier::Round { .. } => value * self.units.angle,
             _ => value,
         });
-        let point = select.iter().find_map(link);
+        let point = select.iter().find_map(Attribute::link);
         let foot = |point: u64| -> Read<f64> {
             let p = self.point(point)?;
             Ok(match carrier {

@@ -4,12 +4,12 @@ use super::contents::Source;
 use super::curve::{Ends, Whole};
 use super::kinds::is_face;
 use super::place::Geometry;
-use super::table::{MAX_DEPTH, Read, Set, Trouble, missing};
+use super::table::{MAX_DEPTH, Read, Trouble, missing};
+use super::values::{Attribute, Set};
 use crate::model::StepTrouble;
 use foldhash::fast::RandomState;
 use glam::DVec3;
 use std::hash::Hash;
-use step_io::parser::Attribute;
 
 /// One use of an edge by a loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -87,7 +87,7 @@ impl Geometry<'_> {
                 }
                 let own = face.fields("FACE_SURFACE", 2);
                 let plain = !(face.is("FACE_SURFACE") || face.is("ADVANCED_FACE"));
-                let implied = plain || matches!(own.any(0), Some(Attribute::Unset | Attribute::Derived));
+                let implied = plain || own.any(0).is_some_and(Attribute::is_implied);
                 // A complex instance keeps the bounds in FACE.
                 let stated: Vec<u64> = face.fields("FACE", 1).links(0)?.collect();
                 let is_outer = |id: &u64| self.get(*id).is_ok_and(|bound| bound.is("FACE_OUTER_BOUND"));

@@ -1,10 +1,10 @@
-//! STEP files (ISO 10303-21 text of AP203, AP214, AP242, …) -> a [`Model`](crate::model::Model). The crate `step-io`
-//! parses the syntax.
+//! STEP files (ISO 10303-21 text of AP203, AP214, AP242, …) -> a [`Model`](crate::model::Model).
 //!
-//! The files of this folder are the steps: `sections` skips sections without data, `text` parses, in `pieces` on all
-//! threads, `mend` cuts out syntax errors, `table` gives typed access to instances, `units` and `place` convert numbers
-//! to millimetres and frames, `curve` and `surface` read geometry, `loops`, `shells` and `part` topology,
-//! `face_surface` the surface of each face, `style` colours, `product` the assembly.
+//! The files of this folder are the steps: `token` and `escape` read tokens and strings, `records` instances, `sections`
+//! what lies around them, `pieces` a text on all threads, `text` all of it within its limits. `table` gives typed
+//! access to the `values` of instances, `units` and `place` convert numbers to millimetres and frames, `curve` and
+//! `surface` read geometry, `loops`, `shells` and `part` topology, `face_surface` the surface of each face, `style`
+//! colours, `product` the assembly.
 //!
 //! Rare forms and how they are read. A diagnostic names each refused instance; a refused face keeps its index and is
 //! `lost`.
@@ -26,10 +26,13 @@ mod options;
 pub use options::{BYTES_PER_BYTE, StepError, StepOptions};
 
 mod budget;
+mod token;
+mod escape;
+mod values;
+mod records;
 mod sections;
-mod table;
 mod pieces;
-mod mend;
+mod table;
 mod text;
 mod units;
 mod place;

@@ -1,6 +1,7 @@
 //! Options of the STEP reader, and why it rejects a file.
 
 use crate::control::Control;
+use crate::model::SyntaxError;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -153,8 +154,8 @@ pub enum StepError {
     },
     /// The syntax has more errors than [`StepOptions::max_syntax_repairs`], or one that cannot be cut out.
     Syntax {
-        /// The parser's message, with line and column.
-        message: String,
+        /// The error.
+        error: SyntaxError,
         /// How many errors were cut out before.
         repairs: usize,
     },
@@ -190,9 +191,9 @@ impl fmt::Display for StepError {
             ),
             Self::Cancelled => f.write_str("reading was cancelled"),
             Self::NotStep { looks_like } => write!(f, "not a STEP file but {looks_like}"),
-            Self::Syntax { message, repairs } => write!(
+            Self::Syntax { error, repairs } => write!(
                 f,
-                "{message} ({repairs} syntax errors before it were cut out); export the file again or correct the line"
+                "{error} ({repairs} syntax errors before it were cut out); export the file again or correct the line"
             ),
         }
     }
@@ -202,6 +203,7 @@ impl std::error::Error for StepError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Io { error, .. } => Some(error),
+            Self::Syntax { error, .. } => Some(error),
             _ => None,
         }
     }

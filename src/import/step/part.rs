@@ -13,8 +13,9 @@ use super::loops::{Bound, EdgeKey, StatedFace, StatedUse, VertexKey};
 use super::place::Geometry;
 use super::reader::Reader;
 use super::spline;
-use super::table::{Map, Read, Set, Trouble, missing};
+use super::table::{Read, Trouble, missing};
 use super::units::Units;
+use super::values::{Map, Set};
 use crate::math::boxes::around;
 use crate::model::{
     Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, StepCause,

@@ -2,6 +2,7 @@
 
 use super::table::{Entity, Read, Table, Trouble, measure, missing};
 use super::units::Units;
+use super::values::List;
 use crate::model::{Frame3, StepTrouble};
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::{HashSet, VecDeque};
@@ -85,11 +86,10 @@ impl<'a> Geometry<'a> {
     }
 
     /// Up to three numbers; missing ones are 0.
-    pub(super) fn triple(&self, list: &[step_io::parser::Attribute], id: u64) -> Read<DVec3> {
+    pub(super) fn triple(&self, list: List<'_>, id: u64) -> Read<DVec3> {
         let mut out = [0.0; 3];
-        for (slot, value) in out.iter_mut().zip(list) {
-            *slot = super::table::number(value)
-                .ok_or_else(|| Trouble::new(id, StepTrouble::NotFinite { what: "a coordinate" }))?;
+        for (slot, value) in out.iter_mut().zip(list.iter()) {
+            *slot = value.number().ok_or_else(|| Trouble::new(id, StepTrouble::NotFinite { what: "a coordinate" }))?;
         }
         Ok(DVec3::from_array(out))
     }

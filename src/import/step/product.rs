@@ -8,8 +8,9 @@ use super::kinds::{is_body, is_shapeless};
 use super::options::StepOptions;
 use super::place::Geometry;
 use super::style::Styles;
-use super::table::{Entity, MAX_DEPTH, Map, Read, Set, Table, Trouble, missing};
+use super::table::{Entity, MAX_DEPTH, Read, Table, Trouble, missing};
 use super::units::Contexts;
+use super::values::{List, Map, Set};
 use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble};
 use glam::{DAffine3, DVec3};
 use std::cell::RefCell;
@@ -164,7 +165,7 @@ impl<'a> StructureBuilder<'a> {
             return;
         }
         let shape = self.table.find(representation);
-        let items = shape.map_or(0, |i| i.fields("REPRESENTATION", 1).list(0).map_or(0, <[_]>::len));
+        let items = shape.map_or(0, |i| i.fields("REPRESENTATION", 1).list(0).map_or(0, List::len));
         let (before, limit) = (self.visits, self.table.budget.max_visits());
         self.visits = before.saturating_add(1 + items);
         if self.visits <= limit {

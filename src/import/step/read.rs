@@ -91,9 +91,7 @@ fn read_in_pieces(call: Call<'_>, bytes: &[u8], options: &StepOptions, piece: us
     check_size(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
     let table = text::parse(call, bytes, options, piece, &mut diagnostics)?;
-    let read = model_of(call, &table, options, diagnostics);
-    table.discard(call);
-    read
+    model_of(call, &table, options, diagnostics)
 }
 
 /// The model that the instances of a file state. `diagnostics` are those of its text.

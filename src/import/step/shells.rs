@@ -6,8 +6,9 @@ use super::kinds::{
     parts_of, profile, refused, stands_for,
 };
 use super::style::Styles;
-use super::table::{Entity, MAX_DEPTH, Read, Set, Table, Trouble};
+use super::table::{Entity, MAX_DEPTH, Read, Table, Trouble};
 use super::units::Units;
+use super::values::Set;
 use crate::model::{Colour, ShellKind, StepTrouble};
 use std::collections::BTreeMap;
 

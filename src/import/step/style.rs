@@ -1,7 +1,8 @@
 //! Styled items -> colours by instance.
 
 use super::kinds::is_face;
-use super::table::{Entity, Map, Set, Table};
+use super::table::{Entity, Table};
+use super::values::{Map, Set};
 use crate::model::Colour;
 
 /// Colours by the number of the styled instance.

@@ -7,6 +7,7 @@ use super::replica::Similarity;
 use super::revolution;
 use super::spline;
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, measure, missing};
+use super::values::Attribute;
 use crate::math::Elementary as _;
 use crate::model::{
     CurveTrouble, Frame3, NurbsCurve3, NurbsSurface, Severity, SplineTrouble, StepOutcome, StepTrouble, Surface,
@@ -166,11 +167,11 @@ impl Geometry<'_> {
         let rows = shape.list(2)?;
         let mut points = Vec::new();
         let mut count_v = 0;
-        for row in rows {
-            let step_io::parser::Attribute::List(row) = row else {
+        for row in rows.iter() {
+            let Some(row) = row.list() else {
                 return Err(Trouble::new(id, StepTrouble::Layout { what: "control points", wanted: "lists of rows" }));
             };
-            let row = self.points(row.iter().filter_map(super::table::link))?;
+            let row = self.points(row.iter().filter_map(Attribute::link))?;
             if count_v != 0 && row.len() != count_v {
                 return Err(Trouble::new(id, SplineTrouble::RowLengths));
             }
@@ -191,11 +192,11 @@ impl Geometry<'_> {
         let knots_v = knots_of(stated_v, form, count_v, degree_v, id)?;
         let weights = if instance.is("RATIONAL_B_SPLINE_SURFACE") {
             let mut weights = Vec::with_capacity(points.len());
-            for row in instance.fields("RATIONAL_B_SPLINE_SURFACE", 8).list(0)? {
-                let step_io::parser::Attribute::List(row) = row else {
+            for row in instance.fields("RATIONAL_B_SPLINE_SURFACE", 8).list(0)?.iter() {
+                let Some(row) = row.list() else {
                     return Err(Trouble::new(id, StepTrouble::Layout { what: "weights", wanted: "lists of rows" }));
                 };
-                weights.extend(row.iter().filter_map(super::table::number));
+                weights.extend(row.iter().filter_map(Attribute::number));
             }
             check_weights(weights, points.len(), id)?
         } else {

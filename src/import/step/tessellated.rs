@@ -6,13 +6,13 @@
 
 use super::kinds::{HOLDERS, is_shapeless};
 use super::place::Geometry;
-use super::table::{Entity, Fields, MAX_DEPTH, Map, Read, Set, Trouble, missing};
+use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing};
+use super::values::{Attribute, Map, Set};
 use crate::model::{
     Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, PartError, ShellKind, SolidTrouble, StepTrouble, Surface, VertexId,
 };
 use glam::{DAffine3, DVec3};
 use std::collections::hash_map::Entry;
-use step_io::parser::Attribute;
 
 const FACES: [&str; 4] =
     ["TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE", "TRIANGULATED_SURFACE_SET", "COMPLEX_TRIANGULATED_SURFACE_SET"];
@@ -262,8 +262,8 @@ impl Mesh {
 /// The points of a `COORDINATES_LIST`, in millimetres, moved by `place`.
 fn coordinates(geometry: &Geometry<'_>, id: u64, place: &DAffine3) -> Read<Vec<DVec3>> {
     let rows = geometry.get(id)?.fields("COORDINATES_LIST", 2).list(0)?;
-    let point = |row: &Attribute| -> Read<DVec3> {
-        let Attribute::List(row) = row else {
+    let point = |row: Attribute<'_>| -> Read<DVec3> {
+        let Some(row) = row.list() else {
             return Err(Trouble::new(id, StepTrouble::Layout { what: "coordinates", wanted: "lists" }));
         };
         Ok(place.transform_point3(geometry.millimetres(geometry.triple(row, id)?, id)?))
@@ -273,12 +273,7 @@ fn coordinates(geometry: &Geometry<'_>, id: u64, place: &DAffine3) -> Read<Vec<D
 
 /// A list of lists of whole numbers.
 fn lists_of(own: Fields<'_>, index: usize, id: u64) -> Read<Vec<Vec<usize>>> {
-    let numbers = |row: &Attribute| -> Option<Vec<usize>> {
-        let Attribute::List(row) = row else { return None };
-        row.iter()
-            .map(|item| if let Attribute::Integer(value) = item { usize::try_from(*value).ok() } else { None })
-            .collect()
-    };
+    let numbers = |row: Attribute<'_>| -> Option<Vec<usize>> { row.list()?.iter().map(Attribute::whole).collect() };
     let rows: Option<Vec<_>> = own.list(index)?.iter().map(numbers).collect();
     rows.ok_or_else(|| Trouble::new(id, StepTrouble::Layout { what: "triangles", wanted: "lists of whole numbers" }))
 }

@@ -1,15 +1,14 @@
-//! Part 21 bytes -> an instance table. Instances with syntax errors are cut out one at a time, so that one bad line
+//! Part 21 bytes -> an instance table. Instances with syntax errors are left out one at a time, so that one bad line
 //! does not cost the file.
 
 use super::budget::ReadBudget;
-use super::mend::mend;
 use super::options::{BYTES_PER_BYTE, StepError, StepOptions, proceed};
-use super::pieces::{Joined, Pieces};
-use super::sections::{end_of_signed, find, without_extra, without_resources};
+use super::pieces::{self, Data, position};
+use super::records::{Fault, LISTED_REPAIRS};
+use super::sections::{Prologue, epilogue, find};
 use super::table::Table;
 use crate::control::{Call, Control};
-use crate::model::{Diagnostic, Severity, StepOutcome};
-use std::borrow::Cow;
+use crate::model::{Diagnostic, Severity, StepOutcome, SyntaxError, SyntaxFault};
 
 const MAGIC: &[u8] = b"ISO-10303-21";
 /// Number of bytes in which the magic must appear. A byte order mark or a comment may precede it.
@@ -20,10 +19,10 @@ const STRETCH: usize = 1 << 20;
 /// Where the text starts, from the first [`MAGIC_WITHIN`] bytes of a file.
 pub(super) fn magic(bytes: &[u8]) -> Result<usize, StepError> {
     let head = &bytes[..bytes.len().min(MAGIC_WITHIN)];
-    find(head, MAGIC).ok_or_else(|| StepError::NotStep { looks_like: guess(head) })
+    find(head, 0, MAGIC).ok_or_else(|| StepError::NotStep { looks_like: guess(head) })
 }
 
-/// Parses the whole text, in pieces of `piece` bytes. The result does not depend on their length.
+/// Parses the whole text, in pieces of about `piece` bytes. The result does not depend on their length.
 pub(super) fn parse(
     call: Call<'_>,
     bytes: &[u8],
@@ -41,64 +40,71 @@ pub(super) fn parse(
     if needed > options.max_memory {
         return Err(StepError::TooMuchMemory { needed, limit: options.max_memory });
     }
-    let mut text = &bytes[start..];
-    if let Some(end) = end_of_signed(text) {
-        diagnostics.push(file_note(Severity::Note, StepOutcome::Signature));
-        text = &text[..end];
+    let text = &bytes[start..];
+    let error = |fault: Fault| (placed(text, fault.at, fault.fault), fault.cut);
+    let refused = |fault: Fault, repairs: usize| StepError::Syntax { error: error(fault).0, repairs };
+    let Prologue { data: from, fault, mut repairs, sections, elsewhere } =
+        Prologue::read(text, 0).map_err(|fault| refused(fault, 0))?;
+    let Data { pieces, mut faults, end } = pieces::data(call, text, from, piece, options.max_syntax_repairs)?;
+    faults.splice(..0, fault);
+    if faults.len() > options.max_syntax_repairs {
+        return Err(refused(faults.swap_remove(options.max_syntax_repairs), options.max_syntax_repairs));
     }
-    let mut text = Cow::Borrowed(text);
-    let (sections, elsewhere) = without_extra(&mut text);
+    let mut tell = |severity, what| diagnostics.push(Diagnostic::new(severity, what));
+    if let Some((severity, what)) = epilogue(text, end) {
+        tell(severity, what);
+    }
     if !sections.is_empty() {
-        diagnostics.push(file_note(Severity::Note, StepOutcome::Sections { names: sections }));
+        tell(Severity::Note, StepOutcome::Sections { names: sections });
     }
     if !elsewhere.is_empty() {
-        let what = StepOutcome::ForeignInstances { count: elsewhere.len() };
-        diagnostics.push(file_note(Severity::Note, what));
+        tell(Severity::Note, StepOutcome::ForeignInstances { count: elsewhere.len() });
     }
-    let resources = without_resources(&mut text);
-    if resources > 0 {
-        let what = StepOutcome::ForeignValues { count: resources, form: "<…>" };
-        diagnostics.push(file_note(Severity::Warning, what));
-    }
-    let mut pieces = Pieces::new(piece, call);
-    let (mut changed, mut cuts) = (0..usize::MAX, 0);
-    loop {
-        pieces.cut(&text, &changed)?;
-        let Some(error) = pieces.parse(&text)? else { break };
-        let refused = || StepError::Syntax { message: error.to_string(), repairs: cuts };
-        if cuts == options.max_syntax_repairs {
-            return Err(refused());
+    for (k, form) in ["<…>", "@n, #NAME"].into_iter().enumerate() {
+        let count = pieces.iter().map(|piece| piece.foreign[k]).sum();
+        if count > 0 {
+            tell(Severity::Warning, StepOutcome::ForeignValues { count, form });
         }
-        let mended = mend(text.to_mut(), &error, control)?.ok_or_else(refused)?;
-        diagnostics.extend(mended.done.into_iter().map(|(severity, what)| file_note(severity, what)));
-        changed = mended.changed;
-        cuts += 1;
     }
-    let Joined { rows, warnings, warned } = pieces.join(&text);
-    let more = warned - warnings.len();
-    let repaired = |message| file_note(Severity::Note, StepOutcome::SyntaxRepaired { message });
-    diagnostics.extend(warnings.into_iter().map(repaired));
+    if pieces.iter().any(|piece| piece.joints > 0) {
+        tell(Severity::Note, StepOutcome::DataSections);
+    }
+    for fault in faults {
+        let (error, cut) = error(fault);
+        tell(Severity::Error, StepOutcome::SyntaxCut { error, cut });
+    }
+    let repaired = repairs.len() + pieces.iter().map(|piece| piece.repaired).sum::<usize>();
+    repairs.extend(pieces.iter().flat_map(|piece| piece.repairs.iter().copied()));
+    repairs.truncate(LISTED_REPAIRS);
+    let more = repaired - repairs.len();
+    for (at, repair) in repairs {
+        let (line, column) = position(text, at);
+        tell(Severity::Note, StepOutcome::SyntaxRepaired { line, column, repair });
+    }
     if more > 0 {
-        diagnostics.push(file_note(Severity::Note, StepOutcome::MoreRepairs { count: more }));
+        tell(Severity::Note, StepOutcome::MoreRepairs { count: more });
     }
-    Ok(Table::new(rows, elsewhere, ReadBudget::new(bytes.len(), needed, options.max_memory, control)))
+    let budget = ReadBudget::new(bytes.len(), needed, options.max_memory, control);
+    Ok(Table::new(pieces.into_iter().map(|piece| (piece.rows, piece.types, piece.values)), elsewhere, budget))
+}
+
+fn placed(text: &[u8], at: usize, what: SyntaxFault) -> SyntaxError {
+    let (line, column) = position(text, at);
+    SyntaxError { line, column, what }
 }
 
 /// Memory that a text and its instances take, bytes: an estimate, and an upper bound where it is near `limit`.
 ///
-/// Most files take less than [`BYTES_PER_BYTE`]. Lists of one digit take 47 bytes per byte, those of blanks 150. The
-/// parser holds 32 bytes per item of a list, and twice that again while it reads the longest one.
+/// Most files take less than [`BYTES_PER_BYTE`]. Each item of a list takes 16 bytes, and 80 more while the longest list
+/// is read: lists of blanks take 112 bytes per byte.
 fn memory_for(bytes: &[u8], limit: u64, control: &Control) -> Result<u64, StepError> {
     /// No byte takes more.
-    const MOST: u64 = 210;
-    const TEXT: u64 = 2;
+    const MOST: u64 = 130;
+    const TEXT: u64 = 3;
     const ENTITY: u64 = 200;
     const KEYWORD: u64 = 80;
-    const LIST: u64 = 32;
-    const ITEM: u64 = 32;
-    const LONGEST: u64 = 64;
-    const BLANK: u64 = 112;
-    const QUOTE: u64 = 4;
+    const ITEM: u64 = 24;
+    const LONGEST: u64 = 80;
     let length = bytes.len() as u64;
     if length.saturating_mul(MOST) <= limit {
         return Ok(length * BYTES_PER_BYTE);
@@ -108,16 +114,16 @@ fn memory_for(bytes: &[u8], limit: u64, control: &Control) -> Result<u64, StepEr
     for stretch in bytes.chunks(STRETCH) {
         proceed(control)?;
         for &byte in stretch {
-            let after_comma = before == b',';
             match byte {
                 b' ' | b'\n' | b'\r' | b'\t' => continue,
                 b',' => {
                     items += 1;
-                    other += ITEM + if after_comma || before == b'(' { BLANK } else { 0 };
+                    other += ITEM;
                 }
-                b'(' => other += if before.is_ascii_alphanumeric() || before == b'_' { KEYWORD } else { LIST },
-                b')' if after_comma => other += BLANK,
-                b'\'' => other += QUOTE,
+                b'(' => {
+                    items += 1;
+                    other += if before.is_ascii_alphanumeric() || before == b'_' { KEYWORD } else { ITEM };
+                }
                 b'=' => other += ENTITY,
                 b';' => (items, longest) = (0, longest.max(items)),
                 _ => {}
@@ -151,10 +157,6 @@ fn entities_in(bytes: &[u8], limit: u64, control: &Control) -> Result<u64, StepE
         }
     }
     Ok(count)
-}
-
-fn file_note(severity: Severity, what: StepOutcome) -> Diagnostic {
-    Diagnostic::new(severity, what)
 }
 
 /// Guesses the format of a file that is not Part 21 text.

@@ -1,6 +1,7 @@
 //! Unit contexts of representations -> millimetres per length unit, radians per angle unit.
 
-use super::table::{Entity, MAX_DEPTH, Map, Table};
+use super::table::{Entity, MAX_DEPTH, Table};
+use super::values::Map;
 
 /// Units and tolerance of one representation.
 #[derive(Clone, Copy, Debug, PartialEq)]

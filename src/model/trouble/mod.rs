@@ -12,7 +12,7 @@ pub use face_error::FaceError;
 pub use region_error::RegionError;
 pub use step::{
     BodyRefusal, CurveTrouble, FitTrouble, PlacementTrouble, SolidTrouble, SplineTrouble, StepCause, StepOutcome,
-    StepTrouble, SyntaxCut,
+    StepTrouble, SyntaxCut, SyntaxError, SyntaxFault, SyntaxRepair,
 };
 
 mod face_error;

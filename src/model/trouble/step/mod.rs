@@ -18,5 +18,8 @@ pub use placement::PlacementTrouble;
 mod trouble;
 pub use trouble::{StepCause, StepTrouble};
 
+mod syntax;
+pub use syntax::{SyntaxError, SyntaxFault, SyntaxRepair};
+
 mod outcome;
 pub use outcome::{StepOutcome, SyntaxCut};

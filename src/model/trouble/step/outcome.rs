@@ -1,5 +1,6 @@
 //! What the STEP reader left out, repaired or reinterpreted.
 
+use super::syntax::{SyntaxError, SyntaxRepair};
 use super::trouble::{StepCause, StepTrouble};
 use crate::model::PartError;
 use std::collections::BTreeMap;
@@ -13,6 +14,10 @@ pub enum SyntaxCut {
     Instance(String),
     /// The header.
     Header,
+    /// What is no instance, up to the next one.
+    Text,
+    /// The end of a section, behind which its instances go on.
+    SectionEnd,
     /// The incomplete end.
     End,
 }
@@ -44,8 +49,12 @@ pub enum StepOutcome {
     },
     /// The parser repaired the syntax.
     SyntaxRepaired {
-        /// The parser's message, with the line.
-        message: String,
+        /// Line, counted from 1.
+        line: usize,
+        /// Column, counted from 1: a character of UTF-8.
+        column: usize,
+        /// The repair.
+        repair: SyntaxRepair,
     },
     /// The parser repaired the syntax in more places than are listed.
     MoreRepairs {
@@ -54,8 +63,8 @@ pub enum StepOutcome {
     },
     /// Text that breaks the syntax was left out.
     SyntaxCut {
-        /// The parser's message, with the line.
-        message: String,
+        /// Where, and how.
+        error: SyntaxError,
         /// What was left out.
         cut: SyntaxCut,
     },
@@ -253,12 +262,14 @@ impl fmt::Display for StepOutcome {
             Self::ForeignValues { count, form } => {
                 write!(f, "{count} values defined elsewhere ({form}) were read as unset")
             }
-            Self::SyntaxRepaired { message } => f.write_str(message),
+            Self::SyntaxRepaired { line, column, repair } => write!(f, "line {line}, column {column}: {repair}"),
             Self::MoreRepairs { count } => write!(f, "{count} more repairs of the syntax"),
-            Self::SyntaxCut { message, cut } => match cut {
-                SyntaxCut::Instance(number) => write!(f, "{message}; instance {number} was left out"),
-                SyntaxCut::Header => write!(f, "{message}; the header was left out"),
-                SyntaxCut::End => write!(f, "{message}; the incomplete end was left out"),
+            Self::SyntaxCut { error, cut } => match cut {
+                SyntaxCut::Instance(number) => write!(f, "{error}; instance {number} was left out"),
+                SyntaxCut::Header => write!(f, "{error}; the header was left out"),
+                SyntaxCut::Text => write!(f, "{error}; the text up to the next instance was left out"),
+                SyntaxCut::SectionEnd => write!(f, "{error}; the end of the section before it was passed over"),
+                SyntaxCut::End => write!(f, "{error}; the incomplete end was left out"),
             },
             Self::BehindEnd => write!(f, "text after the end of the STEP file was left out"),
             Self::DataSections => write!(f, "data sections were read as one, without their names"),

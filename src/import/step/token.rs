@@ -1,0 +1,142 @@
+//! The tokens of Part 21 text. The crate `logos` makes the automaton that finds them.
+
+use crate::model::SyntaxFault;
+use logos::{Lexer, Logos};
+
+/// A token, without its text. White space and comments lie between tokens.
+#[derive(Clone, Copy, Debug, Logos, PartialEq, Eq)]
+#[logos(utf8 = false)]
+#[logos(skip r"[ \t\r\n\x0C]+")]
+#[logos(skip r"/\*((?-u:[^*])|\*+(?-u:[^*/]))*\*+/")]
+pub(super) enum Token {
+    #[token("(")]
+    Open,
+    #[token(")")]
+    Close,
+    #[token(",")]
+    Comma,
+    #[token(";")]
+    Semicolon,
+    #[token("=")]
+    Equals,
+    #[token("$")]
+    Unset,
+    #[token("*")]
+    Derived,
+    #[regex(r"[+-]?[0-9]+")]
+    Integer,
+    #[regex(r"[+-]?[0-9]+\.[0-9]*([Ee][+-]?[0-9]+)?")]
+    Real,
+    /// With its quotes. A doubled quote is part of it.
+    #[regex(r"'((?-u:[^'])|'')*'")]
+    Text,
+    /// With its dots.
+    #[regex(r"\.[A-Za-z_][A-Za-z0-9_]*\.")]
+    Enumeration,
+    #[regex(r#""[0-3][0-9A-Fa-f]*""#)]
+    Binary,
+    /// With its `#`.
+    #[regex(r"#[0-9]+")]
+    Reference,
+    /// The name of a type or section.
+    #[regex(r"[A-Za-z_][A-Za-z0-9_]*")]
+    Keyword,
+    /// `ISO-10303-21`
+    #[regex(r"(?i-u)ISO-10303-21", priority = 10)]
+    FileStart,
+    /// `END-ISO-10303-21`
+    #[regex(r"(?i-u)END-ISO-10303-21", priority = 10)]
+    FileEnd,
+    /// `@n`, `@NAME` or `#NAME`: a value that the data sections do not define.
+    #[regex(r"(@[A-Za-z0-9]|#[A-Za-z])[A-Za-z0-9_]*")]
+    Foreign,
+    /// `<…>`: a value in another file. Without its end it is the `<` alone.
+    #[regex(r"<((?-u:[^>\n])*>)?")]
+    Resource,
+}
+
+/// What is parsed, or why not. Faults are boxed, so that results stay small.
+pub(super) type Parse<T> = Result<T, Box<SyntaxFault>>;
+
+/// The tokens of a text from a place on.
+pub(super) struct Tokens<'t> {
+    text: &'t [u8],
+    /// The place from which `lexer` counts.
+    base: usize,
+    lexer: Lexer<'t, Token>,
+}
+
+impl<'t> Tokens<'t> {
+    /// The tokens of `text` from its byte `at` on, which must not be inside a token.
+    pub(super) fn new(text: &'t [u8], at: usize) -> Self {
+        let base = at.min(text.len());
+        Self { text, base, lexer: Token::lexer(&text[base..]) }
+    }
+
+    /// Goes on from byte `at` of the text.
+    pub(super) fn seek(&mut self, at: usize) {
+        *self = Self::new(self.text, at);
+    }
+
+    /// The next token.
+    pub(super) fn next(&mut self) -> Parse<Token> {
+        match self.lexer.next() {
+            Some(Ok(token)) => Ok(token),
+            Some(Err(())) => Err(Box::new(self.no_token())),
+            None => Err(Box::new(SyntaxFault::EndOfText)),
+        }
+    }
+
+    fn no_token(&self) -> SyntaxFault {
+        match self.text[self.start()] {
+            b'\'' => SyntaxFault::UnterminatedString,
+            b'"' => SyntaxFault::Binary,
+            _ => SyntaxFault::Character { found: first_char(&self.text[self.start()..]) },
+        }
+    }
+
+    /// Fails unless the next token is `wanted`, which has a `name` in messages.
+    pub(super) fn expect(&mut self, wanted: Token, name: &'static str) -> Parse<()> {
+        if self.next()? == wanted { Ok(()) } else { Err(self.unexpected(name)) }
+    }
+
+    /// The fault that the last token is not what is `wanted`.
+    pub(super) fn unexpected(&self, wanted: &'static str) -> Box<SyntaxFault> {
+        const MOST: usize = 40;
+        let text = String::from_utf8_lossy(self.slice());
+        let mut found: String = text.chars().take(MOST).collect();
+        if found.len() < text.len() {
+            found.push('…');
+        }
+        Box::new(SyntaxFault::Unexpected { wanted, found })
+    }
+
+    /// Where the last token starts; the end of the text where there was none.
+    pub(super) fn start(&self) -> usize {
+        self.base + self.lexer.span().start
+    }
+
+    /// Where the last token ends.
+    pub(super) fn end(&self) -> usize {
+        self.base + self.lexer.span().end
+    }
+
+    /// The text of the last token.
+    pub(super) fn slice(&self) -> &'t [u8] {
+        self.lexer.slice()
+    }
+}
+
+/// The first character of a text in UTF-8, or else in ISO 8859-1.
+fn first_char(text: &[u8]) -> char {
+    let most = &text[..text.len().min(4)];
+    let sound = most.utf8_chunks().next().and_then(|chunk| chunk.valid().chars().next());
+    sound.unwrap_or_else(|| most.first().map_or(' ', |byte| char::from(*byte)))
+}
+
+/// Whether the whole word `word` starts at byte `at`, in any case.
+pub(super) fn has_word(text: &[u8], at: usize, word: &[u8]) -> bool {
+    let end = at + word.len();
+    let same = text.get(at..end).is_some_and(|found| found.eq_ignore_ascii_case(word));
+    same && !text.get(end).is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_' || *b == b'-')
+}

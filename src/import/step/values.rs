@@ -1,0 +1,244 @@
+//! Values of the attributes of instances, as the parser stores them, and access to them.
+//!
+//! The values of a piece of text are one list, in which each list of the text is a range. So a file of a million
+//! instances takes a few hundred allocations, and none is left to be freed one by one.
+
+use foldhash::fast::RandomState;
+use std::collections::{HashMap, HashSet};
+
+/// A hash map for small keys, such as instance numbers. The standard hasher is slow for millions of look-ups.
+pub(super) type Map<K, V> = HashMap<K, V, RandomState>;
+
+/// A hash set for small keys, such as instance numbers.
+pub(super) type Set<K> = HashSet<K, RandomState>;
+
+/// A range of a list, from `start` on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Stretch {
+    start: u32,
+    length: u32,
+}
+
+impl Stretch {
+    /// `None` beyond 2^32.
+    pub(super) fn new(start: usize, length: usize) -> Option<Self> {
+        Some(Self { start: u32::try_from(start).ok()?, length: u32::try_from(length).ok()? })
+    }
+
+    fn range(self) -> std::ops::Range<usize> {
+        let start = self.start as usize;
+        start..start + self.length as usize
+    }
+}
+
+/// A value: 16 bytes.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Value {
+    Unset,
+    Derived,
+    Integer(i64),
+    Real(f64),
+    /// The number of an instance.
+    Reference(u64),
+    /// In [`Values::text`].
+    Text(Stretch),
+    /// In [`Values::text`], without its dots.
+    Enumeration(Stretch),
+    /// Bits, which no geometry has.
+    Binary,
+    /// In [`Values::list`].
+    List(Stretch),
+    /// The value of a typed parameter, such as `LENGTH_MEASURE(2.5)`: one, in [`Values::list`].
+    Typed(Stretch),
+    /// One type of a complex instance, by its index, and the values it declares, in [`Values::list`].
+    Part(u32, Stretch),
+}
+
+/// The values of a piece of text.
+#[derive(Default)]
+pub(super) struct Values {
+    pub(super) list: Vec<Value>,
+    pub(super) text: String,
+}
+
+impl Values {
+    /// With other indices of types.
+    pub(super) fn renamed(mut self, kind: impl Fn(u32) -> u32) -> Self {
+        for value in &mut self.list {
+            if let Value::Part(of, _) = value {
+                *of = kind(*of);
+            }
+        }
+        self
+    }
+}
+
+/// Names of types in capitals, and the index of each.
+#[derive(Default)]
+pub(super) struct Types {
+    /// By name, as written.
+    indices: Map<Box<[u8]>, u32>,
+    pub(super) names: Vec<String>,
+}
+
+impl Types {
+    /// The index of a type, by its name in capitals or small letters.
+    pub(super) fn index(&mut self, name: &[u8]) -> u32 {
+        if let Some(index) = self.indices.get(name) {
+            return *index;
+        }
+        let capitals = name.to_ascii_uppercase();
+        let index = if capitals == name {
+            self.names.push(String::from_utf8_lossy(name).into_owned());
+            u32::try_from(self.names.len() - 1).unwrap_or(COMPLEX - 1)
+        } else {
+            self.index(&capitals)
+        };
+        self.indices.insert(name.into(), index);
+        index
+    }
+}
+
+/// An instance.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    pub(super) id: u64,
+    /// Where it starts, from the start of its piece of text, bytes.
+    pub(super) at: u32,
+    /// Index of its piece.
+    pub(super) piece: u32,
+    /// Index of its type; [`COMPLEX`] if it has several.
+    pub(super) kind: u32,
+    /// Its attributes; [`Value::Part`]s if it has several types.
+    pub(super) attributes: Stretch,
+}
+
+/// Stands for the type of instances of several types.
+pub(super) const COMPLEX: u32 = u32::MAX;
+
+/// A list of values, with what they refer to.
+#[derive(Clone, Copy)]
+pub(super) struct List<'a> {
+    values: &'a Values,
+    list: &'a [Value],
+}
+
+impl<'a> List<'a> {
+    pub(super) fn new(values: &'a Values, list: Stretch) -> Self {
+        Self { values, list: values.list.get(list.range()).unwrap_or_default() }
+    }
+
+    pub(super) fn len(self) -> usize {
+        self.list.len()
+    }
+
+    pub(super) fn get(self, index: usize) -> Option<Attribute<'a>> {
+        self.list.get(index).map(|value| Attribute { values: self.values, value: *value })
+    }
+
+    /// Without the first `count`.
+    pub(super) fn skip(self, count: usize) -> Self {
+        Self { list: self.list.get(count..).unwrap_or_default(), ..self }
+    }
+
+    pub(super) fn iter(self) -> impl Iterator<Item = Attribute<'a>> {
+        self.list.iter().map(move |value| Attribute { values: self.values, value: *value })
+    }
+
+    /// The types of a complex instance: index and attributes of each.
+    pub(super) fn parts(self) -> impl Iterator<Item = (u32, Self)> {
+        self.list.iter().filter_map(move |value| match value {
+            Value::Part(kind, list) => Some((*kind, List::new(self.values, *list))),
+            _ => None,
+        })
+    }
+
+    /// Calls `visit` for every instance number in it.
+    pub(super) fn references(self, visit: &mut impl FnMut(u64)) {
+        for value in self.list {
+            match value {
+                Value::Reference(id) => visit(*id),
+                // The parser bounds the nesting.
+                Value::List(list) | Value::Typed(list) | Value::Part(_, list) => {
+                    List::new(self.values, *list).references(visit);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// A value, with what it refers to.
+#[derive(Clone, Copy)]
+pub(super) struct Attribute<'a> {
+    values: &'a Values,
+    value: Value,
+}
+
+impl<'a> Attribute<'a> {
+    /// Whether it is `$` or `*`.
+    pub(super) fn is_implied(self) -> bool {
+        matches!(self.value, Value::Unset | Value::Derived)
+    }
+
+    /// A finite number, bare or typed (`LENGTH_MEASURE(2.5)`).
+    pub(super) fn number(self) -> Option<f64> {
+        match self.value {
+            Value::Typed(inner) => plain(*self.values.list.get(inner.range())?.first()?),
+            value => plain(value),
+        }
+    }
+
+    /// A whole number that is not negative.
+    pub(super) fn whole(self) -> Option<usize> {
+        match self.value {
+            Value::Integer(value) => usize::try_from(value).ok(),
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "checked to be a small whole number"
+            )]
+            Value::Real(value) if value.fract() == 0.0 && (0.0..1e9).contains(&value) => Some(value as usize),
+            _ => None,
+        }
+    }
+
+    /// The instance number of a reference.
+    pub(super) fn link(self) -> Option<u64> {
+        match self.value {
+            Value::Reference(id) => Some(id),
+            _ => None,
+        }
+    }
+
+    pub(super) fn list(self) -> Option<List<'a>> {
+        match self.value {
+            Value::List(list) => Some(List::new(self.values, list)),
+            _ => None,
+        }
+    }
+
+    pub(super) fn text(self) -> Option<&'a str> {
+        match self.value {
+            Value::Text(text) => self.values.text.get(text.range()),
+            _ => None,
+        }
+    }
+
+    /// The word of an enumeration, without its dots.
+    pub(super) fn word(self) -> Option<&'a str> {
+        match self.value {
+            Value::Enumeration(word) => self.values.text.get(word.range()),
+            _ => None,
+        }
+    }
+}
+
+fn plain(value: Value) -> Option<f64> {
+    match value {
+        Value::Real(value) => value.is_finite().then_some(value),
+        #[allow(clippy::cast_precision_loss, reason = "a coordinate beyond 2^53 has no exact meaning anyway")]
+        Value::Integer(value) => Some(value as f64),
+        _ => None,
+    }
+}
