@@ -1,14 +1,14 @@
 //! Times of tiles on this machine -> the cost model of `Tile::weight` in `prepare`, by robust least squares (Huber).
 //!
 //! Each tile is made alone on one thread, for six views around each model at half a pixel of 1920 × 1080. Its cost is
-//! the minimum of four times. The fit gives nanoseconds per tile, cell, boundary tessellant, and tessellant beyond 32
-//! per cell that minimize the relative error over all tiles. For each file it prints the correlation of measured costs
-//! with the fit and with the weights from `prepare`, which knows no view.
+//! the minimum of four times. The fit gives nanoseconds per tile, cell and boundary tessellant that minimize the
+//! relative error over all tiles. For each file it prints the correlation of measured costs with the fit and with the
+//! weights from `prepare`, which knows no view.
 
 use crate::input::{self, Input};
 use crate::limits::unprepared;
 use crate::{Common, Done, Failure};
-use glam::{DMat4, DVec4};
+use glam::{DMat3, DVec3};
 use std::f64::consts::FRAC_PI_6;
 use std::path::Path;
 use std::time::Instant;
@@ -23,13 +23,11 @@ use trimtess::view::{CameraPath, Picture};
 const VIEWS: usize = 6;
 /// How often each tile is made. The minimum time counts.
 const TIMES: usize = 4;
-/// Tessellants per cell beyond which each costs more.
-const CROWD: f64 = 32.0;
-const TERMS: usize = 4;
+const TERMS: usize = 3;
 
 /// A tile in a view.
 struct Sample {
-    /// 1, cells, tessellants, tessellants beyond [`CROWD`] per cell.
+    /// 1, cells, tessellants.
     terms: [f64; TERMS],
     /// Nanoseconds.
     cost: f64,
@@ -64,10 +62,9 @@ pub(super) fn run(args: &TileCostsArgs, common: &Common) -> Result<Done, Failure
         return Err(Failure::Cannot(format!("{} samples are too few to fit {TERMS} coefficients", all.len())));
     }
     let fit = fit(&all);
-    let [tile, cell, tessellant, crowd] = fit;
+    let [tile, cell, tessellant] = fit;
     crate::tell(&format!(
-        "{} tiles: ns per tile {tile:.0}, cell {cell:.0}, tessellant {tessellant:.0}, \
-         {crowd:.0} more beyond {CROWD} per cell\n\
+        "{} tiles: ns per tile {tile:.0}, cell {cell:.0}, tessellant {tessellant:.0}\n\
          \x20                          file  samples   ms | correlation of costs with fit, weights | of logarithms\n",
         all.len(),
     ))?;
@@ -110,8 +107,7 @@ fn terms(plan: &Plan, part: PartId, tile: TileId, row: &Tile) -> [f64; TERMS] {
         breaks[from as usize].abs_diff(breaks[to as usize])
     };
     let tessellants: u32 = row.loops.iter().flatten().map(|u| along(u.edge.0, u.from, u.to)).sum();
-    let tessellants = f64::from(tessellants);
-    [1.0, cells, tessellants, (tessellants - CROWD * cells).max(0.0)]
+    [1.0, cells, f64::from(tessellants)]
 }
 
 fn predicted(terms: &[f64; TERMS], fit: &[f64; TERMS]) -> f64 {
@@ -125,15 +121,15 @@ fn fit(samples: &[&Sample]) -> [f64; TERMS] {
     const USUAL: f64 = 0.3;
     let mut fit = [0.0; TERMS];
     for round in 0..ROUNDS {
-        let (mut normal, mut right) = (DMat4::ZERO, DVec4::ZERO);
+        let (mut normal, mut right) = (DMat3::ZERO, DVec3::ZERO);
         for sample in samples {
             let off = predicted(&sample.terms, &fit) - sample.cost;
             let off = (off / sample.cost.max(predicted(&sample.terms, &fit))).abs();
             let trust = if round == 0 || off <= USUAL { 1.0 } else { USUAL / off };
             let scale = trust / (sample.cost * sample.cost);
-            let terms = DVec4::from_array(sample.terms);
+            let terms = DVec3::from_array(sample.terms);
             right += scale * sample.cost * terms;
-            normal += DMat4::from_cols_array_2d(&sample.terms.map(|term| (scale * term * terms).to_array()));
+            normal += DMat3::from_cols_array_2d(&sample.terms.map(|term| (scale * term * terms).to_array()));
         }
         fit = (normal.inverse() * right).to_array();
     }
@@ -173,10 +169,9 @@ mod tests {
 
     #[test]
     fn exact_costs_are_fitted_exactly() {
-        let truth = [160.0, 36.0, 190.0, 755.0];
+        let truth = [300.0, 55.0, 150.0];
         let sample = |k: u32| {
-            let (cells, tessellants) = (f64::from(1 + k % 7), f64::from(4 + k * k % 400));
-            let terms = [1.0, cells, tessellants, (tessellants - CROWD * cells).max(0.0)];
+            let terms = [1.0, f64::from(1 + k % 7), f64::from(4 + k * k % 400)];
             Sample { terms, cost: predicted(&terms, &truth), weight: 0.0 }
         };
         let samples: Vec<Sample> = (0..200).map(sample).collect();

@@ -18,14 +18,11 @@ const ANGLE: f64 = FRAC_PI_6;
 const MOST_LINES: f64 = 4096.0;
 
 /// Nanoseconds per tile.
-const TILE: f64 = 160.0;
+const TILE: f64 = 300.0;
 /// Nanoseconds per lattice cell.
-const CELL: f64 = 36.0;
+const CELL: f64 = 55.0;
 /// Nanoseconds per tessellant on the boundary.
-const TESSELLANT: f64 = 190.0;
-/// Extra nanoseconds per tessellant beyond [`CROWD`] per cell: such polygons go to a slower triangulation.
-const CROWDED: f64 = 755.0;
-const CROWD: f64 = 32.0;
+const TESSELLANT: f64 = 150.0;
 
 /// Edges or tiles that a thread takes at a time: less than a microsecond each.
 const SHARE: usize = 256;
@@ -47,7 +44,7 @@ pub(crate) fn weigh(call: Call<'_>, part: &mut PreparedPart, diagonal: f64) {
 
 /// Expected nanoseconds for a tile with so many lattice cells and boundary tessellants.
 pub(crate) fn nanoseconds(cells: f64, tessellants: f64) -> f64 {
-    TILE + CELL * cells + TESSELLANT * tessellants + CROWDED * (tessellants - CROWD * cells).max(0.0)
+    TILE + CELL * cells + TESSELLANT * tessellants
 }
 
 /// Equal steps over `width` that keep the deviation of chords within `chord`, given the second derivative's bound.
