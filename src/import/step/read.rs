@@ -41,7 +41,7 @@ pub fn read_file_on(
     // Devices and pipes have no length beforehand and may be endless.
     let most = options.max_bytes.min(options.max_memory / BYTES_PER_BYTE);
     let mut file = file.take(most.saturating_add(1));
-    let mut text = Vec::new();
+    let mut text = Vec::with_capacity(text::MAGIC_WITHIN);
     file.by_ref().take(text::MAGIC_WITHIN as u64).read_to_end(&mut text).map_err(io)?;
     // A film or a disk image is refused before all of it is in memory.
     text::magic(&text)?;
