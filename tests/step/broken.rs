@@ -134,7 +134,7 @@ fn memory_is_counted_before_it_is_allocated() {
         Err(StepError::TooMuchMemory { needed, .. }) => Some(needed),
         _ => None,
     };
-    // A list of digits takes 52 bytes per byte, a list of blanks 104.
+    // A list of digits takes 55 bytes per byte, a list of blanks 107.
     let digits = format!("#100=A(({}1));\n", "1,".repeat(100_000));
     assert!(refused(&digits, 4_000_000).is_some_and(|needed| needed > 9_000_000));
     let blanks = format!("#100=A(({}));\n", ",".repeat(100_000));

@@ -88,12 +88,13 @@ fn directive(text: &str, latin: bool, out: &mut String, repair: &mut Option<Synt
 /// The digits between `\X2\` or `\X4\` and `\X0\`.
 fn run(text: &str) -> Option<&str> {
     let rest = text.strip_prefix("\\X2\\").or_else(|| text.strip_prefix("\\X4\\"))?;
-    Some(&rest[..rest.find("\\X0\\")?])
+    let (digits, end) = rest.split_at(rest.bytes().take_while(u8::is_ascii_hexdigit).count());
+    end.starts_with("\\X0\\").then_some(digits)
 }
 
 /// Characters of `width` hexadecimal digits each: units of UTF-16, or code points.
 fn characters(digits: &str, width: usize) -> Option<String> {
-    if digits.is_empty() || !digits.len().is_multiple_of(width) || !digits.is_ascii() {
+    if digits.is_empty() || !digits.len().is_multiple_of(width) {
         return None;
     }
     let codes = (0..digits.len()).step_by(width).map(|at| hexadecimal(&digits[at..at + width]));
@@ -148,10 +149,18 @@ mod tests {
             (br"\X2\00E9", r"\X2\00E9", escape),
             (br"\X\+1", r"\X\+1", escape),
             (br"\n\", r"\n\", escape),
+            (br"\X2\123\X0\", r"\X2\123\X0\", escape),
         ] {
             let mut out = "before ".to_owned();
             let found = decode(raw, &mut out);
             assert_eq!((out.as_str(), found), (format!("before {value}").as_str(), repair), "{raw:?}");
         }
+    }
+
+    #[test]
+    fn many_directives_without_an_end_take_one_pass() {
+        let raw = br"\X2\ ".repeat(1 << 20);
+        let mut out = String::new();
+        assert_eq!((decode(&raw, &mut out), out.as_bytes()), (Some(SyntaxRepair::Escape), raw.as_slice()));
     }
 }

@@ -1,17 +1,18 @@
 //! The data section of a text -> its instances, parsed in pieces on all threads.
 //!
 //! The text is cut where an instance seems to start, near multiples of a length. Such a place may lie in a string or
-//! a comment. But parsing from a place on depends on nothing before it: a piece counts if the one before it stopped
-//! where it starts, and is parsed again from there if not. So the result is that of parsing from beginning to end.
+//! a comment. But parsing from a place on depends on nothing before it. A piece counts if the one before it stopped
+//! where it starts, and if all its records are sound and end within it. Else it is parsed again, with all that follows
+//! at hand. So the result is that of parsing from beginning to end.
 
 use super::options::{StepError, proceed};
 use super::records::{Fault, Parsed, Reach, parse, starts_instance};
+use super::token::next_ink;
 use super::values::Row;
 use crate::control::Call;
 use crate::model::{SyntaxCut, SyntaxFault};
 use std::ops::Range;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Length of a piece, bytes. Cancelling takes effect between pieces.
 pub(super) const PIECE: usize = 128 << 10;
@@ -23,7 +24,7 @@ const LONG: usize = 8 * PIECE;
 pub(super) struct Data {
     /// In the order of the text, with the indices of their pieces. No two instances have the same number.
     pub(super) pieces: Vec<Parsed>,
-    /// In the order of the text.
+    /// In the order of their records.
     pub(super) faults: Vec<Fault>,
     /// Behind the end of the file.
     pub(super) end: usize,
@@ -41,28 +42,22 @@ pub(super) fn data(
     most_faults: usize,
 ) -> Result<Data, StepError> {
     let one_at_a_time = Mutex::new(());
-    // Texts with many faults are refused. Then the rest of the pieces need not be parsed.
-    let found = AtomicUsize::new(0);
-    let parsed = call.each(1, ranges(text, start, size), |range| {
+    let guessed = call.each(1, ranges(text, start, size), |range| {
         let _turn = (range.len() > LONG).then(|| one_at_a_time.lock());
         proceed(call.control)?;
-        let mut known = 0;
-        Ok(parse(text, range, |faults| {
-            let fresh = faults - std::mem::replace(&mut known, faults);
-            fresh > 0 && found.fetch_add(fresh, Ordering::Relaxed) + fresh > most_faults
-        }))
+        // A guess that starts in a string could read to the end of the text, and so could all others.
+        Ok(parse(&text[..range.end.min(text.len())], range, 0))
     });
     let mut data = Data { pieces: Vec::new(), faults: Vec::new(), end: start };
     let mut reach = Reach::Next;
-    for piece in parsed {
+    for piece in guessed {
         let mut piece = piece?;
         if reach != Reach::Next || piece.range.end <= data.end {
             continue;
         }
-        if piece.range.start != data.end || piece.reach == Reach::Faults {
+        if piece.range.start != data.end || !piece.faults.is_empty() {
             proceed(call.control)?;
-            let left = most_faults.saturating_sub(data.faults.len());
-            piece = parse(text, data.end..piece.range.end, |faults| faults > left);
+            piece = parse(text, data.end..piece.range.end, most_faults.saturating_sub(data.faults.len()));
         }
         (data.end, reach) = (piece.stop, piece.reach);
         data.faults.append(&mut piece.faults);
@@ -74,8 +69,8 @@ pub(super) fn data(
     Ok(data)
 }
 
-/// Where the pieces of the data section that starts at `start` are. The last one ends behind the text, so that the end
-/// of the text is noticed in it.
+/// Cuts the data section at `start` into pieces. The last one ends behind the text, so that the end of the text is
+/// noticed in it.
 fn ranges(text: &[u8], start: usize, size: usize) -> Vec<Range<usize>> {
     let mut ranges = Vec::new();
     let mut from = start;
@@ -85,8 +80,7 @@ fn ranges(text: &[u8], start: usize, size: usize) -> Vec<Range<usize>> {
         let end =
             text.get(at..).and_then(|rest| rest.iter().position(|byte| *byte == b';')).map(|length| at + length + 1);
         let Some(end) = end else { break };
-        let next = text[end..].iter().position(|byte| !byte.is_ascii_whitespace()).map(|skip| end + skip);
-        if next.is_some_and(|next| starts_instance(&text[next..])) {
+        if next_ink(text, end).is_some_and(|next| starts_instance(&text[next..])) {
             ranges.push(from..end);
             from = end;
         }
@@ -108,12 +102,11 @@ impl Data {
         let mut order: Vec<(u64, usize)> = rows().map(|row| (row.id, place(row))).collect();
         order.sort_unstable();
         let mut repeated = Vec::new();
-        let mut first = (u64::MAX, 0);
+        let mut first: Option<(u64, usize)> = None;
         for (id, at) in order {
-            if id == first.0 {
-                repeated.push((at, id, first.1));
-            } else {
-                first = (id, at);
+            match first {
+                Some((known, place)) if known == id => repeated.push((at, id, place)),
+                _ => first = Some((id, at)),
             }
         }
         repeated.sort_unstable();
@@ -126,9 +119,9 @@ impl Data {
         let told = repeated.into_iter().take(most_faults.saturating_add(1));
         self.faults.extend(told.map(|(at, id, first)| {
             let fault = SyntaxFault::Repeated { id, first_line: position(text, first).0 };
-            Fault { at, fault, cut: SyntaxCut::Instance(format!("#{id}")) }
+            Fault { start: at, at, fault, cut: SyntaxCut::Instance(format!("#{id}")) }
         }));
-        self.faults.sort_by_key(|fault| fault.at);
+        self.faults.sort_by_key(|fault| fault.start);
     }
 }
 

@@ -2,7 +2,7 @@
 //! out, and parsing goes on at the next one.
 
 use super::escape::decode;
-use super::token::{Parse, Token, Tokens, has_word};
+use super::token::{Parse, Token, Tokens, has_word, next_ink};
 use super::values::{COMPLEX, Row, Stretch, Types, Value, Values};
 use crate::model::{SyntaxCut, SyntaxFault, SyntaxRepair};
 use std::ops::Range;
@@ -12,11 +12,15 @@ pub(super) const LISTED_REPAIRS: usize = 8;
 /// Bytes of text per value and per instance, in most files at least.
 const BYTES_PER_VALUE: usize = 10;
 const BYTES_PER_ROW: usize = 50;
+/// Maximum number of types of an instance. Real ones have up to 10, and who looks for one looks at all.
+const MAX_PARTS: usize = 256;
 /// Maximum nesting of lists in an instance. Real files stay below 6.
 const MAX_NESTING: usize = 64;
 
 /// Where a text breaks the syntax, and what was left out for it.
 pub(super) struct Fault {
+    /// Where the record starts, byte of the text.
+    pub(super) start: usize,
     /// Byte of the text.
     pub(super) at: usize,
     pub(super) fault: SyntaxFault,
@@ -26,7 +30,7 @@ pub(super) struct Fault {
 /// Why parsing stopped.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Reach {
-    /// At the start of a record on or after the end of the range.
+    /// The end of the range is reached. Records may follow.
     Next,
     /// Behind the end of the file, or at the end of the text.
     End,
@@ -44,7 +48,6 @@ pub(super) struct Parsed {
     pub(super) values: Values,
     /// In the order of the text. Their pieces are 0.
     pub(super) rows: Vec<Row>,
-    /// In the order of their first use.
     pub(super) types: Types,
     pub(super) faults: Vec<Fault>,
     /// The first [`LISTED_REPAIRS`] of all `repaired`, with their places.
@@ -56,9 +59,8 @@ pub(super) struct Parsed {
     pub(super) joints: usize,
 }
 
-/// Parses the records that start in `range`, of which the first starts at its start. Stops once `too_many` faults, given
-/// the number of faults so far.
-pub(super) fn parse(text: &[u8], range: Range<usize>, mut too_many: impl FnMut(usize) -> bool) -> Parsed {
+/// Parses the records that start in `range`, of which the first starts at its start. Stops after more than `most_faults`.
+pub(super) fn parse(text: &[u8], range: Range<usize>, most_faults: usize) -> Parsed {
     let length = range.len().min(text.len());
     let values = Values { list: Vec::with_capacity(length / BYTES_PER_VALUE), text: String::new() };
     let mut parser = Parser {
@@ -81,7 +83,7 @@ pub(super) fn parse(text: &[u8], range: Range<usize>, mut too_many: impl FnMut(u
     };
     while parser.done.reach == Reach::Next && parser.done.stop < parser.done.range.end {
         parser.record();
-        if too_many(parser.done.faults.len()) {
+        if parser.done.faults.len() > most_faults {
             parser.done.reach = Reach::Faults;
         }
     }
@@ -114,7 +116,11 @@ impl<'t> Parser<'t> {
         let first = self.tokens.next();
         let start = self.tokens.start();
         let in_end = first == Ok(Token::Keyword) && has_word(self.text, start, b"ENDSEC");
-        let parsed = first.and_then(|token| if in_end { self.section_end() } else { self.instance(token, start) });
+        let parsed = match &first {
+            Ok(_) if in_end => self.section_end(),
+            Ok(token) => self.instance(*token, start),
+            Err(fault) => Err(fault.clone()),
+        };
         match parsed {
             Ok(after) => {
                 self.done.stop = self.tokens.end();
@@ -128,23 +134,25 @@ impl<'t> Parser<'t> {
                 self.done.repairs.truncate(repairs);
                 (self.done.repaired, self.done.foreign) = (repaired, foreign);
                 self.open.clear();
-                self.cut(*fault, start, in_end);
+                self.cut(*fault, start, in_end, first == Ok(Token::FileEnd));
             }
         }
     }
 
-    /// Goes on behind a record that starts at `start`, or behind a misplaced end of a section.
-    fn cut(&mut self, fault: SyntaxFault, start: usize, in_end: bool) {
+    /// Goes on behind a record that starts at `start`. `in_end`: it is the end of a section. `is_end`: it is the end of
+    /// the file, before that of the section.
+    fn cut(&mut self, fault: SyntaxFault, start: usize, in_end: bool, is_end: bool) {
         let at = self.tokens.start();
         let (cut, next) = match next_record(self.text, start) {
+            _ if is_end => (SyntaxCut::End, None),
             _ if in_end && at < self.text.len() => (SyntaxCut::SectionEnd, Some(at)),
             Some(next) if !in_end => {
                 (number(&self.text[start..]).map_or(SyntaxCut::Text, SyntaxCut::Instance), Some(next))
             }
             _ => (SyntaxCut::End, None),
         };
-        self.done.faults.push(Fault { at, fault, cut });
-        self.done.stop = next.unwrap_or(self.text.len());
+        self.done.faults.push(Fault { start, at, fault, cut });
+        self.done.stop = next.unwrap_or(if is_end { self.tokens.end() } else { self.text.len() });
         self.tokens.seek(self.done.stop);
         if next.is_none() {
             self.done.reach = Reach::End;
@@ -181,7 +189,7 @@ impl<'t> Parser<'t> {
             _ => return Err(self.tokens.unexpected("the name of a type or '('")),
         };
         self.tokens.expect(Token::Semicolon, "';'")?;
-        let at = u32::try_from(start - self.done.range.start).unwrap_or(u32::MAX);
+        let at = u32::try_from(start - self.done.range.start).map_err(|_| SyntaxFault::TooLong)?;
         self.done.rows.push(Row { id, at, piece: 0, kind, attributes });
         Ok(After::Record)
     }
@@ -191,6 +199,7 @@ impl<'t> Parser<'t> {
         let base = self.open.len();
         loop {
             match self.tokens.next()? {
+                Token::Keyword if self.open.len() - base == MAX_PARTS => return Err(Box::new(SyntaxFault::TooLong)),
                 Token::Keyword => {
                     let part = Value::Part(self.kind(), self.parameters()?);
                     self.open.push(part);
@@ -235,7 +244,8 @@ impl<'t> Parser<'t> {
     fn closed(&mut self, base: usize) -> Parse<Stretch> {
         let list = &mut self.done.values.list;
         let stretch = Stretch::new(list.len(), self.open.len() - base).ok_or(SyntaxFault::TooLong)?;
-        list.extend(self.open.drain(base..));
+        list.extend_from_slice(&self.open[base..]);
+        self.open.truncate(base);
         Ok(stretch)
     }
 
@@ -245,7 +255,7 @@ impl<'t> Parser<'t> {
             return Err(Box::new(SyntaxFault::Nesting { limit: MAX_NESTING }));
         }
         let slice = self.tokens.slice();
-        let inside = slice.get(1..slice.len() - 1).unwrap_or_default();
+        let inside = || slice.get(1..slice.len() - 1).unwrap_or_default();
         Ok(match first {
             Token::Unset => Value::Unset,
             Token::Derived => Value::Derived,
@@ -255,8 +265,8 @@ impl<'t> Parser<'t> {
                 Value::Real(Some(value).filter(|value| value.is_finite()).ok_or(SyntaxFault::Number)?)
             }
             Token::Reference => Value::Reference(self.reference()?),
-            Token::Text => Value::Text(self.string(inside)?),
-            Token::Enumeration => Value::Enumeration(self.append(|text| text.push_str(ascii(inside)))?),
+            Token::Text => Value::Text(self.string(inside())?),
+            Token::Enumeration => Value::Enumeration(self.append(|text| text.push_str(ascii(inside())))?),
             Token::Binary => Value::Binary,
             Token::Open => Value::List(self.items(depth + 1)?),
             Token::Keyword => {
@@ -338,13 +348,13 @@ fn number(instance: &[u8]) -> Option<String> {
     (number.len() > 1).then_some(number)
 }
 
-/// Where to go on after a record that starts at `at` and breaks the syntax: behind the first semicolon that an instance
-/// or the end of the section follows. Quotes do not count: one may be missing. `None` if there is none.
+/// Where to go on after a record that starts at `at` and breaks the syntax: behind the first semicolon that an instance,
+/// the end of the section or of the file, or nothing follows. Quotes do not count: one may be missing. `None` without
+/// such a semicolon.
 fn next_record(text: &[u8], at: usize) -> Option<usize> {
-    let ends = text.iter().enumerate().skip(at).filter(|(_, b)| **b == b';').map(|(i, _)| i + 1);
-    ends.into_iter().find(|end| {
-        let next = text[*end..].iter().position(|b| !b.is_ascii_whitespace()).map(|skip| end + skip);
-        next.is_none_or(|next| {
+    let mut ends = text.iter().enumerate().skip(at).filter(|(_, b)| **b == b';').map(|(i, _)| i + 1);
+    ends.find(|end| {
+        next_ink(text, *end).is_none_or(|next| {
             starts_instance(&text[next..])
                 || has_word(text, next, b"ENDSEC")
                 || has_word(text, next, b"END-ISO-10303-21")

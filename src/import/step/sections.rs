@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 
 /// Sections that may lie between header and data.
 const BEFORE_DATA: [&[u8]; 3] = [b"ANCHOR", b"REFERENCE", b"SIGNATURE"];
+/// Maximum number of these. Real files have up to three, and the end of each may be looked for in all of the text.
+const MAX_SECTIONS: usize = 16;
 /// Entities that every header has.
 const HEADER: [&str; 3] = ["FILE_DESCRIPTION", "FILE_NAME", "FILE_SCHEMA"];
 
@@ -42,7 +44,9 @@ impl Prologue {
             if fault.is_none() { tokens.end() } else { find(text, at, b"ENDSEC").unwrap_or(at) + b"ENDSEC".len() };
         let mut at = behind(text, end);
         let (mut sections, mut elsewhere) = (Vec::new(), BTreeMap::new());
-        while let Some(name) = BEFORE_DATA.into_iter().find(|name| has_word(text, at, name)) {
+        while sections.len() < MAX_SECTIONS
+            && let Some(name) = BEFORE_DATA.into_iter().find(|name| has_word(text, at, name))
+        {
             let from = at + name.len();
             let Some(end) = section_end(text, from) else { break };
             sections.push(String::from_utf8_lossy(name).into_owned());
@@ -70,7 +74,7 @@ impl Prologue {
 }
 
 fn in_header(tokens: &Tokens<'_>, fault: SyntaxFault) -> Fault {
-    Fault { at: tokens.start(), fault, cut: SyntaxCut::Header }
+    Fault { start: tokens.start(), at: tokens.start(), fault, cut: SyntaxCut::Header }
 }
 
 /// Reads the header, which says nothing that is needed.

@@ -1,4 +1,4 @@
-//! Part 21 syntax trees -> a table of instances by number, with typed access to their attributes.
+//! Instances of all pieces of a text -> a table by number, with typed access to their attributes.
 
 use super::budget::ReadBudget;
 use super::values::{Attribute, COMPLEX, List, Map, Row, Types, Values};
@@ -67,11 +67,12 @@ impl Table {
     ) -> Self {
         let mut types = Types::default();
         let (mut rows, mut values) = (Vec::new(), Vec::new());
-        for (of_piece, named, of_rows) in pieces {
+        for (of_piece, named, mut of_rows) in pieces {
             let indices: Vec<u32> = named.names.iter().map(|name| types.index(name.as_bytes())).collect();
             let kind = |kind: u32| indices.get(kind as usize).copied().unwrap_or(COMPLEX);
+            of_piece.iter().filter(|row| row.kind == COMPLEX).for_each(|row| of_rows.rename(row.attributes, kind));
             rows.extend(of_piece.into_iter().map(|row| Row { kind: kind(row.kind), ..row }));
-            values.push(of_rows.renamed(kind));
+            values.push(of_rows);
         }
         // Nearly all files are in order.
         if !rows.is_sorted_by_key(|row| row.id) {

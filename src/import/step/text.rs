@@ -95,14 +95,14 @@ fn placed(text: &[u8], at: usize, what: SyntaxFault) -> SyntaxError {
 
 /// Memory that a text and its instances take, bytes: an estimate, and an upper bound where it is near `limit`.
 ///
-/// Most files take less than [`BYTES_PER_BYTE`]. Each item of a list takes 16 bytes, and 80 more while the longest list
-/// is read: lists of blanks take 112 bytes per byte.
+/// Most files take less than [`BYTES_PER_BYTE`]. Each item of a list counts 24 bytes, and 80 more in the longest list,
+/// which is held several times while it grows: a list of blanks takes 107 bytes per byte.
 fn memory_for(bytes: &[u8], limit: u64, control: &Control) -> Result<u64, StepError> {
     /// No byte takes more.
     const MOST: u64 = 130;
     const TEXT: u64 = 3;
-    const ENTITY: u64 = 200;
-    const KEYWORD: u64 = 80;
+    const ENTITY: u64 = 120;
+    const KEYWORD: u64 = 160;
     const ITEM: u64 = 24;
     const LONGEST: u64 = 80;
     let length = bytes.len() as u64;

@@ -38,8 +38,8 @@ pub(super) enum Token {
     /// With its `#`.
     #[regex(r"#[0-9]+")]
     Reference,
-    /// The name of a type or section.
-    #[regex(r"[A-Za-z_][A-Za-z0-9_]*")]
+    /// The name of a type or section. That of a type that is not in a standard starts with `!`.
+    #[regex(r"!?[A-Za-z_][A-Za-z0-9_]*")]
     Keyword,
     /// `ISO-10303-21`
     #[regex(r"(?i-u)ISO-10303-21", priority = 10)]
@@ -50,8 +50,8 @@ pub(super) enum Token {
     /// `@n`, `@NAME` or `#NAME`: a value that the data sections do not define.
     #[regex(r"(@[A-Za-z0-9]|#[A-Za-z])[A-Za-z0-9_]*")]
     Foreign,
-    /// `<…>`: a value in another file. Without its end it is the `<` alone.
-    #[regex(r"<((?-u:[^>\n])*>)?")]
+    /// `<…>`: a value in another file.
+    #[regex(r"<(?-u:[^>\n])*>")]
     Resource,
 }
 
@@ -67,7 +67,7 @@ pub(super) struct Tokens<'t> {
 }
 
 impl<'t> Tokens<'t> {
-    /// The tokens of `text` from its byte `at` on, which must not be inside a token.
+    /// The tokens of `text` from its byte `at` on, even if that is inside a string or a comment.
     pub(super) fn new(text: &'t [u8], at: usize) -> Self {
         let base = at.min(text.len());
         Self { text, base, lexer: Token::lexer(&text[base..]) }
@@ -91,6 +91,7 @@ impl<'t> Tokens<'t> {
         match self.text[self.start()] {
             b'\'' => SyntaxFault::UnterminatedString,
             b'"' => SyntaxFault::Binary,
+            b'/' if self.text.get(self.start() + 1) == Some(&b'*') => SyntaxFault::UnterminatedComment,
             _ => SyntaxFault::Character { found: first_char(&self.text[self.start()..]) },
         }
     }
@@ -103,9 +104,10 @@ impl<'t> Tokens<'t> {
     /// The fault that the last token is not what is `wanted`.
     pub(super) fn unexpected(&self, wanted: &'static str) -> Box<SyntaxFault> {
         const MOST: usize = 40;
-        let text = String::from_utf8_lossy(self.slice());
-        let mut found: String = text.chars().take(MOST).collect();
-        if found.len() < text.len() {
+        let slice = self.slice();
+        let mut found: String =
+            String::from_utf8_lossy(&slice[..slice.len().min(4 * MOST)]).chars().take(MOST).collect();
+        if found.len() < slice.len() {
             found.push('…');
         }
         Box::new(SyntaxFault::Unexpected { wanted, found })
@@ -139,4 +141,42 @@ pub(super) fn has_word(text: &[u8], at: usize, word: &[u8]) -> bool {
     let end = at + word.len();
     let same = text.get(at..end).is_some_and(|found| found.eq_ignore_ascii_case(word));
     same && !text.get(end).is_some_and(|b| b.is_ascii_alphanumeric() || *b == b'_' || *b == b'-')
+}
+
+/// The first place from byte `at` on that is not white space or in a short comment.
+pub(super) fn next_ink(text: &[u8], mut at: usize) -> Option<usize> {
+    /// Longer comments are not passed over: each of many places would look for the same end.
+    const SHORT: usize = 256;
+    loop {
+        at += text.get(at..)?.iter().position(|byte| !byte.is_ascii_whitespace())?;
+        let Some(comment) = text[at..].strip_prefix(b"/*") else { return Some(at) };
+        let near = &comment[..comment.len().min(SHORT)];
+        let Some(end) = near.windows(2).position(|end| end == b"*/") else { return Some(at) };
+        at += end + 4;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Token, Tokens, next_ink};
+
+    #[test]
+    fn long_runs_of_one_token_take_no_stack() {
+        for (text, token) in [
+            (b"/**/ ".repeat(200_000), Token::Close),
+            ([b"/*".to_vec(), b"* x ".repeat(200_000), b"*/".to_vec()].concat(), Token::Close),
+            ([b"'".to_vec(), b"''".repeat(200_000), b"'".to_vec()].concat(), Token::Text),
+        ] {
+            let text = [text, b")".to_vec()].concat();
+            assert_eq!(Tokens::new(&text, 0).next(), Ok(token));
+        }
+    }
+
+    #[test]
+    fn short_comments_are_passed_over() {
+        let long = format!("/*{}*/ 1", " ".repeat(300));
+        for (text, at) in [(" /* a */\n/**/1", Some(13)), ("/*1", Some(0)), ("  ", None), (&long, Some(0))] {
+            assert_eq!(next_ink(text.as_bytes(), 0), at, "{text}");
+        }
+    }
 }

@@ -20,7 +20,7 @@ pub(super) struct Stretch {
 }
 
 impl Stretch {
-    /// `None` beyond 2^32.
+    /// `None` if `start` or `length` does not fit into 32 bits.
     pub(super) fn new(start: usize, length: usize) -> Option<Self> {
         Some(Self { start: u32::try_from(start).ok()?, length: u32::try_from(length).ok()? })
     }
@@ -62,21 +62,19 @@ pub(super) struct Values {
 }
 
 impl Values {
-    /// With other indices of types.
-    pub(super) fn renamed(mut self, kind: impl Fn(u32) -> u32) -> Self {
-        for value in &mut self.list {
+    /// Gives the types of a complex instance other indices. `list`: its attributes.
+    pub(super) fn rename(&mut self, list: Stretch, kind: impl Fn(u32) -> u32) {
+        for value in self.list.get_mut(list.range()).unwrap_or_default() {
             if let Value::Part(of, _) = value {
                 *of = kind(*of);
             }
         }
-        self
     }
 }
 
 /// Names of types in capitals, and the index of each.
 #[derive(Default)]
 pub(super) struct Types {
-    /// By name, as written.
     indices: Map<Box<[u8]>, u32>,
     pub(super) names: Vec<String>,
 }
@@ -87,14 +85,14 @@ impl Types {
         if let Some(index) = self.indices.get(name) {
             return *index;
         }
+        // Keeping names as written would take twice the memory.
         let capitals = name.to_ascii_uppercase();
-        let index = if capitals == name {
-            self.names.push(String::from_utf8_lossy(name).into_owned());
-            u32::try_from(self.names.len() - 1).unwrap_or(COMPLEX - 1)
-        } else {
-            self.index(&capitals)
-        };
-        self.indices.insert(name.into(), index);
+        if let Some(index) = self.indices.get(&*capitals) {
+            return *index;
+        }
+        let index = u32::try_from(self.names.len()).unwrap_or(COMPLEX - 1);
+        self.names.push(String::from_utf8_lossy(&capitals).into_owned());
+        self.indices.insert(capitals.into(), index);
         index
     }
 }

@@ -146,3 +146,43 @@ fn mutants_read_the_same_in_pieces() {
         }
     }
 }
+
+/// Texts that many guesses, or many scans for an end, could read to the end each. Takes no time if none does.
+#[test]
+fn scans_for_an_end_are_bounded() {
+    let pools = Pools::new();
+    let text = |data: &str| {
+        let head = "ISO-10303-21;HEADER;FILE_DESCRIPTION();FILE_NAME();FILE_SCHEMA(());ENDSEC;";
+        format!("{head}{data}ENDSEC;END-ISO-10303-21;").into_bytes()
+    };
+    for (name, data) in [
+        (
+            "guesses in comments",
+            format!("DATA;#1=A(({}));", format!("/*;#1=A((/**/{}", ",".repeat(1 << 12)).repeat(300)),
+        ),
+        ("comments without an end", format!("DATA;{}", format!("#1=A(/*{});\n", " ".repeat(1 << 12)).repeat(300))),
+        ("escapes without an end", format!("DATA;#1=A('{}');", "\\X2\\ ".repeat(300_000))),
+        ("resources without an end", format!("DATA;#1=A({}$);", "<,".repeat(500_000))),
+        ("sections without an end", format!("{}DATA;", "ANCHOR/*ENDSEC;".repeat(100_000))),
+        ("many types", format!("DATA;#1=({});", "A()".repeat(300_000))),
+    ] {
+        pools.assert_same(&text(&data), name);
+    }
+}
+
+#[test]
+fn pieces_agree_on_repeated_numbers_and_the_fault_that_is_one_too_many() {
+    let pools = Pools::new();
+    let head = "ISO-10303-21;HEADER;FILE_DESCRIPTION();FILE_NAME();FILE_SCHEMA(());ENDSEC;DATA;\n";
+    let quoted = "#7=A(''',1);\n#8=?;\n#9=A('n',1);\n";
+    let bad = "#6=?;\n".repeat(15);
+    for data in [
+        "#18446744073709551615=A();#18446744073709551615=B();".to_owned(),
+        format!("#10=A();#5=B();{bad}{quoted}"),
+        format!("{quoted}{bad}#10=A();#10=B();"),
+        "#1=?; /* a */ #2=B(); /* b */ #3=!C();".to_owned(),
+        "#1=A();END-ISO-10303-21;\n#2=A();".to_owned(),
+    ] {
+        pools.assert_same(format!("{head}{data}ENDSEC;END-ISO-10303-21;").as_bytes(), &data);
+    }
+}

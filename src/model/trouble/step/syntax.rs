@@ -25,6 +25,8 @@ pub enum SyntaxFault {
     },
     /// A string has no end.
     UnterminatedString,
+    /// A comment has no end.
+    UnterminatedComment,
     /// A binary value is not hexadecimal.
     Binary,
     /// A number is out of range.
@@ -41,7 +43,7 @@ pub enum SyntaxFault {
         /// The most levels that are read.
         limit: usize,
     },
-    /// The values of an instance do not fit into 32 bits of addresses.
+    /// An instance has too many types, or does not fit into 32 bits of addresses.
     TooLong,
     /// The text ends too early.
     EndOfText,
@@ -86,6 +88,7 @@ impl fmt::Display for SyntaxFault {
         match self {
             Self::Character { found } => write!(f, "no value or name starts with {found:?}"),
             Self::UnterminatedString => f.write_str("the string has no end"),
+            Self::UnterminatedComment => f.write_str("the comment has no end"),
             Self::Binary => f.write_str("the binary value is not hexadecimal"),
             Self::Number => f.write_str("the number is out of range"),
             Self::Unexpected { wanted, found } => write!(f, "{wanted} expected, {found} found"),
