@@ -63,6 +63,20 @@ fn a_stray_quote_does_not_swallow_the_file() {
 }
 
 #[test]
+fn an_end_within_the_data_costs_no_instance_behind_it() {
+    let text = file(&(world() + BALLS));
+    for end in ["ENDSEC;", "END-ISO-10303-21;", "ENDSEC; /* and */"] {
+        let model = try_read(&text.replace("#70=", &format!("{end}\n#70="))).unwrap_or_else(|e| panic!("{end}: {e}"));
+        assert_eq!((faces(&model), errors(&model).len()), (2, 1), "{end}: {:?}", model.diagnostics);
+    }
+    // Another file behind the end is not read with the first.
+    let ended = text.replace("ENDSEC;\nEND-ISO", "END-ISO");
+    assert_ne!(ended, text);
+    let model = try_read(&(ended + &text)).expect("the first file");
+    assert_eq!((faces(&model), errors(&model).len()), (2, 1), "{:?}", model.diagnostics);
+}
+
+#[test]
 fn too_many_syntax_errors_give_the_file_up() {
     let text = file(&(world() + BALLS + &"#9=?;\n".repeat(3)));
     let options = StepOptions::DEFAULT.with_max_syntax_repairs(2);

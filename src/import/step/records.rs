@@ -143,13 +143,16 @@ impl<'t> Parser<'t> {
     /// the file, before that of the section.
     fn cut(&mut self, fault: SyntaxFault, start: usize, in_end: bool, is_end: bool) {
         let at = self.tokens.start();
-        let (cut, next) = match next_record(self.text, start) {
-            _ if is_end => (SyntaxCut::End, None),
-            _ if in_end && at < self.text.len() => (SyntaxCut::SectionEnd, Some(at)),
-            Some(next) if !in_end => {
-                (number(&self.text[start..]).map_or(SyntaxCut::Text, SyntaxCut::Instance), Some(next))
+        let (cut, next) = if is_end {
+            self.behind_end()
+        } else {
+            match next_record(self.text, start) {
+                _ if in_end && at < self.text.len() => (SyntaxCut::SectionEnd, Some(at)),
+                Some(next) if !in_end => {
+                    (number(&self.text[start..]).map_or(SyntaxCut::Text, SyntaxCut::Instance), Some(next))
+                }
+                _ => (SyntaxCut::End, None),
             }
-            _ => (SyntaxCut::End, None),
         };
         self.done.faults.push(Fault { start, at, fault, cut });
         self.done.stop = next.unwrap_or(if is_end { self.tokens.end() } else { self.text.len() });
@@ -157,6 +160,14 @@ impl<'t> Parser<'t> {
         if next.is_none() {
             self.done.reach = Reach::End;
         }
+    }
+
+    /// Where to go on behind the end of the file: where an instance follows. Another file may follow, too.
+    fn behind_end(&mut self) -> (SyntaxCut, Option<usize>) {
+        let is_whole = self.tokens.expect(Token::Semicolon, "';'").is_ok();
+        let end = self.tokens.end();
+        let goes_on = is_whole && next_ink(self.text, end).is_some_and(|next| starts_instance(&self.text[next..]));
+        if goes_on { (SyntaxCut::Text, Some(end)) } else { (SyntaxCut::End, None) }
     }
 
     /// What follows `ENDSEC`: the end of the file, or another data section.
