@@ -14,8 +14,8 @@ use trimtess::prepare::Prepared;
 use trimtess::view::Camera;
 use tsify::Tsify;
 
-/// Time for the tiles of a picture, as the library predicts it. The rest comes with the next pictures.
-const BUDGET: Duration = Duration::from_millis(12);
+/// Time for the tiles of a picture, as the library predicts it for native code. The rest comes with the next pictures.
+const BUDGET: Duration = Duration::from_millis(8);
 
 /// A model on show.
 pub(crate) struct Show {
