@@ -7,6 +7,7 @@ pub(crate) mod buckets;
 pub(crate) mod hilbert;
 pub(crate) mod lanes;
 pub(crate) mod matching;
+pub(crate) mod order;
 pub(crate) mod polygon;
 pub(crate) mod sets;
 pub(crate) mod sphere_tree;

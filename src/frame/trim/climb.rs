@@ -48,6 +48,14 @@ pub(crate) fn fill_loops(input: &TrimInput<'_>, out: &mut TrimOutput) {
 impl Rungs {
     /// Triangulates loops without segments of length zero, by the first rung that succeeds.
     fn climb(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> TrimOutcome {
+        let Self { trace, rings, polygon } = self;
+        if tile.cells == (1, 1) {
+            trace.run_in_one_cell(tile);
+            rings.clear();
+            if !trace.in_cell_loops.is_empty() && polygon.triangulate_tile(tile, &mut out.triangles) {
+                return TrimOutcome::Certified;
+            }
+        }
         for reach in [CORNER_CLEARANCE, 0.0] {
             out.clear();
             out.stats.retraced = reach == 0.0;

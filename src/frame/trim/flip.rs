@@ -4,6 +4,7 @@
 //! its rounding could change. So each one is a true step towards the Delaunay triangulation, which ends.
 
 use super::input::NONE;
+use crate::math::order::larger;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
@@ -22,18 +23,24 @@ const FLIPS_PER_EDGE: usize = 6;
 #[derive(Default)]
 pub(crate) struct Mesh {
     triangles: Vec<Triangle>,
-    /// By edge, its sides: three times a triangle plus the corner that the side starts from.
+    /// By edge, its sides: four times a triangle plus the corner that the side starts from.
     sides: Vec<[u32; 2]>,
     /// Edges that were or will be tested, in order, and by edge, whether it will be.
     queue: Vec<u32>,
     waits: Vec<bool>,
 }
 
-/// Counter-clockwise corners, and the edge from each to the next.
+/// Counter-clockwise corners, and the edge from each to the next. The fourth place stays free: no index needs a check.
 #[derive(Clone, Copy)]
 struct Triangle {
-    corners: [u32; 3],
-    edges: [u32; 3],
+    corners: [u32; 4],
+    edges: [u32; 4],
+}
+
+impl Triangle {
+    fn new([a, b, c]: [u32; 3], [ab, bc, ca]: [u32; 3]) -> Self {
+        Self { corners: [a, b, c, NONE], edges: [ab, bc, ca, NONE] }
+    }
 }
 
 impl Mesh {
@@ -43,7 +50,7 @@ impl Mesh {
     }
 
     pub(crate) fn triangles(&self) -> impl ExactSizeIterator<Item = [u32; 3]> + '_ {
-        self.triangles.iter().map(|t| t.corners)
+        self.triangles.iter().map(|&Triangle { corners: [a, b, c, _], .. }| [a, b, c])
     }
 
     /// Adds an edge that has no sides yet.
@@ -53,9 +60,10 @@ impl Mesh {
     }
 
     /// Adds a triangle with the edges from each of its corners to the next.
+    #[inline(always)]
     pub(crate) fn add(&mut self, corners: [u32; 3], edges: [u32; 3]) {
-        let first = 3 * self.triangles.len() as u32;
-        self.triangles.push(Triangle { corners, edges });
+        let first = 4 * self.triangles.len() as u32;
+        self.triangles.push(Triangle::new(corners, edges));
         for (side, edge) in (first..).zip(edges) {
             self.replace(edge, NONE, side);
         }
@@ -93,29 +101,30 @@ impl Mesh {
         if second == NONE {
             return false;
         }
-        let (t, k) = ((first / 3) as usize, first % 3);
-        let (s, l) = ((second / 3) as usize, second % 3);
-        let from = |x: u32| [x as usize, AFTER[x as usize], BEFORE[x as usize]];
-        let [a, b, c] = from(k).map(|x| self.triangles[t].corners[x]);
-        let d = self.triangles[s].corners[BEFORE[l as usize]];
+        let [t, s] = [first, second].map(|side| (side / 4) as usize);
+        let [k, l] = [first, second].map(|side| (side % 4) as usize);
+        let (one, other) = (self.triangles[t], self.triangles[s]);
+        let [a, b, c] = [k, AFTER[k], BEFORE[k]].map(|x| one.corners[x]);
+        let d = other.corners[BEFORE[l]];
         let [pa, pb, pc, pd] = [a, b, c, d].map(|v| points[v as usize]);
-        let reach = (pa - pd).length_squared().max((pb - pd).length_squared()).max((pc - pd).length_squared());
+        let [reach_a, reach_b, reach_c] = [pa, pb, pc].map(|p| (p - pd).length_squared());
+        let reach = larger(larger(reach_a, reach_b), reach_c);
         if in_circle(pa, pb, pc, pd) <= COCIRCULAR * reach * reach
             || orient2d(pc, pa, pd) <= 0.0
             || orient2d(pd, pb, pc) <= 0.0
         {
             return false;
         }
-        let [_, bc, ca] = from(k).map(|x| self.triangles[t].edges[x]);
-        let [_, ad, db] = from(l).map(|x| self.triangles[s].edges[x]);
-        let (t3, s3) = (first - k, second - l);
-        self.replace(ca, t3 + BEFORE[k as usize] as u32, t3);
-        self.replace(ad, s3 + AFTER[l as usize] as u32, t3 + 1);
-        self.replace(db, s3 + BEFORE[l as usize] as u32, s3);
-        self.replace(bc, t3 + AFTER[k as usize] as u32, s3 + 1);
-        self.sides[edge as usize] = [t3 + 2, s3 + 2];
-        self.triangles[t] = Triangle { corners: [c, a, d], edges: [ca, ad, edge] };
-        self.triangles[s] = Triangle { corners: [d, b, c], edges: [db, bc, edge] };
+        let [bc, ca] = [AFTER[k], BEFORE[k]].map(|x| one.edges[x]);
+        let [ad, db] = [AFTER[l], BEFORE[l]].map(|x| other.edges[x]);
+        let (of_t, of_s) = (first - k as u32, second - l as u32);
+        self.replace(ca, of_t + BEFORE[k] as u32, of_t);
+        self.replace(ad, of_s + AFTER[l] as u32, of_t + 1);
+        self.replace(db, of_s + BEFORE[l] as u32, of_s);
+        self.replace(bc, of_t + AFTER[k] as u32, of_s + 1);
+        self.sides[edge as usize] = [of_t + 2, of_s + 2];
+        self.triangles[t] = Triangle::new([c, a, d], [ca, ad, edge]);
+        self.triangles[s] = Triangle::new([d, b, c], [db, bc, edge]);
         for around in [ca, ad, db, bc] {
             if around != BORDER && !self.waits[around as usize] {
                 self.waits[around as usize] = true;
@@ -126,8 +135,8 @@ impl Mesh {
     }
 }
 
-const AFTER: [usize; 3] = [1, 2, 0];
-const BEFORE: [usize; 3] = [2, 0, 1];
+const AFTER: [usize; 4] = [1, 2, 0, 0];
+const BEFORE: [usize; 4] = [2, 0, 1, 0];
 
 /// Positive when `p` lies inside the circle through the counter-clockwise `a`, `b`, `c`. Rounded: it only guides
 /// quality.

@@ -55,11 +55,9 @@ impl Rings {
         polygon: &mut Polygon,
         out: &mut TrimOutput,
     ) -> Result<(), Inconsistent> {
-        self.rings.clear();
-        self.roots.clear();
+        self.clear();
         self.ring_of.clear();
         self.ring_of.resize(trace.crossings.len(), NONE);
-        self.failed = 0;
         self.corners = 0;
         for k in 0..trace.crossings.len() as u32 {
             if self.ring_of[k as usize] == NONE {
@@ -73,7 +71,13 @@ impl Rings {
         Ok(())
     }
 
-    /// Triangulates a region whose loops cross no lattice line, as on most plane faces, without rings. Returns false if
+    pub(crate) fn clear(&mut self) {
+        self.rings.clear();
+        self.roots.clear();
+        self.failed = 0;
+    }
+
+    /// Triangulates a region whose loops cross no lattice line, without rings. Returns false if
     /// it has crossings or more than one cell, or cannot be triangulated directly.
     pub(crate) fn build_one_cell(
         &mut self,
@@ -82,9 +86,7 @@ impl Rings {
         polygon: &mut Polygon,
         out: &mut TrimOutput,
     ) -> bool {
-        self.rings.clear();
-        self.roots.clear();
-        self.failed = 0;
+        self.clear();
         let loops = &trace.in_cell_loops;
         let one_cell =
             trace.crossings.is_empty() && loops.first().is_some_and(|f| loops.iter().all(|l| l.cell == f.cell));

@@ -123,6 +123,16 @@ impl Trace {
         }
     }
 
+    /// Traces the loops of a tile of one cell, which they cannot leave.
+    pub(crate) fn run_in_one_cell(&mut self, tile: &TrimInput<'_>) {
+        (self.nu, self.nv, self.snaps) = (1, 1, false);
+        self.kept.reset(2, 2);
+        self.crossings.clear();
+        self.in_cell_loops.clear();
+        let loops = (0..).zip(tile.loop_starts.windows(2)).filter(|(_, ends)| ends[0] < ends[1]);
+        self.in_cell_loops.extend(loops.map(|(loop_index, _)| InCellLoop { cell: 0, loop_index }));
+    }
+
     /// Clears the trace for a tile. `reach` is [`CORNER_CLEARANCE`], or 0 for exact ownership of tessellants.
     pub(crate) fn reset(&mut self, tile: &TrimInput<'_>, reach: f64) {
         let (nu, nv) = (tile.cells.0 as usize, tile.cells.1 as usize);

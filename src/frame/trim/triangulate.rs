@@ -98,19 +98,7 @@ impl Polygon {
     /// fails. A polygon without vertices has no triangles.
     #[inline]
     pub(crate) fn triangulate(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
-        match (self.ids.len(), self.starts.len()) {
-            (0..=2, _) => return true,
-            (3, 0..=1) => {
-                let is_positive = orient2d(self.points[0], self.points[1], self.points[2]) > 0.0;
-                if is_positive {
-                    self.emit(out, 0, 1, 2);
-                }
-                return is_positive;
-            }
-            (4, 0..=1) => return self.quad(out, [0, 1, 2, 3]),
-            _ => {}
-        }
-        if self.zip > 0 {
+        if self.zip > 0 && self.ids.len() > 4 {
             let before = out.len();
             if self.zipper(out) {
                 return true;
@@ -119,41 +107,13 @@ impl Polygon {
         }
         let whole = [0];
         let starts = if self.starts.is_empty() { &whole[..] } else { &self.starts };
-        let swept = self.sweep.triangulate(&self.points, starts);
-        swept.is_ok_and(|mesh| {
-            out.extend(mesh.triangles().map(|t| t.map(|v| self.ids[v as usize])));
-            true
-        })
+        triangulate_loops(&mut self.sweep, (&self.points, starts), |v| self.ids[v as usize], out)
     }
 
-    #[inline(always)]
-    fn emit(&self, out: &mut Vec<[u32; 3]>, a: usize, b: usize, c: usize) {
-        out.push([self.ids[a], self.ids[b], self.ids[c]]);
-    }
-
-    /// Splits a quadrilateral along the better diagonal, judged by its worse triangle.
-    #[inline(always)]
-    fn quad(&self, out: &mut Vec<[u32; 3]>, corners: [usize; 4]) -> bool {
-        let [a, b, c, d] = corners;
-        let [pa, pb, pc, pd] = corners.map(|k| self.points[k]);
-        let (abc, acd) = (orient2d(pa, pb, pc), orient2d(pa, pc, pd));
-        let (bcd, bda) = (orient2d(pb, pc, pd), orient2d(pb, pd, pa));
-        let worse = |t: f64, u: f64, t_quality: f64, u_quality: f64| {
-            if t > 0.0 && u > 0.0 { t_quality.min(u_quality) } else { NO_EAR }
-        };
-        let first = worse(abc, acd, quality(pa, pb, pc, abc), quality(pa, pc, pd, acd));
-        let second = worse(bcd, bda, quality(pb, pc, pd, bcd), quality(pb, pd, pa, bda));
-        if first < 0.0 && second < 0.0 {
-            return false;
-        }
-        if first >= second {
-            self.emit(out, a, b, c);
-            self.emit(out, a, c, d);
-        } else {
-            self.emit(out, b, c, d);
-            self.emit(out, b, d, a);
-        }
-        true
+    /// As [`triangulate`](Self::triangulate), for all loops of a tile.
+    pub(crate) fn triangulate_tile(&mut self, tile: &TrimInput<'_>, out: &mut Vec<[u32; 3]>) -> bool {
+        let starts = &tile.loop_starts[..tile.loop_starts.len() - 1];
+        triangulate_loops(&mut self.sweep, (tile.points, starts), |v| v, out)
     }
 
     /// Advances along both chains from the edge between them, cutting off a positive triangle at each step.
@@ -188,6 +148,50 @@ impl Polygon {
             }
         }
     }
+}
+
+/// Triangulates the region of loops of points that start at `starts`, with these names for their points.
+#[inline(always)]
+fn triangulate_loops(
+    sweep: &mut Sweep,
+    (points, starts): (&[DVec2], &[u32]),
+    name: impl Fn(u32) -> u32,
+    out: &mut Vec<[u32; 3]>,
+) -> bool {
+    match (points, starts.len()) {
+        ([] | [_] | [_, _], _) => true,
+        (&[a, b, c], 0..=1) => {
+            let is_positive = orient2d(a, b, c) > 0.0;
+            out.extend(is_positive.then(|| [0, 1, 2].map(name)));
+            is_positive
+        }
+        (&[a, b, c, d], 0..=1) => {
+            let halves = quad([a, b, c, d]);
+            out.extend(halves.into_iter().flatten().map(|t| t.map(&name)));
+            halves.is_some()
+        }
+        _ => sweep.triangulate(points, starts).is_ok_and(|mesh| {
+            out.extend(mesh.triangles().map(|t| t.map(&name)));
+            true
+        }),
+    }
+}
+
+/// Splits a quadrilateral along the better diagonal, judged by its worse triangle. `None` if both have one that is not
+/// positive.
+#[inline(always)]
+fn quad([a, b, c, d]: [DVec2; 4]) -> Option<[[u32; 3]; 2]> {
+    let (abc, acd) = (orient2d(a, b, c), orient2d(a, c, d));
+    let (bcd, bda) = (orient2d(b, c, d), orient2d(b, d, a));
+    let worse = |t: f64, u: f64, t_quality: f64, u_quality: f64| {
+        if t > 0.0 && u > 0.0 { t_quality.min(u_quality) } else { NO_EAR }
+    };
+    let first = worse(abc, acd, quality(a, b, c, abc), quality(a, c, d, acd));
+    let second = worse(bcd, bda, quality(b, c, d, bcd), quality(b, d, a, bda));
+    if first < 0.0 && second < 0.0 {
+        return None;
+    }
+    Some(if first >= second { [[0, 1, 2], [0, 2, 3]] } else { [[1, 2, 3], [1, 3, 0]] })
 }
 
 /// Twice the area over the sum of the squared sides: largest for the equilateral triangle.
