@@ -18,6 +18,7 @@ use super::rates::{PartRates, Rates};
 use super::resync::{LineHistory, Turns, owner};
 use crate::control::{Alone, Jobs, chunks, map};
 use crate::frame::plan::budget::{Budget, cells};
+use crate::frame::plan::lattice::Lattices;
 use crate::frame::plan::limits::Shortfall;
 use crate::frame::plan::make::plan_parts;
 use crate::frame::plan::output::{EdgePolyline, PartPlan, Plan, TileLattice};
@@ -350,7 +351,8 @@ impl Planner {
         let (rates, page) = (Arc::clone(&self.rates), Arc::clone(&draft.page));
         let wanted = chunks(jobs, std::mem::take(&mut draft.wanted), PLANNED);
         let made = map(jobs, wanted, move |wanted| -> Vec<_> {
-            let made = |wanted: WantedRate| (rates.new_lattice(&wanted, &page), wanted);
+            let mut lattices = Lattices::default();
+            let made = |wanted: WantedRate| (rates.new_lattice(&wanted, &page, &mut lattices), wanted);
             wanted.into_iter().map(made).collect()
         });
         let Self { rates, touched, limited, .. } = self;

@@ -98,15 +98,15 @@ impl Terms {
         ((f64::from(step) - f64::from(self.coarser)) / STEPS).binary_power()
     }
 
-    /// The tolerances of a tile or edge with this rate and `boxes` boxes, in a part of this radius.
-    pub(crate) fn need(&self, rate: &Rate, boxes: usize, radius: f64) -> BoxTolerances {
+    /// The tolerances of a tile or edge with this rate, in a part of this radius.
+    pub(crate) fn need(&self, rate: &Rate, radius: f64) -> BoxTolerances {
         let most = rate.finest();
         let shares = match (rate, most) {
             (Rate::Each(steps), Some(most)) => {
                 let share = |step: &Step| step.map_or(0.0, |k| self.density(k) / self.density(most));
                 steps.iter().map(share).collect()
             }
-            _ => vec![1.0; boxes],
+            _ => Vec::new(),
         };
         let density = most.map_or(0.0, |step| self.density(step));
         let tolerance =
@@ -143,17 +143,17 @@ mod tests {
         let terms = Terms { angle: 0.3, size: Some(20.0), coarser: 0 };
         for k in 0..60 {
             let density = 1.13_f64.powi(k - 30);
-            let need = terms.need(&Rate::Even(step(density, None)), 2, 1.0);
+            let need = terms.need(&Rate::Even(step(density, None)), 1.0);
             assert!(need.tolerance.chord * density <= 1.0 && need.tolerance.chord * density > 0.7);
-            assert_eq!((need.tolerance.max_edge, need.shares), (Some(20.0 * need.tolerance.chord), vec![1.0; 2]));
+            assert_eq!((need.tolerance.max_edge, need.shares), (Some(20.0 * need.tolerance.chord), vec![]));
         }
         let each = Rate::Each(Box::new([Some(-4), None, Some(-2)]));
-        let need = terms.need(&each, 3, 1.0);
+        let need = terms.need(&each, 1.0);
         assert_eq!((need.tolerance.chord, need.shares), (2.0, vec![0.5, 0.0, 1.0]));
         let coarser = Terms { coarser: 2, ..terms };
-        assert_eq!(coarser.need(&each, 3, 1.0).tolerance.chord, 4.0);
-        let unseen = terms.need(&Rate::Each(Box::new([None; 2])), 2, 1.0);
-        assert_eq!((unseen.tolerance.chord, unseen.shares), (f64::INFINITY, vec![1.0; 2]));
+        assert_eq!(coarser.need(&each, 1.0).tolerance.chord, 4.0);
+        let unseen = terms.need(&Rate::Each(Box::new([None; 2])), 1.0);
+        assert_eq!((unseen.tolerance.chord, unseen.shares), (f64::INFINITY, vec![]));
         assert_eq!(
             [Terms::settled(0.3), Terms::settled(0.25), Terms::settled(f64::INFINITY)],
             [0.25, 0.25, f64::INFINITY]

@@ -11,14 +11,15 @@ use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
 use super::resync::{LineHistory, Turns};
 use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::density::FollowLines;
-use crate::frame::plan::lattice::{lattice, places};
+use crate::frame::plan::lattice::{LatticeRequest, Lattices, places};
 use crate::frame::plan::output::Plan;
 use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
+use crate::frame::tolerance::box_tolerance::BoxTolerances;
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::math::Elementary as _;
 use crate::model::{RowId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
-use crate::prepare::internals::BoundingBox;
+use crate::prepare::internals::{BoundingBox, PreparedFace, Tile};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -75,7 +76,7 @@ impl Rates {
                 let k = t % RANGE;
                 bits.resize(start + WORDS, 0);
                 bits[start + k / 64] |= 1 << (k % 64);
-                scales[k] = PixelScale { most: scales[k].most.max(now.most), least: scales[k].least.max(now.least) };
+                scales[k] = scales[k].max(now);
             });
             if bits.len() > start {
                 with_any.push(s as u32);
@@ -146,8 +147,8 @@ impl Rates {
         if known.term != self.term || known.step.is_some() != rate.finest().is_some() {
             let part = &self.prepared.parts[p];
             let (tile, face) = (&part.tiles[t], &part.faces[part.face_of(&part.tiles[t])]);
-            let need = self.terms.need(rate, places(face, tile).len(), self.prepared.scene.parts[p].radius);
-            let (made, _) = lattice(face, tile, &need, 1.0, self.cells_per_tile(), None);
+            let need = self.terms.need(rate, self.prepared.scene.parts[p].radius);
+            let (made, _) = Lattices::default().lattice(&self.request((face, tile), &need, None));
             known = CellsAt { term: self.term, step: rate.finest(), cells: cells(&made) as f64 };
             wanted.estimates.push((p, t, known));
         }
@@ -160,20 +161,26 @@ impl Rates {
         ((growth.binary_logarithm() / growth_of(1.0).binary_logarithm()).max(1.0), growth)
     }
 
-    fn cells_per_tile(&self) -> u64 {
-        Budget::of(&self.options.limits, 0).cells_per_tile
+    fn request<'a>(
+        &self,
+        (face, tile): (&'a PreparedFace, &'a Tile),
+        need: &'a BoxTolerances,
+        before: Option<&'a dyn FollowLines>,
+    ) -> LatticeRequest<'a> {
+        let most_cells = Budget::of(&self.options.limits, 0).cells_per_tile;
+        LatticeRequest { face, tile, need, factor: 1.0, most_cells, before }
     }
 
     /// The lattice of a tile at the rate that it should have.
-    pub(super) fn new_lattice(&self, wanted: &WantedRate, page: &Plan) -> NewLattice {
+    pub(super) fn new_lattice(&self, wanted: &WantedRate, page: &Plan, lattices: &mut Lattices) -> NewLattice {
         let WantedRate { part: p, tile: t, rate, chord, anew, .. } = wanted;
         let (part, rates) = (&self.prepared.parts[*p], &self.parts[*p]);
         let (tile, old) = (&part.tiles[*t], &page.parts[*p].tiles[*t]);
         let face = &part.faces[part.face_of(tile)];
-        let need = self.terms.need(rate, places(face, tile).len(), self.prepared.scene.parts[*p].radius);
+        let need = self.terms.need(rate, self.prepared.scene.parts[*p].radius);
         let before = self.turns.follow(&**old, *anew || rates.tile_terms[*t] != self.term);
         let before_lines = before.as_ref().map(|b| b as &dyn FollowLines);
-        let (mut made, kept) = lattice(face, tile, &need, 1.0, self.cells_per_tile(), before_lines);
+        let (mut made, kept) = lattices.lattice(&self.request((face, tile), &need, before_lines));
         let is_plane = face.kind == SurfaceKind::Plane;
         // A plane's lattice does not depend on the chord, but the chord decides whether a face without triangles is
         // thin or lost.
@@ -216,12 +223,12 @@ impl Rates {
             return None;
         }
         let radius = self.prepared.scene.parts[p].radius;
-        let need = self.terms.need(&rate, edge.bounds.places.len(), radius);
+        let need = self.terms.need(&rate, radius);
         // If the angle alone decides, as for pins and holes at any distance, another chord gives the same tessellants.
         if let (true, Rate::Even(now), Rate::Even(before)) =
             (planned && need.tolerance.max_edge.is_none(), &rate, &rates.edges[k])
         {
-            let finer = self.terms.need(&Rate::Even(*now.max(before)), 0, radius);
+            let finer = self.terms.need(&Rate::Even(*now.max(before)), radius);
             if turns_more_than_bends(edge, &finer.tolerance) {
                 return Some(NewTessellants { rate, made: None });
             }

@@ -1,5 +1,8 @@
 //! A density of lines along a parameter -> the fewest lines that meet it, spaced as evenly as it allows.
 
+use crate::math::order::larger;
+use std::ops::Range;
+
 /// A piecewise constant density of lines along one parameter.
 #[derive(Clone, Copy)]
 pub(crate) struct Density<'a> {
@@ -40,10 +43,19 @@ impl Density<'_> {
         self.breaks.partition_point(|&x| x <= a).saturating_sub(1).min(self.rates.len() - 1)
     }
 
+    /// The strips between `a` and `b`.
+    fn between(&self, a: f64, b: f64) -> Range<usize> {
+        // Mostly all of them.
+        let n = self.rates.len();
+        let first = if n == 1 || a < self.breaks[1] { 0 } else { self.strip(a) };
+        let end = if b > self.breaks[n - 1] { n } else { self.breaks[..n].partition_point(|&x| x < b).max(1) };
+        first..end
+    }
+
     /// The strips between `a` and `b`: the density of each, and its width there.
     fn strips(&self, a: f64, b: f64) -> impl Iterator<Item = (f64, f64)> {
         let last = self.rates.len() - 1;
-        (self.strip(a)..=last).take_while(move |&k| k == 0 || self.breaks[k] < b).map(move |k| {
+        self.between(a, b).map(move |k| {
             let from = if k == 0 { a } else { self.breaks[k].max(a) };
             let to = if k == last { b } else { self.breaks[k + 1].min(b) };
             (self.rates[k], to - from)
@@ -57,14 +69,14 @@ impl Density<'_> {
 
     /// The largest density between `a` and `b`.
     fn most(&self, a: f64, b: f64) -> f64 {
-        self.strips(a, b).fold(0.0, |most, (rate, _)| f64::max(most, rate))
+        self.between(a, b).fold(0.0, |most, k| larger(self.rates[k], most))
     }
 
     /// Length of the gap from `a` to `b` as a multiple of the longest gap that its largest density allows: at most 1 if
     /// the gap meets the density.
     pub(crate) fn fullness(&self, a: f64, b: f64) -> f64 {
         let touched = self.strips(a, b).filter(|(rate, width)| rate * width > HAIR);
-        touched.fold(0.0, |most, (rate, _)| f64::max(most, rate)) * (b - a)
+        touched.fold(0.0, |most, (rate, _)| larger(rate, most)) * (b - a)
     }
 
     /// Counts the fewest gaps from `a` to `b` that meet the density times `scale`, up to `limit` + 1, and how full they
@@ -93,7 +105,7 @@ impl Density<'_> {
 
     /// Whether even gaps are the fewest, given the largest density `most`.
     fn is_even(&self, most: f64, a: f64, b: f64) -> bool {
-        even_gaps(most, a, b) <= 2.0 || self.strips(a, b).all(|(rate, _)| rate >= 0.999 * most)
+        even_gaps(most, a, b) <= 2.0 || self.between(a, b).all(|k| self.rates[k] >= 0.999 * most)
     }
 
     /// Appends parameters after `a` and up to `b > a`, strictly increasing and ending with `b`. They are the fewest

@@ -1,7 +1,7 @@
 //! The tolerance of each part -> a plan within limits.
 
 use super::budget::{Budget, cells};
-use super::lattice::{DensityMet, lattice, places};
+use super::lattice::{DensityMet, LatticeRequest, Lattices, places};
 use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, PartPlan, Plan, TileLattice};
 use super::tessellants::{Tessellants, bare};
@@ -206,7 +206,7 @@ struct Planned<T, K> {
 impl Round {
     /// The lattices of some tiles.
     fn lattices(&self, stretches: Vec<Stretch>) -> Option<Vec<Planned<TileLattice, DensityMet>>> {
-        let mut need = BoxTolerances::default();
+        let (mut need, mut lattices) = (BoxTolerances::default(), Lattices::default());
         let of_stretch = |(part, range): Stretch| {
             let mut planned = Planned { part, rows: Vec::with_capacity(range.len()), short: Vec::new() };
             let (asked, part) = (&self.wanted.asked[part], &self.wanted.parts[part]);
@@ -214,7 +214,9 @@ impl Round {
                 let tile = &part.tiles[row];
                 let face = &part.faces[part.face_of(tile)];
                 asked.over(places(face, tile), &mut need);
-                let (lattice, kept) = lattice(face, tile, &need, self.density, self.cells_per_tile, None);
+                let (factor, most_cells) = (self.density, self.cells_per_tile);
+                let request = LatticeRequest { face, tile, need: &need, factor, most_cells, before: None };
+                let (lattice, kept) = lattices.lattice(&request);
                 self.spent.add(cells(&lattice))?;
                 planned.rows.push(Arc::new(lattice));
                 planned.short.extend((!kept.cells || !kept.lines).then_some((row, kept)));

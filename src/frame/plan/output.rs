@@ -32,6 +32,16 @@ impl TileLattice {
     }
 }
 
+/// Whether all gaps between lines are as long, up to rounding.
+pub(crate) fn is_even(lines: &[f64]) -> bool {
+    /// Share of the way from the first to the last line.
+    const ROUNDING: f64 = 1e-9;
+    let last = lines.len() - 1;
+    let (from, width) = (lines[0], lines[last] - lines[0]);
+    let gap = width / last as f64;
+    (1..last).all(|k| (lines[k] - from - gap * k as f64).abs() <= ROUNDING * width)
+}
+
 /// Converts a parameter to cells: the integer part is the index of the line below, the fraction is linear to the next
 /// line. Clamped to the range of `lines`.
 #[must_use]

@@ -1,9 +1,10 @@
 //! An edge, its tolerance and the lattices of its tiles -> its tessellants.
 
 use super::density::{Criteria, Density, FollowLines};
-use super::output::{CellWalk, EdgePolyline, MAX_LINES, TileLattice};
+use super::output::{CellWalk, EdgePolyline, MAX_LINES, TileLattice, is_even};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, most_touched};
 use crate::frame::tolerance::object_tolerance::Tolerance;
+use crate::math::order::larger;
 use crate::model::TileId;
 use crate::prepare::internals::EdgeImage;
 use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
@@ -88,7 +89,7 @@ impl Tessellants {
         made
     }
 
-    /// Tessellants for a tolerance, given as `shares[k]` of the tolerance of strip k.
+    /// Tessellants for a tolerance, given as `shares[k]` of the tolerance of strip k; without shares, of every strip.
     fn spread(
         &mut self,
         edge: &PreparedEdge,
@@ -105,13 +106,14 @@ impl Tessellants {
         // At any tolerance: a segment that turns by more than a right angle has another shape, and may cross itself.
         let shape = |k: usize, b: &StripBounds| if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width(k) };
         let own = |k: usize, b: &StripBounds| {
-            let bend = b.second * shares[k];
+            let share = shares.get(k).copied().unwrap_or(1.0);
+            let bend = b.second * share;
             let rate = if edge.straight {
                 0.0
             } else {
                 (bend / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width(k))
             };
-            (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * shares[k] / m))).max(shape(k, b))
+            (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * share / m))).max(shape(k, b))
         };
         of_bounds.clear();
         of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)));
@@ -184,13 +186,26 @@ fn limit_to_cells(
     /// Maximum number of traversals of the lattice by one edge. The outline of a gear or a word as one spline has a few
     /// dozen.
     const TRAVERSALS: f64 = 64.0;
+    let (nu, nv) = lattice.cells();
+    let (nu, nv) = (f64::from(nu), f64::from(nv));
+    let all = TRAVERSALS * (nu + nv);
+    if is_even(&lattice.us) && is_even(&lattice.vs) {
+        let [ways_u, ways_v] = image.ways.map(f64::from);
+        let share = (all / (ways_u * nu + ways_v * nv)).min(1.0);
+        for rates in rates {
+            for (rate, &[u, v]) in rates.iter_mut().skip(image.strip).zip(image.rates) {
+                *rate = larger(share * larger(f64::from(u) * nu, f64::from(v) * nv), *rate);
+            }
+        }
+        return;
+    }
     let Some((start, strips)) = image.steps() else { return };
+    wanted.clear();
+    let mut total = 0.0;
     let (mut along_u, mut along_v) =
         (CellWalk::from_share(&lattice.us, start[0]), CellWalk::from_share(&lattice.vs, start[1]));
     let mut at = |[u, v]: [f32; 2]| (along_u.at_share(f64::from(u)), along_v.at_share(f64::from(v)));
     let mut from = at(start);
-    wanted.clear();
-    let mut total = 0.0;
     for (steps, ends) in strips.zip(breaks[image.strip..].windows(2)) {
         let mut most = 0.0_f64;
         for &place in steps {
@@ -198,12 +213,11 @@ fn limit_to_cells(
             most = most.max((to.0 - from.0).abs()).max((to.1 - from.1).abs());
             from = to;
         }
-        let cells = steps.len() as f64 * most;
+        let cells = image.steps as f64 * most;
         wanted.push(cells / (ends[1].min(image.ends[1]) - ends[0].max(image.ends[0])));
         total += cells;
     }
-    let (nu, nv) = lattice.cells();
-    let share = (TRAVERSALS * f64::from(nu + nv) / total).min(1.0);
+    let share = (all / total).min(1.0);
     for rates in rates {
         for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
             *rate = rate.max(*wanted * share);

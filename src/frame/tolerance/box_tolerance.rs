@@ -1,19 +1,23 @@
 //! A tolerance, or cameras on a part, and boxes of the part -> the tolerance in each box.
 
 use super::object_tolerance::Tolerance;
-use super::part_camera::PartCamera;
+use super::part_camera::{PartCamera, PixelScale};
 use crate::prepare::internals::BoundingBox;
 
 /// Tolerances of boxes that are at least this fraction of each other count as equal: the number of lines differs by a
 /// twentieth at most.
 const ALIKE: f64 = 0.9;
+/// The same for the pixels per millimetre in a box around them all, which then stand for those in each. Most tiles are
+/// small from where they are seen, and one look is enough.
+const SAME: f64 = 0.96;
 
 /// Tolerance of one tile or edge, box by box.
 #[derive(Clone, Debug)]
 pub(crate) struct BoxTolerances {
     /// The strictest tolerance of any of its boxes.
     pub(crate) tolerance: Tolerance,
-    /// By box, `tolerance` as a fraction of the box's own: at most 1, and 0 for a box behind every camera.
+    /// By box, `tolerance` as a fraction of the box's own: at most 1, and 0 for a box behind every camera. Empty if all
+    /// boxes have the same.
     pub(crate) shares: Vec<f64>,
 }
 
@@ -28,7 +32,7 @@ impl Default for BoxTolerances {
 impl BoxTolerances {
     /// Whether all boxes have the same tolerance.
     pub(crate) fn is_even(&self) -> bool {
-        self.shares.iter().all(|&share| share == 1.0)
+        self.shares.is_empty()
     }
 }
 
@@ -63,22 +67,26 @@ impl PartTolerance {
     }
 
     /// Writes the tolerance of a tile or an edge with these boxes to `need`.
-    pub(crate) fn over<'a>(&self, places: impl ExactSizeIterator<Item = &'a BoundingBox>, need: &mut BoxTolerances) {
+    pub(crate) fn over<'a>(&self, places: impl Iterator<Item = &'a BoundingBox> + Clone, need: &mut BoxTolerances) {
         let BoxTolerances { tolerance, shares } = need;
         shares.clear();
         if self.seen.is_empty() {
             *tolerance = self.tolerance;
-            shares.resize(places.len(), 1.0);
             return;
         }
-        let nearest = |place: &BoundingBox| self.seen.iter().map(|s| s.pixels_per_length(place)).fold(0.0, f64::max);
-        shares.extend(places.map(nearest));
-        let most = shares.iter().copied().fold(0.0, f64::max);
-        let least = shares.iter().copied().fold(most, f64::min);
-        if least >= ALIKE * most {
-            shares.fill(1.0);
-        } else {
-            shares.iter_mut().for_each(|p| *p /= most);
+        let whole = places.clone().fold(BoundingBox::EMPTY, |all, place| all.with(place));
+        let scales = self.seen.iter().map(|camera| camera.pixel_scale(&whole));
+        let PixelScale { mut most, least } = scales.fold(PixelScale { most: 0.0, least: 0.0 }, PixelScale::max);
+        if least < SAME * most {
+            let nearest = |place: &BoundingBox| {
+                self.seen.iter().map(|camera| camera.pixels_per_length(place)).fold(0.0, f64::max)
+            };
+            shares.extend(places.map(nearest));
+            most = shares.iter().copied().fold(0.0, f64::max);
+            if shares.iter().all(|&pixels| pixels >= ALIKE * most) {
+                shares.clear();
+            }
+            shares.iter_mut().for_each(|pixels| *pixels /= most);
         }
         let Tolerance { chord, angle, max_edge } = self.tolerance;
         let seen = Tolerance { chord: chord / most, angle, max_edge: max_edge.map(|m| m / most) };

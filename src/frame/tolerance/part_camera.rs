@@ -6,6 +6,7 @@
 //! are convex, so two points of a box are at most that factor times their distance apart in the image.
 
 use crate::math::Elementary as _;
+use crate::math::order::{larger, smaller};
 use crate::math::sphere_tree::Sphere;
 use crate::mesh::SceneInstance;
 use crate::prepare::internals::BoundingBox;
@@ -57,6 +58,13 @@ pub(crate) struct PixelScale {
     pub(crate) least: f64,
 }
 
+impl PixelScale {
+    /// In the image that shows the box larger.
+    pub(crate) fn max(self, other: Self) -> Self {
+        Self { most: larger(other.most, self.most), least: larger(other.least, self.least) }
+    }
+}
+
 impl PartCamera {
     /// Upper bound on the pixels per millimetre of the part within a box, where that is in the image. 0 for boxes
     /// nearer than the near plane or behind the camera.
@@ -79,9 +87,10 @@ impl PartCamera {
         }
         // A point off the axis is in the image only at depths where the frustum is wide enough.
         let entry = |axis: usize| (middle[axis].abs() - reach[axis]) / slopes[axis];
-        let depth = (middle.z - reach.z).max(near).max(NEAREST * reach.length()).max(entry(0)).max(entry(1));
+        let depth = larger(larger(middle.z - reach.z, near), larger(entry(0), entry(1)));
+        let depth = larger(depth, NEAREST * reach.length());
         let per_depth = depth.recip();
-        let slope = |axis: usize| ((middle[axis].abs() + reach[axis]) * per_depth).min(slopes[axis]);
+        let slope = |axis: usize| smaller((middle[axis].abs() + reach[axis]) * per_depth, slopes[axis]);
         self.scale * focal * (1.0 + slope(0).powi(2) + slope(1).powi(2)).sqrt() * per_depth
     }
 }
@@ -100,26 +109,38 @@ impl PartCamera {
         let is_off = |axis: usize, side: f64| middle[axis].abs() - reach[axis] > side;
         match self.lens {
             SightLens::Orthographic { sides, .. } => {
-                let most = self.pixels((middle, reach));
                 let outside = is_off(0, sides[0]) || is_off(1, sides[1]) || middle.is_nan();
-                (!outside).then_some(PixelScale { most, least: most })
+                (!outside).then(|| self.scales((middle, reach)))
             }
-            SightLens::Perspective { focal, slopes, near } => {
+            SightLens::Perspective { slopes, .. } => {
                 let furthest = middle.z + reach.z;
                 let outside = is_off(0, slopes[0] * furthest) || is_off(1, slopes[1] * furthest);
-                if outside {
-                    return None;
-                }
-                let most = self.pixels((middle, reach));
-                if most == 0.0 {
-                    return None;
-                }
-                let aside = |axis: usize| (middle[axis].abs() + reach[axis]) / slopes[axis];
-                let depth = furthest.max(aside(0)).max(aside(1)).max(NEAREST * reach.length());
-                let least = if middle.z - reach.z < near { 0.0 } else { self.scale * focal / depth };
-                Some(PixelScale { most, least })
+                if outside { None } else { Some(self.scales((middle, reach))).filter(|scale| scale.most > 0.0) }
             }
         }
+    }
+
+    /// Pixels per millimetre of a box, wherever it is.
+    pub(crate) fn pixel_scale(&self, place: &BoundingBox) -> PixelScale {
+        self.scales(self.placed(place))
+    }
+
+    fn scales(&self, (middle, reach): (DVec3, DVec3)) -> PixelScale {
+        let most = self.pixels((middle, reach));
+        let (focal, slopes, near) = match self.lens {
+            SightLens::Orthographic { .. } => return PixelScale { most, least: most },
+            SightLens::Perspective { focal, slopes, near } => (focal, slopes, near),
+        };
+        if most == 0.0 || middle.z - reach.z < near {
+            return PixelScale { most, least: 0.0 };
+        }
+        // Largest depth and least slopes that `pixels` can use for a box inside this one.
+        let aside = |axis: usize| (middle[axis].abs() + reach[axis]) / slopes[axis];
+        let depth = larger(larger(aside(0), aside(1)), larger(middle.z + reach.z, NEAREST * reach.length()));
+        let per_depth = depth.recip();
+        let slope = |axis: usize| smaller(larger(middle[axis].abs() - reach[axis], 0.0) * per_depth, slopes[axis]);
+        let least = self.scale * focal * (1.0 + slope(0).powi(2) + slope(1).powi(2)).sqrt() * per_depth;
+        PixelScale { most, least }
     }
 
     /// The same camera with screen-space errors weighted by `by`.

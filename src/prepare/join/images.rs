@@ -10,6 +10,8 @@ pub struct EdgeImages {
     /// One per use of the edge.
     pub(crate) spans: Vec<ImageSpan>,
     pub(crate) places: Vec<[f32; 2]>,
+    /// One per use and strip, see [`EdgeImage::rates`].
+    pub(crate) rates: Vec<[f32; 2]>,
 }
 
 /// The stretch of an edge that a use covers, and where its samples are.
@@ -21,6 +23,10 @@ pub(crate) struct ImageSpan {
     pub(crate) place: u32,
     /// Steps per strip.
     pub(crate) steps: u32,
+    /// Index of the rates of its first strip.
+    pub(crate) rate: u32,
+    /// See [`EdgeImage::ways`].
+    pub(crate) ways: [f32; 2],
 }
 
 /// An image of an edge: the sampled pcurve of one use.
@@ -34,6 +40,11 @@ pub(crate) struct EdgeImage<'a> {
     /// the ends of strips, once each.
     pub(crate) places: &'a [[f32; 2]],
     pub(crate) steps: usize,
+    /// Strip by strip: how often the image would cross the tile in u and in v per unit of the edge's parameter if all
+    /// steps were as long as the longest one. Outside the tile it does not move.
+    pub(crate) rates: &'a [[f32; 2]],
+    /// The sum of that over all strips: a number of crossings in u and in v.
+    pub(crate) ways: [f32; 2],
 }
 
 impl<'a> EdgeImage<'a> {
@@ -52,8 +63,18 @@ impl EdgeImages {
 
     /// The image of the edge's use `k`.
     pub(crate) fn image(&self, k: usize) -> EdgeImage<'_> {
-        let ImageSpan { ends, strip, place, steps } = self.spans[k];
-        let end = self.spans.get(k + 1).map_or(self.places.len(), |next| next.place as usize);
-        EdgeImage { ends, strip: strip as usize, places: &self.places[place as usize..end], steps: steps as usize }
+        let ImageSpan { ends, strip, place, steps, rate, ways } = self.spans[k];
+        let (places_end, rates_end) = match self.spans.get(k + 1) {
+            Some(next) => (next.place as usize, next.rate as usize),
+            None => (self.places.len(), self.rates.len()),
+        };
+        EdgeImage {
+            ends,
+            strip: strip as usize,
+            places: &self.places[place as usize..places_end],
+            steps: steps as usize,
+            rates: &self.rates[rate as usize..rates_end],
+            ways,
+        }
     }
 }

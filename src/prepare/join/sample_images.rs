@@ -14,7 +14,8 @@ const REACH: f64 = 1.0 / 32.0;
 impl EdgeImages {
     /// Samples all uses of an edge.
     fn of(edge: &PreparedEdge, tiles: &[Tile]) -> Self {
-        let mut out = Self { cuts: dense(edge, tiles), spans: Vec::with_capacity(edge.uses.len()), places: Vec::new() };
+        let spans = Vec::with_capacity(edge.uses.len());
+        let mut out = Self { cuts: dense(edge, tiles), spans, ..Self::default() };
         for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
             let tile = &tiles[tile.0 as usize];
             let used = &tile.loops[l as usize][u as usize];
@@ -37,11 +38,27 @@ impl EdgeImages {
                 out.places.extend((1..=STEPS).map(|i| place(a + step * i as f64)));
             }
             let steps = thin(&mut out.places, at);
-            out.spans.push(ImageSpan { ends, strip, place: at as u32, steps: steps as u32 });
+            let (rate, mut ways) = (out.rates.len() as u32, [0.0; 2]);
+            for (k, (a, b)) in (0..).zip(&strips) {
+                let crossings =
+                    longest_step(&out.places[at + k * steps..=at + (k + 1) * steps]).map(|x| x * steps as f32);
+                out.rates.push(crossings.map(|x| (f64::from(x) / (b - a)).min(f64::from(f32::MAX)) as f32));
+                ways = [ways[0] + crossings[0], ways[1] + crossings[1]];
+            }
+            out.spans.push(ImageSpan { ends, strip, place: at as u32, steps: steps as u32, rate, ways });
         }
         out.places.shrink_to_fit();
+        out.rates.shrink_to_fit();
         out
     }
+}
+
+/// The longest step between places, in u and in v, as a share of the tile.
+fn longest_step(places: &[[f32; 2]]) -> [f32; 2] {
+    let step = |from: f32, to: f32| (to.clamp(0.0, 1.0) - from.clamp(0.0, 1.0)).abs();
+    places
+        .windows(2)
+        .fold([0.0, 0.0], |[u, v]: [f32; 2], w| [u.max(step(w[0][0], w[1][0])), v.max(step(w[0][1], w[1][1]))])
 }
 
 /// Drops those places from `at` on that short strips do not need, and returns the steps left per strip.

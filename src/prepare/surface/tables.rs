@@ -1,6 +1,7 @@
 //! Tables of bounds over the sub-boxes of a surface and the strips of a curve.
 
 use super::decompose::BezierPatches;
+use crate::math::order::{larger, smaller};
 use glam::{DVec3, DVec4};
 
 /// A box in space, aligned to the axes of the part.
@@ -26,7 +27,9 @@ impl BoundingBox {
     /// The smallest box that contains both.
     #[must_use]
     pub fn with(&self, other: &Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+        let axis = |k: usize| (smaller(other.low[k], self.low[k]), larger(other.high[k], self.high[k]));
+        let [x, y, z] = [0, 1, 2].map(axis);
+        Self { low: DVec3::new(x.0, y.0, z.0), high: DVec3::new(x.1, y.1, z.1) }
     }
 
     /// For each sub-box of a table of `size` that cuts all patches evenly: the box of the whole patch that contains it.
@@ -55,8 +58,8 @@ impl Bend {
     /// The larger of each pair of bounds.
     #[must_use]
     pub fn max(self, other: Self) -> Self {
-        let Self { norm, lift, slide } = self;
-        Self { norm: norm.max(other.norm), lift: lift.max(other.lift), slide: slide.max(other.slide) }
+        let most = |of: fn(&Self) -> f64| larger(of(&other), of(&self));
+        Self { norm: most(|bend| bend.norm), lift: most(|bend| bend.lift), slide: most(|bend| bend.slide) }
     }
 
     /// All bounds times `factor`.
