@@ -5,6 +5,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use std::hint::black_box;
 use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::frame::{Tolerance, plan};
+use trimtess::mesh::MeshLists;
 use trimtess::model::shapes;
 use trimtess::prepare::{PrepareOptions, prepare};
 
@@ -17,8 +18,14 @@ fn tiles(c: &mut Criterion) {
             let plan = plan(&prepared, &Tolerance { chord, angle: 1.5, max_edge: None });
             let mut scratch = Scratch::default();
             let mut all = || -> u64 {
-                let tile = |(part, tile, _)| tessellate_tile(&prepared, black_box(&plan), part, tile, &mut scratch);
-                prepared.tiles().map(tile).map(|outcome| outcome.mesh.triangles.len() as u64).sum()
+                let mut tile = |(part, tile, _)| {
+                    let lists = MeshLists::ALL;
+                    let made = tessellate_tile(&prepared, black_box(&plan), (part, tile), lists, &mut scratch);
+                    let triangles = made.mesh.triangles.len() as u64;
+                    scratch.reuse(made.mesh);
+                    triangles
+                };
+                prepared.tiles().map(&mut tile).sum()
             };
             group.throughput(Throughput::Elements(all()));
             group.bench_function(BenchmarkId::from_parameter(chord), |b| b.iter(&mut all));

@@ -12,6 +12,7 @@ use std::collections::BTreeSet;
 use trimtess::draw::{TileView, tile};
 use trimtess::frame::internals::{Scratch, TileRecord, record_tile, tessellate_tile};
 use trimtess::frame::{Rung, Tolerance, plan};
+use trimtess::mesh::MeshLists;
 use trimtess::model::{FreeTrims, Model, TrimCurve, TrimRule, shapes};
 
 /// Records of all tiles of a model, each checked against the tile as frames make it.
@@ -21,7 +22,7 @@ fn records(model: Model, chord: f64) -> Vec<TileRecord> {
     let mut scratch = Scratch::default();
     let all = prepared.tiles().map(|(part, id, _)| {
         let record = record_tile(&prepared, &plan, part, id);
-        let again = tessellate_tile(&prepared, &plan, part, id, &mut scratch);
+        let again = tessellate_tile(&prepared, &plan, (part, id), MeshLists::ALL, &mut scratch);
         assert_eq!((&record.outcome.mesh, record.outcome.rung), (&again.mesh, again.rung));
         check(&record);
         record

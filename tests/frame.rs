@@ -10,7 +10,7 @@ use trimtess::audit::{DeviationReport, deviation};
 use trimtess::frame::internals::evaluate::evaluate_points;
 use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::frame::{self, Degradation, Plan, PlanLimits, Rung, Tolerance};
-use trimtess::mesh::{Batch, MemorySink, Origin, check_part, check_scene};
+use trimtess::mesh::{Batch, MemorySink, MeshLists, Origin, check_part, check_scene};
 use trimtess::model::{ModelBuilder, PartId, TileId, shapes};
 use trimtess::parallel::internals::{Load, deal, loads};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -138,7 +138,7 @@ fn a_tile_whose_boundary_cancels_is_empty() {
     let mut prepared = prepare(shapes::by_name("box").unwrap(), &PrepareOptions::DEFAULT).expect("within the limits");
     let plan = frame::plan(&prepared, &CHORD);
     let tile = |prepared: &Prepared| {
-        let outcome = tessellate_tile(prepared, &plan, PartId(0), TileId(0), &mut Scratch::default());
+        let outcome = tessellate_tile(prepared, &plan, (PartId(0), TileId(0)), MeshLists::ALL, &mut Scratch::default());
         assert!(outcome.mesh.triangles.is_empty());
         (outcome.rung, outcome.degradation)
     };
@@ -170,7 +170,7 @@ fn a_tile_filled_from_its_edges_alone_closes_its_part() {
                 let outcome = if tile == filled {
                     frame::internals::fill_tile(&prepared, &plan, part, tile, "a test".to_owned())
                 } else {
-                    tessellate_tile(&prepared, &plan, part, tile, &mut scratch)
+                    tessellate_tile(&prepared, &plan, (part, tile), MeshLists::ALL, &mut scratch)
                 };
                 let face = outcome.face;
                 Batch { part, face, tile, worker: 0, mesh: outcome.mesh }

@@ -1,7 +1,7 @@
 //! Output types: batches, the scene, and the sink that receives them.
 
 mod tile_mesh;
-pub use tile_mesh::{Batch, EdgeLine, Origin, TileMesh};
+pub use tile_mesh::{Batch, EdgeLine, MeshLists, Origin, TileMesh};
 
 mod drawn;
 pub use drawn::DrawnTiles;

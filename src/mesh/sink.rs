@@ -1,6 +1,6 @@
 //! The trait through which triangles leave the engine, and a sink that keeps them in memory.
 
-use super::{Batch, DrawnTiles, EdgeLine, Scene, SinkError, WrittenTile};
+use super::{Batch, DrawnTiles, EdgeLine, MeshLists, Scene, SinkError, WrittenTile};
 use crate::model::PartId;
 use std::collections::BTreeMap;
 
@@ -13,6 +13,14 @@ use std::collections::BTreeMap;
 ///
 /// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {
+    /// The lists of meshes that it reads; others may be empty. The provided implementation reads all.
+    ///
+    /// Frames of views are made for the sink of the last commit. One that a sink gets although it reads more is refused
+    /// before any call, with [`InvalidInput`](std::io::ErrorKind::InvalidInput), and the next one is whole.
+    fn reads(&self) -> MeshLists {
+        MeshLists::ALL
+    }
+
     /// Starts a whole frame, which replaces everything sent before. Tiles without triangles are not sent.
     ///
     /// # Errors
@@ -46,7 +54,7 @@ pub trait MeshSink: Send {
 
     /// Receives the triangles of one tile. Instances share their part's batches.
     ///
-    /// A sink that keeps the mesh takes it with [`std::mem::take`]. Buffers left in `batch` are reused for later tiles.
+    /// A sink that keeps the mesh takes it with [`std::mem::take`]. What is left in `batch` is freed after the frame.
     ///
     /// # Errors
     /// When the sink cannot take the batch; `abort` follows.
@@ -89,6 +97,10 @@ pub trait MeshSink: Send {
 
 /// Lets a sink chosen at run time stand in for a generic `S: MeshSink`.
 impl<S: MeshSink + ?Sized> MeshSink for Box<S> {
+    fn reads(&self) -> MeshLists {
+        (**self).reads()
+    }
+
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         (**self).begin(scene)
     }

@@ -55,6 +55,31 @@ impl Origin {
     }
 }
 
+/// Lists of a [`TileMesh`] that not every sink reads. Positions, normals and triangles are always there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MeshLists {
+    /// [`TileMesh::uvs`].
+    pub uvs: bool,
+    /// [`TileMesh::lines`].
+    pub lines: bool,
+    /// [`TileMesh::origins`].
+    pub origins: bool,
+}
+
+impl MeshLists {
+    /// All lists.
+    pub const ALL: Self = Self { uvs: true, lines: true, origins: true };
+    /// None of these.
+    pub const NONE: Self = Self { uvs: false, lines: false, origins: false };
+
+    /// Whether all of `others` are among them.
+    #[must_use]
+    pub fn contain(self, others: Self) -> bool {
+        let Self { uvs, lines, origins } = others;
+        uvs <= self.uvs && lines <= self.lines && origins <= self.origins
+    }
+}
+
 /// Triangles of one tile, in the part's coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TileMesh {

@@ -82,11 +82,13 @@ impl AxisMap {
             if turns > last {
                 return natural_end(nurbs, start + step * last, 1.0 / slope(1.0, step, quarter));
             }
-            let near = turns.round();
+            // Not below 0: converting to an integer rounds down, without a call.
+            let below = f64::from(turns as u32);
+            let near = if turns - below < 0.5 { below } else { below + 1.0 };
             if (turns - near).abs() <= SNAP * last.max(1.0) {
                 return start + step * near;
             }
-            let span = turns.floor().min(last - 1.0);
+            let span = below.min(last - 1.0);
             let s = 2.0 * (turns - span) - 1.0;
             start + step * (span + 0.5) + 2.0 * (s * quarter).arc_tangent()
         }

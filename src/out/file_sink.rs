@@ -9,7 +9,7 @@ use super::glb_options::GlbOptions;
 use super::pending::{Outputs, PendingFile};
 use super::rounding::Rounding;
 use super::{Format, UnknownFormat};
-use crate::mesh::{Batch, EdgeLine, FrameView, MemorySink, MeshSink, Scene, SinkError};
+use crate::mesh::{Batch, EdgeLine, FrameView, MemorySink, MeshLists, MeshSink, Scene, SinkError};
 use std::path::{Path, PathBuf};
 
 /// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost.
@@ -114,6 +114,11 @@ impl FileSink {
 }
 
 impl MeshSink for FileSink {
+    /// No format stores more, and the rest takes a third of the memory.
+    fn reads(&self) -> MeshLists {
+        MeshLists::NONE
+    }
+
     /// Creates the temporary file, so that a folder that cannot be written to is reported before any work is done.
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.pending = Some(PendingFile::create(&self.path)?);
@@ -121,8 +126,6 @@ impl MeshSink for FileSink {
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
-        batch.mesh.uvs = Vec::new(); // no format stores these; they take a third of the memory
-        batch.mesh.origins = Vec::new();
         self.frame.batch(batch)
     }
 

@@ -3,7 +3,6 @@
 use super::handoff::{Delivery, Hand};
 use super::worker::{Order, Stages, Worker};
 use crate::control::{Jobs, map};
-use crate::mesh::Batch;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
@@ -21,9 +20,6 @@ pub(super) struct Crew<S: Stages> {
     #[allow(clippy::vec_box, reason = "see above")]
     workers: Vec<Box<Worker<S>>>,
 }
-
-/// Most spare buffers per worker: enough for a frame of a moving camera, far fewer than the first frame filled.
-const MOST_SPARE: usize = 256;
 
 impl<S: Stages> Crew<S> {
     /// One worker per hand.
@@ -75,28 +71,6 @@ impl<S: Stages> Crew<S> {
         }
         deliveries
     }
-
-    /// Returns the buffers that a sink left in its batches to the workers that filled them, and frees what is more than
-    /// they need on all threads.
-    pub(super) fn recycle(&mut self, jobs: &dyn Jobs, lists: &mut Vec<Vec<Batch>>) {
-        let _span = tracing::trace_span!("recycle").entered();
-        let mut rest = Vec::new();
-        for mut list in lists.drain(..) {
-            if list.len() > MOST_SPARE {
-                // Of the two pieces, the smaller one is what moves.
-                let mut more = list.split_off(MOST_SPARE.max(list.len() - MOST_SPARE));
-                if more.len() == MOST_SPARE {
-                    std::mem::swap(&mut list, &mut more);
-                }
-                rest.push(more);
-            }
-            let worker = list.first().and_then(|batch| self.workers.get_mut(batch.worker as usize));
-            worker.into_iter().for_each(|worker| worker.take_back(std::mem::take(&mut list)));
-        }
-        if !rest.is_empty() {
-            map(jobs, rest, drop);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -108,7 +82,7 @@ mod tests {
     use crate::control::{Control, Threads};
     use crate::frame::internals::TileOutcome;
     use crate::frame::{Degradation, Rung};
-    use crate::mesh::{EdgeLine, MemorySink, MeshSink, Scene, SinkError, TileMesh};
+    use crate::mesh::{Batch, EdgeLine, MemorySink, MeshLists, MeshSink, Scene, SinkError, TileMesh};
     use crate::model::TileId;
     use crate::model::{EdgeId, FaceId, PartId};
     use glam::DVec3;
@@ -126,7 +100,7 @@ mod tests {
 
         fn reuse(_: &mut u32, _: TileMesh) {}
 
-        fn tile(&self, plan: &f64, _: PartId, tile: TileId, scratch: &mut u32) -> TileOutcome {
+        fn tile(&self, plan: &f64, (_, tile): (PartId, TileId), _: MeshLists, scratch: &mut u32) -> TileOutcome {
             *scratch += 1;
             self.made.fetch_add(1, Ordering::Relaxed);
             assert!(self.panics_at != Some(tile.0), "tile {} is bad", tile.0);
@@ -166,12 +140,10 @@ mod tests {
 
     impl FakeSession {
         fn frame(&mut self, plan: f64, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
-            let order = Order { plan: Arc::new(plan), watch: Watch::default(), writer: None };
+            let order = Order { plan: Arc::new(plan), watch: Watch::default(), writer: None, lists: MeshLists::ALL };
             let made = self.crew.make(&self.jobs, order, Work::All(9));
             let mut rows = Rows::default();
-            let report = commit(made, (&Scene::default(), None), Feed::All(&Control::default()), (&mut rows, sink))?;
-            self.crew.recycle(&self.jobs, &mut rows.batches);
-            Ok(report)
+            commit(made, (&Scene::default(), None), Feed::All(&Control::default()), (&mut rows, sink))
         }
     }
 

@@ -17,7 +17,10 @@ use crate::frame::Plan;
 use crate::frame::internals::{
     Levels, PartPlan, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, tessellate_tile,
 };
-use crate::mesh::{EdgeLine, MeshSink, Scene, SceneInstance, TileMemory, TileMesh, VertexLayout, successors};
+use crate::mesh::{
+    Batch, EdgeLine, MeshLists, MeshSink, Scene, SceneInstance, SinkError, TileMemory, TileMesh, VertexLayout,
+    successors,
+};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
@@ -34,8 +37,14 @@ impl Stages for Prepared {
         scratch.reuse(mesh);
     }
 
-    fn tile(&self, plan: &Plan, part: PartId, tile: TileId, scratch: &mut Scratch) -> TileOutcome {
-        tessellate_tile(self, plan, part, tile, scratch)
+    fn tile(
+        &self,
+        plan: &Plan,
+        (part, tile): (PartId, TileId),
+        lists: MeshLists,
+        scratch: &mut Scratch,
+    ) -> TileOutcome {
+        tessellate_tile(self, plan, (part, tile), lists, scratch)
     }
 
     fn chord(plan: &Plan, part: PartId, tile: TileId) -> f64 {
@@ -64,6 +73,8 @@ pub(super) struct Engine {
     options: SessionOptions,
     /// Writes tiles into the memory of the sink, if it wants that.
     writer: Option<Arc<Writer>>,
+    /// Lists of meshes that the sink of the last commit reads; all of them for a sink that is not known yet.
+    reads: MeshLists,
     /// Of the last commit.
     rows: Rows,
     /// Made with the first frame of views.
@@ -91,6 +102,8 @@ pub(super) struct FinishedFrame {
     planned_in: Duration,
     made_in: Duration,
     deferred: u32,
+    /// Lists of meshes that were made.
+    lists: MeshLists,
 }
 
 impl Engine {
@@ -110,6 +123,7 @@ impl Engine {
             owners,
             options: options.clone(),
             writer: None,
+            reads: MeshLists::ALL,
             rows: Rows::default(),
             live: None,
             rests: false,
@@ -205,6 +219,7 @@ impl Engine {
         let _span = tracing::debug_span!("make").entered();
         self.rests = false;
         let mut laps = Laps::start();
+        let lists = self.lists();
         let Self { prepared, jobs, placed, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
             planner: Planner::new(&**jobs, Arc::clone(prepared), &self.options.planner),
@@ -231,16 +246,22 @@ impl Engine {
         let work = Work::Some(hands, self.owners.wants_times());
         drop(owing);
         let watch = Watch::of(control);
-        let order = Order { plan: Arc::clone(&plan), watch: watch.clone(), writer: self.writer.clone() };
+        let order = Order { plan: Arc::clone(&plan), watch: watch.clone(), writer: self.writer.clone(), lists };
         let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, order, work) };
-        let frame = FinishedFrame { plan, due, deliveries, planned_in, made_in: laps.lap(), deferred };
+        let frame = FinishedFrame { plan, due, deliveries, planned_in, made_in: laps.lap(), deferred, lists };
         (!watch.is_cancelled()).then_some(frame)
     }
 
     /// Makes the next frame of views a whole one.
     pub(super) fn forget(&mut self) {
         self.rests = false;
+        self.reads = MeshLists::ALL;
         self.live.iter_mut().for_each(|live| live.residency.forget());
+    }
+
+    /// Lists of meshes that are read of frames of views.
+    fn lists(&self) -> MeshLists {
+        self.writer.as_ref().map_or(self.reads, |writer| writer.lists())
     }
 
     /// Updates `sink`, and the degraded tiles that it has. Without changes, does not touch it.
@@ -253,7 +274,12 @@ impl Engine {
         if let Some(error) = refusal(&mut frame.deliveries) {
             return Err(error);
         }
-        let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred } = frame;
+        let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred, lists } = frame;
+        if self.writer.is_none() && !lists.contain(sink.reads()) {
+            self.forget();
+            let context = format!("a frame with {lists:?}, made for another sink; this one reads {:?}", sink.reads());
+            return Err(FrameError::Sink(SinkError { context, cause: std::io::ErrorKind::InvalidInput.into() }));
+        }
         let Some(Live { residency, .. }) = &mut self.live else { return Ok(FrameReport::default()) };
         let still = deliveries.is_empty() && !due.whole && due.from.is_none() && due.forgotten.is_empty();
         if still && residency.shows(&plan.drawn, self.placed.scene_version()) {
@@ -270,6 +296,7 @@ impl Engine {
                 return Err(error);
             }
         };
+        self.reads = sink.reads();
         self.owners.book(&self.prepared, times.into_iter());
         if let (Some(from), false) = (from, degraded.is_empty()) {
             let new = successors(from);
@@ -289,11 +316,7 @@ impl Engine {
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));
         residency.committed(&due, &self.rows.made, (&plan.drawn, self.placed.scene_version()));
         self.rests = true;
-        if self.writer.is_none() {
-            // Tiles that were evicted have no buffers.
-            self.rows.batches.pop();
-        }
-        self.crew.recycle(&*self.jobs, &mut self.rows.batches);
+        free_batches(&*self.jobs, &mut self.rows.batches);
         Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })
     }
 
@@ -344,6 +367,16 @@ fn free(jobs: &dyn Jobs, plan: Arc<Plan>) {
     map(jobs, lists, drop);
 }
 
+/// Frees what a sink left of its batches; those of many tiles on all threads.
+fn free_batches(jobs: &dyn Jobs, lists: &mut Vec<Vec<Batch>>) {
+    const FEW: usize = 256;
+    let _span = tracing::trace_span!("free").entered();
+    if lists.iter().map(Vec::len).sum::<usize>() > FEW {
+        map(jobs, std::mem::take(lists), drop);
+    }
+    lists.clear();
+}
+
 /// Makes a whole frame of the parts of `scene`, which are the first ones of `prepared`, and feeds it to the sink.
 pub(super) fn whole_frame(
     (crew, rows): (&mut Crew<Prepared>, &mut Rows),
@@ -356,7 +389,8 @@ pub(super) fn whole_frame(
     let parts = scene.parts.len();
     let tiles = prepared.parts.iter().take(parts).map(|part| part.tiles.len() as u64).sum();
     let watch = Watch::new(control, tiles);
-    let order = Order { plan: Arc::clone(plan), watch: watch.clone(), writer: writer.cloned() };
+    let lists = writer.map_or(sink.reads(), |writer| writer.lists());
+    let order = Order { plan: Arc::clone(plan), watch: watch.clone(), writer: writer.cloned(), lists };
     let mut deliveries = crew.make(jobs, order, Work::All(parts));
     let cancelled = watch.is_cancelled().then_some(FrameError::Cancelled);
     if let Some(error) = cancelled.or_else(|| refusal(&mut deliveries)) {
@@ -364,6 +398,6 @@ pub(super) fn whole_frame(
     }
     let made_in = laps.lap();
     let report = commit(deliveries, (scene, writer.map(|writer| &**writer)), Feed::All(control), (&mut *rows, sink))?;
-    crew.recycle(jobs, &mut rows.batches);
+    free_batches(jobs, &mut rows.batches);
     Ok(FrameReport { made_in, ..report })
 }

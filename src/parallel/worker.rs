@@ -6,7 +6,7 @@ use super::metrics::{Laps, Processor};
 use super::writer::{Rooms, Writer};
 use crate::frame::Rung;
 use crate::frame::internals::TileOutcome;
-use crate::mesh::{Batch, EdgeLine, NotWritten, SinkError, TileMesh};
+use crate::mesh::{Batch, EdgeLine, MeshLists, NotWritten, SinkError, TileMesh};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use crate::prepare::internals::panic_message;
 use std::any::Any;
@@ -20,11 +20,17 @@ pub(super) trait Stages: Send + Sync + 'static {
     /// Work space of a worker. Does not affect results.
     type Scratch: Default + Send + 'static;
 
-    /// Gives a used buffer to later tiles.
+    /// Gives the room of a tile's mesh to the next one.
     fn reuse(scratch: &mut Self::Scratch, mesh: TileMesh);
 
-    /// Makes one tile.
-    fn tile(&self, plan: &Self::Plan, part: PartId, tile: TileId, scratch: &mut Self::Scratch) -> TileOutcome;
+    /// Makes one tile, with these lists.
+    fn tile(
+        &self,
+        plan: &Self::Plan,
+        tile: (PartId, TileId),
+        lists: MeshLists,
+        scratch: &mut Self::Scratch,
+    ) -> TileOutcome;
 
     /// The chord tolerance of a tile, millimetres.
     fn chord(plan: &Self::Plan, part: PartId, tile: TileId) -> f64;
@@ -42,6 +48,8 @@ pub(super) struct Order<P> {
     pub(super) watch: Watch,
     /// Where triangles go, if not into batches.
     pub(super) writer: Option<Arc<Writer>>,
+    /// Lists of meshes that are read.
+    pub(super) lists: MeshLists,
 }
 
 /// A worker: its hand and its scratch.
@@ -50,14 +58,12 @@ pub(super) struct Worker<S: Stages> {
     stages: Arc<S>,
     hand: Arc<Hand>,
     scratch: S::Scratch,
-    /// What the sink left of the last batches.
-    returned: Vec<Batch>,
 }
 
 impl<S: Stages> Worker<S> {
     /// Creates worker `number`.
     pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand) -> Self {
-        Self { number, stages, hand: Arc::new(hand), scratch: S::Scratch::default(), returned: Vec::new() }
+        Self { number, stages, hand: Arc::new(hand), scratch: S::Scratch::default() }
     }
 
     /// Replaces what the stages work on by the same with more parts.
@@ -68,11 +74,6 @@ impl<S: Stages> Worker<S> {
     /// Its number, which is its place among the workers.
     pub(super) fn number(&self) -> u32 {
         self.number
-    }
-
-    /// Takes back what it made, once its sink is done with it. Buffers that the sink left are for later tiles.
-    pub(super) fn take_back(&mut self, batches: Vec<Batch>) {
-        self.returned = batches;
     }
 
     /// Makes all tiles and edges of the hand in the first `parts` parts by `plan`, in ascending order.
@@ -91,7 +92,7 @@ impl<S: Stages> Worker<S> {
     /// says whether to measure each tile.
     fn make(
         &mut self,
-        Order { plan, watch, writer }: &Order<S::Plan>,
+        Order { plan, watch, writer, lists }: &Order<S::Plan>,
         tiles: &[(PartId, TileId, FaceId)],
         edges: &[(PartId, EdgeId)],
         some: Option<bool>,
@@ -100,8 +101,6 @@ impl<S: Stages> Worker<S> {
         let mut delivery = Delivery { written: Rooms::of(writer.as_ref()), ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
-        // The last one is filled first: in a frame of the same tiles each gets its own, which has the room that it needs.
-        std::mem::take(&mut self.returned).into_iter().rev().for_each(|batch| self.reuse_buffers(batch.mesh));
         delivery.made.reserve_exact(tiles.len());
         if writer.is_none() {
             delivery.batches.reserve_exact(tiles.len());
@@ -113,7 +112,7 @@ impl<S: Stages> Worker<S> {
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
             let clock = (some == Some(true)).then(Laps::start);
             let (stages, scratch) = (&*self.stages, &mut self.scratch);
-            let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, part, tile, scratch)));
+            let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, (part, tile), *lists, scratch)));
             let outcome = outcome.unwrap_or_else(|payload| {
                 // The scratch may be half written, so the next tile gets a new one.
                 self.scratch = S::Scratch::default();
@@ -138,10 +137,11 @@ impl<S: Stages> Worker<S> {
                 delivery.made.push(MadeTile { part, tile, face, triangles, bytes });
             }
             if is_sent && writer.is_none() {
+                // A sink may keep it for long: the copy has no more room than it needs.
+                let mesh = mesh.clone();
                 delivery.batches.push(Batch { part, face, tile, worker: self.number, mesh });
-            } else {
-                self.reuse_buffers(mesh);
             }
+            S::reuse(&mut self.scratch, mesh);
             watch.advance();
             if let Some(mut clock) = clock {
                 delivery.times.push((part, tile, clock.lap()));
@@ -160,13 +160,6 @@ impl<S: Stages> Worker<S> {
         delivery.metrics.lines_time = laps.lap();
         delivery.metrics.cpu = processor.used();
         delivery
-    }
-
-    /// Keeps the buffers of a tile, if it has any, for later ones.
-    fn reuse_buffers(&mut self, mesh: TileMesh) {
-        if mesh.positions.capacity() > 0 {
-            S::reuse(&mut self.scratch, cleared(mesh));
-        }
     }
 
     /// Writes a tile into the sink's memory. Returns whether that succeeded.
@@ -196,11 +189,6 @@ impl<S: Stages> Worker<S> {
 fn panicked(payload: &(dyn Any + Send)) -> NotWritten {
     let cause = std::io::Error::other(panic_message(payload));
     NotWritten::Sink(SinkError { context: "the sink's memory panicked".into(), cause })
-}
-
-fn cleared(mut mesh: TileMesh) -> TileMesh {
-    mesh.clear();
-    mesh
 }
 
 /// Adds what is told about one tile to the delivery, and returns its triangles.

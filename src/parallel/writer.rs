@@ -1,7 +1,7 @@
 //! Triangles of tiles -> bytes in the memory of a sink, by the workers that made them.
 
 use crate::frame::internals::PartBoxes;
-use crate::mesh::{NotWritten, PartGrid, Scene, TileMemory, TileMesh, VertexLayout, WrittenTile};
+use crate::mesh::{MeshLists, NotWritten, PartGrid, Scene, TileMemory, TileMesh, VertexLayout, WrittenTile};
 use crate::model::{FaceId, PartId, TileId};
 use crate::prepare::Prepared;
 use glam::{Vec2, Vec3};
@@ -58,6 +58,12 @@ impl Writer {
         let grid = &self.grids[tile.0.index()];
         let new = WrittenTile { worker, ..WrittenTile::gone(tile, self.layout) };
         new.write(mesh, (grid, chord), &|uv| self.tangent(tile.0, tile.1, uv), &*self.memory)
+    }
+
+    /// Lists of meshes that the layout is written from.
+    pub(super) fn lists(&self) -> MeshLists {
+        let VertexLayout { uv, tangent, origin, .. } = self.layout;
+        MeshLists { uvs: uv || tangent, lines: false, origins: origin }
     }
 
     /// The direction in which the natural parameter u increases.

@@ -13,6 +13,7 @@ mod folder;
 mod frames;
 mod lines;
 mod pixels;
+mod reads;
 #[path = "../sequence/random.rs"]
 mod random;
 #[cfg(feature = "serde")]

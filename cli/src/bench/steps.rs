@@ -25,8 +25,8 @@ use trimtess::prepare::Prepared;
 use trimtess::view::View;
 
 /// Spans of a frame's steps, in their order. A loop and its calls are spans within them.
-const STEPS: [&str; 12] =
-    ["show", "plan", "see", "look", "defer", "lattices", "tessellants", "owe", "tiles", "commit", "recycle", "free"];
+const STEPS: [&str; 11] =
+    ["show", "plan", "see", "look", "defer", "lattices", "tessellants", "owe", "tiles", "commit", "free"];
 const LOOP: &str = "loop";
 const CALL: &str = "call";
 /// What is in no step.

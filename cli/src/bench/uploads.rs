@@ -1,6 +1,6 @@
 //! Batches -> the bytes that a renderer would upload and hold. Stores sizes, not meshes.
 
-use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
+use trimtess::mesh::{Batch, EdgeLine, MeshLists, MeshSink, Scene, SinkError};
 use trimtess::model::{PartId, TileId};
 use trimtess::prepare::Prepared;
 
@@ -62,6 +62,10 @@ impl Uploads {
 }
 
 impl MeshSink for Uploads {
+    fn reads(&self) -> MeshLists {
+        MeshLists::NONE
+    }
+
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.held.fill(Size::default());
         self.begin_changes(scene)

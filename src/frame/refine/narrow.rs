@@ -9,7 +9,7 @@
 use super::lift::FaceSurface;
 use super::web::{Change, TriangleShape, Web};
 use crate::mesh::{Origin, TileMesh};
-use glam::{DVec2, Vec2};
+use glam::DVec2;
 
 /// Rounding allowed in the width of a triangle, in cells.
 const HAIR: f64 = 1e-9;
@@ -69,10 +69,8 @@ impl FaceSurface<'_> {
         let mesh = &mut *web.mesh;
         let m = mesh.positions.len() as u32;
         let outwards = at.du.cross(at.dv).normalize_or_zero() * if self.face.reversed { -1.0 } else { 1.0 };
-        let natural = |axis: usize, x: f64| self.face.maps[axis].to_natural(x) as f32;
         mesh.positions.push(at.point);
         mesh.normals.push(outwards.as_vec3());
-        mesh.uvs.push(Vec2::new(natural(0, uv.x), natural(1, uv.y)));
         mesh.origins.push(Origin::Inner { k: m });
         self.uvs.push(uv);
         let next = mesh.triangles.len();
@@ -83,7 +81,6 @@ impl FaceSurface<'_> {
             let mesh = &mut *web.mesh;
             mesh.positions.pop();
             mesh.normals.pop();
-            mesh.uvs.pop();
             mesh.origins.pop();
             self.uvs.pop();
             return None;

@@ -20,7 +20,8 @@ const LEAST_COSINE: f64 = 0.3;
 impl Web<'_> {
     /// Ways to retriangulate the neighbourhood of triangle `t`, the smallest first. It grows by turns to the triangles
     /// around its inner points and to adjacent triangles.
-    pub(crate) fn refills(&self, t: usize) -> impl Iterator<Item = Change> + '_ {
+    /// `uvs`: parameters of the vertices.
+    pub(crate) fn refills<'a>(&'a self, t: usize, uvs: &'a [DVec2]) -> impl Iterator<Item = Change> + 'a {
         let mut patch = vec![t];
         let grown = (0..RINGS).map(move |k| {
             let found: Vec<usize> =
@@ -32,7 +33,7 @@ impl Web<'_> {
             }
             patch.clone()
         });
-        grown.take_while(|patch| patch.len() <= MOST).filter_map(|patch| self.refill(&patch))
+        grown.take_while(|patch| patch.len() <= MOST).filter_map(|patch| self.refill(&patch, uvs))
     }
 
     /// The triangles adjacent to `t`.
@@ -55,7 +56,7 @@ impl Web<'_> {
 
     /// Retriangulates the outline of `patch`. `None` if its projection crosses itself, the normals vary too much, or an
     /// edge would get more than two triangles.
-    fn refill(&self, patch: &[usize]) -> Option<Change> {
+    fn refill(&self, patch: &[usize], uvs: &[DVec2]) -> Option<Change> {
         let old = || patch.iter().flat_map(|&t| self.mesh.triangles[t]);
         let normal = |v: u32| self.mesh.normals[v as usize].as_dvec3();
         let view = old().map(normal).sum::<DVec3>().try_normalize()?;
@@ -92,14 +93,14 @@ impl Web<'_> {
         if new.iter().any(|&[a, b, c]| taken(a, b) || taken(b, c) || taken(c, a)) {
             return None;
         }
-        let new = new.into_iter().map(|corners| self.with_near_parameters(corners)).chain(std::iter::repeat(GONE));
+        let new = new.into_iter().map(|corners| self.with_near_parameters(corners, uvs)).chain(std::iter::repeat(GONE));
         Some(Change { triangles: patch.iter().copied().zip(new).collect() })
     }
 
     /// The same triangle. Of several vertices at a pole, it uses the one whose parameters are nearest to the other
     /// corners'.
-    fn with_near_parameters(&self, corners: [u32; 3]) -> [u32; 3] {
-        let uv = |v: u32| self.mesh.uvs[v as usize];
+    fn with_near_parameters(&self, corners: [u32; 3], uvs: &[DVec2]) -> [u32; 3] {
+        let uv = |v: u32| uvs[v as usize];
         let mut near = corners;
         for k in 0..3 {
             let others = 0.5 * (uv(corners[(k + 1) % 3]) + uv(corners[(k + 2) % 3]));

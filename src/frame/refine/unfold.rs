@@ -140,7 +140,8 @@ impl Web<'_> {
             let new = self.wrong(change.triangles.iter().map(|(_, corners)| *corners));
             is_less(new, old).then_some([old[0] - new[0], old[1] - new[1]])
         };
-        let fitting = self.refills(t).filter(|change| near.weighs(change) && self.stays(change, near));
+        let fitting =
+            self.refills(t, near.surface.uvs).filter(|change| near.weighs(change) && self.stays(change, near));
         let gaining = fitting.filter_map(|change| Some((gain(&change)?, change)));
         gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
     }

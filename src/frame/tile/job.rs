@@ -13,13 +13,13 @@ use crate::frame::trim::reference::trim_tile_reference;
 use crate::frame::vertices::boundary::{cell_size, trace_loops};
 use crate::frame::vertices::places::evaluate_vertices;
 use crate::frame::vertices::scratch::Scratch;
-use crate::mesh::{Origin, TileMesh};
+use crate::mesh::{MeshLists, Origin, TileMesh};
 use crate::model::{AxisMap, PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
 
-/// Tessellates one tile by a plan.
+/// Tessellates one tile by a plan. Of the lists that not every sink reads, the mesh has these.
 ///
 /// Pure function of its arguments; `scratch` only saves allocations. Cost: tens of nanoseconds per boundary tessellant,
 /// about 10 ns per lattice point.
@@ -27,15 +27,27 @@ use glam::{DVec2, DVec3, Vec2};
 pub fn tessellate_tile(
     prepared: &Prepared,
     plan: &Plan,
-    part: PartId,
-    tile: TileId,
+    (part, tile): (PartId, TileId),
+    lists: MeshLists,
     scratch: &mut Scratch,
 ) -> TileOutcome {
     let job = Job::of(prepared, plan, part, tile);
-    let mut mesh = scratch.spare();
-    trace_loops(job.part, job.plan, job.tile, job.lattice, job.face, scratch, &mut mesh);
+    let mut mesh = scratch.take_mesh();
+    trace_loops(job.part, job.plan, job.tile, job.lattice, scratch, &mut mesh);
     let trimmed = job.trim(scratch, &mesh);
-    job.finish(trimmed, scratch, mesh)
+    let Finished { rung, degradation, slivers, rewound } = job.finish(trimmed, lists, scratch, &mut mesh);
+    if !lists.origins {
+        mesh.origins.clear();
+    }
+    TileOutcome { face: job.tile.face, mesh, rung, degradation, slivers, rewound }
+}
+
+/// A [`TileOutcome`] without its mesh.
+struct Finished {
+    rung: Rung,
+    degradation: Option<Degradation>,
+    slivers: u32,
+    rewound: f64,
 }
 
 /// How a tile was triangulated.
@@ -82,15 +94,16 @@ impl<'a> Job<'a> {
     }
 
     /// Finishes a tile whose loops were traced and triangulated.
-    fn finish(&self, trimmed: Trimmed, scratch: &mut Scratch, mut mesh: TileMesh) -> TileOutcome {
+    fn finish(&self, trimmed: Trimmed, lists: MeshLists, scratch: &mut Scratch, mesh: &mut TileMesh) -> Finished {
         let Self { tile, lattice, face, .. } = *self;
-        finish(face, (tile, lattice), scratch, &mut mesh);
-        let rewound = add_layers(face, scratch, &mut mesh);
+        finish(face, (tile, lattice), scratch, mesh);
+        add_parameters(face, lattice, lists, (&scratch.uvs, mesh));
+        let rewound = add_layers(face, scratch, mesh);
         let before = mesh.triangles.len();
-        scratch.trimmed.closing.iter().for_each(|&t| push_triangle(&mut mesh, t, face.reversed));
+        scratch.trimmed.closing.iter().for_each(|&t| push_triangle(mesh, t, face.reversed));
         let mut slivers = (mesh.triangles.len() - before) as u32;
         if face.filled || !matches!(trimmed, Trimmed::By(outcome) if outcome < TrimOutcome::Repaired { split: 0 }) {
-            slivers += mesh.triangles[..before].iter().filter(|&&t| has_no_area(&mesh, t)).count() as u32;
+            slivers += mesh.triangles[..before].iter().filter(|&&t| has_no_area(mesh, t)).count() as u32;
         }
         let least = match face {
             PreparedFace { filled: true, .. } => Rung::Filled,
@@ -107,7 +120,7 @@ impl<'a> Job<'a> {
             }
             Trimmed::By(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
         };
-        TileOutcome { face: tile.face, mesh, rung, degradation, slivers, rewound }
+        Finished { rung, degradation, slivers, rewound }
     }
 }
 
@@ -136,51 +149,42 @@ fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut S
     let corners = (nu + 1) * (nv + 1);
     s.corners.clear();
     s.corners.resize(corners as usize, NONE);
-    let mut next = tessellants;
-    let mut use_corner = |c: u32, uvs: &mut Vec<DVec2>, origins: &mut Vec<Origin>| {
-        let slot = &mut s.corners[c as usize];
-        if *slot == NONE {
-            *slot = next;
-            next += 1;
-            let (i, j) = (c % (nu + 1), c / (nu + 1));
-            uvs.push(DVec2::new(lattice.us[i as usize], lattice.vs[j as usize]));
-            origins.push(Origin::Lattice { i, j });
-        }
-        *slot
-    };
-    s.trimmed.rename(|v| {
-        if v >= tessellants && v < tessellants + corners {
-            use_corner(v - tessellants, &mut s.uvs, &mut mesh.origins)
+    let (slots, uvs, origins) = (&mut s.corners[..], &mut s.uvs, &mut mesh.origins);
+    let mut used = UsedCorners { lattice, slots, next: tessellants, uvs, origins };
+    let width = nu + 1;
+    s.trimmed.rename(tessellants, |v| {
+        if v < tessellants + corners {
+            let c = v - tessellants;
+            used.vertex(c, || [c % width, c / width])
         } else {
             v
         }
     });
-    let corner = |i: u32, j: u32| j * (nu + 1) + i;
-    let mut quads = Vec::with_capacity(s.trimmed.full_cells.len());
-    for &[i, j] in &s.trimmed.full_cells {
-        quads.push(
-            [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)]
-                .map(|c| use_corner(c, &mut s.uvs, &mut mesh.origins)),
-        );
-    }
-    let corners_used = next - tessellants;
+    s.quads.clear();
+    // The cell on the right of the last one begins at the vertices where that one ends.
+    let (mut right, mut ends) = ([NONE; 2], [NONE; 2]);
+    s.quads.extend(s.trimmed.full_cells.iter().map(|&[i, j]| {
+        let mut vertex = |i: u32, j: u32| used.vertex(j * width + i, || [i, j]);
+        let [a, b, c, d] = match ends {
+            [a, d] if right == [i, j] => [a, vertex(i + 1, j), vertex(i + 1, j + 1), d],
+            _ => [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|[i, j]| vertex(i, j)),
+        };
+        (right, ends) = ([i + 1, j], [b, c]);
+        [a, b, c, d]
+    }));
+    let corners_used = used.next - tessellants;
     for (k, p) in s.trimmed.extra_points.iter().enumerate() {
-        s.uvs.push(from_cells(lattice, *p / cell_size(face, tile, lattice)));
+        s.uvs.push(from_cells(lattice, *p / cell_size(tile, lattice)));
         mesh.origins.push(Origin::Crossing { k: k as u32 });
     }
     if !s.trimmed.extra_points.is_empty() {
-        s.trimmed.rename(|v| if v >= tessellants + corners { v - corners + corners_used } else { v });
+        s.trimmed.rename(tessellants + corners, |v| v - corners + corners_used);
     }
     evaluate_vertices(face, lattice, corners_used as usize, s, mesh);
-    let natural = face.maps.map(AxisMap::naturals);
-    mesh.uvs.extend(s.uvs.iter().map(|p| Vec2::new(natural[0](p.x) as f32, natural[1](p.y) as f32)));
-    for ((to, from), natural) in mesh.lines.iter_mut().zip([&lattice.us, &lattice.vs]).zip(&natural) {
-        to.extend(from.iter().map(|&x| natural(x) as f32));
-    }
-    mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * quads.len());
+    mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * s.quads.len());
     s.trimmed.triangles.iter().for_each(|&t| push_triangle(mesh, t, face.reversed));
     let trimmed = mesh.triangles.len();
-    for [a, b, c, d] in quads {
+    for &[a, b, c, d] in &s.quads {
         let p = |v: u32| mesh.positions[v as usize];
         let halves = if p(a).distance_squared(p(c)) <= p(b).distance_squared(p(d)) {
             [[a, b, c], [a, c, d]]
@@ -200,12 +204,61 @@ fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut S
         let weighed = if tile.entangled || face.repaired { MOST_WEIGHED_OF_NOISE } else { MOST_WEIGHED };
         unfold(mesh, trimmed, lattice.chord, weighed, &surface);
     }
+    if lattice.cells() == (1, 1) {
+        // Nothing is wider than the tile.
+        return;
+    }
     let cell = |mesh: &TileMesh, v: u32| match mesh.origins[v as usize] {
         Origin::Lattice { i, j } => DVec2::new(f64::from(i), f64::from(j)),
         Origin::Crossing { k } => s.trimmed.extra_points[k as usize],
         _ => s.cells[v as usize],
     };
     narrow(mesh, trimmed, lattice.chord, &mut surface, cell);
+}
+
+/// Lattice corners that triangles use, which become vertices.
+struct UsedCorners<'a> {
+    lattice: &'a TileLattice,
+    /// The vertex of each corner, or [`NONE`].
+    slots: &'a mut [u32],
+    /// The next vertex.
+    next: u32,
+    uvs: &'a mut Vec<DVec2>,
+    origins: &'a mut Vec<Origin>,
+}
+
+impl UsedCorners<'_> {
+    /// The vertex of a corner, which is where `place` says.
+    #[inline(always)]
+    fn vertex(&mut self, corner: u32, place: impl FnOnce() -> [u32; 2]) -> u32 {
+        let slot = &mut self.slots[corner as usize];
+        if *slot == NONE {
+            *slot = self.next;
+            self.next += 1;
+            let [i, j] = place();
+            self.uvs.push(DVec2::new(self.lattice.us[i as usize], self.lattice.vs[j as usize]));
+            self.origins.push(Origin::Lattice { i, j });
+        }
+        *slot
+    }
+}
+
+/// Adds the parameters of vertices and lattice lines, in the surface's natural parametrisation.
+fn add_parameters(
+    face: &PreparedFace,
+    lattice: &TileLattice,
+    lists: MeshLists,
+    (uvs, mesh): (&[DVec2], &mut TileMesh),
+) {
+    let natural = face.maps.map(AxisMap::naturals);
+    if lists.uvs {
+        mesh.uvs.extend(uvs.iter().map(|p| Vec2::new(natural[0](p.x) as f32, natural[1](p.y) as f32)));
+    }
+    if lists.lines {
+        for ((to, from), natural) in mesh.lines.iter_mut().zip([&lattice.us, &lattice.vs]).zip(&natural) {
+            to.extend(from.iter().map(|&x| natural(x) as f32));
+        }
+    }
 }
 
 /// Appends a triangle unless two of its corners are the same point, as at a pole. Its other two sides then are the same

@@ -8,7 +8,7 @@ use crate::frame::trim::output::TrimStats;
 use crate::frame::trim::record::TrimRecord;
 use crate::frame::vertices::boundary::cell_size;
 use crate::frame::vertices::scratch::Scratch;
-use crate::mesh::Origin;
+use crate::mesh::{MeshLists, Origin};
 use crate::model::{PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use glam::DVec2;
@@ -46,7 +46,7 @@ pub struct TileRecord {
 #[must_use]
 pub fn record_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId) -> TileRecord {
     let mut scratch = Scratch::default();
-    let outcome = tessellate_tile(prepared, plan, part, tile, &mut scratch);
+    let outcome = tessellate_tile(prepared, plan, (part, tile), MeshLists::ALL, &mut scratch);
     let rows = &prepared.parts[part.index()];
     let row = &rows.tiles[tile.0 as usize];
     let face = &rows.faces[rows.face_of(row)];
@@ -55,7 +55,7 @@ pub fn record_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId)
     let Scratch { cells: points, uvs, loop_starts, trim, trimmed, .. } = scratch;
     let input = TrimInput { cells, points: &points, loop_starts: &loop_starts, places: &[] };
     let trim = trim.record(&input, &trimmed.stats);
-    let size = cell_size(face, row, &lattice);
+    let size = cell_size(row, &lattice);
     let extent = DVec2::new(f64::from(cells.0), f64::from(cells.1)) * size;
     let to_cells = |uv: DVec2| {
         let cell = DVec2::new(cell_coordinate(&lattice.us, uv.x), cell_coordinate(&lattice.vs, uv.y));

@@ -64,7 +64,7 @@ impl Distinct {
 
     pub(crate) fn restore_ids(&self, input: &TrimInput<'_>, out: &mut TrimOutput) {
         let (ours, theirs) = (self.original.len() as u32, input.points.len() as u32);
-        out.rename(|v| if v < ours { self.original[v as usize] } else { v - ours + theirs });
+        out.rename(0, |v| if v < ours { self.original[v as usize] } else { v - ours + theirs });
     }
 }
 

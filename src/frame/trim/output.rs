@@ -90,10 +90,15 @@ impl TrimOutput {
         self.stats = TrimStats::default();
     }
 
-    /// Renames the vertices of all triangles, but not of full cells.
-    pub(crate) fn rename(&mut self, mut name: impl FnMut(u32) -> u32) {
-        let mut all = |triangle: &mut [u32; 3]| triangle.iter_mut().for_each(|v| *v = name(*v));
-        self.triangles.iter_mut().for_each(&mut all);
+    /// Renames the vertices from `first` on of all triangles, but not of full cells.
+    pub(crate) fn rename(&mut self, first: u32, mut name: impl FnMut(u32) -> u32) {
+        let mut all = |triangle: &mut [u32; 3]| {
+            triangle.iter_mut().filter(|v| **v >= first).for_each(|v| *v = name(*v));
+        };
+        // Most tiles have tessellants alone, which takes less to see than to rename none of them.
+        if self.triangles.as_flattened().iter().copied().max() >= Some(first) {
+            self.triangles.iter_mut().for_each(&mut all);
+        }
         self.layers.iter_mut().for_each(|(triangle, _)| all(triangle));
         self.closing.iter_mut().for_each(all);
     }

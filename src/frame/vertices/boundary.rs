@@ -5,7 +5,7 @@ use crate::frame::plan::output::{CellWalk, PartPlan, Plan, TileLattice};
 use crate::mesh::{EdgeLine, Origin, TileMesh};
 use crate::model::{EdgeId, PartId, RowId};
 use crate::prepare::Prepared;
-use crate::prepare::internals::{EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use crate::prepare::internals::{EdgeShape, EdgeUse, PreparedEdge, PreparedPart, Tile};
 use glam::{DVec2, DVec3};
 
 /// Snaps cell coordinates this close to the tile's border onto it. Parameters come from projections accurate to about
@@ -27,7 +27,6 @@ pub(crate) fn trace_loops(
     plan: &PartPlan,
     tile: &Tile,
     lattice: &TileLattice,
-    face: &PreparedFace,
     s: &mut Scratch,
     mesh: &mut TileMesh,
 ) {
@@ -35,22 +34,21 @@ pub(crate) fn trace_loops(
     s.uvs.clear();
     s.loop_starts.clear();
     s.loop_starts.push(0);
-    // A mesh is kept for long: no more room than it needs, and no copies as it grows.
     let count = |u: &EdgeUse| steps(u, &plan.edges[u.edge.index()].breaks).len();
     let tessellants = tile.loops.iter().flatten().map(count).sum();
-    mesh.positions.reserve_exact(tessellants);
-    mesh.origins.reserve_exact(tessellants);
-    let mut spot = Spot::of(face, tile, lattice);
+    mesh.positions.reserve(tessellants);
+    mesh.origins.reserve(tessellants);
+    let mut spot = Spot::of(tile, lattice);
     for l in &tile.loops {
         for u in l {
             let edge = &part.edges[u.edge.index()];
             let polyline = &plan.edges[u.edge.index()];
-            let mut hint = 0;
+            let (ts, mut hint) = (&polyline.ts[..], 0);
             for (k, at_break) in steps_with_breaks(u, &polyline.breaks) {
-                let uv = u.uv.point(polyline.ts[k], &mut hint);
+                let uv = u.uv.point(ts[k], &mut hint);
                 s.cells.push(spot.cell(uv));
                 s.uvs.push(uv);
-                mesh.positions.push(edge_point(edge, at_break, polyline.ts[k]));
+                mesh.positions.push(edge_point(edge, at_break, ts[k]));
                 mesh.origins.push(origin(part, u.edge, k as u32));
             }
         }
@@ -67,9 +65,9 @@ struct Spot<'a> {
 }
 
 impl<'a> Spot<'a> {
-    fn of(face: &PreparedFace, tile: &'a Tile, lattice: &'a TileLattice) -> Self {
+    fn of(tile: &'a Tile, lattice: &'a TileLattice) -> Self {
         let along = [CellWalk::new(&lattice.us), CellWalk::new(&lattice.vs)];
-        Self { tile, cells: lattice.cells(), scale: cell_size(face, tile, lattice), along }
+        Self { tile, cells: lattice.cells(), scale: cell_size(tile, lattice), along }
     }
 
     #[inline(always)]
@@ -125,17 +123,8 @@ fn snap(x: f64, cells: u32) -> f64 {
 
 /// Size of the tile's cells in cell units. A single cell gets the tile's proportions in space, for better triangles: it
 /// has no lattice lines to fit.
-pub(crate) fn cell_size(face: &PreparedFace, tile: &Tile, lattice: &TileLattice) -> DVec2 {
-    if lattice.cells() == (1, 1) { proportions(face, tile) } else { DVec2::ONE }
-}
-
-/// Length of the tile in space along u and v, relative to the longer one. At least 1e-6.
-fn proportions(face: &PreparedFace, tile: &Tile) -> DVec2 {
-    let middle = 0.5 * (tile.min + tile.max);
-    let d = face.patches.derivatives(middle.x, middle.y);
-    let size = DVec2::new(d.du.length(), d.dv.length()) * (tile.max - tile.min);
-    let longest = size.max_element();
-    if longest > 0.0 && longest.is_finite() { (size / longest).max(DVec2::splat(1e-6)) } else { DVec2::ONE }
+pub(crate) fn cell_size(tile: &Tile, lattice: &TileLattice) -> DVec2 {
+    if lattice.cells() == (1, 1) { tile.proportions } else { DVec2::ONE }
 }
 
 /// The polyline of a B-rep edge by a plan. Empty for an edge that no tile uses.

@@ -5,16 +5,15 @@ use super::scratch::Scratch;
 use crate::frame::plan::output::TileLattice;
 use crate::frame::trim::input::NONE;
 use crate::mesh::TileMesh;
-use crate::model::SurfaceKind;
 use crate::prepare::internals::PreparedFace;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// Fewest lattice points to evaluate line by line. With fewer, setting up the lines costs more than it saves.
 const LATTICE_FROM: usize = 16;
 /// Evaluates line by line only if at least one in this many of the lattice's points is used.
 const LATTICE_SHARE: usize = 4;
 
-/// Evaluates the positions of lattice points and crossings, and the normals of all vertices.
+/// Evaluates the positions of lattice points and crossings, and the normals of all vertices. A plane has one normal.
 pub(crate) fn evaluate_vertices(
     face: &PreparedFace,
     lattice: &TileLattice,
@@ -22,15 +21,23 @@ pub(crate) fn evaluate_vertices(
     s: &mut Scratch,
     mesh: &mut TileMesh,
 ) {
-    evaluate(face, lattice, s.cells.len(), corners_used, s, &mut mesh.positions);
-    let side = if face.reversed { -1.0 } else { 1.0 };
+    let (tessellants, side) = (s.cells.len(), if face.reversed { -1.0 } else { 1.0 });
+    if let Some(normal) = face.plane_normal {
+        // Positions of tessellants are those of their edges, so only the others are evaluated.
+        if let others @ [_, ..] = &s.uvs[tessellants..] {
+            evaluate_points(&face.patches, others, &mut s.points, &mut s.normals);
+            mesh.positions.extend_from_slice(&s.points);
+        }
+        mesh.normals.resize(s.uvs.len(), (normal * side).as_vec3());
+        return;
+    }
+    evaluate(face, lattice, tessellants, corners_used, s, &mut mesh.positions);
     mesh.normals.extend(s.normals.iter().map(|n| (*n * side).as_vec3()));
 }
 
 /// Puts the normals of all vertices into `s.normals`, and appends the positions of those that are not tessellants.
 ///
-/// Lattices that are largely used are evaluated line by line, all else point by point. Both give the same bits. A plane
-/// has one normal.
+/// Lattices that are largely used are evaluated line by line, all else point by point. Both give the same bits.
 fn evaluate(
     face: &PreparedFace,
     lattice: &TileLattice,
@@ -40,17 +47,6 @@ fn evaluate(
     positions: &mut Vec<DVec3>,
 ) {
     let Scratch { uvs, corners, normals, points, evaluate, lattice: on_lattice, .. } = s;
-    if face.kind == SurfaceKind::Plane {
-        let corner = DVec2::new(face.patches.breaks_u[0], face.patches.breaks_v[0]);
-        evaluate_points(&face.patches, &[corner], points, normals);
-        let normal = normals[0];
-        // Positions of tessellants are those of their edges, so only the others are evaluated.
-        evaluate_points(&face.patches, &uvs[tessellants..], points, normals);
-        positions.extend_from_slice(points);
-        normals.clear();
-        normals.resize(uvs.len(), normal);
-        return;
-    }
     if corners_used < LATTICE_FROM || corners_used * LATTICE_SHARE < corners.len() {
         evaluate_points(&face.patches, uvs, points, normals);
         positions.extend_from_slice(&points[tessellants..]);

@@ -14,6 +14,8 @@ pub struct Scratch {
     pub(crate) loop_starts: Vec<u32>,
     /// Vertex of each lattice point, or `NONE`.
     pub(crate) corners: Vec<u32>,
+    /// Vertices of full cells.
+    pub(crate) quads: Vec<[u32; 4]>,
     pub(crate) normals: Vec<DVec3>,
     pub(crate) points: Vec<DVec3>,
     /// Points and normals of the whole lattice.
@@ -21,19 +23,19 @@ pub struct Scratch {
     pub(crate) trim: TrimScratch,
     pub(crate) trimmed: TrimOutput,
     pub(crate) evaluate: EvaluateScratch,
-    /// Buffers for later tiles.
-    spare: Vec<TileMesh>,
+    /// Empty, with the room of the last tile's mesh.
+    mesh: TileMesh,
 }
 
 impl Scratch {
-    /// An empty mesh, with the memory of a used one if there is any.
-    pub(crate) fn spare(&mut self) -> TileMesh {
-        self.spare.pop().unwrap_or_default()
+    /// An empty mesh, with the room of the last one that came back.
+    pub(crate) fn take_mesh(&mut self) -> TileMesh {
+        std::mem::take(&mut self.mesh)
     }
 
-    /// Gives the buffers of `mesh` to later tiles.
+    /// Gives the room of the last tile's mesh to the next one. Without it, each tile gets new memory.
     pub fn reuse(&mut self, mut mesh: TileMesh) {
         mesh.clear();
-        self.spare.push(mesh);
+        self.mesh = mesh;
     }
 }

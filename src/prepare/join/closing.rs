@@ -314,6 +314,7 @@ mod tests {
             entangled: false,
             weight: 0.0,
             centre: DVec3::ZERO,
+            proportions: DVec2::ONE,
         }];
         let wanted = Wanted { chain: &chain, brep_edges: 4, lobed: &[0, 1, 2, 3], may_end: false };
         let added = close(&mut tiles, &mut edges, &wanted, &mut Vec::new());

@@ -38,6 +38,8 @@ pub struct PreparedFace {
     pub creases: [Vec<f64>; 2],
     /// Whether the outward normal is opposite to `S_u × S_v`, so that triangles are flipped.
     pub reversed: bool,
+    /// The unit normal along `S_u × S_v` of a plane; `None` of other surfaces.
+    pub plane_normal: Option<DVec3>,
     /// Largest distance between the surface and the face's edges, millimetres: the gap that the file itself leaves.
     pub gap: f64,
     /// Number of critical parameters: breaks without which coarse polylines could cross where the curves do not.
@@ -128,6 +130,8 @@ pub struct Tile {
     pub weight: f64,
     /// A point near the middle, part coordinates.
     pub centre: DVec3,
+    /// Length in space along u and v through the middle, relative to the longer one; at least 1e-6.
+    pub proportions: DVec2,
 }
 
 /// What [`Prepared::update`](Prepared::update) needs of a part that it takes over, besides the part.

@@ -13,6 +13,7 @@ use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
 use crate::prepare::uv::uv_curve::SAME_SHARE;
 use crate::prepare::wires::chain::Chain;
+use glam::{DVec2, DVec3};
 
 /// How the loops of a face were closed.
 #[derive(Clone, Debug, PartialEq)]
@@ -104,8 +105,14 @@ pub(crate) fn assemble(
         };
         told.extend(added.map(|added| (k, ClosingOutcome::Closure(added))));
         out.face_rows.push(Some(id(out.faces.len())));
+        let kind = if draft.filled { SurfaceKind::Plane } else { part.faces[k].surface.kind() };
+        let patches = &draft.patches;
+        let plane_normal = (kind == SurfaceKind::Plane).then(|| {
+            let [_, du, dv] = patches.tangents(patches.breaks_u[0], patches.breaks_v[0]);
+            du.cross(dv).try_normalize().unwrap_or(DVec3::Z)
+        });
         out.faces.push(PreparedFace {
-            kind: if draft.filled { SurfaceKind::Plane } else { part.faces[k].surface.kind() },
+            kind,
             entity: part.faces[k].entity,
             repaired: refilled || !draft.repairs.is_empty() || added.is_some_and(|added| added.loops > 0),
             filled: draft.filled,
@@ -115,6 +122,7 @@ pub(crate) fn assemble(
             maps: draft.maps,
             creases: draft.creases,
             reversed: reversed[k],
+            plane_normal,
             gap: draft.gap,
             critical: draft.critical,
             meetings: draft.meetings,
@@ -182,7 +190,8 @@ fn number_tiles(
         };
         let loops = t.loops.into_iter().map(|l| l.into_iter().filter_map(edge_use).collect::<Vec<_>>());
         let loops = loops.filter(|l| !l.is_empty()).collect();
-        let middle = draft.patches.point(0.5 * (t.min.x + t.max.x), 0.5 * (t.min.y + t.max.y));
+        let middle = 0.5 * (t.min + t.max);
+        let [centre, du, dv] = draft.patches.tangents(middle.x, middle.y);
         tiles.push(Tile {
             face: FaceId::new(k),
             min: t.min,
@@ -191,13 +200,23 @@ fn number_tiles(
             entangled: t.entangled,
             // Set once the model's size is known.
             weight: 0.0,
-            centre: middle,
+            centre,
+            proportions: proportions([du, dv], t.max - t.min),
         });
     }
     end_poles(&tiles[first_tile..], edges);
     let FaceDraft { chain, lobed, ends_with_surface: may_end, .. } = &*draft;
     let wanted = Wanted { chain, brep_edges, lobed, may_end: *may_end };
     close(&mut tiles[first_tile..], edges, &wanted, spans)
+}
+
+/// Lengths of a parameter rectangle of this size in space, by the derivatives in its middle: relative to the longer one.
+fn proportions([du, dv]: [DVec3; 2], size: DVec2) -> DVec2 {
+    /// Less is noise.
+    const LEAST: f64 = 1e-6;
+    let lengths = DVec2::new(du.length(), dv.length()) * size;
+    let longest = lengths.max_element();
+    if longest > 0.0 && longest.is_finite() { (lengths / longest).max(DVec2::splat(LEAST)) } else { DVec2::ONE }
 }
 
 /// The edge for a border of a face, with its ends on breaks of edges.
