@@ -4,7 +4,7 @@
 
 use glam::{DAffine3, DVec3};
 use std::error::Error;
-use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SceneInstance, ScenePart, SinkError, TileMesh};
+use trimtess::mesh::{Batch, EdgeLine, MeshLists, MeshSink, Scene, SceneInstance, ScenePart, SinkError, TileMesh};
 use trimtess::model::{FaceId, PartId, TileId};
 
 /// Sums up each part's area, then passes the frame on to another sink.
@@ -14,6 +14,10 @@ struct Measure<S> {
 }
 
 impl<S: MeshSink> MeshSink for Measure<S> {
+    fn reads(&self) -> MeshLists {
+        self.next.reads()
+    }
+
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.areas = vec![0.0; scene.parts.len()];
         self.next.begin(scene)

@@ -36,6 +36,7 @@ fn layouts() -> Vec<VertexLayout> {
         VertexLayout::COMPACT,
         VertexLayout::COMPACT.with_index(IndexFormat::U32).with_normal(NormalFormat::None),
         VertexLayout::COMPACT.with_position(PositionFormat::Grid),
+        VertexLayout::COMPACT.with_tangent(true),
         all.with_position(PositionFormat::F64),
         all.with_position(PositionFormat::Grid).with_normal(NormalFormat::Octahedral),
     ]

@@ -13,10 +13,12 @@ use std::collections::BTreeMap;
 ///
 /// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {
-    /// The lists of meshes that it reads; others may be empty. The provided implementation reads all.
+    /// The lists of meshes that it reads; others may be empty. The provided implementation reads all. A sink that passes
+    /// batches on to another returns what that one reads, and what it reads itself.
     ///
-    /// Frames of views are made for the sink of the last commit. One that a sink gets although it reads more is refused
-    /// before any call, with [`InvalidInput`](std::io::ErrorKind::InvalidInput), and the next one is whole.
+    /// A session makes frames of views for the sink of its last commit. The commit to a sink that reads more fails before
+    /// any other call, with [`InvalidInput`](std::io::ErrorKind::InvalidInput), and the next frame is a whole one. A sink
+    /// that begins to read more calls for [`forget`](crate::parallel::Session::forget): what it has stays as it is.
     fn reads(&self) -> MeshLists {
         MeshLists::ALL
     }

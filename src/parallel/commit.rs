@@ -9,6 +9,7 @@ use crate::frame::{Ladder, Rung};
 use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, NotWritten, Scene, SinkError, TileMesh, WrittenTile};
 use crate::model::{FaceId, PartId, TileId};
 use crate::prepare::internals::panic_message;
+use std::any::Any;
 use std::collections::{BTreeMap, BTreeSet};
 use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -162,10 +163,7 @@ pub(super) fn commit(
     (report.rungs, report.ladder) = climbed(all.then_some(scene), faces, &rows.rungs);
     // A sink that panics has refused: the session goes on, with a whole frame.
     let fed = catch_unwind(AssertUnwindSafe(|| rows.feed(scene, (report.whole, feed), (writer.is_some(), sink))));
-    let fed = fed.unwrap_or_else(|panic| {
-        let cause = std::io::Error::other(panic_message(&*panic));
-        Err(FrameError::Sink(SinkError { context: "the sink panicked".into(), cause }))
-    });
+    let fed = fed.unwrap_or_else(|panic| Err(sink_panicked(&*panic)));
     if let Err(error) = fed {
         if let Some(writer) = writer {
             let left = rows.order[rows.given..].iter();
@@ -290,6 +288,12 @@ impl Rows {
         }
         sink.end().map_err(FrameError::Sink)
     }
+}
+
+/// The error of a sink that panicked.
+pub(super) fn sink_panicked(payload: &(dyn Any + Send)) -> FrameError {
+    let cause = std::io::Error::other(panic_message(payload));
+    FrameError::Sink(SinkError { context: "the sink panicked".into(), cause })
 }
 
 /// Why a tile could not be written, if any could not. The frame must then be dropped before the sink hears of it.

@@ -1,7 +1,7 @@
 //! What a frame of views changes in a session: plans and residency. The job that makes a frame has all of it,
 //! and gives it back.
 
-use super::commit::{Feed, FrameReport, Rows, commit, refusal};
+use super::commit::{Feed, FrameReport, Rows, commit, refusal, sink_panicked};
 use super::crew::{Crew, Work};
 use super::edits::Edited;
 use super::error::FrameError;
@@ -26,6 +26,7 @@ use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
 use crate::view::View;
 use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -275,9 +276,10 @@ impl Engine {
             return Err(error);
         }
         let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred, lists } = frame;
-        if self.writer.is_none() && !lists.contain(sink.reads()) {
+        let reads = lists_of(sink)?;
+        if self.writer.is_none() && !lists.contain(reads) {
             self.forget();
-            let context = format!("a frame with {lists:?}, made for another sink; this one reads {:?}", sink.reads());
+            let context = format!("a frame with {lists:?}, made for another sink; this one reads {reads:?}");
             return Err(FrameError::Sink(SinkError { context, cause: std::io::ErrorKind::InvalidInput.into() }));
         }
         let Some(Live { residency, .. }) = &mut self.live else { return Ok(FrameReport::default()) };
@@ -296,7 +298,7 @@ impl Engine {
                 return Err(error);
             }
         };
-        self.reads = sink.reads();
+        self.reads = reads;
         self.owners.book(&self.prepared, times.into_iter());
         if let (Some(from), false) = (from, degraded.is_empty()) {
             let new = successors(from);
@@ -340,6 +342,11 @@ impl Engine {
         self.next += 1;
         self.next - 1
     }
+}
+
+/// The lists that a sink reads.
+fn lists_of(sink: &dyn MeshSink) -> Result<MeshLists, FrameError> {
+    catch_unwind(AssertUnwindSafe(|| sink.reads())).map_err(|panic| sink_panicked(&*panic))
 }
 
 /// Whether a plan has the tiles and edges of these parts.
@@ -389,7 +396,7 @@ pub(super) fn whole_frame(
     let parts = scene.parts.len();
     let tiles = prepared.parts.iter().take(parts).map(|part| part.tiles.len() as u64).sum();
     let watch = Watch::new(control, tiles);
-    let lists = writer.map_or(sink.reads(), |writer| writer.lists());
+    let lists = writer.map_or_else(|| lists_of(sink), |writer| Ok(writer.lists()))?;
     let order = Order { plan: Arc::clone(plan), watch: watch.clone(), writer: writer.cloned(), lists };
     let mut deliveries = crew.make(jobs, order, Work::All(parts));
     let cancelled = watch.is_cancelled().then_some(FrameError::Cancelled);

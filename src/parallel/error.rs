@@ -20,7 +20,7 @@ pub enum FrameError {
         /// What is wrong with it.
         why: InvalidView,
     },
-    /// The sink refused, or panicked.
+    /// The sink refused, or panicked, or [reads](crate::mesh::MeshSink::reads) more than was made.
     Sink(SinkError),
     /// A tile does not fit the grid that the sink's layout asks for. The sink was not touched.
     Grid(GridTooCoarse),

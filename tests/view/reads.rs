@@ -8,12 +8,12 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshLists, MeshSink, Scene, SinkError};
 use trimtess::parallel::{FrameError, Session, SessionOptions};
 
-/// A sink in memory that reads these lists.
-struct Reader(MeshLists, MemorySink);
+/// A sink in memory that reads these lists, and the last batches that it was sent.
+struct Reader(MeshLists, MemorySink, Vec<Batch>);
 
 impl Reader {
     fn of(lists: MeshLists) -> Self {
-        Self(lists, MemorySink::default())
+        Self(lists, MemorySink::default(), Vec::new())
     }
 }
 
@@ -28,6 +28,7 @@ impl MeshSink for Reader {
         self.1.begin_changes(scene)
     }
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
+        self.2.push(Batch { worker: 0, ..batch.clone() });
         self.1.batch(batch)
     }
     fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
@@ -98,8 +99,11 @@ fn a_flight_has_the_lists_that_are_read() {
         let (mut all, mut some) = (MemorySink::default(), Reader::of(lists));
         for (k, view) in path(&mut SplitMix(7), prepared.bounds.unwrap(), 40).into_iter().enumerate() {
             one.view(&[view], &mut all).unwrap();
+            some.2.clear();
             let report = other.view(&[view], &mut some).unwrap();
             assert_eq!(report.whole, k == 0);
+            let sent = some.2.drain(..).filter(|_| k > 0).collect::<Vec<_>>();
+            assert!(sent == with(lists, &sent), "{name}, {k}: a list that is not read");
             // Tiles of the first frame have all lists, as the sink is not known when it is asked for.
             assert!(with(lists, &all.batches) == with(lists, &some.1.batches), "{name}, {k}");
             assert_eq!(all.drawn, some.1.drawn);
@@ -110,7 +114,7 @@ fn a_flight_has_the_lists_that_are_read() {
 }
 
 #[test]
-fn a_frame_for_a_sink_that_reads_less_is_refused_and_the_next_one_is_whole() {
+fn a_sink_that_reads_more_than_was_made_is_refused_and_the_next_frame_is_whole() {
     let prepared = shape("torus");
     let views = path(&mut SplitMix(3), prepared.bounds.unwrap(), 4);
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(2)).unwrap();

@@ -102,7 +102,7 @@ impl Terms {
     pub(crate) fn need(&self, rate: &Rate, radius: f64) -> BoxTolerances {
         let most = rate.finest();
         let shares = match (rate, most) {
-            (Rate::Each(steps), Some(most)) => {
+            (Rate::Each(steps), Some(most)) if steps.iter().any(|step| *step != Some(most)) => {
                 let share = |step: &Step| step.map_or(0.0, |k| self.density(k) / self.density(most));
                 steps.iter().map(share).collect()
             }

@@ -44,6 +44,7 @@ impl Density<'_> {
     }
 
     /// The strips between `a` and `b`.
+    #[inline]
     fn between(&self, a: f64, b: f64) -> Range<usize> {
         // Mostly all of them.
         let n = self.rates.len();

@@ -221,8 +221,8 @@ impl Lattices {
             chord_rates([&strips[0], &strips[1]], all, share, (width, 8.0 * tolerance.chord), wanted);
             for (strip, rate) in strips.iter().flatten().zip(wanted.iter_mut().flatten()) {
                 let long = tolerance.max_edge.map_or(0.0, |m| std::f64::consts::SQRT_2 * strip.speed / m);
-                let smooth = smaller(densest(strip), larger(strip.even, strip.turn / angle));
-                *rate = larger(long, larger(smooth, *rate));
+                let smooth = smaller(larger(strip.turn / angle, strip.even), densest(strip));
+                *rate = larger(*rate, larger(smooth, long));
             }
             [0, 1].map(|axis| most_turn(&strips[axis], &wanted[axis]))
         };

@@ -188,13 +188,11 @@ fn limit_to_cells(
     const TRAVERSALS: f64 = 64.0;
     let (nu, nv) = lattice.cells();
     let (nu, nv) = (f64::from(nu), f64::from(nv));
-    let all = TRAVERSALS * (nu + nv);
-    if is_even(&lattice.us) && is_even(&lattice.vs) {
-        let [ways_u, ways_v] = image.ways.map(f64::from);
-        let share = (all / (ways_u * nu + ways_v * nv)).min(1.0);
+    let real = image.ways.iter().all(|&ways| f64::from(ways) <= TRAVERSALS);
+    if real && is_even(&lattice.us) && is_even(&lattice.vs) {
         for rates in rates {
             for (rate, &[u, v]) in rates.iter_mut().skip(image.strip).zip(image.rates) {
-                *rate = larger(share * larger(f64::from(u) * nu, f64::from(v) * nv), *rate);
+                *rate = larger(larger(f64::from(u) * nu, f64::from(v) * nv), *rate);
             }
         }
         return;
@@ -217,7 +215,7 @@ fn limit_to_cells(
         wanted.push(cells / (ends[1].min(image.ends[1]) - ends[0].max(image.ends[0])));
         total += cells;
     }
-    let share = (all / total).min(1.0);
+    let share = (TRAVERSALS * (nu + nv) / total).min(1.0);
     for rates in rates {
         for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
             *rate = rate.max(*wanted * share);

@@ -7,8 +7,8 @@ use crate::prepare::internals::BoundingBox;
 /// Tolerances of boxes that are at least this fraction of each other count as equal: the number of lines differs by a
 /// twentieth at most.
 const ALIKE: f64 = 0.9;
-/// The same for the pixels per millimetre in a box around them all, which then stand for those in each. Most tiles are
-/// small from where they are seen, and one look is enough.
+/// If the pixels per millimetre differ by less within the box around all of them, the largest stands for each: the
+/// tolerance is stricter than needed by 4 % at most. Most tiles are small from where they are seen, and one look is enough.
 const SAME: f64 = 0.96;
 
 /// Tolerance of one tile or edge, box by box.

@@ -59,7 +59,7 @@ pub(crate) struct PixelScale {
 }
 
 impl PixelScale {
-    /// In the image that shows the box larger.
+    /// The larger of each pair: bounds over several images.
     pub(crate) fn max(self, other: Self) -> Self {
         Self { most: larger(other.most, self.most), least: larger(other.least, self.least) }
     }
@@ -303,6 +303,28 @@ mod tests {
             Ok(())
         };
         judge!(5_000, 600, |bytes: &[u8]| property(&mut Unstructured::new(bytes)).is_ok());
+    }
+
+    #[test]
+    fn boxes_inside_a_box_are_within_its_scales() {
+        let (mut draw, mut close) = (SplitMix(11), 0);
+        for _ in 0..20_000 {
+            let mut vector = |size: f64| DVec3::from([0; 3].map(|_| draw.range(-size, size)));
+            let (centre, half) = (vector(80.0), vector(12.0).abs());
+            let (from, to) = (vector(1.0), vector(1.0));
+            let place = BoundingBox { low: centre - half, high: centre + half };
+            let inner = BoundingBox { low: centre + half * from.min(to), high: centre + half * from.max(to) };
+            for projection in [CAMERA.projection, Projection::Orthographic { height: 150.0 }] {
+                let view = View { camera: Camera { projection, ..CAMERA }, ..VIEW };
+                let camera = sight(&view, DAffine3::from_scale(DVec3::splat(1.5)));
+                let (PixelScale { most, least }, inside) =
+                    (camera.pixel_scale(&place), camera.pixels_per_length(&inner));
+                let rounding = 1e-9 * most;
+                assert!(least - rounding <= inside && inside <= most + rounding, "{least} {inside} {most} {place:?}");
+                close += usize::from(least > 0.8 * most);
+            }
+        }
+        assert!(close > 21_000, "{close}");
     }
 
     #[test]

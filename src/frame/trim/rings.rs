@@ -77,8 +77,8 @@ impl Rings {
         self.failed = 0;
     }
 
-    /// Triangulates a region whose loops cross no lattice line, without rings. Returns false if
-    /// it has crossings or more than one cell, or cannot be triangulated directly.
+    /// Triangulates a region whose loops cross no lattice line, without rings. Returns false if it has crossings or more
+    /// than one cell, or cannot be triangulated directly.
     pub(crate) fn build_one_cell(
         &mut self,
         tile: &TrimInput<'_>,

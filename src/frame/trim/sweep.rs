@@ -1,7 +1,7 @@
 //! Loops in a plane -> strictly positive triangles with the same boundary, by a sweep; or a refusal.
 //!
-//! Method: Hertel and Mehlhorn, "Fast triangulation of simple polygons", 1983. A line passes over the vertices from
-//! left to right. What it cuts of the region is intervals between two segments. The part of an interval's region that
+//! Method: Hertel and Mehlhorn, "Fast triangulation of simple polygons", 1983. A line passes over the vertices along
+//! the longer side of their box, here from left to right. What it cuts of the region is intervals between two segments. The part of an interval's region that
 //! has no triangles yet ends on the left in a chain, which turns away from it at every inner vertex. Each vertex that
 //! the line meets extends a chain, and cuts off the triangles that are positive. A vertex that points to the left, into
 //! an interval, splits it: its partner is the last vertex of that interval. One that points to the right joins two.
@@ -23,7 +23,7 @@ pub(crate) struct Sweep {
     /// By vertex: its neighbours in its loop.
     next: Vec<u32>,
     prev: Vec<u32>,
-    /// The vertices from left to right, each with its coordinate as a number in [`ordered`]; and the place of each
+    /// The vertices in the order in which the line meets them, each with its coordinate as a number in [`ordered`]; and the place of each
     /// there.
     order: Vec<(i64, u32)>,
     rank: Vec<u32>,
@@ -391,10 +391,13 @@ mod tests {
         assert!(double_area(&hole) < 0.0);
         points.extend(hole);
         assert_eq!(sweep(&points, &[0, 24]).ok(), Some(48));
-        // Teeth that end in one column.
-        let teeth = (0..41).map(|k| DVec2::new(f64::from(k % 2), f64::from(40 - k)));
-        let comb: Vec<_> = [DVec2::new(3.0, 0.0), DVec2::new(3.0, 40.0)].into_iter().chain(teeth).collect();
-        assert_eq!(sweep(&comb, &[0]).ok(), Some(41));
+        // Teeth that end in one column. The line meets all at once if the comb is wide, one after the other if it is tall.
+        for back in [300.0, 3.0] {
+            let teeth = (0..41).map(|k| DVec2::new(f64::from(k % 2), f64::from(40 - k)));
+            let comb: Vec<_> = [DVec2::new(back, 0.0), DVec2::new(back, 40.0)].into_iter().chain(teeth).collect();
+            let turned: Vec<_> = comb.iter().map(|p| p.perp()).collect();
+            assert_eq!([comb, turned].map(|comb| sweep(&comb, &[0]).ok()), [Some(41); 2]);
+        }
     }
 
     /// The deciles of the triangles' smallest angles, and the length of all sides.

@@ -34,10 +34,6 @@ pub(crate) fn trace_loops(
     s.uvs.clear();
     s.loop_starts.clear();
     s.loop_starts.push(0);
-    let count = |u: &EdgeUse| steps(u, &plan.edges[u.edge.index()].breaks).len();
-    let tessellants = tile.loops.iter().flatten().map(count).sum();
-    mesh.positions.reserve(tessellants);
-    mesh.origins.reserve(tessellants);
     let mut spot = Spot::of(tile, lattice);
     for l in &tile.loops {
         for u in l {
@@ -80,20 +76,16 @@ impl<'a> Spot<'a> {
     }
 }
 
-/// Indices of an edge's tessellants along one use, in loop order, without the last.
-pub(crate) fn steps(u: &EdgeUse, breaks: &[u32]) -> impl ExactSizeIterator<Item = usize> + use<> {
-    let (a, b) = (breaks[u.from as usize] as usize, breaks[u.to as usize] as usize);
-    let count = a.abs_diff(b);
-    (0..count).map(move |i| if a < b { a + i } else { a - i })
-}
-
-/// [`steps`], each with the index of its break if it is one.
+/// Indices of an edge's tessellants along one use, in loop order, without the last: each with the index of its break if
+/// it is one.
 pub(crate) fn steps_with_breaks<'a>(
     u: &'a EdgeUse,
     breaks: &'a [u32],
 ) -> impl Iterator<Item = (usize, Option<u32>)> + use<'a> {
+    let (a, b) = (breaks[u.from as usize] as usize, breaks[u.to as usize] as usize);
     let mut next = u.from;
-    steps(u, breaks).map(move |k| {
+    (0..a.abs_diff(b)).map(move |i| {
+        let k = if a < b { a + i } else { a - i };
         let at_break = (breaks[next as usize] as usize == k).then_some(next);
         if at_break.is_some() {
             next = if u.from < u.to { next + 1 } else { next.saturating_sub(1) };

@@ -7,7 +7,7 @@
 
 use crate::math::bernstein;
 use crate::math::lanes::widest;
-use crate::prepare::internals::decompose::{BezierPatches, locate, locate_near};
+use crate::prepare::internals::decompose::{BezierPatches, locate};
 use glam::{DVec2, DVec3, DVec4};
 
 /// Inner lines per block. 8 wastes half of the lanes on the short runs that patches of real models have; 2 leaves the
@@ -141,8 +141,7 @@ pub fn evaluate_points(
     positions.clear();
     normals.clear();
     let mut lost = 0;
-    let mut hint = [0; 2];
-    let mut rest = at.iter().map(|&p| LinePlace::near(patches, roles, p, &mut hint)).peekable();
+    let mut rest = at.iter().map(|&p| LinePlace::of(patches, roles, p)).peekable();
     widest(
         #[inline(always)]
         || {
@@ -212,16 +211,8 @@ struct LinePlace {
 }
 
 impl LinePlace {
-    fn of(patches: &BezierPatches, roles: Roles, at: DVec2) -> Self {
-        Self::near(patches, roles, at, &mut [0; 2])
-    }
-
-    /// Fastest if the patch at `hint`, in u and v, is the one. That is where `hint` is left.
-    #[inline(always)]
-    fn near(patches: &BezierPatches, roles: Roles, DVec2 { x: u, y: v }: DVec2, hint: &mut [usize; 2]) -> Self {
-        let in_u = locate_near(&patches.breaks_u, u, hint[0]);
-        let in_v = locate_near(&patches.breaks_v, v, hint[1]);
-        *hint = [in_u.0, in_v.0];
+    fn of(patches: &BezierPatches, roles: Roles, DVec2 { x: u, y: v }: DVec2) -> Self {
+        let (in_u, in_v) = (locate(&patches.breaks_u, u), locate(&patches.breaks_v, v));
         let (outer, inner) = if roles.inner_is_v { (in_u, in_v) } else { (in_v, in_u) };
         Self { patch: [outer.0, inner.0], outer: outer.1, inner: inner.1 }
     }

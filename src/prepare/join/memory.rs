@@ -17,7 +17,7 @@ const ALLOCATION: usize = 16;
 const PREPARED_EDGE: usize = size_of::<PreparedEdge>() + 2 * size_of::<Break>() + STRIP + 4 * ALLOCATION;
 
 /// What a use of an edge takes in a prepared part, besides the use: its row at the edge, and samples of its image.
-const PREPARED_USE: usize = 160;
+const PREPARED_USE: usize = 192;
 
 /// Bounds of a strip of a curve.
 const STRIP: usize = size_of::<(StripBounds, BoundingBox, f64)>();

@@ -42,7 +42,7 @@ impl EdgeImages {
             for (k, (a, b)) in (0..).zip(&strips) {
                 let crossings =
                     longest_step(&out.places[at + k * steps..=at + (k + 1) * steps]).map(|x| x * steps as f32);
-                out.rates.push(crossings.map(|x| (f64::from(x) / (b - a)).min(f64::from(f32::MAX)) as f32));
+                out.rates.push(crossings.map(|x| rounded_down(f64::from(x) / (b - a))));
                 ways = [ways[0] + crossings[0], ways[1] + crossings[1]];
             }
             out.spans.push(ImageSpan { ends, strip, place: at as u32, steps: steps as u32, rate, ways });
@@ -51,6 +51,11 @@ impl EdgeImages {
         out.rates.shrink_to_fit();
         out
     }
+}
+
+/// A rate rounded down: where segments fit cells exactly, rounding up would ask for one more.
+fn rounded_down(rate: f64) -> f32 {
+    (rate * (1.0 - f64::from(f32::EPSILON))).min(f64::from(f32::MAX)) as f32
 }
 
 /// The longest step between places, in u and in v, as a share of the tile.
@@ -116,4 +121,24 @@ fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
     cuts.sort_by(f64::total_cmp);
     cuts.dedup();
     cuts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::random::SplitMix;
+
+    /// An image that crosses its tile once, evenly, asks for as many segments as the lattice has cells.
+    #[test]
+    fn no_rate_asks_for_more_segments_than_cells() {
+        let mut draw = SplitMix(5);
+        let widths = [1.0, 3.0, 5.0, 7.0, 10.0, 0.7].into_iter().chain((0..1000).map(|_| draw.range(0.1, 100.0)));
+        for width in widths {
+            for cells in [1.0, 7.0, 100.0, 4095.0] {
+                let segments = f64::from(rounded_down(1.0 / width)) * cells * width;
+                assert!(segments <= cells && segments > cells - 1e-2, "{width} {cells}: {segments}");
+            }
+        }
+        assert!(rounded_down(f64::INFINITY).is_finite() && rounded_down(0.0) == 0.0);
+    }
 }

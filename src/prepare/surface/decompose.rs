@@ -249,15 +249,8 @@ impl BezierPatches {
 /// The piece that contains `t` (at a break the one that starts there) and the local parameter, clamped to 0 to 1.
 #[inline]
 pub(crate) fn locate(breaks: &[f64], t: f64) -> (usize, f64) {
-    locate_near(breaks, t, 0)
-}
-
-/// [`locate`], which tries the piece `hint` first.
-#[inline]
-pub(crate) fn locate_near(breaks: &[f64], t: f64, hint: usize) -> (usize, f64) {
-    let last = breaks.len() - 2;
-    let is_there = (hint == 0 || breaks[hint] <= t) && (hint == last || t < breaks[hint + 1]);
-    let i = if is_there { hint } else { breaks[1..=last].partition_point(|&b| b <= t) };
+    let inner = &breaks[1..breaks.len() - 1];
+    let i = inner.partition_point(|&b| b <= t);
     let (a, b) = (breaks[i], breaks[i + 1]);
     (i, if b > a { ((t - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 })
 }
