@@ -177,16 +177,16 @@ fn timed(prepared: &Prepared, view: &View) -> (Plan, [Duration; 2]) {
     (plan, least)
 }
 
-/// Flies the path with one worker and prints processor time per frame, of caller and worker together.
+/// Flies the path on this thread alone and prints its processor time per frame.
 fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
     const FRAMES: usize = 300;
     const ROUNDS: usize = 5;
-    let options = SessionOptions::DEFAULT.with_threads(1).with_edge_lines(false);
+    let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false);
     for coherent in [false, true] {
         let mut least = Duration::MAX;
         let (mut triangles, mut tiles) = (0, 0);
         for _ in 0..ROUNDS {
-            let mut session = Session::start(Arc::clone(prepared), &options).map_err(cannot)?;
+            let mut session = Session::start_on(Arc::new(Alone), Arc::clone(prepared), &options);
             let mut sink = MemorySink::default();
             let mut took = Duration::ZERO;
             (triangles, tiles) = (0, 0);
@@ -199,7 +199,7 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
                     session.frame(plan_for_view(prepared, &view), &mut sink)
                 };
                 let report = report.map_err(cannot)?;
-                took += time() - begun + report.workers.iter().map(|w| w.cpu).sum::<Duration>();
+                took += time() - begun;
                 tiles += report.tiles;
                 triangles += sink.batches.iter().map(|batch| batch.mesh.triangles.len()).sum::<usize>();
             }
