@@ -13,12 +13,13 @@ use std::collections::BTreeMap;
 ///
 /// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {
-    /// The lists of meshes that it reads; others may be empty. The provided implementation reads all. A sink that passes
-    /// batches on to another returns what that one reads, and what it reads itself.
+    /// The lists of meshes that it reads; others may be empty. The provided implementation reads all. A sink that
+    /// passes batches on to another returns what that one reads, and what it reads itself.
     ///
-    /// A session makes frames of views for the sink of its last commit. The commit to a sink that reads more fails before
-    /// any other call, with [`InvalidInput`](std::io::ErrorKind::InvalidInput), and the next frame is a whole one. A sink
-    /// that begins to read more calls for [`forget`](crate::parallel::Session::forget): what it has stays as it is.
+    /// A session makes frames of views for the sink of its last commit. The commit to a sink that reads more fails
+    /// before any other call, with [`InvalidInput`](std::io::ErrorKind::InvalidInput), and the next frame is a whole
+    /// one. When a sink begins to read more, call [`forget`](crate::parallel::Session::forget): what it has stays as it
+    /// is.
     fn reads(&self) -> MeshLists {
         MeshLists::ALL
     }
@@ -56,7 +57,8 @@ pub trait MeshSink: Send {
 
     /// Receives the triangles of one tile. Instances share their part's batches.
     ///
-    /// A sink that keeps the mesh takes it with [`std::mem::take`]. What is left in `batch` is freed after the frame.
+    /// A sink that keeps the mesh takes it with [`std::mem::take`]. Buffers that stay in `batch` are freed after the
+    /// frame.
     ///
     /// # Errors
     /// When the sink cannot take the batch; `abort` follows.
