@@ -115,12 +115,8 @@ impl<'t> Parser<'t> {
         let (repairs, repaired, foreign) = (self.done.repairs.len(), self.done.repaired, self.done.foreign);
         let first = self.tokens.next();
         let start = self.tokens.start();
-        let in_end = first == Ok(Token::Keyword) && has_word(self.text, start, b"ENDSEC");
-        let parsed = match &first {
-            Ok(_) if in_end => self.section_end(),
-            Ok(token) => self.instance(*token, start),
-            Err(fault) => Err(fault.clone()),
-        };
+        let in_end = first == Token::Keyword && has_word(self.text, start, b"ENDSEC");
+        let parsed = if in_end { self.section_end() } else { self.instance(first, start) };
         match parsed {
             Ok(after) => {
                 self.done.stop = self.tokens.end();
@@ -134,7 +130,7 @@ impl<'t> Parser<'t> {
                 self.done.repairs.truncate(repairs);
                 (self.done.repaired, self.done.foreign) = (repaired, foreign);
                 self.open.clear();
-                self.cut(*fault, start, in_end, first == Ok(Token::FileEnd));
+                self.cut(*fault, start, in_end, first == Token::FileEnd);
             }
         }
     }
@@ -173,7 +169,7 @@ impl<'t> Parser<'t> {
     /// What follows `ENDSEC`: the end of the file, or another data section.
     fn section_end(&mut self) -> Parse<After> {
         self.tokens.expect(Token::Semicolon, "';'")?;
-        match self.tokens.next()? {
+        match self.tokens.next() {
             Token::FileEnd => {
                 self.tokens.expect(Token::Semicolon, "';'")?;
                 Ok(After::Nothing)
@@ -183,21 +179,21 @@ impl<'t> Parser<'t> {
                 self.done.joints += 1;
                 Ok(After::Record)
             }
-            _ => Err(self.tokens.unexpected("END-ISO-10303-21 or DATA")),
+            other => Err(self.tokens.unexpected(other, "END-ISO-10303-21 or DATA")),
         }
     }
 
     /// An instance, after its first token.
     fn instance(&mut self, first: Token, start: usize) -> Parse<After> {
         if first != Token::Reference {
-            return Err(self.tokens.unexpected("an instance or ENDSEC"));
+            return Err(self.tokens.unexpected(first, "an instance or ENDSEC"));
         }
         let id = self.reference()?;
         self.tokens.expect(Token::Equals, "'='")?;
-        let (kind, attributes) = match self.tokens.next()? {
+        let (kind, attributes) = match self.tokens.next() {
             Token::Keyword => (self.kind(), self.parameters()?),
             Token::Open => (COMPLEX, self.parts()?),
-            _ => return Err(self.tokens.unexpected("the name of a type or '('")),
+            other => return Err(self.tokens.unexpected(other, "the name of a type or '('")),
         };
         self.tokens.expect(Token::Semicolon, "';'")?;
         let at = u32::try_from(start - self.done.range.start).map_err(|_| SyntaxFault::TooLong)?;
@@ -209,14 +205,14 @@ impl<'t> Parser<'t> {
     fn parts(&mut self) -> Parse<Stretch> {
         let base = self.open.len();
         loop {
-            match self.tokens.next()? {
+            match self.tokens.next() {
                 Token::Keyword if self.open.len() - base == MAX_PARTS => return Err(Box::new(SyntaxFault::TooLong)),
                 Token::Keyword => {
                     let part = Value::Part(self.kind(), self.parameters()?);
                     self.open.push(part);
                 }
                 Token::Close if self.open.len() > base => return self.closed(base),
-                _ => return Err(self.tokens.unexpected("the name of a type or ')'")),
+                other => return Err(self.tokens.unexpected(other, "the name of a type or ')'")),
             }
         }
     }
@@ -229,7 +225,7 @@ impl<'t> Parser<'t> {
     /// A list, after its bracket.
     fn items(&mut self, depth: usize) -> Parse<Stretch> {
         let base = self.open.len();
-        let mut token = self.tokens.next()?;
+        let mut token = self.tokens.next();
         if token == Token::Close {
             return self.closed(base);
         }
@@ -239,14 +235,14 @@ impl<'t> Parser<'t> {
                 Value::Unset
             } else {
                 let value = self.value(token, depth)?;
-                token = self.tokens.next()?;
+                token = self.tokens.next();
                 value
             };
             self.open.push(value);
             match token {
-                Token::Comma => token = self.tokens.next()?,
+                Token::Comma => token = self.tokens.next(),
                 Token::Close => return self.closed(base),
-                _ => return Err(self.tokens.unexpected("',' or ')'")),
+                _ => return Err(self.tokens.unexpected(token, "',' or ')'")),
             }
         }
     }
@@ -272,8 +268,8 @@ impl<'t> Parser<'t> {
             Token::Derived => Value::Derived,
             Token::Integer => Value::Integer(ascii(slice).parse().map_err(|_| SyntaxFault::Number)?),
             Token::Real => {
-                let value: f64 = ascii(slice).parse().map_err(|_| SyntaxFault::Number)?;
-                Value::Real(Some(value).filter(|value| value.is_finite()).ok_or(SyntaxFault::Number)?)
+                let value = fast_float2::parse(slice).ok().filter(|value: &f64| value.is_finite());
+                Value::Real(value.ok_or(SyntaxFault::Number)?)
             }
             Token::Reference => Value::Reference(self.reference()?),
             Token::Text => Value::Text(self.string(inside())?),
@@ -282,7 +278,7 @@ impl<'t> Parser<'t> {
             Token::Open => Value::List(self.items(depth + 1)?),
             Token::Keyword => {
                 self.tokens.expect(Token::Open, "'('")?;
-                let token = self.tokens.next()?;
+                let token = self.tokens.next();
                 let inner = self.value(token, depth + 1)?;
                 self.tokens.expect(Token::Close, "')'")?;
                 self.open.push(inner);
@@ -292,7 +288,7 @@ impl<'t> Parser<'t> {
                 self.done.foreign[usize::from(first == Token::Foreign)] += 1;
                 Value::Unset
             }
-            _ => return Err(self.tokens.unexpected("a value")),
+            _ => return Err(self.tokens.unexpected(first, "a value")),
         })
     }
 
@@ -337,12 +333,12 @@ impl<'t> Parser<'t> {
 pub(super) fn data(tokens: &mut Tokens<'_>) -> Parse<()> {
     let mut depth = 0_usize;
     loop {
-        match tokens.next()? {
+        match tokens.next() {
             Token::Semicolon if depth == 0 => return Ok(()),
             Token::Open => depth += 1,
             Token::Close if depth > 0 => depth -= 1,
             Token::Text | Token::Comma if depth > 0 => {}
-            _ => return Err(tokens.unexpected("';'")),
+            other => return Err(tokens.unexpected(other, "';'")),
         }
     }
 }

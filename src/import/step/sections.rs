@@ -56,9 +56,8 @@ impl Prologue {
         }
         tokens.seek(at);
         let opened = match tokens.next() {
-            Ok(Token::Keyword) if tokens.slice().eq_ignore_ascii_case(b"DATA") => data(&mut tokens),
-            Ok(_) => Err(tokens.unexpected("DATA")),
-            Err(fault) => Err(fault),
+            Token::Keyword if tokens.slice().eq_ignore_ascii_case(b"DATA") => data(&mut tokens),
+            other => Err(tokens.unexpected(other, "DATA")),
         };
         let data = match opened {
             Ok(()) => tokens.end(),
@@ -84,28 +83,28 @@ fn header(tokens: &mut Tokens<'_>, repairs: &mut Vec<(usize, SyntaxRepair)>) -> 
     tokens.expect(Token::Keyword, "HEADER")?;
     tokens.expect(Token::Semicolon, "';'")?;
     let mut wanted = HEADER.to_vec();
-    let mut token = tokens.next()?;
+    let mut token = tokens.next();
     while token == Token::Keyword && !tokens.slice().eq_ignore_ascii_case(b"ENDSEC") {
         wanted.retain(|name| !tokens.slice().eq_ignore_ascii_case(name.as_bytes()));
         tokens.expect(Token::Open, "'('")?;
         let mut depth = 1;
         while depth > 0 {
-            match tokens.next()? {
+            match tokens.next() {
                 Token::Open => depth += 1,
                 Token::Close => depth -= 1,
-                Token::Semicolon => return Err(tokens.unexpected("')'")),
+                end @ (Token::Semicolon | Token::Nothing) => return Err(tokens.unexpected(end, "')'")),
                 _ => {}
             }
         }
-        token = tokens.next()?;
-        if token == Token::Semicolon {
-            token = tokens.next()?;
-        } else {
-            repairs.push((tokens.start(), SyntaxRepair::Semicolon));
+        token = tokens.next();
+        match token {
+            Token::Semicolon => token = tokens.next(),
+            Token::Nothing => {}
+            _ => repairs.push((tokens.start(), SyntaxRepair::Semicolon)),
         }
     }
     if token != Token::Keyword {
-        return Err(tokens.unexpected("ENDSEC"));
+        return Err(tokens.unexpected(token, "ENDSEC"));
     }
     if let Some(name) = wanted.first() {
         return Err(Box::new(SyntaxFault::NotInHeader { name }));

@@ -9,6 +9,8 @@ use logos::{Lexer, Logos};
 #[logos(skip r"[ \t\r\n\x0C]+")]
 #[logos(skip r"/\*((?-u:[^*])|\*+(?-u:[^*/]))*\*+/")]
 pub(super) enum Token {
+    /// No token: the text ends, or what follows starts none.
+    Nothing,
     #[token("(")]
     Open,
     #[token(")")]
@@ -78,32 +80,37 @@ impl<'t> Tokens<'t> {
         *self = Self::new(self.text, at);
     }
 
-    /// The next token.
-    pub(super) fn next(&mut self) -> Parse<Token> {
+    /// The next token. What follows [`Token::Nothing`] is not specified.
+    #[inline]
+    pub(super) fn next(&mut self) -> Token {
         match self.lexer.next() {
-            Some(Ok(token)) => Ok(token),
-            Some(Err(())) => Err(Box::new(self.no_token())),
-            None => Err(Box::new(SyntaxFault::EndOfText)),
+            Some(Ok(token)) => token,
+            _ => Token::Nothing,
         }
     }
 
     fn no_token(&self) -> SyntaxFault {
-        match self.text[self.start()] {
-            b'\'' => SyntaxFault::UnterminatedString,
-            b'"' => SyntaxFault::Binary,
-            b'/' if self.text.get(self.start() + 1) == Some(&b'*') => SyntaxFault::UnterminatedComment,
+        match self.text.get(self.start()) {
+            None => SyntaxFault::EndOfText,
+            Some(b'\'') => SyntaxFault::UnterminatedString,
+            Some(b'"') => SyntaxFault::Binary,
+            Some(b'/') if self.text.get(self.start() + 1) == Some(&b'*') => SyntaxFault::UnterminatedComment,
             _ => SyntaxFault::Character { found: first_char(&self.text[self.start()..]) },
         }
     }
 
     /// Fails unless the next token is `wanted`, which has a `name` in messages.
     pub(super) fn expect(&mut self, wanted: Token, name: &'static str) -> Parse<()> {
-        if self.next()? == wanted { Ok(()) } else { Err(self.unexpected(name)) }
+        let found = self.next();
+        if found == wanted { Ok(()) } else { Err(self.unexpected(found, name)) }
     }
 
-    /// The fault that the last token is not what is `wanted`.
-    pub(super) fn unexpected(&self, wanted: &'static str) -> Box<SyntaxFault> {
+    /// The fault that the last token, `found`, is not what is `wanted`.
+    pub(super) fn unexpected(&self, found: Token, wanted: &'static str) -> Box<SyntaxFault> {
         const MOST: usize = 40;
+        if found == Token::Nothing {
+            return Box::new(self.no_token());
+        }
         let slice = self.slice();
         let mut found: String =
             String::from_utf8_lossy(&slice[..slice.len().min(4 * MOST)]).chars().take(MOST).collect();
@@ -168,7 +175,7 @@ mod tests {
             ([b"'".to_vec(), b"''".repeat(200_000), b"'".to_vec()].concat(), Token::Text),
         ] {
             let text = [text, b")".to_vec()].concat();
-            assert_eq!(Tokens::new(&text, 0).next(), Ok(token));
+            assert_eq!(Tokens::new(&text, 0).next(), token);
         }
     }
 
