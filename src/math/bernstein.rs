@@ -173,12 +173,22 @@ pub fn binomials(n: usize) -> Vec<f64> {
 ///
 /// An end that stays (0 or 1) keeps its coefficient bit for bit.
 pub fn restrict<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(c: &mut [T], x0: f64, x1: f64) {
-    let n = c.len();
+    restrict_rows(c, 1, x0, x1);
+}
+
+/// [`restrict`] of `width` polynomials at once. `c`: first the first coefficients of all, then their second ones, and so
+/// on.
+#[inline(always)]
+pub fn restrict_rows<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(c: &mut [T], width: usize, x0: f64, x1: f64) {
+    let n = c.len() / width;
     if x1 < 1.0 {
         // The left part of the split at x1. Each pass fixes one more coefficient from the left.
         for pass in 1..n {
             for j in (pass..n).rev() {
-                c[j] = c[j - 1] * (1.0 - x1) + c[j] * x1;
+                let (left, right) = c.split_at_mut(j * width);
+                for (b, a) in right[..width].iter_mut().zip(&left[(j - 1) * width..]) {
+                    *b = *a * (1.0 - x1) + *b * x1;
+                }
             }
         }
     }
@@ -186,7 +196,10 @@ pub fn restrict<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(c: &mut [T], x
         let x = if x1 > 0.0 { (x0 / x1).min(1.0) } else { 0.0 };
         for pass in 1..n {
             for j in 0..n - pass {
-                c[j] = c[j] * (1.0 - x) + c[j + 1] * x;
+                let (left, right) = c.split_at_mut((j + 1) * width);
+                for (a, b) in left[j * width..].iter_mut().zip(&right[..width]) {
+                    *a = *a * (1.0 - x) + *b * x;
+                }
             }
         }
     }

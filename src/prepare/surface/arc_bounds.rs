@@ -10,6 +10,7 @@ use super::tables::{Bend, BoundingBox, BoxBounds, StripBounds, SurfaceBounds};
 use crate::math::Elementary as _;
 use crate::model::{AxisMap, Surface};
 use glam::DVec4;
+use smallvec::{SmallVec, smallvec};
 
 /// Strips per span of an arc. φ' varies by 17 % along a span of a quarter turn. It is symmetric about the middle, so
 /// both halves have the same bounds of φ' and |φ''|: they differ in their angles only.
@@ -163,14 +164,17 @@ fn tube(maps: &[AxisMap; 2], patches: &BezierPatches, major: f64, minor: f64) ->
     Some(table(patches, breaks_u, breaks_v, cells))
 }
 
+/// Strips of a segment: up to four.
+pub(crate) type Strips = SmallVec<[StripBounds; 4]>;
+
 /// Bounds of a Bézier segment that is `width` wide in the parameter, one per strip.
 ///
 /// `None` unless it is a straight line of constant speed or a circular arc of at most 120°.
-pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Vec<StripBounds>> {
+pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Strips> {
     match *net {
         [a, b] if a.w == b.w => {
             let first = (b - a).truncate().length() / a.w / width;
-            Some(vec![StripBounds { first, second: 0.0, turn: 0.0 }])
+            Some(smallvec![StripBounds { first, second: 0.0, turn: 0.0 }])
         }
         [a, b, c] if a.w == c.w && b.w > 0.0 && b.w < a.w => {
             let [p, q, r] = [a, b, c].map(|x| x.truncate() / x.w);

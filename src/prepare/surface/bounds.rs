@@ -5,21 +5,18 @@
 //! along and across the normal, and the turning of the normal, are sampled, with margins from the differences between
 //! samples.
 
-use super::arc_bounds;
+use super::arc_bounds::{self, Strips};
 use super::decompose::{BezierPatches, BezierSpline3};
+use super::samples::{Sampler, sample_rows, tangent_turning};
 use super::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
-use crate::math::Elementary as _;
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
 use crate::math::lanes::widest;
-use crate::model::{SurfaceDerivatives, quotient};
-use glam::{DVec3, DVec4};
+use glam::DVec4;
 use std::cell::OnceCell;
 
 /// A derivative below this share of the size (largest distance from the origin) is rounding and counts as zero.
 const ROUNDING: f64 = 1e-12;
-/// Intervals between samples, per sub-box and direction; even.
-const SAMPLES: usize = 4;
 
 impl SurfaceBounds {
     /// Bounds all patches.
@@ -35,15 +32,16 @@ impl SurfaceBounds {
         let breaks_u = subdivided(&patches.breaks_u, parts_u);
         let breaks_v = subdivided(&patches.breaks_v, parts_v);
         let size = patches.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
-        let sampler = Sampler::new(patches);
+        let mut sampler = Sampler::new(patches.degree_u, patches.degree_v, patches.rational);
+        let mut nets = SubNets::new(patches, [parts_u, parts_v]);
         let columns = breaks_v.len() - 1;
         let mut cells = Vec::with_capacity((breaks_u.len() - 1) * columns);
         let mut places = Vec::with_capacity(cells.capacity());
         for i in 0..breaks_u.len() - 1 {
             for j in 0..columns {
-                let net = sub_net(patches, (i / parts_u, j / parts_v), (i % parts_u, parts_u), (j % parts_v, parts_v));
-                places.push(BoundingBox::of_net(&net));
-                let local = patch_bounds(patches.degree_u + 1, &net, patches.rational);
+                let net = nets.at(i, j);
+                places.push(BoundingBox::of_net(net));
+                let local = patch_bounds(patches.degree_u + 1, net, patches.rational);
                 let (u, v) = (breaks_u[i + 1] - breaks_u[i], breaks_v[j + 1] - breaks_v[j]);
                 let keep = |x: f64| if x <= ROUNDING * size { 0.0 } else { x };
                 let norms = [local.duu, local.duv, local.dvv].map(keep);
@@ -51,25 +49,29 @@ impl SurfaceBounds {
                     cells.push(BoxBounds { u: local.du / u, v: local.dv / v, ..BoxBounds::default() });
                     continue;
                 }
-                let samples = widest(
-                    #[inline(always)]
-                    || sampler.samples(&net),
-                );
+                let samples = sampler.sample(net);
                 let most = samples.most();
                 let part = |k: usize, part: usize| norms[k].min(keep(most[2 * k + part]));
                 let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
+                let [turn_u, turn_v] = samples.turns();
                 cells.push(BoxBounds {
                     uu: bend(0).scaled(1.0 / (u * u)),
                     uv: bend(1).scaled(1.0 / (u * v)),
                     vv: bend(2).scaled(1.0 / (v * v)),
                     u: local.du / u,
                     v: local.dv / v,
-                    turn_u: most_turning(|line, k| samples.0[k][line].map(|s| s.normal)),
-                    turn_v: most_turning(|line, k| samples.0[line][k].map(|s| s.normal)),
+                    turn_u,
+                    turn_v,
                 });
             }
         }
         Self { breaks_u, breaks_v, cells, places }
+    }
+
+    /// Whether it is one parallelogram, with even parameters.
+    #[must_use]
+    pub(crate) fn is_affine(&self) -> bool {
+        matches!(self.cells[..], [cell] if [cell.uu, cell.uv, cell.vv].iter().all(|bend| bend.norm == 0.0))
     }
 
     /// The bounds of sub-box (i, j).
@@ -98,7 +100,13 @@ impl CurveBounds {
     pub fn new(spline: &BezierSpline3) -> Self {
         let parts = parts(spline.degree, spline.segments(), 1);
         let size = spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
-        let mut out = Self { breaks: vec![spline.breaks[0]], strips: Vec::new(), places: Vec::new() };
+        let most = spline.segments() * parts.max(arc_bounds::PARTS);
+        let mut out = Self {
+            breaks: Vec::with_capacity(most + 1),
+            strips: Vec::with_capacity(most),
+            places: Vec::with_capacity(most),
+        };
+        out.breaks.push(spline.breaks[0]);
         let mut net = Vec::with_capacity(spline.degree + 1);
         let rows = OnceCell::new();
         for (k, ends) in spline.breaks.windows(2).enumerate() {
@@ -123,7 +131,7 @@ impl CurveBounds {
                         },
                     }
                 };
-                (0..parts).map(strip).collect()
+                (0..parts).map(strip).collect::<Strips>()
             });
             let n = strips.len();
             if out.places.len() == first {
@@ -208,244 +216,44 @@ fn subdivided(breaks: &[f64], parts: usize) -> Vec<f64> {
     all
 }
 
-/// The net of part (`part_u`, `part_v`), each given as (index, count), of a patch.
-fn sub_net(
-    patches: &BezierPatches,
-    (i, j): (usize, usize),
-    part_u: (usize, usize),
-    part_v: (usize, usize),
-) -> Vec<DVec4> {
-    let mut net = patches.patch(i, j).to_vec();
-    let nv = patches.degree_v + 1;
-    if part_v.1 > 1 {
-        let (y0, y1) = share(part_v.0, part_v.1);
-        for row in net.chunks_exact_mut(nv) {
-            bernstein::restrict(row, y0, y1);
-        }
+/// The nets of all sub-boxes of a surface.
+struct SubNets<'a> {
+    patches: &'a BezierPatches,
+    /// Sub-boxes per patch in u and v.
+    parts: [usize; 2],
+    /// A row of patches, and its nets cut along v.
+    row: Option<usize>,
+    cut: Vec<DVec4>,
+    net: Vec<DVec4>,
+}
+
+impl<'a> SubNets<'a> {
+    fn new(patches: &'a BezierPatches, parts: [usize; 2]) -> Self {
+        Self { patches, parts, row: None, cut: Vec::new(), net: Vec::new() }
     }
-    if part_u.1 > 1 {
-        let (x0, x1) = share(part_u.0, part_u.1);
-        let mut column = Vec::with_capacity(patches.degree_u + 1);
-        for b in 0..nv {
-            column.clear();
-            column.extend(net[b..].iter().step_by(nv));
-            bernstein::restrict(&mut column, x0, x1);
-            for (to, &from) in net[b..].iter_mut().step_by(nv).zip(&column) {
-                *to = from;
-            }
-        }
-    }
-    net
-}
 
-/// Basis rows at the sample lines, shared by all sub-boxes.
-struct Sampler {
-    degree_v: usize,
-    rational: bool,
-    rows_u: Vec<Vec<f64>>,
-    rows_v: Vec<Vec<f64>>,
-}
-
-/// The local parameter of sample `k`: evenly spaced, but the first and last slightly inside, where poles and collapsed
-/// borders have a normal.
-fn sample(k: usize) -> f64 {
-    match k {
-        0 => 1e-4,
-        SAMPLES => 1.0 - 1e-4,
-        _ => k as f64 / SAMPLES as f64,
-    }
-}
-
-/// Rows of the basis and its first and second derivatives at each sample.
-fn sample_rows(degree: usize) -> Vec<Vec<f64>> {
-    let row = |k| {
-        bernstein::with_rows(degree, |rows| {
-            bernstein::basis_with_derivatives(degree, sample(k), rows);
-            rows.to_vec()
-        })
-    };
-    (0..=SAMPLES).map(row).collect()
-}
-
-/// Normal and second derivatives at a point, by the local parameters of a sub-box.
-#[derive(Clone, Copy)]
-struct Sample {
-    normal: DVec3,
-    /// For each of `S_uu`, `S_uv`, `S_vv`: signed part along the normal, and length of the rest.
-    bends: [f64; 6],
-}
-
-/// A sub-box's samples, (i, j) in u and v; `None` where the surface has no normal.
-struct SurfaceSamples([[Option<Sample>; SAMPLES + 1]; SAMPLES + 1]);
-
-/// The larger of both, as [`f64::max`] where `most` is not NaN.
-fn raise(most: &mut f64, x: f64) {
-    *most = if x > *most { x } else { *most };
-}
-
-impl SurfaceSamples {
-    /// The largest magnitude of each of [`Sample::bends`], with a margin for maxima between samples.
-    ///
-    /// A parabola exceeds its samples by at most an eighth of the second difference; the margin is twice that, along u
-    /// and v.
-    fn most(&self) -> [f64; 6] {
-        let at = |i: usize, j: usize| self.0[i][j].as_ref().map(|s| &s.bends);
-        let mut most = [0.0_f64; 6];
-        let mut bend = [[0.0_f64; 6]; 2];
-        for i in 0..=SAMPLES {
-            for j in 0..=SAMPLES {
-                let Some(here) = at(i, j) else { continue };
-                for (most, here) in most.iter_mut().zip(here) {
-                    raise(most, here.abs());
-                }
-                let across = [
-                    (i > 0 && i < SAMPLES).then(|| [at(i - 1, j), at(i + 1, j)]),
-                    (j > 0 && j < SAMPLES).then(|| [at(i, j - 1), at(i, j + 1)]),
-                ];
-                for (bend, sides) in bend.iter_mut().zip(across) {
-                    if let Some([Some(a), Some(b)]) = sides {
-                        for (k, bend) in bend.iter_mut().enumerate() {
-                            raise(bend, (a[k] - 2.0 * here[k] + b[k]).abs());
-                        }
+    /// The net of sub-box (i, j), u-major. Rows in turn are cheap: sub-boxes of a row of patches share the cuts along v.
+    fn at(&mut self, i: usize, j: usize) -> &[DVec4] {
+        let Self { patches, parts: [parts_u, parts_v], row, cut, net } = self;
+        let (nu, nv) = (patches.degree_u + 1, patches.degree_v + 1);
+        widest(
+            #[inline(always)]
+            || {
+                if row.replace(i / *parts_u) != Some(i / *parts_u) {
+                    cut.clear();
+                    for j in 0..patches.counts().1 * *parts_v {
+                        let first = cut.len();
+                        cut.extend_from_slice(patches.patch(i / *parts_u, j / *parts_v));
+                        let (y0, y1) = share(j % *parts_v, *parts_v);
+                        cut[first..].chunks_exact_mut(nv).for_each(|line| bernstein::restrict_rows(line, 1, y0, y1));
                     }
                 }
-            }
-        }
-        std::array::from_fn(|k| most[k] + 0.25 * (bend[0][k] + bend[1][k]))
+                net.clear();
+                net.extend_from_slice(&cut[j * nu * nv..(j + 1) * nu * nv]);
+                let (x0, x1) = share(i % *parts_u, *parts_u);
+                bernstein::restrict_rows(net, nv, x0, x1);
+            },
+        );
+        net
     }
-}
-
-impl Sampler {
-    fn new(patches: &BezierPatches) -> Self {
-        let degree_v = patches.degree_v;
-        let rational = patches.rational;
-        Self { degree_v, rational, rows_u: sample_rows(patches.degree_u), rows_v: sample_rows(degree_v) }
-    }
-
-    /// Evaluates a net at all samples.
-    #[inline(always)]
-    fn samples(&self, net: &[DVec4]) -> SurfaceSamples {
-        let nv = self.degree_v + 1;
-        let mut out = [[None; SAMPLES + 1]; SAMPLES + 1];
-        // First each column of the net with all orders in u, then the columns with the orders in v.
-        let mut curve = vec![[DVec4::ZERO; 3]; nv];
-        for (row_u, out) in self.rows_u.iter().zip(&mut out) {
-            let nu = row_u.len() / 3;
-            for (b, column) in curve.iter_mut().enumerate() {
-                let mut sums = [DVec4::ZERO; 3];
-                for (a, &point) in net[b..].iter().step_by(nv).enumerate() {
-                    for (order, sum) in sums.iter_mut().enumerate() {
-                        *sum += point * row_u[order * nu + a];
-                    }
-                }
-                *column = sums;
-            }
-            for (row_v, out) in self.rows_v.iter().zip(out) {
-                let d = if self.rational { rational(&curve, row_v) } else { polynomial(&curve, row_v) };
-                let normal = d.du.cross(d.dv);
-                if normal.length() > 1e-10 * d.du.length() * d.dv.length() {
-                    *out = normal.try_normalize().map(|normal| {
-                        let parts = |x: DVec3| [x.dot(normal), (x - normal * x.dot(normal)).length()];
-                        let [[a, b], [c, d], [e, f]] = [d.duu, d.duv, d.dvv].map(parts);
-                        Sample { normal, bends: [a, b, c, d, e, f] }
-                    });
-                }
-            }
-        }
-        SurfaceSamples(out)
-    }
-}
-
-/// A surface's derivatives at a sample of v, from the columns of its net with their derivatives in u.
-#[inline(always)]
-fn rational(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
-    let mut sums = [DVec4::ZERO; 6];
-    let [n, d1, d2] = orders(row);
-    for ((([c, cu, cuu], n), d1), d2) in columns.iter().zip(n).zip(d1).zip(d2) {
-        sums[0] += *c * *n;
-        sums[1] += *cu * *n;
-        sums[2] += *c * *d1;
-        sums[3] += *cuu * *n;
-        sums[4] += *cu * *d1;
-        sums[5] += *c * *d2;
-    }
-    quotient(sums.map(DVec4::truncate), sums.map(|s| s.w))
-}
-
-/// The same where all weights are 1.
-#[inline(always)]
-fn polynomial(columns: &[[DVec4; 3]], row: &[f64]) -> SurfaceDerivatives {
-    let mut sums = [DVec3::ZERO; 6];
-    let [n, d1, d2] = orders(row);
-    for (((column, n), d1), d2) in columns.iter().zip(n).zip(d1).zip(d2) {
-        let [c, cu, cuu] = column.map(DVec4::truncate);
-        sums[0] += c * *n;
-        sums[1] += cu * *n;
-        sums[2] += c * *d1;
-        sums[3] += cuu * *n;
-        sums[4] += cu * *d1;
-        sums[5] += c * *d2;
-    }
-    let [point, du, dv, duu, duv, dvv] = sums;
-    SurfaceDerivatives { point, du, dv, duu, duv, dvv }
-}
-
-/// The three parts of a row of bases: values, first and second derivatives.
-fn orders(row: &[f64]) -> [&[f64]; 3] {
-    let (n, rest) = row.split_at(row.len() / 3);
-    let (d1, d2) = rest.split_at(n.len());
-    [n, d1, d2]
-}
-
-/// The largest turning along a sample line, with margins for what samples miss.
-///
-/// Along a line the margin is the growth of the sum of angles when the samples were doubled; across lines, the
-/// overshoot of a parabola through neighbours. Exact where directions turn in one plane and one way.
-fn most_turning(direction: impl Fn(usize, usize) -> Option<DVec3>) -> f64 {
-    let turning: [f64; SAMPLES + 1] = std::array::from_fn(|line| {
-        let samples: [Option<DVec3>; SAMPLES + 1] = std::array::from_fn(|k| direction(line, k));
-        let halved: [Option<DVec3>; SAMPLES / 2 + 1] = std::array::from_fn(|k| samples[2 * k]);
-        let (fine, coarse) = (path(&samples), path(&halved));
-        fine + (fine - coarse).max(0.0)
-    });
-    let most = turning.iter().copied().fold(0.0_f64, f64::max);
-    let bend = turning.windows(3).map(|t| (t[0] - 2.0 * t[1] + t[2]).abs()).fold(0.0_f64, f64::max);
-    // Samples stop 10⁻⁴ short of both ends.
-    (most + 0.125 * bend) * (1.0 + 4e-4)
-}
-
-/// The sum of the angles between successive directions.
-fn path(directions: &[Option<DVec3>]) -> f64 {
-    let mut before = None;
-    let mut sum = 0.0;
-    for &direction in directions {
-        let Some(here) = direction else { continue };
-        if let Some(before) = before {
-            sum += chord_angle(here.distance(before));
-        }
-        before = direction;
-    }
-    sum
-}
-
-/// The angle subtended by a chord of the unit circle; below 0.1 by a series that is good to 10⁻⁹.
-fn chord_angle(chord: f64) -> f64 {
-    if chord < 0.1 {
-        let square = chord * chord;
-        return chord * (1.0 + square * (1.0 / 24.0 + square * (3.0 / 640.0)));
-    }
-    2.0 * (0.5 * chord).min(1.0).arc_sine()
-}
-
-/// How far the tangent of a segment turns, given the basis rows at the samples.
-fn tangent_turning(net: &[DVec4], rows: &[Vec<f64>]) -> f64 {
-    let degree = net.len() - 1;
-    let mut tangents = [None; SAMPLES + 1];
-    for (tangent, row) in tangents.iter_mut().zip(rows) {
-        let (n, d) = row[..2 * (degree + 1)].split_at(degree + 1);
-        let dot = |f: &[f64]| f.iter().zip(net).fold(DVec4::ZERO, |sum, (&f, &c)| sum + c * f);
-        let (p, p1) = (dot(n), dot(d));
-        *tangent = (p1.truncate() * p.w - p.truncate() * p1.w).try_normalize();
-    }
-    most_turning(|_, k| tangents[k])
 }

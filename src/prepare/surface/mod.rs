@@ -4,4 +4,5 @@
 pub mod decompose;
 pub(super) mod tables;
 pub(super) mod arc_bounds;
+mod samples;
 pub(super) mod bounds;
