@@ -130,15 +130,25 @@ impl<P: ControlPoint> NurbsCurve<P> {
     /// Like [`orders_on`](Self::orders_on), from the basis `rows` on `span`.
     #[inline]
     fn weighted<const ROWS: usize>(&self, span: usize, rows: &[f64]) -> [P; 3] {
-        let n = self.degree + 1;
-        let first = span - self.degree;
-        let points = &self.points[first..][..n];
-        let rows: [&[f64]; ROWS] = std::array::from_fn(|order| &rows[order * n..][..n]);
+        // Known degrees let the loops unroll. Nearly all curves have one of these.
+        match self.degree {
+            1 => self.combined::<ROWS>(1, span, rows),
+            2 => self.combined::<ROWS>(2, span, rows),
+            3 => self.combined::<ROWS>(3, span, rows),
+            degree => self.combined::<ROWS>(degree, span, rows),
+        }
+    }
+
+    #[inline(always)]
+    fn combined<const ROWS: usize>(&self, degree: usize, span: usize, rows: &[f64]) -> [P; 3] {
+        let n = degree + 1;
+        let first = span - degree;
+        let (points, rows) = (&self.points[first..][..n], &rows[..ROWS * n]);
         let mut sum = [P::ORIGIN; 3];
         if self.weights.is_empty() {
             for (j, &p) in points.iter().enumerate() {
                 for order in 0..ROWS {
-                    sum[order] = sum[order] + p * rows[order][j];
+                    sum[order] = sum[order] + p * rows[order * n + j];
                 }
             }
             return sum;
@@ -146,7 +156,7 @@ impl<P: ControlPoint> NurbsCurve<P> {
         let mut w = [0.0; 3];
         for ((j, &p), &weight) in points.iter().enumerate().zip(&self.weights[first..][..n]) {
             for order in 0..ROWS {
-                let value = weight * rows[order][j];
+                let value = weight * rows[order * n + j];
                 sum[order] = sum[order] + p * value;
                 w[order] += value;
             }
@@ -265,7 +275,17 @@ impl ArcNet {
         let half = 0.5 * step;
         let knot = |i: usize| if i == spans { a1 } else { a0 + step * i as f64 };
         let ray = |a: f64| DVec2::new(a.cosine(), a.sine());
-        let mut net = Self { spans, step, knots: vec![a0], rays: vec![ray(a0)], weights: vec![1.0] };
+        let room = 2 * spans + 1;
+        let mut net = Self {
+            spans,
+            step,
+            knots: Vec::with_capacity(room + 3),
+            rays: Vec::with_capacity(room),
+            weights: Vec::with_capacity(room),
+        };
+        net.knots.push(a0);
+        net.rays.push(ray(a0));
+        net.weights.push(1.0);
         for i in 0..spans {
             net.knots.extend([knot(i), knot(i)]);
             net.rays.extend([ray(knot(i) + half) / half.cosine(), ray(knot(i + 1))]);

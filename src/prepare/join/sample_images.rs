@@ -16,6 +16,7 @@ impl EdgeImages {
     fn of(edge: &PreparedEdge, tiles: &[Tile]) -> Self {
         let spans = Vec::with_capacity(edge.uses.len());
         let mut out = Self { cuts: dense(edge, tiles), spans, ..Self::default() };
+        let mut strips: Vec<(f64, f64)> = Vec::with_capacity(edge.bounds.breaks.len().max(out.cuts.len()));
         for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
             let tile = &tiles[tile.0 as usize];
             let used = &tile.loops[l as usize][u as usize];
@@ -29,9 +30,11 @@ impl EdgeImages {
             let breaks = if out.cuts.is_empty() { &edge.bounds.breaks } else { &out.cuts };
             let range = |strip: &[f64]| (strip[0].max(ends[0]), strip[1].min(ends[1]));
             let first = breaks.windows(2).position(|strip| range(strip).0 < range(strip).1).unwrap_or(0);
-            let strips: Vec<(f64, f64)> = breaks[first..].windows(2).map(range).take_while(|(a, b)| a < b).collect();
+            strips.clear();
+            strips.extend(breaks[first..].windows(2).map(range).take_while(|(a, b)| a < b));
             let (strip, at) = (first as u32, out.places.len());
             out.places.reserve(1 + STEPS * strips.len());
+            out.rates.reserve(strips.len());
             out.places.extend(strips.first().map(|strip| place(strip.0)));
             for &(a, b) in &strips {
                 let step = (b - a) / STEPS as f64;

@@ -73,6 +73,19 @@ pub(crate) fn arc(
     exact: bool,
 ) -> Option<PcurveArc> {
     let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
+    if let [first, last] = &samples[..]
+        && !exact
+        && more.is_empty()
+    {
+        let mut ends = [a, b].map(|t| UvSample::at(first, last, t));
+        ends.iter_mut().for_each(|end| end.uv = (end.uv - origin) * scale);
+        let chord = ends[1].uv - ends[0].uv;
+        // The middle of the cubic is off the chord's by an eighth of the difference of its slopes.
+        let off = (ends[0].d - ends[1].d) * scale * (0.125 * (b - a));
+        if chord.perp_dot(off).abs() <= SAME_SHARE * chord.length() && chord != DVec2::ZERO {
+            return Some(PcurveArc::straight(edge, of, ends));
+        }
+    }
     let middle = 0.5 * (a + b);
     let mut points = Vec::with_capacity(2 * samples.len() + more.len());
     let mut stop = |t: f64| points.push((t, DVec2::ZERO));
@@ -156,6 +169,22 @@ fn bulge([p, q]: [DVec2; 2], steps: [DVec2; 2]) -> f64 {
 }
 
 impl PcurveArc {
+    /// The chord between two points.
+    fn straight(edge: u32, of: (usize, usize), ends: [UvSample; 2]) -> Self {
+        let [p, q] = ends.map(|end| end.uv);
+        Self {
+            edge,
+            of,
+            points: ends.map(|end| (end.t, end.uv)).to_vec(),
+            hull: vec![p, q],
+            exact: false,
+            pieces: Vec::new(),
+            most: 0.0,
+            low: p.min(q),
+            high: p.max(q),
+        }
+    }
+
     /// Whether two straight arcs share an end, to the bit, and meet nowhere else.
     pub(crate) fn only_joins(&self, other: &Self) -> bool {
         let ([p, q], [r, s]) = (ArcSpan::of(self).ends(), ArcSpan::of(other).ends());

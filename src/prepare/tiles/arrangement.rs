@@ -14,6 +14,7 @@ use crate::prepare::uv::region::Region;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::DVec2;
+use smallvec::{SmallVec, smallvec};
 use std::collections::BTreeMap;
 
 /// A point where borders meet edges or each other.
@@ -101,7 +102,7 @@ fn piece_crossings(piece: &Piece, index: usize, grid: &Grid, out: &mut Vec<LineC
                 continue;
             }
             // Monotone stretches between the samples and the turning points of the cubic.
-            let mut stops = vec![w[0].t];
+            let mut stops: SmallVec<[f64; 4]> = smallvec![w[0].t];
             UvSample::extremes(&w[0], &w[1], axis, |t| stops.push(t));
             stops.push(w[1].t);
             stops.sort_by(f64::total_cmp);

@@ -31,6 +31,12 @@ impl TileRegion<'_> {
         self.loops.iter().map(|l| winding_about(l, uv)).sum()
     }
 
+    /// Area in (u,v), each point as often as the loops wind around it.
+    pub(crate) fn area(&self) -> f64 {
+        let fan = |l: &[DVec2]| l.windows(2).map(|w| (w[0] - l[0]).perp_dot(w[1] - l[0])).sum::<f64>();
+        self.loops.iter().map(|l| 0.5 * fan(l)).sum()
+    }
+
     /// Cell size and cell centres of an even lattice over the tile with `per_piece` cells per Bézier piece and
     /// direction (at most 16 pieces count). Centres may lie outside the loops.
     pub(crate) fn lattice(&self, per_piece: usize) -> (DVec2, impl Iterator<Item = DVec2> + '_) {

@@ -1,6 +1,7 @@
 //! Prepared parts and instances -> the placed model's box, from points of the trimmed surfaces, not control points.
 
 use crate::math::boxes::around;
+use crate::math::lanes::widest;
 use crate::mesh::SceneInstance;
 use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::BoxBounds;
@@ -27,49 +28,48 @@ pub(crate) fn placed_box(parts: &[Arc<PreparedPart>], instances: &[SceneInstance
     (high - low).is_finite().then_some([low, high])
 }
 
-/// Axes, face diagonals and corner diagonals of a cube: instances may be rotated, so the axes alone do not suffice.
-const DIRECTIONS: [DVec3; 13] = [
-    DVec3::X,
-    DVec3::Y,
-    DVec3::Z,
-    DVec3::new(1.0, 1.0, 0.0),
-    DVec3::new(1.0, -1.0, 0.0),
-    DVec3::new(1.0, 0.0, 1.0),
-    DVec3::new(1.0, 0.0, -1.0),
-    DVec3::new(0.0, 1.0, 1.0),
-    DVec3::new(0.0, 1.0, -1.0),
-    DVec3::new(1.0, 1.0, 1.0),
-    DVec3::new(1.0, 1.0, -1.0),
-    DVec3::new(1.0, -1.0, 1.0),
-    DVec3::new(-1.0, 1.0, 1.0),
+/// Axes, face diagonals and corner diagonals of a cube: instances may be rotated, so the axes alone do not suffice. By
+/// coordinate; filled up with directions that are there already.
+const DIRECTIONS: [[f64; 16]; 3] = [
+    [1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, -1.0, 1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, -1.0, 1.0, 0.0, 1.0, 0.0],
+    [0.0, 0.0, 1.0, 0.0, 0.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, 1.0, 0.0, 0.0, 1.0],
 ];
+
+/// Coordinates of a point along [`DIRECTIONS`].
+#[inline(always)]
+fn along(p: DVec3) -> [f64; 16] {
+    std::array::from_fn(|k| DIRECTIONS[0][k] * p.x + DIRECTIONS[1][k] * p.y + DIRECTIONS[2][k] * p.z)
+}
 
 /// Extents of a set of points along [`DIRECTIONS`]: a discrete oriented polytope.
 struct Hull {
-    low: [f64; 13],
-    high: [f64; 13],
+    low: [f64; 16],
+    high: [f64; 16],
 }
 
 impl Hull {
     fn of(points: &[DVec3]) -> Self {
-        let mut hull = Self { low: [f64::INFINITY; 13], high: [f64::NEG_INFINITY; 13] };
-        points.iter().for_each(|p| hull.add(*p));
+        let mut hull = Self { low: [f64::INFINITY; 16], high: [f64::NEG_INFINITY; 16] };
+        widest(
+            #[inline(always)]
+            || points.iter().for_each(|p| hull.add(*p)),
+        );
         hull
     }
 
+    #[inline(always)]
     fn add(&mut self, p: DVec3) {
-        for ((low, high), d) in self.low.iter_mut().zip(&mut self.high).zip(DIRECTIONS) {
-            let x = d.dot(p);
-            *low = if x < *low { x } else { *low };
-            *high = if x > *high { x } else { *high };
-        }
+        let along = along(p);
+        self.low = std::array::from_fn(|k| if along[k] < self.low[k] { along[k] } else { self.low[k] });
+        self.high = std::array::from_fn(|k| if along[k] > self.high[k] { along[k] } else { self.high[k] });
     }
 
     fn holds(&self, p: DVec3) -> bool {
         let size = |k: usize| self.high[k] - self.low[k];
         let slack = 1e-9 * size(0).max(size(1)).max(size(2));
-        let mut ranges = self.low.iter().zip(&self.high).zip(DIRECTIONS);
-        ranges.all(|((low, high), d)| (low - slack..=high + slack).contains(&d.dot(p)))
+        let mut ranges = self.low.iter().zip(&self.high).zip(along(p));
+        ranges.all(|((low, high), x)| (low - slack..=high + slack).contains(&x))
     }
 }
 
