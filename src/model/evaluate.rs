@@ -1,6 +1,6 @@
 //! Surfaces in their natural parameters -> points, partial derivatives, normals (closed forms of ISO 10303-42).
 
-use super::{Frame3, Surface, SurfaceDerivatives};
+use super::{Frame3, NurbsSurface, Surface, SurfaceDerivatives, knots};
 use crate::math::Elementary as _;
 use glam::DVec3;
 
@@ -23,15 +23,36 @@ impl Surface {
         match self {
             Self::Nurbs(surface) => surface.tangents(u, v),
             _ => {
-                let SurfaceDerivatives { point, du, dv, .. } = self.derivatives(u, v);
+                let SurfaceDerivatives { point, du, dv, .. } = self.evaluated(u, v);
                 [point, du, dv]
             }
+        }
+    }
+
+    /// Whether `S_u` and `S_v` are continuous, as far as knots tell.
+    #[must_use]
+    pub(crate) fn is_smooth(&self) -> bool {
+        match self {
+            Self::Nurbs(surface) => {
+                let NurbsSurface { degree_u, degree_v, knots_u, knots_v, .. } = surface;
+                knots::is_smooth(*degree_u, knots_u) && knots::is_smooth(*degree_v, knots_v)
+            }
+            Self::Extrusion { curve, .. } | Self::Revolution { curve, .. } => {
+                knots::is_smooth(curve.degree, &curve.knots)
+            }
+            _ => true,
         }
     }
 
     /// The point and its five partial derivatives by the natural parameters.
     #[must_use]
     pub fn derivatives(&self, u: f64, v: f64) -> SurfaceDerivatives {
+        self.evaluated(u, v)
+    }
+
+    /// [`derivatives`](Self::derivatives), for callers of which each needs some of them.
+    #[inline(always)]
+    fn evaluated(&self, u: f64, v: f64) -> SurfaceDerivatives {
         match self {
             Self::Plane { frame } => SurfaceDerivatives {
                 point: frame.origin + frame.x * u + frame.y * v,
@@ -174,6 +195,7 @@ impl<'a> Spin<'a> {
 }
 
 /// A surface of revolution at angle `u`. Meridian: distance from the axis and height, each with two derivatives by v.
+#[inline(always)]
 fn turned(frame: &Frame3, u: f64, distance: [f64; 3], height: [f64; 3]) -> SurfaceDerivatives {
     let spin = Spin::new(frame, u);
     let (out, around) = (spin.outward(), spin.around());

@@ -54,10 +54,17 @@ pub(crate) fn spans(degree: usize, knots: &[f64]) -> impl Iterator<Item = usize>
     (degree..knots.len().saturating_sub(degree + 1)).filter(|&i| knots[i] < knots[i + 1])
 }
 
+/// Whether first derivatives are continuous: no inner knot is repeated as often as the degree.
+pub(crate) fn is_smooth(degree: usize, knots: &[f64]) -> bool {
+    let (a, b) = domain(degree, knots);
+    let inner = |k: f64| k > a && k < b;
+    !knots.windows(degree.max(1)).any(|same| same[0] == same[same.len() - 1] && inner(same[0]))
+}
+
 /// The distinct knots of the domain, ends included, with their multiplicities.
 pub(crate) fn breaks(degree: usize, knots: &[f64]) -> Vec<(f64, usize)> {
     let (a, b) = domain(degree, knots);
-    let mut found: Vec<(f64, usize)> = Vec::new();
+    let mut found: Vec<(f64, usize)> = Vec::with_capacity(knots.len().saturating_sub(2 * degree));
     for &k in knots.iter().filter(|&&k| k >= a && k <= b) {
         match found.last_mut() {
             Some(last) if last.0 == k => last.1 += 1,
@@ -210,8 +217,10 @@ pub(crate) fn to_bezier(
                 (0..width).any(|line| extent(net[line..].iter().step_by(width)) > least)
             }
     };
-    let mut borders = vec![a];
-    for (k, _) in breaks(degree, knots) {
+    let breaks = breaks(degree, knots);
+    let mut borders = Vec::with_capacity(breaks.len() + 1);
+    borders.push(a);
+    for (k, _) in breaks {
         if k < b && is_long(borders[borders.len() - 1], k) && is_long(k, b) {
             borders.push(k);
         }

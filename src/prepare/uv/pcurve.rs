@@ -9,6 +9,7 @@ use super::lead::{EndBlend, before_breaks, leads};
 use super::uv_curve::UvSample;
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 use std::cell::{Cell, OnceCell};
 
 /// Depth of bisection below the first samples of a pcurve. Ten levels turn 8 samples into 8 000. An edge that needs
@@ -51,6 +52,8 @@ pub(crate) struct Projector<'a> {
     pub(crate) period: [Option<f64>; 2],
     /// Natural domain; infinite where the surface is.
     pub(crate) domain: [(f64, f64); 2],
+    /// Whether tangents are continuous.
+    smooth: bool,
     /// Parameter lines that collapse to a point.
     pub(crate) poles: Vec<Pole>,
     /// Points of this face closer than this are one.
@@ -76,6 +79,7 @@ impl<'a> Projector<'a> {
             surface,
             period: surface.period(),
             domain: surface.natural_domain(),
+            smooth: surface.is_smooth(),
             poles: surface.poles(),
             tolerance,
             seeds: OnceCell::new(),
@@ -294,12 +298,12 @@ impl<'a> Projector<'a> {
                 continue;
             }
             let next = self.next_step(&here, p, second.as_ref());
-            let moved = next - uv;
-            uv = next;
-            if length(moved, here.tangents) <= enough {
-                let last = self.foot_at(uv, p);
-                return if last.off <= best.off { last } else { best };
+            if length(next - uv, here.tangents) <= enough {
+                // On a smooth surface, point and tangents there differ by no more than the step.
+                let next = if self.smooth && !is_far { Foot { uv: next, ..here } } else { self.foot_at(next, p) };
+                return if next.off <= best.off { next } else { best };
             }
+            uv = next;
         }
         best
     }
@@ -461,11 +465,12 @@ impl<'a> Projector<'a> {
 
     fn first_parameters(&self, edge: &Edge) -> Vec<f64> {
         let (t0, t1) = edge.range;
+        if self.is_exact(edge) && edge.curve.points.len() == 2 && t0 < t1 {
+            return vec![t0, t1];
+        }
         let margin = 1e-9 * (t1 - t0);
         let knots = edge.curve.knots.iter().copied().filter(|&k| k > t0 + margin && k < t1 - margin);
-        let mut ts = vec![t0];
-        ts.extend(knots);
-        ts.push(t1);
+        let mut ts: SmallVec<[f64; 16]> = std::iter::once(t0).chain(knots).chain([t1]).collect();
         ts.dedup();
         let pieces = match edge.kind {
             CurveKind::Line if self.is_exact(edge) => 1,
@@ -474,7 +479,7 @@ impl<'a> Projector<'a> {
             CurveKind::Spline if ts.len() > 32 => 1,
             CurveKind::Spline => (8 / (ts.len() - 1).max(1)).max(2),
         };
-        let mut fine = Vec::with_capacity(pieces * ts.len());
+        let mut fine = Vec::with_capacity(pieces * (ts.len() - 1) + 1);
         for w in ts.windows(2) {
             fine.extend((0..pieces).map(|k| w[0] + (w[1] - w[0]) * k as f64 / pieces as f64));
         }
