@@ -204,3 +204,27 @@ pub fn restrict_rows<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(c: &mut [
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::random::SplitMix;
+
+    #[test]
+    fn rows_are_restricted_as_each_of_their_polynomials() {
+        let mut draw = SplitMix(3);
+        for (width, n) in [(1, 4), (3, 2), (4, 4), (5, 7)] {
+            let rows: Vec<f64> = (0..width * n).map(|_| draw.range(-1.0, 1.0)).collect();
+            for (x0, x1) in [(0.0, 1.0), (0.0, 0.25), (0.25, 0.5), (0.75, 1.0)] {
+                let mut together = rows.clone();
+                restrict_rows(&mut together, width, x0, x1);
+                for k in 0..width {
+                    let of = |rows: &[f64]| -> Vec<f64> { rows[k..].iter().step_by(width).copied().collect() };
+                    let mut single = of(&rows);
+                    restrict(&mut single, x0, x1);
+                    assert_eq!(of(&together), single, "{width} {n} {x0} {x1}");
+                }
+            }
+        }
+    }
+}

@@ -235,7 +235,9 @@ impl Poly {
         let below = below();
         // Coefficients approach values as the degree rises: one more degree halves the overestimate of low degrees.
         let more = usize::from(below.c.len() > 1);
-        let (nu, nv) = (self.nu.max(below.nu) + more, self.nv.max(below.nv) + more);
+        // What is constant stays the same.
+        let raised = |n: usize| if n > 1 { n + more } else { n };
+        let (nu, nv) = (raised(self.nu.max(below.nu)), raised(self.nv.max(below.nv)));
         let (top, below) = (self.raised(nu, nv), below.raised(nu, nv));
         let lengths = top.c.chunks_exact(3).map(|n| n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         lengths.zip(&below.c).fold(0.0_f64, |most, (n, &w)| most.max(n / (w * w))).sqrt()

@@ -375,3 +375,30 @@ pub(super) fn starts_instance(text: &[u8]) -> bool {
     let digits = rest.iter().take_while(|b| b.is_ascii_digit()).count();
     digits > 0 && rest[digits..].iter().find(|b| !b.is_ascii_whitespace()) == Some(&b'=')
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Value, parse};
+
+    #[test]
+    fn reals_are_rounded_as_by_the_standard_library() {
+        let digits =
+            ["0.", "-0.", "+1.5", "1.E+05", "1.e-5", "007.25", "0.1000000000000000055511151231257827021181583"];
+        let limits = [
+            "4.9E-324",
+            "2.4E-324",
+            "1.E-400",
+            "1.7976931348623157E308",
+            "9007199254740993.",
+            "123456789012345678901.5",
+        ];
+        for text in digits.into_iter().chain(limits) {
+            let record = format!("#1=P({text});");
+            let parsed = parse(record.as_bytes(), 0..record.len(), 1);
+            let [Value::Real(value)] = parsed.values.list[..] else { panic!("{text}: {:?}", parsed.values.list) };
+            assert_eq!(value.to_bits(), text.parse::<f64>().map_or(0, f64::to_bits), "{text}");
+        }
+        let parsed = parse(b"#1=P(1.E400);", 0..13, 1);
+        assert_eq!((parsed.rows.len(), parsed.faults.len()), (0, 1));
+    }
+}

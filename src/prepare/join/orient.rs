@@ -161,14 +161,16 @@ pub(crate) fn wrong_volume(
 fn space_polygon(draft: &FaceDraft, uses: &[DraftUse]) -> Vec<DVec3> {
     /// Maximum points per use: a fan over them has a circle's area within 3 %.
     const MOST: usize = 8;
-    plane_polygon(uses, MOST).into_iter().map(|p| draft.patches.point(p.x, p.y)).collect()
+    // The image of a circle may be straight, too.
+    let flat = draft.bounds.is_affine();
+    plane_polygon(uses, MOST, flat).into_iter().map(|p| draft.patches.point(p.x, p.y)).collect()
 }
 
-/// Points along a loop in (u,v), at most `most` per use.
-fn plane_polygon(uses: &[DraftUse], most: usize) -> Vec<DVec2> {
+/// Points along a loop in (u,v), at most `most` per use; one where it is straight, if `flat`.
+fn plane_polygon(uses: &[DraftUse], most: usize, flat: bool) -> Vec<DVec2> {
     let mut out = Vec::with_capacity(2 * uses.len());
     for u in uses {
-        points_along(&u.uv, u.from, u.to, most, &mut out);
+        points_along(&u.uv, (u.from, u.to), most, flat, &mut out);
     }
     out
 }
@@ -189,7 +191,7 @@ fn flux(draft: &FaceDraft, origin: DVec3, samples: Sampling) -> f64 {
 }
 
 fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3, samples: Sampling) -> f64 {
-    let loops = tile.loops.iter().map(|l| plane_polygon(l, samples.outline)).collect();
+    let loops = tile.loops.iter().map(|l| plane_polygon(l, samples.outline, true)).collect();
     let at = |uv: DVec2| {
         let [point, du, dv] = draft.patches.tangents(uv.x, uv.y);
         (point - origin).dot(du.cross(dv))

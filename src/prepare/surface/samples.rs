@@ -93,18 +93,16 @@ impl Sampler {
         let nv = rows_v.len();
         // First each column of the net with all orders in u, then the columns with the orders in v.
         for ((row_u, normals), bends) in rows_u.iter().zip(normals).zip(bends) {
-            columns.fill([[0.0; 4]; 3]);
-            let nu = row_u.len() / 3;
-            for (a, line) in net.chunks_exact(nv).enumerate() {
-                for (column, point) in columns.iter_mut().zip(line) {
-                    let point = point.to_array();
-                    for (order, sum) in column.iter_mut().enumerate() {
-                        let factor = row_u[order * nu + a];
-                        for (sum, point) in sum.iter_mut().zip(point) {
-                            *sum += point * factor;
-                        }
+            let (n, rest) = row_u.split_at(row_u.len() / 3);
+            let (d1, d2) = rest.split_at(n.len());
+            for (b, column) in columns.iter_mut().enumerate() {
+                let mut sums = [[0.0; 4]; 3];
+                for (((point, n), d1), d2) in net[b..].iter().step_by(nv).zip(n).zip(d1).zip(d2) {
+                    for (sum, factor) in sums.iter_mut().zip([n, d1, d2]) {
+                        sum.iter_mut().zip(point.to_array()).for_each(|(sum, x)| *sum += x * factor);
                     }
                 }
+                *column = sums;
             }
             let columns = columns.iter().zip(&*rows_v);
             let sums = [
@@ -337,4 +335,78 @@ fn chord_angle(chord: f64) -> f64 {
         return chord * (1.0 + square * (1.0 / 24.0 + square * (3.0 / 640.0)));
     }
     2.0 * (0.5 * chord).min(1.0).arc_sine()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{SurfaceDerivatives, quotient};
+    use crate::sequence::random::SplitMix;
+
+    /// A point's normal and bends, by the arithmetic of a single point.
+    fn single(net: &[DVec4], rows: [&[f64]; 2], rational: bool) -> Option<(DVec3, [f64; 6])> {
+        let [nu, nv] = rows.map(|row| row.len() / 3);
+        let sums = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)].map(|(by_u, by_v)| {
+            (0..nv).fold(DVec4::ZERO, |sum, b| {
+                let column = (0..nu).fold(DVec4::ZERO, |sum, a| sum + net[a * nv + b] * rows[0][by_u * nu + a]);
+                sum + column * rows[1][by_v * nv + b]
+            })
+        });
+        let p = sums.map(DVec4::truncate);
+        let plain = SurfaceDerivatives { point: p[0], du: p[1], dv: p[2], duu: p[3], duv: p[4], dvv: p[5] };
+        let d = if rational { quotient(p, sums.map(|sum| sum.w)) } else { plain };
+        let normal = d.du.cross(d.dv);
+        let exists = normal.length() > 1e-10 * d.du.length() * d.dv.length();
+        let normal = normal.try_normalize().filter(|_| exists)?;
+        let parts = |x: DVec3| [x.dot(normal), (x - normal * x.dot(normal)).length()];
+        let [[a, b], [c, d], [e, f]] = [d.duu, d.duv, d.dvv].map(parts);
+        Some((normal, [a, b, c, d, e, f]))
+    }
+
+    #[test]
+    fn lanes_have_the_bits_of_single_points() {
+        let mut draw = SplitMix(7);
+        for (degree_u, degree_v) in [(1, 1), (1, 3), (2, 2), (3, 3), (5, 2), (4, 6)] {
+            for (rational, pole) in [(false, false), (true, false), (false, true), (true, true)] {
+                let mut coordinate = |low: f64, high: f64| draw.range(low, high);
+                let mut net: Vec<DVec4> = (0..(degree_u + 1) * (degree_v + 1))
+                    .map(|_| {
+                        let point = DVec3::from_array([(); 3].map(|()| coordinate(-5.0, 5.0)));
+                        let weight = if rational { coordinate(0.3, 3.0) } else { 1.0 };
+                        (point * weight).extend(weight)
+                    })
+                    .collect();
+                if pole {
+                    // All of it: no sample has a normal.
+                    let point = net[0];
+                    net.fill(point);
+                }
+                let (rows_u, rows_v) = (sample_rows(degree_u), sample_rows(degree_v));
+                let mut sampler = Sampler::new(degree_u, degree_v, rational);
+                let samples = sampler.sample(&net);
+                let expected: [[_; COUNT]; COUNT] =
+                    std::array::from_fn(|i| std::array::from_fn(|j| single(&net, [&rows_u[i], &rows_v[j]], rational)));
+                for (i, row) in expected.iter().enumerate() {
+                    for (j, expected) in row.iter().enumerate() {
+                        let normal = DVec3::from_array(samples.normals[i].map(|c| c[j]));
+                        let bends = samples.bends[i].map(|bend| bend[j]);
+                        match expected {
+                            Some(expected) => assert_eq!((normal, bends), *expected, "{degree_u} {degree_v} {i} {j}"),
+                            None => assert!(normal.is_nan(), "{degree_u} {degree_v} {i} {j}"),
+                        }
+                    }
+                }
+                let along = |of: &dyn Fn(usize, usize) -> Option<DVec3>| -> f64 {
+                    (0..COUNT).map(|line| turning(&std::array::from_fn(|k| of(line, k)))).fold(0.0, f64::max)
+                };
+                let normal = |i: usize, j: usize| expected[i][j].map(|(normal, _)| normal);
+                let least = [along(&|line, k| normal(k, line)), along(&|line, k| normal(line, k))];
+                let turns = samples.turns();
+                assert!((0..2).all(|k| turns[k] >= least[k] * TO_ENDS), "{turns:?} {least:?}");
+                let most = samples.most();
+                let all = || expected.iter().flatten().flatten();
+                assert!(all().all(|(_, bends)| (0..6).all(|k| most[k] >= bends[k].abs())), "{most:?}");
+            }
+        }
+    }
 }

@@ -433,3 +433,27 @@ fn cone(s: ArcSpan<'_>, p: DVec2) -> Option<(f64, f64, f64)> {
     }
     first.map(|zero| (zero.y.arc_tangent_to(zero.x), low, high))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_cubic_is_a_chord_only_if_it_is_straight() {
+        let at = |t: f64, x: f64, slope: f64| UvSample { t, uv: DVec2::new(x, 1.0), d: DVec2::new(4.0, slope) };
+        for (slope, count) in [(0.0, 2), (1e-10, 2), (1e-3, 3)] {
+            // At uneven speed, and cut within the cubic.
+            let uv = UvCurve::Hermite([at(0.0, 0.0, slope), at(2.0, 5.0, -slope)].into());
+            for (from, to) in [(0.0, 2.0), (0.5, 1.5)] {
+                let used = DraftUse { along: DraftAlong::Edge(3), from: to, to: from, uv: uv.clone() };
+                let made = arc(&used, (0, 1), (from, to), &[], (DVec2::ZERO, DVec2::ONE), false).expect("an edge");
+                assert_eq!((made.points.len(), made.pieces.len()), (count, if count == 2 { 0 } else { 2 }), "{slope}");
+                let ends = [made.points[0].0, made.points[count - 1].0];
+                assert_eq!(
+                    (ends, made.low.x, made.most > 0.0),
+                    ([from, to], made.points[0].1.x - made.most, count > 2)
+                );
+            }
+        }
+    }
+}

@@ -1,20 +1,29 @@
 //! A tile's loops -> polygons, and lattices of sample parameters, for estimates that need a few per cent, not exact
 //! signs.
 
-use super::uv_curve::UvCurve;
+use super::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use super::uv_loop::winding_about;
 use crate::prepare::surface::decompose::BezierPatches;
 use glam::DVec2;
 
-/// Appends points of a pcurve from `from` to `to`, without the last: twice as many as it has pieces, at most `most`;
-/// one for an isoparametric line.
-pub(crate) fn points_along(uv: &UvCurve, from: f64, to: f64, most: usize, out: &mut Vec<DVec2>) {
+/// Appends points of a pcurve over `range`, without the last: twice as many as it has pieces, at most `most`; one for
+/// an isoparametric line and, if `flat`, for any straight line.
+pub(crate) fn points_along(uv: &UvCurve, range: (f64, f64), most: usize, flat: bool, out: &mut Vec<DVec2>) {
+    let (from, to) = range;
     let n = match uv {
+        UvCurve::Hermite(samples) if flat && is_straight(samples) => 1,
         UvCurve::Hermite(samples) => (2 * (samples.len() - 1)).min(most),
         UvCurve::Iso { .. } => 1,
     };
     let mut hint = 0;
     out.extend((0..n).map(|k| uv.point(from + (to - from) * k as f64 / n as f64, &mut hint)));
+}
+
+/// Whether there is one piece, and its slopes have the direction of its chord, to [`SAME_SHARE`].
+fn is_straight(samples: &[UvSample]) -> bool {
+    let [a, b] = samples else { return false };
+    let chord = b.uv - a.uv;
+    [a.d, b.d].iter().all(|d| chord.perp_dot(*d).abs() <= SAME_SHARE * chord.dot(*d))
 }
 
 /// The region of a tile, as polygons.

@@ -126,7 +126,8 @@ fn polygon(part: &PreparedPart, uses: &[EdgeUse]) -> Vec<DVec2> {
     let mut out = Vec::new();
     for u in uses {
         let breaks = &part.edges[u.edge.index()].breaks;
-        points_along(&u.uv, breaks[u.from as usize].t, breaks[u.to as usize].t, usize::MAX, &mut out);
+        let range = (breaks[u.from as usize].t, breaks[u.to as usize].t);
+        points_along(&u.uv, range, usize::MAX, true, &mut out);
     }
     out
 }
