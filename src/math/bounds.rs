@@ -287,7 +287,7 @@ fn sum(terms: &[(f64, &Poly, &Poly)]) -> Poly {
                 debug_assert_eq!((total.nu, total.nv), (a.nu + b.nu - 1, a.nv + b.nv - 1));
                 for (k, &value) in a.c.iter().enumerate().filter(|(_, value)| **value != 0.0) {
                     let (i, j) = (k / a.nv, k % a.nv);
-                    // Without degrees in v to add, all rows of `b` are one run.
+                    // Where `a` is constant in v, all rows of `b` are one run.
                     let run = if a.nv == 1 { b.c.len() } else { b.nv * b.dim };
                     for (r, run) in b.c.chunks_exact(run).enumerate() {
                         axpy(&mut total.c[(i + r) * row + j * b.dim..], factor * value, run);

@@ -29,17 +29,19 @@ impl Surface {
         }
     }
 
-    /// Whether `S_u` and `S_v` are continuous, as far as knots tell.
+    /// Whether `S_u` and `S_v` are continuous, as far as knots tell. `periods`: its [`period`](Self::period). A spline
+    /// that closes may have a crease there.
     #[must_use]
-    pub(crate) fn is_smooth(&self) -> bool {
+    pub(crate) fn is_smooth(&self, periods: [Option<f64>; 2]) -> bool {
+        let [open_u, open_v] = periods.map(|period| period.is_none());
         match self {
             Self::Nurbs(surface) => {
                 let NurbsSurface { degree_u, degree_v, knots_u, knots_v, .. } = surface;
-                knots::is_smooth(*degree_u, knots_u) && knots::is_smooth(*degree_v, knots_v)
+                let smooth = knots::is_smooth(*degree_u, knots_u) && knots::is_smooth(*degree_v, knots_v);
+                open_u && open_v && smooth
             }
-            Self::Extrusion { curve, .. } | Self::Revolution { curve, .. } => {
-                knots::is_smooth(curve.degree, &curve.knots)
-            }
+            Self::Extrusion { curve, .. } => open_u && knots::is_smooth(curve.degree, &curve.knots),
+            Self::Revolution { curve, .. } => open_v && knots::is_smooth(curve.degree, &curve.knots),
             _ => true,
         }
     }
@@ -50,7 +52,7 @@ impl Surface {
         self.evaluated(u, v)
     }
 
-    /// [`derivatives`](Self::derivatives), for callers of which each needs some of them.
+    /// [`derivatives`](Self::derivatives), inlined into callers that need some of them only.
     #[inline(always)]
     fn evaluated(&self, u: f64, v: f64) -> SurfaceDerivatives {
         match self {

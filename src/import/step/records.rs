@@ -258,7 +258,7 @@ impl<'t> Parser<'t> {
 
     /// A value, after its first token.
     fn value(&mut self, first: Token, depth: usize) -> Parse<Value> {
-        if depth >= MAX_NESTING {
+        if depth >= MAX_NESTING && first != Token::Nothing {
             return Err(Box::new(SyntaxFault::Nesting { limit: MAX_NESTING }));
         }
         let slice = self.tokens.slice();

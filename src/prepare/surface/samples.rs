@@ -230,7 +230,7 @@ fn cross(a: &Vectors, b: &Vectors) -> Vectors {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// The derivative by u and v of the orders `of`, times the weight, and that weight's: `N` coordinates.
+/// The derivative of the orders `of` of the weighted point and, if `N` is 4, of its weight.
 #[inline(always)]
 fn sum<'a, const N: usize>(
     columns: impl Iterator<Item = (&'a [[f64; 4]; 3], &'a [Lanes; 3])>,

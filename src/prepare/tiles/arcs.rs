@@ -81,8 +81,8 @@ pub(crate) fn arc(
         ends.iter_mut().for_each(|end| end.uv = (end.uv - origin) * scale);
         let chord = ends[1].uv - ends[0].uv;
         // The middle of the cubic is off the chord's by an eighth of the difference of its slopes.
-        let off = (ends[0].d - ends[1].d) * scale * (0.125 * (b - a));
-        if chord.perp_dot(off).abs() <= SAME_SHARE * chord.length() && chord != DVec2::ZERO {
+        let off = |end: &UvSample| chord.perp_dot(end.d * scale * (b - a)).abs();
+        if chord != DVec2::ZERO && ends.iter().all(|end| off(end) <= 4.0 * SAME_SHARE * chord.length()) {
             return Some(PcurveArc::straight(edge, of, ends));
         }
     }
@@ -138,7 +138,7 @@ pub(crate) fn arc(
     let (p, q) = (points[0].1, points[points.len() - 1].1);
     let chord = q - p;
     let length = chord.length();
-    if length > 0.0 && hull.iter().all(|x| chord.perp_dot(*x - p).abs() <= 1e-9 * length) {
+    if length > 0.0 && hull.iter().all(|x| chord.perp_dot(*x - p).abs() <= SAME_SHARE * length) {
         points.drain(1..points.len() - 1);
         hull.clear();
         let twice = if exact { 2 } else { 1 };
@@ -441,13 +441,17 @@ mod tests {
     #[test]
     fn one_cubic_is_a_chord_only_if_it_is_straight() {
         let at = |t: f64, x: f64, slope: f64| UvSample { t, uv: DVec2::new(x, 1.0), d: DVec2::new(4.0, slope) };
-        for (slope, count) in [(0.0, 2), (1e-10, 2), (1e-3, 3)] {
+        for (slopes, count) in [([0.0, 0.0], 2), ([1e-10, -1e-10], 2), ([1e-3, -1e-3], 3)] {
             // At uneven speed, and cut within the cubic.
-            let uv = UvCurve::Hermite([at(0.0, 0.0, slope), at(2.0, 5.0, -slope)].into());
+            let uv = UvCurve::Hermite([at(0.0, 0.0, slopes[0]), at(2.0, 5.0, slopes[1])].into());
             for (from, to) in [(0.0, 2.0), (0.5, 1.5)] {
                 let used = DraftUse { along: DraftAlong::Edge(3), from: to, to: from, uv: uv.clone() };
                 let made = arc(&used, (0, 1), (from, to), &[], (DVec2::ZERO, DVec2::ONE), false).expect("an edge");
-                assert_eq!((made.points.len(), made.pieces.len()), (count, if count == 2 { 0 } else { 2 }), "{slope}");
+                assert_eq!(
+                    (made.points.len(), made.pieces.len()),
+                    (count, if count == 2 { 0 } else { 2 }),
+                    "{slopes:?}"
+                );
                 let ends = [made.points[0].0, made.points[count - 1].0];
                 assert_eq!(
                     (ends, made.low.x, made.most > 0.0),

@@ -23,7 +23,13 @@ pub(crate) fn points_along(uv: &UvCurve, range: (f64, f64), most: usize, flat: b
 fn is_straight(samples: &[UvSample]) -> bool {
     let [a, b] = samples else { return false };
     let chord = b.uv - a.uv;
-    [a.d, b.d].iter().all(|d| chord.perp_dot(*d).abs() <= SAME_SHARE * chord.dot(*d))
+    chord != DVec2::ZERO && [a.d, b.d].iter().all(|d| chord.perp_dot(*d).abs() <= SAME_SHARE * chord.dot(*d))
+}
+
+/// The area of closed polygons, each point as often as they wind around it.
+pub(crate) fn area(loops: &[Vec<DVec2>]) -> f64 {
+    let fan = |l: &[DVec2]| l.windows(2).map(|w| (w[0] - l[0]).perp_dot(w[1] - l[0])).sum::<f64>();
+    loops.iter().map(|l| 0.5 * fan(l)).sum()
 }
 
 /// The region of a tile, as polygons.
@@ -40,12 +46,6 @@ impl TileRegion<'_> {
         self.loops.iter().map(|l| winding_about(l, uv)).sum()
     }
 
-    /// Area in (u,v), each point as often as the loops wind around it.
-    pub(crate) fn area(&self) -> f64 {
-        let fan = |l: &[DVec2]| l.windows(2).map(|w| (w[0] - l[0]).perp_dot(w[1] - l[0])).sum::<f64>();
-        self.loops.iter().map(|l| 0.5 * fan(l)).sum()
-    }
-
     /// Cell size and cell centres of an even lattice over the tile with `per_piece` cells per Bézier piece and
     /// direction (at most 16 pieces count). Centres may lie outside the loops.
     pub(crate) fn lattice(&self, per_piece: usize) -> (DVec2, impl Iterator<Item = DVec2> + '_) {
@@ -58,5 +58,23 @@ impl TileRegion<'_> {
         let middles = (0..nu)
             .flat_map(move |i| (0..nv).map(move |j| self.min + step * DVec2::new(i as f64 + 0.5, j as f64 + 0.5)));
         (step, middles)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn areas_count_as_often_as_loops_wind_around_them() {
+        let square = |side: f64| vec![DVec2::ZERO, DVec2::X * side, DVec2::splat(side), DVec2::Y * side];
+        let hole: Vec<DVec2> = square(2.0).into_iter().rev().map(|p| p + DVec2::ONE).collect();
+        for (loops, expected) in [
+            (vec![square(4.0), hole], 12.0),
+            (vec![square(4.0), square(2.0)], 20.0),
+            (vec![Vec::new(), vec![DVec2::ONE]], 0.0),
+        ] {
+            assert_eq!(area(&loops), expected);
+        }
     }
 }

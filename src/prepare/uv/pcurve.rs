@@ -52,7 +52,7 @@ pub(crate) struct Projector<'a> {
     pub(crate) period: [Option<f64>; 2],
     /// Natural domain; infinite where the surface is.
     pub(crate) domain: [(f64, f64); 2],
-    /// Whether tangents are continuous.
+    /// Whether tangents are continuous, and do not vanish on a line.
     smooth: bool,
     /// Parameter lines that collapse to a point.
     pub(crate) poles: Vec<Pole>,
@@ -75,12 +75,13 @@ pub(crate) struct Marched {
 
 impl<'a> Projector<'a> {
     pub(crate) fn new(surface: &'a Surface, tolerance: f64) -> Self {
+        let (period, poles) = (surface.period(), surface.poles());
         Self {
             surface,
-            period: surface.period(),
+            period,
             domain: surface.natural_domain(),
-            smooth: surface.is_smooth(),
-            poles: surface.poles(),
+            smooth: poles.is_empty() && surface.is_smooth(period),
+            poles,
             tolerance,
             seeds: OnceCell::new(),
             vain: Cell::new(0),
@@ -299,7 +300,7 @@ impl<'a> Projector<'a> {
             }
             let next = self.next_step(&here, p, second.as_ref());
             if length(next - uv, here.tangents) <= enough {
-                // On a smooth surface, point and tangents there differ by no more than the step.
+                // The step is too short for point and tangents to differ, unless the surface has a crease or a pole.
                 let next = if self.smooth && !is_far { Foot { uv: next, ..here } } else { self.foot_at(next, p) };
                 return if next.off <= best.off { next } else { best };
             }

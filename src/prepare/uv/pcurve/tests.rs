@@ -1,7 +1,7 @@
 //! Feet of points on a spline and off it, against samples.
 
 use super::Projector;
-use crate::model::{NurbsSurface, Surface};
+use crate::model::{NurbsCurve, NurbsSurface, Surface};
 use glam::{DVec2, DVec3};
 
 /// Two by two bicubic pieces of different sizes, rational or not.
@@ -52,6 +52,38 @@ fn no_point_is_nearer_than_a_foot() {
                     let there = surface.point(aside.x, aside.y).distance(p);
                     assert!(there >= foot.off - 1e-9, "{off} {uv}: {there} at {aside}, {} at {}", foot.off, foot.uv);
                 }
+            }
+        }
+    }
+}
+
+/// A sheet along y over a cubic that closes in a crease, and one over two lines.
+fn creased() -> [Surface; 2] {
+    let over = |degree: usize, knots: Vec<f64>, points: Vec<DVec3>| Surface::Extrusion {
+        curve: NurbsCurve { degree, knots, points, weights: Vec::new() },
+        direction: DVec3::Y,
+    };
+    let wing = [(0.0, 0.0), (2.0, 1.0), (4.0, 0.0), (2.0, -1.0), (0.0, 0.0)].map(|(x, z)| DVec3::new(x, 0.0, z));
+    let fold = [(0.0, 0.0), (1.0, 0.0), (0.0, 0.01)].map(|(x, z)| DVec3::new(x, 0.0, z));
+    [
+        over(3, vec![0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0, 2.0], wing.to_vec()),
+        over(1, vec![0.0, 0.0, 1.0, 2.0, 2.0], fold.to_vec()),
+    ]
+}
+
+#[test]
+fn tangents_of_a_foot_are_those_at_its_parameters() {
+    let [wing, fold] = creased();
+    for (surface, crease) in [(bumpy(1.0), 0.8), (bumpy(2.0), 0.8), (wing, 0.0), (fold, 1.0)] {
+        let projector = Projector::new(&surface, 1e-6);
+        for at in [crease, crease + 1e-13, crease + 1e-3, crease + 0.3] {
+            let p = projector.point(DVec2::new(at, 0.5));
+            // From both sides, near and far.
+            for from in [-0.1, -1e-4, -1e-9, 0.0, 1e-9, 1e-4, 0.1] {
+                let foot = projector.foot(p, Some(DVec2::new(at + from, 0.45)));
+                let [_, du, dv] = projector.tangents(foot.uv);
+                let off = (foot.tangents[1] - du).length() + (foot.tangents[2] - dv).length();
+                assert!(off <= 1e-6 * du.length(), "{at} {from}: {off}");
             }
         }
     }
