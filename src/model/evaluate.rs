@@ -17,6 +17,14 @@ impl Surface {
         }
     }
 
+    /// The points at all pairs of `us` and `vs`, u-major, bit-identical to [`point`](Self::point).
+    pub(crate) fn lattice(&self, us: &[f64], vs: &[f64]) -> Vec<DVec3> {
+        match self {
+            Self::Nurbs(surface) => surface.lattice(us, vs),
+            _ => us.iter().flat_map(|&u| vs.iter().map(move |&v| self.point(u, v))).collect(),
+        }
+    }
+
     /// `S(u,v)`, `S_u`, `S_v`, bit-identical to [`derivatives`](Self::derivatives).
     #[must_use]
     pub fn tangents(&self, u: f64, v: f64) -> [DVec3; 3] {

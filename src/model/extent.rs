@@ -25,17 +25,18 @@ impl Part {
 }
 
 /// Points of a face's surface, all over the domain that it or its trims bound; none if neither does.
-fn samples(face: &Face) -> impl Iterator<Item = DVec3> {
+fn samples(face: &Face) -> Vec<DVec3> {
     let [(mut u0, mut u1), (mut v0, mut v1)] = face.surface.natural_domain();
     if let Some([low, high]) = face.trims.as_ref().map(FreeTrims::bounds) {
         // Where the surface is infinite, its trims bound it.
         let side = |of_surface: f64, of_trims: f64| if of_surface.is_finite() { of_surface } else { of_trims };
         (u0, u1, v0, v1) = (side(u0, low.x), side(u1, high.x), side(v0, low.y), side(v1, high.y));
     }
-    let bounded = [u0, u1, v0, v1].iter().all(|x| x.is_finite());
-    let share = |k: u32| f64::from(k) / 8.0;
-    let uv = (0..=8).flat_map(move |i| (0..=8).map(move |j| (share(i), share(j)))).filter(move |_| bounded);
-    uv.map(move |(s, t)| face.surface.point(u0 + (u1 - u0) * s, v0 + (v1 - v0) * t))
+    if ![u0, u1, v0, v1].iter().all(|x| x.is_finite()) {
+        return Vec::new();
+    }
+    let along = |a: f64, b: f64| -> [f64; 9] { std::array::from_fn(|k| a + (b - a) * (k as f64 / 8.0)) };
+    face.surface.lattice(&along(u0, u1), &along(v0, v1))
 }
 
 impl Surface {

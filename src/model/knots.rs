@@ -104,18 +104,44 @@ pub(crate) fn with_basis<const ROWS: usize, R>(
 #[inline(always)]
 fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f64]) {
     let around = &around[..2 * degree];
+    // Of files, most spans are Bézier pieces: all their terms have the same quotient.
+    match piece(degree, around) {
+        Some((left, right)) => {
+            let width = right - left;
+            let x = (t - left) / width;
+            raise::<ROWS>(degree, rows, |_, _| (x, width));
+        }
+        None => raise::<ROWS>(degree, rows, |k, i| {
+            let (left, right) = (around[degree - k + i], around[degree + i]);
+            let width = right - left;
+            ((t - left) / width, width)
+        }),
+    }
+}
+
+/// The ends of a span if its polynomial is a Bézier piece: all `degree` knots up to it are one, and all from it on.
+/// `around` has these knots.
+#[inline(always)]
+fn piece(degree: usize, around: &[f64]) -> Option<(f64, f64)> {
+    let (left, right) = (around[degree - 1], around[degree]);
+    (around[0] == left && around[2 * degree - 1] == right).then_some((left, right))
+}
+
+/// Like [`fill`]. `term(k, i)`: where the parameter is between the knots of term `i` of degree `k`, as a share of their
+/// distance, and that distance.
+///
+/// A share by a true division is exactly 0 and 1 at the ends, so end points are exact to the last bit.
+#[inline(always)]
+fn raise<const ROWS: usize>(degree: usize, rows: &mut [f64], term: impl Fn(usize, usize) -> (f64, f64)) {
     let (n, rest) = rows[..3 * (degree + 1)].split_at_mut(degree + 1);
     let (d1, d2) = rest.split_at_mut(degree + 1);
     n[0] = 1.0;
     for k in 1..=degree {
         let (mut carry_n, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
         let raise = k as f64;
-        let widths = around[degree - k..degree].iter().zip(&around[degree..degree + k]);
-        let terms = n[..k].iter_mut().zip(&mut d1[..k]).zip(&mut d2[..k]).zip(widths);
-        for (((n, d1), d2), (left, right)) in terms {
-            let width = right - left;
-            // A true division is exactly 0 and 1 at the ends, so end points are exact to the last bit.
-            let x = (t - left) / width;
+        let terms = n[..k].iter_mut().zip(&mut d1[..k]).zip(&mut d2[..k]).enumerate();
+        for (i, ((n, d1), d2)) in terms {
+            let (x, width) = term(k, i);
             let old = *n;
             // Each degree replaces the derivatives of the one before, and only the last ones are wanted.
             if ROWS > 2 && k == degree {
@@ -137,15 +163,15 @@ fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f6
     }
 }
 
-/// The matrix `m` of Bézier extraction: Bézier point `j` of `[a, b]` (inside `span`) is
-/// `Σ_i m[j][i] · c[span - degree + i]`.
+/// Writes the matrix `m` of Bézier extraction: Bézier point `j` of `[a, b]` (inside `span`) is
+/// `Σ_i m[j · (degree + 1) + i] · c[span - degree + i]`.
 ///
 /// Row `j` holds the blossom of every basis function at `degree - j` times `a` and `j` times `b`.
-pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f64) -> Vec<f64> {
+pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f64, matrix: &mut Vec<f64>) {
     let n = degree + 1;
-    let mut matrix = vec![0.0; n * n];
-    for j in 0..n {
-        let row = &mut matrix[j * n..(j + 1) * n];
+    matrix.clear();
+    matrix.resize(n * n, 0.0);
+    for (j, row) in matrix.chunks_exact_mut(n).enumerate() {
         row[0] = 1.0;
         for k in 1..=degree {
             let t = if k <= degree - j { a } else { b };
@@ -161,7 +187,6 @@ pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f
             row[k] = carry;
         }
     }
-    matrix
 }
 
 /// A segment shorter than this share of the range may be rounding, with noise for derivatives: ends come from
@@ -188,32 +213,31 @@ pub(crate) fn to_bezier(
     let (k0, k1) = domain(degree, knots);
     let (a, b) = (range.0.clamp(k0, k1), range.1.clamp(k0, k1));
     let n = degree + 1;
-    let piece = |from: f64, to: f64, net: &mut Vec<DVec4>| {
+    let mut matrix = Vec::new();
+    let mut append = |from: f64, to: f64, net: &mut Vec<DVec4>| {
         let span = span(degree, knots, 0.5 * (from + to));
-        let matrix = extraction(degree, knots, span, from, to);
         let source = &rows[(span - degree) * width..(span + 1) * width];
-        for j in 0..n {
-            if j == 0 && !net.is_empty() {
-                net.extend_from_within(net.len() - width..);
-                continue;
+        let shared = usize::from(!net.is_empty());
+        net.extend_from_within(net.len() - shared * width..);
+        // The matrix of a whole Bézier piece is the identity, bit by bit.
+        if piece(degree, &knots[span + 1 - degree..=span + degree]) == Some((from, to)) {
+            net.extend(source[shared * width..].iter().map(|&point| DVec4::ZERO + point));
+            return;
+        }
+        extraction(degree, knots, span, from, to, &mut matrix);
+        let first = net.len();
+        net.resize(first + (n - shared) * width, DVec4::ZERO);
+        for (sums, factors) in net[first..].chunks_exact_mut(width).zip(matrix.chunks_exact(n).skip(shared)) {
+            for (&f, row) in factors.iter().zip(source.chunks_exact(width)).filter(|(f, _)| **f != 0.0) {
+                sums.iter_mut().zip(row).for_each(|(sum, &point)| *sum += point * f);
             }
-            let factors = &matrix[j * n..(j + 1) * n];
-            net.extend((0..width).map(|line| {
-                let mut sum = DVec4::ZERO;
-                for (&f, row) in factors.iter().zip(source.chunks_exact(width)) {
-                    if f != 0.0 {
-                        sum += row[line] * f;
-                    }
-                }
-                sum
-            }));
         }
     };
-    let is_long = |from: f64, to: f64| {
+    let mut is_long = |from: f64, to: f64| {
         to - from > SLIVER * (b - a)
             || to > from && {
                 let mut net = Vec::with_capacity(n * width);
-                piece(from, to, &mut net);
+                append(from, to, &mut net);
                 let least = SLIVER_IN_SPACE * extent(rows.iter());
                 (0..width).any(|line| extent(net[line..].iter().step_by(width)) > least)
             }
@@ -229,7 +253,7 @@ pub(crate) fn to_bezier(
     borders.push(b);
     let mut net: Vec<DVec4> = Vec::with_capacity((borders.len() - 1) * n * width);
     for ends in borders.windows(2) {
-        piece(ends[0], ends[1], &mut net);
+        append(ends[0], ends[1], &mut net);
     }
     (borders, net)
 }

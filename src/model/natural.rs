@@ -121,7 +121,7 @@ impl Surface {
         let Self::Nurbs(surface) = self else { return false };
         let along = if axis == 0 { surface.samples_v() } else { surface.samples_u() };
         let place = |t: f64| if axis == 0 { surface.point(at, t) } else { surface.point(t, at) };
-        along.first().is_some_and(|&start| along.iter().all(|&t| place(t).distance(place(start)) <= tol))
+        along.first().map(|&t| place(t)).is_some_and(|start| along.iter().all(|&t| place(t).distance(start) <= tol))
     }
 
     /// Finds the natural parameters of the surface point nearest to `p`, with angles in [0, 2π) (a sphere's v in

@@ -121,6 +121,36 @@ impl NurbsSurface {
         out
     }
 
+    /// The line where u (`axis` 0) or v (`axis` 1) is `at`, clamped to the domain.
+    pub(crate) fn iso_line(&self, axis: usize, at: f64) -> IsoLine<'_> {
+        let ((u0, u1), (v0, v1)) = self.domain();
+        let count_v = self.count_v();
+        let is_rational = !self.weights.is_empty();
+        if axis == 0 {
+            let at = at.max(u0).min(u1);
+            let span = knots::span(self.degree_u, &self.knots_u, at);
+            let mut net = vec![[0.0; 4]; count_v];
+            knots::with_basis::<1, _>(self.degree_u, &self.knots_u, span, at, |rows| {
+                for (row, &n) in (span - self.degree_u..=span).zip(rows.iter()) {
+                    let row = row * count_v..(row + 1) * count_v;
+                    let weights = self.weights.get(row.clone()).unwrap_or_default();
+                    let weights = weights.iter().copied().chain(std::iter::repeat(1.0));
+                    for ((sum, point), weight) in net.iter_mut().zip(&self.points[row]).zip(weights) {
+                        add(sum, n * weight, &[point.x, point.y, point.z, 1.0]);
+                    }
+                }
+            });
+            return IsoLine { degree: self.degree_v, knots: &self.knots_v, net, is_rational };
+        }
+        let at = at.max(v0).min(v1);
+        let span = knots::span(self.degree_v, &self.knots_v, at);
+        let net = knots::with_basis::<1, _>(self.degree_v, &self.knots_v, span, at, |rows| {
+            let line = |i: usize| self.line::<1>(i * count_v + span - self.degree_v, rows)[0];
+            (0..self.count_u()).map(line).collect()
+        });
+        IsoLine { degree: self.degree_u, knots: &self.knots_u, net, is_rational }
+    }
+
     /// The point and its five partial derivatives, with (u,v) clamped to the domain.
     ///
     /// Exact also for rational surfaces. At a knot, uses the span that starts there. O(degree_u · degree_v); no
@@ -225,6 +255,53 @@ impl NurbsSurface {
     /// Half the diagonal of the control net's box. Tolerances of coincidence are relative to it.
     pub(super) fn size(&self) -> f64 {
         extent(&self.points)
+    }
+}
+
+/// A curve on a surface along which one parameter is constant, as a spline in the other one.
+///
+/// Where it is a border of a clamped surface without weights, and on any line of constant v, points and slopes are
+/// bit-identical to those of the surface. On other lines they differ by rounding.
+pub(crate) struct IsoLine<'a> {
+    degree: usize,
+    knots: &'a [f64],
+    /// Homogeneous control points. Without weights their last component means nothing.
+    net: Vec<[f64; 4]>,
+    is_rational: bool,
+}
+
+impl IsoLine<'_> {
+    /// The point at `t`, clamped to the domain.
+    pub(crate) fn point(&self, t: f64) -> DVec3 {
+        self.orders::<1>(t)[0]
+    }
+
+    /// The derivative at `t`, clamped to the domain.
+    pub(crate) fn slope(&self, t: f64) -> DVec3 {
+        self.orders::<2>(t)[1]
+    }
+
+    /// The point and, if `ROWS` is 2, the derivative.
+    fn orders<const ROWS: usize>(&self, t: f64) -> [DVec3; 2] {
+        let (a, b) = knots::domain(self.degree, self.knots);
+        let t = t.max(a).min(b);
+        let span = knots::span(self.degree, self.knots, t);
+        let n = self.degree + 1;
+        knots::with_basis::<ROWS, _>(self.degree, self.knots, span, t, |rows| {
+            let mut sums = [[0.0; 4]; 2];
+            for (sum, row) in sums.iter_mut().zip(rows.chunks_exact(n)).take(ROWS) {
+                let terms = self.net[span - self.degree..].iter().zip(row);
+                terms.for_each(|(point, &n)| add(sum, n, point));
+            }
+            let [p, d] = sums.map(|[x, y, z, _]| DVec3::new(x, y, z));
+            if !self.is_rational {
+                return [p, d];
+            }
+            let [w, dw] = sums.map(|[.., w]| w);
+            let per = 1.0 / w;
+            let point = p * per;
+            [point, (d - point * dw) * per]
+        })
     }
 }
 

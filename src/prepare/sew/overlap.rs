@@ -6,6 +6,7 @@
 //! points need no feet: they are nowhere further apart than their control points.
 
 use super::nearest::Runs;
+use crate::math::boxes::{Aabb, around};
 use crate::model::{Edge, NurbsCurve3};
 use crate::prepare::surface::decompose::BezierSpline3;
 use glam::{DVec3, DVec4};
@@ -37,6 +38,8 @@ pub(crate) struct CurveQuery {
     /// Parameters and points, in order.
     seeds: Vec<(f64, DVec3)>,
     runs: Runs,
+    /// The box around the control points.
+    hull: Aabb,
     /// Length of the polyline through the seeds.
     pub(crate) length: f64,
 }
@@ -70,7 +73,8 @@ impl CurveQuery {
         seeds.push((end, spline.point(end)));
         let length = seeds.windows(2).map(|w| w[0].1.distance(w[1].1)).sum();
         let runs = Runs::new(&seeds);
-        Self { spline, seeds, runs, length }
+        let hull = around(spline.control.iter().map(|c| c.truncate() / c.w));
+        Self { spline, seeds, runs, hull, length }
     }
 
     pub(crate) fn range(&self) -> [f64; 2] {
@@ -87,7 +91,8 @@ impl CurveQuery {
     }
 
     pub(crate) fn slope(&self, t: f64) -> DVec3 {
-        self.spline.derivatives(t).d1
+        let [_, slope] = self.spline.tangent(t);
+        slope
     }
 
     /// The parameter of the point nearest to `p`, and its distance.
@@ -109,12 +114,12 @@ impl CurveQuery {
         let (low, high) = (seeds[k.saturating_sub(1)].0, seeds[(k + 1).min(seeds.len() - 1)].0);
         let (mut t, mut best) = (seeds[k].0, (seeds[k].0, seeds[k].1.distance(p)));
         for _ in 0..STEPS {
-            let d = self.spline.derivatives(t);
-            let off = d.point.distance(p);
+            let [point, slope] = self.spline.tangent(t);
+            let off = point.distance(p);
             if off < best.1 {
                 best = (t, off);
             }
-            let step = (p - d.point).dot(d.d1) / d.d1.length_squared();
+            let step = (p - point).dot(slope) / slope.length_squared();
             let next = (t + step).clamp(low, high);
             let still = (next - t).abs() <= CONVERGED * (high - low);
             if !step.is_finite() || still {
@@ -235,9 +240,21 @@ impl CurveQuery {
 
     /// Appends the parameters `own`, and the feet of `of_other`, at which the other curve is within `tolerance`.
     fn mark(&self, other: &Self, own: &[f64], of_other: &[f64], tolerance: f64, marks: &mut Vec<f64>) {
-        marks.extend(own.iter().copied().filter(|&t| other.foot(self.point(t)).1 <= tolerance));
-        let feet = of_other.iter().map(|&t| self.foot(other.point(t)));
-        marks.extend(feet.filter(|foot| foot.1 <= tolerance).map(|foot| foot.0));
+        marks.extend(own.iter().copied().filter(|&t| other.near_foot(self.point(t), tolerance).is_some()));
+        marks.extend(of_other.iter().filter_map(|&t| self.near_foot(other.point(t), tolerance)));
+    }
+
+    /// The parameter of the point nearest to `p`, if it is within `tolerance`.
+    fn near_foot(&self, p: DVec3, tolerance: f64) -> Option<f64> {
+        /// Multiple of the tolerance beyond which nothing of the curve is near. More than 1, for rounding.
+        const ROOM: f64 = 1.001;
+        let [low, high] = self.hull;
+        // Most points are far off. The curve lies in the box.
+        if p.distance(p.clamp(low, high)) > ROOM * tolerance {
+            return None;
+        }
+        let (foot, off) = self.foot(p);
+        (off <= tolerance).then_some(foot)
     }
 
     /// The stretch between two parameters, if the curves coincide there.

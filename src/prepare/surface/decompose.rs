@@ -62,13 +62,27 @@ impl BezierSpline3 {
     /// `C`, `C'`, `C''` by the curve's parameter. At a break they are those of the segment that starts there.
     #[must_use]
     pub fn derivatives(&self, t: f64) -> CurveDerivatives<DVec3> {
+        self.orders::<3>(t)
+    }
+
+    /// `C` and `C'`, bit-identical to those of [`derivatives`](Self::derivatives).
+    pub(crate) fn tangent(&self, t: f64) -> [DVec3; 2] {
+        let CurveDerivatives { point, d1, .. } = self.orders::<2>(t);
+        [point, d1]
+    }
+
+    /// The point and the derivatives of orders below `ROWS`, 2 or 3; the rest are meaningless.
+    #[inline]
+    fn orders<const ROWS: usize>(&self, t: f64) -> CurveDerivatives<DVec3> {
         let (i, x) = locate(&self.breaks, t);
         let per = 1.0 / (self.breaks[i + 1] - self.breaks[i]);
         bernstein::with_rows(self.degree, |rows| {
             bernstein::basis_with_derivatives(self.degree, x, rows);
-            let mut orders = rows.chunks_exact(self.degree + 1).map(|row| dot(row, self.segment(i)));
-            let mut next = || orders.next().unwrap_or(DVec4::ZERO);
-            let (p, p1, p2) = (next(), next() * per, next() * (per * per));
+            let mut orders = [DVec4::ZERO; 3];
+            for (order, row) in orders.iter_mut().zip(rows.chunks_exact(self.degree + 1)).take(ROWS) {
+                *order = dot(row, self.segment(i));
+            }
+            let (p, p1, p2) = (orders[0], orders[1] * per, orders[2] * (per * per));
             let point = p.truncate() / p.w;
             let d1 = (p1.truncate() - point * p1.w) / p.w;
             let d2 = (p2.truncate() - d1 * (2.0 * p1.w) - point * p2.w) / p.w;

@@ -240,16 +240,23 @@ impl<'a> EdgeMaker<'a> {
             if let Some(last) = stops.last_mut() {
                 *last = part.to;
             }
-            let on_surface = |s: f64, inside: f64| {
-                let [_, d, _] = span.derivatives(s);
-                let [at, near] = [s, inside].map(|s| self.domain.of_unit(span.point(s)));
-                let slopes = self.surface.derivatives(near.x, near.y);
-                let d = d * size * per;
-                (self.surface.point(at.x, at.y), slopes.du * d.x + slopes.dv * d.y)
+            let place = |s: f64| self.domain.of_unit(span.point(s));
+            let course = Course {
+                point: &|s| {
+                    let at = place(s);
+                    self.surface.point(at.x, at.y)
+                },
+                slope: &|s, inside| {
+                    let [_, d, _] = span.derivatives(s);
+                    let near = place(inside);
+                    let [_, du, dv] = self.surface.tangents(near.x, near.y);
+                    let d = d * size * per;
+                    du * d.x + dv * d.y
+                },
+                parameter: &|s| span.parameter(s),
+                tolerance: self.tolerance,
             };
-            for w in stops.windows(2) {
-                curve.follow(&on_surface, &|s| span.parameter(s), [w[0], w[1]], self.tolerance, 0);
-            }
+            curve.follow(&course, &stops);
         }
         let last = samples.len() - 1;
         samples[0].uv = ends[0];
@@ -295,18 +302,17 @@ impl<'a> EdgeMaker<'a> {
         let mut stops = vec![from[run], to[run]];
         stops.extend(self.knots[run].iter().copied().filter(|&k| k > from[run] && k < to[run]));
         stops.sort_by(f64::total_cmp);
-        let on_surface = |t: f64, inside: f64| {
-            let [at, near] = [t, inside].map(|t| {
-                let mut uv = fixed;
-                uv[run] = t;
-                uv
-            });
-            let slopes = self.surface.derivatives(near.x, near.y);
-            (self.surface.point(at.x, at.y), if run == 0 { slopes.du } else { slopes.dv })
-        };
         let mut curve = Fit::default();
-        for w in stops.windows(2) {
-            curve.follow(&on_surface, &|t| t, [w[0], w[1]], self.tolerance, 0);
+        let (parameter, tolerance) = (&|t: f64| t, self.tolerance);
+        if let Surface::Nurbs(surface) = self.surface {
+            let line = surface.iso_line(axis, fixed[axis]);
+            let (point, slope) = (&|t: f64| line.point(t), &|_: f64, inside: f64| line.slope(inside));
+            curve.follow(&Course { point, slope, parameter, tolerance }, &stops);
+        } else {
+            let at = |t: f64| if run == 0 { DVec2::new(t, fixed.y) } else { DVec2::new(fixed.x, t) };
+            let point = &|t: f64| self.surface.point(at(t).x, at(t).y);
+            let slope = &|_: f64, inside: f64| self.surface.tangents(at(inside).x, at(inside).y)[1 + run];
+            curve.follow(&Course { point, slope, parameter, tolerance }, &stops);
         }
         let vertices = [low, high].map(|p| self.vertex(p));
         let edge = self.edge(curve, vertices);
@@ -397,6 +403,17 @@ fn sample_between(
     sample_between(span, [middle, to], sample, depth + 1, out);
 }
 
+/// A curve in space.
+struct Course<'a> {
+    point: &'a dyn Fn(f64) -> DVec3,
+    /// `slope(s, inside)` is the derivative at `s` by the parameter, from the surface's derivatives at `inside`.
+    slope: &'a dyn Fn(f64, f64) -> DVec3,
+    /// The parameter of the cubics at `s`.
+    parameter: &'a dyn Fn(f64) -> f64,
+    /// Largest distance of the cubics.
+    tolerance: f64,
+}
+
 /// A curve in space, as cubic Bézier pieces.
 #[derive(Default)]
 struct Fit {
@@ -405,28 +422,27 @@ struct Fit {
 }
 
 impl Fit {
-    /// Appends pieces for `from` to `to`. `at(s, inside)` is the point at `s`, with the surface's derivatives taken at
-    /// `inside`.
-    fn follow(
-        &mut self,
-        at: &impl Fn(f64, f64) -> (DVec3, DVec3),
-        parameter: &impl Fn(f64) -> f64,
-        [from, to]: [f64; 2],
-        tolerance: f64,
-        depth: u32,
-    ) {
+    /// Appends pieces between `stops`, between which the course is smooth.
+    fn follow(&mut self, course: &Course, stops: &[f64]) {
+        let points: Vec<DVec3> = stops.iter().map(|&s| (course.point)(s)).collect();
+        for (w, p) in stops.windows(2).zip(points.windows(2)) {
+            self.follow_between(course, [w[0], w[1]], [p[0], p[1]], 0);
+        }
+    }
+
+    /// Appends pieces from `p` to `q`, the course's points at `from` and `to`.
+    fn follow_between(&mut self, course: &Course, [from, to]: [f64; 2], [p, q]: [DVec3; 2], depth: u32) {
         /// Tangents are taken this share inside the piece: on a knot they would be those of the next piece.
         const INSIDE: f64 = 1e-8;
         let step = INSIDE * (to - from);
-        let ((p, d), (q, e)) = (at(from, from + step), at(to, to - step));
-        let [a, b] = [from, to].map(parameter);
+        let (d, e) = ((course.slope)(from, from + step), (course.slope)(to, to - step));
+        let [a, b] = [from, to].map(course.parameter);
         let third = (b - a) / 3.0;
         let (r, s) = (p + d * third, q - e * third);
         let follows = [0.25, 0.5, 0.75].into_iter().all(|x| {
             let y = 1.0 - x;
             let cubic = p * (y * y * y) + (r * (3.0 * y) + s * (3.0 * x)) * (x * y) + q * (x * x * x);
-            let place = from + (to - from) * x;
-            cubic.distance(at(place, place).0) <= tolerance
+            cubic.distance((course.point)(from + (to - from) * x)) <= course.tolerance
         });
         if follows || depth == MAX_DEPTH {
             if self.ts.is_empty() {
@@ -438,8 +454,9 @@ impl Fit {
             return;
         }
         let middle = 0.5 * (from + to);
-        self.follow(at, parameter, [from, middle], tolerance, depth + 1);
-        self.follow(at, parameter, [middle, to], tolerance, depth + 1);
+        let m = (course.point)(middle);
+        self.follow_between(course, [from, middle], [p, m], depth + 1);
+        self.follow_between(course, [middle, to], [m, q], depth + 1);
     }
 }
 

@@ -243,10 +243,7 @@ impl<'a> Projector<'a> {
         };
         let [us, vs] = [0, 1].map(axis_values);
         let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v)));
-        match self.surface {
-            Surface::Nurbs(net) => pairs.zip(net.lattice(&us, &vs)).collect(),
-            surface => pairs.map(|uv| (uv, surface.point(uv.x, uv.y))).collect(),
-        }
+        pairs.zip(self.surface.lattice(&us, &vs)).collect()
     }
 
     /// Moves parameters into the domain: by whole periods, or clamped where the surface is not periodic.
