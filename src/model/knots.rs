@@ -40,11 +40,14 @@ pub(crate) fn span_left(degree: usize, knots: &[f64], t: f64) -> usize {
 }
 
 /// The nearest non-empty span at or before `found`, else the nearest after it.
+#[inline]
 fn step_back(degree: usize, knots: &[f64], found: usize) -> usize {
+    if knots[found] < knots[found + 1] { found } else { nearest_full(degree, knots, found) }
+}
+
+#[cold]
+fn nearest_full(degree: usize, knots: &[f64], found: usize) -> usize {
     let full = |i: &usize| knots[*i] < knots[*i + 1];
-    if full(&found) {
-        return found;
-    }
     let count = knots.len() - degree - 1;
     (degree..=found).rev().find(full).or_else(|| (found..count).find(full)).unwrap_or(degree)
 }
@@ -308,4 +311,49 @@ pub(crate) fn unroll(
         copy += 1.0;
     }
     (out_knots, out_rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Knots of a spline whose domain is the middle one of three Bézier pieces.
+    fn bezier_knots(degree: usize) -> Vec<f64> {
+        [-1.0, 0.25, 0.7, 3.0].into_iter().flat_map(|k| std::iter::repeat_n(k, degree)).collect()
+    }
+
+    #[test]
+    fn bases_of_bezier_pieces_are_those_of_any_spline() {
+        for degree in [1, 2, 3, 5, 22] {
+            let knots = bezier_knots(degree);
+            let around = &knots[degree..3 * degree];
+            for t in [0.25, 0.3, 0.5, 0.699, 0.7] {
+                let (mut rows, mut general) = (vec![0.0; 3 * (degree + 1)], vec![0.0; 3 * (degree + 1)]);
+                fill::<3>(degree, around, t, &mut rows);
+                raise::<3>(degree, &mut general, |k, i| {
+                    let (left, right) = (around[degree - k + i], around[degree + i]);
+                    ((t - left) / (right - left), right - left)
+                });
+                let bits = |rows: &[f64]| rows.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                assert_eq!(bits(&rows), bits(&general), "degree {degree} at {t}");
+            }
+        }
+    }
+
+    #[test]
+    fn whole_bezier_pieces_have_their_control_points() {
+        for degree in [1, 2, 3, 5] {
+            let knots = bezier_knots(degree);
+            let mut matrix = Vec::new();
+            extraction(degree, &knots, 2 * degree - 1, 0.25, 0.7, &mut matrix);
+            let n = degree + 1;
+            assert!(matrix.iter().enumerate().all(|(k, &f)| f == f64::from(u8::from(k % n == k / n))), "{matrix:?}");
+            let count = (knots.len() - n) as u32;
+            let rows: Vec<DVec4> = (0..2 * count)
+                .map(|k| DVec4::new((0.3 * f64::from(k)).sin(), -0.0, f64::from(k), 1.0 + 0.1 * f64::from(k)))
+                .collect();
+            let (borders, net) = to_bezier(degree, &knots, &rows, 2, (-9.0, 9.0));
+            assert_eq!((borders, &net[..]), (vec![0.25, 0.7], &rows[2 * (degree - 1)..2 * (degree - 1 + n)]));
+        }
+    }
 }

@@ -337,3 +337,48 @@ pub(crate) fn quotient(p: [DVec3; 6], w: [f64; 6]) -> SurfaceDerivatives {
     let dvv = (p[5] - dv * (2.0 * w[2]) - point * w[5]) * per;
     SurfaceDerivatives { point, du, dv, duu, duv, dvv }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A clamped surface of degrees 3 and 2 with one inner knot in u and two in v.
+    fn surface(weights: Vec<f64>) -> NurbsSurface {
+        let points = (0..25).map(|k| {
+            let t = f64::from(k);
+            DVec3::new(f64::from(k / 5), f64::from(k % 5), (0.7 * t).sin())
+        });
+        NurbsSurface {
+            degree_u: 3,
+            degree_v: 2,
+            knots_u: vec![0.0, 0.0, 0.0, 0.0, 0.4, 1.0, 1.0, 1.0, 1.0],
+            knots_v: vec![-1.0, -1.0, -1.0, 0.1, 0.3, 2.0, 2.0, 2.0],
+            points: points.collect(),
+            weights,
+        }
+    }
+
+    #[test]
+    fn iso_lines_have_the_points_and_slopes_of_the_surface() {
+        let weights: Vec<f64> = (0..25).map(|k| 1.0 + 0.5 * (1.3 * f64::from(k)).sin()).collect();
+        for (surface, exact) in [(surface(Vec::new()), true), (surface(weights), false)] {
+            let ((u0, u1), (v0, v1)) = surface.domain();
+            for (axis, at, run) in
+                [(0, u0, (v0, v1)), (0, u1, (v0, v1)), (1, v0, (u0, u1)), (1, 0.2, (u0, u1)), (0, 0.6, (v0, v1))]
+            {
+                let line = surface.iso_line(axis, at);
+                for k in 0..=20 {
+                    let t = run.0 + (run.1 - run.0) * f64::from(k) / 20.0;
+                    let (u, v) = if axis == 0 { (at, t) } else { (t, at) };
+                    let [point, du, dv] = surface.tangents(u, v);
+                    let slope = if axis == 0 { dv } else { du };
+                    if exact && at != 0.6 {
+                        assert_eq!([line.point(t), line.slope(t)], [point, slope], "axis {axis} at {at}, {t}");
+                    }
+                    let off = line.point(t).distance(point).max(line.slope(t).distance(slope));
+                    assert!(off <= 1e-13, "axis {axis} at {at}, {t}: {off:e}");
+                }
+            }
+        }
+    }
+}

@@ -300,3 +300,26 @@ impl CurveQuery {
         (length > 4.0 * tolerance).then_some(Overlap { a, b: [from, to], width })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    #[test]
+    fn far_points_have_no_feet_and_near_ones_those_of_the_search() {
+        let points = (0..8).map(|k| DVec3::new(f64::from(k), (1.7 * f64::from(k)).sin(), 0.2 * f64::from(k)));
+        let knots = [0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0, 5.0];
+        let curve = NurbsCurve3 { degree: 3, knots: knots.to_vec(), points: points.collect(), weights: Vec::new() };
+        let query = CurveQuery::over(&curve, (0.0, 5.0));
+        for (k, tolerance) in (0..400).zip([0.01, 0.3, 2.0].into_iter().cycle()) {
+            let turn = DVec2::from_angle(f64::from(k));
+            let p = query.point(0.0125 * f64::from(k)) + 0.5 * DVec3::new(turn.x, turn.y, turn.x * turn.y);
+            let (foot, off) = query.foot(p);
+            assert_eq!(query.near_foot(p, tolerance), (off <= tolerance).then_some(foot));
+            let [point, slope] = query.spline.tangent(foot);
+            let all = query.spline.derivatives(foot);
+            assert_eq!([point, slope], [all.point, all.d1]);
+        }
+    }
+}
