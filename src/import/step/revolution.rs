@@ -103,6 +103,14 @@ fn size(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
     curve.points.iter().map(away).fold(0.0, f64::max)
 }
 
+/// Whether a profile certainly keeps further than `near` from the axis: all its control points lie beyond a plane that is
+/// parallel to the axis. So do those of most profiles.
+fn keeps_off(curve: &NurbsCurve3, frame: &Frame3, near: f64) -> bool {
+    let across = |p: &DVec3| frame.local(*p).truncate();
+    let direction = curve.points.first().and_then(|p| across(p).try_normalize());
+    direction.is_some_and(|direction| curve.points.iter().all(|p| across(p).dot(direction) > near))
+}
+
 /// Inner parameters where a profile meets the axis, increasing: local minima of its distance that are on the axis, or
 /// within `share` of the profile's size if it changes sides there.
 fn axis_points(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<f64> {
@@ -110,6 +118,9 @@ fn axis_points(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<f64> {
     let size = size(curve, frame);
     let (on, near) = (ON_AXIS * size, share * size);
     let flat = |v: DVec3| v - frame.z * v.dot(frame.z);
+    if keeps_off(curve, frame, 2.0 * near) {
+        return Vec::new();
+    }
     let slope = |t: f64| {
         let [point, tangent] = curve.tangent(t);
         flat(point - frame.origin).dot(flat(tangent))
@@ -284,4 +295,25 @@ fn sphere(piece: &NurbsCurve3, frame: &Frame3) -> Option<(Surface, bool)> {
     round.then(|| {
         (Surface::Sphere { frame: Frame3 { origin, ..*frame }, radius }, side.cross(tangent).dot(middle - origin) < 0.0)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profiles_that_keep_off_the_axis_meet_it_nowhere() {
+        let frame = Frame3 { origin: DVec3::new(1.0, 2.0, 3.0), ..Frame3::WORLD };
+        let profile = |from: f64| NurbsCurve3 {
+            degree: 2,
+            knots: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
+            points: [(5.0, 0.0), (from, 1.0), (5.0, 2.0)].map(|(x, z)| frame.place(DVec3::new(x, 0.0, z))).to_vec(),
+            weights: Vec::new(),
+        };
+        // The curve's middle is at `2.5 + from / 2`.
+        for (from, keeps, meetings) in [(1.0, true, 0), (-4.0, false, 0), (-5.0, false, 1), (-9.0, false, 2)] {
+            assert_eq!(keeps_off(&profile(from), &frame, 1e-6), keeps, "{from}");
+            assert_eq!(axis_points(&profile(from), &frame, 1e-6).len(), meetings, "{from}");
+        }
+    }
 }
