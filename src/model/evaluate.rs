@@ -12,6 +12,7 @@ impl Surface {
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
         match self {
             Self::Extrusion { curve, direction } => curve.point(u) + *direction * v,
+            Self::Revolution { curve, frame } => turned_point(&Spin::new(frame, u), curve.point(v) - frame.origin),
             Self::Nurbs(surface) => surface.point(u, v),
             _ => self.derivatives(u, v).point,
         }
@@ -21,6 +22,15 @@ impl Surface {
     pub(crate) fn lattice(&self, us: &[f64], vs: &[f64]) -> Vec<DVec3> {
         match self {
             Self::Nurbs(surface) => surface.lattice(us, vs),
+            Self::Extrusion { curve, direction } => {
+                let points = us.iter().map(|&u| curve.point(u));
+                points.flat_map(|point| vs.iter().map(move |&v| point + *direction * v)).collect()
+            }
+            Self::Revolution { curve, frame } => {
+                let arms: Vec<DVec3> = vs.iter().map(|&v| curve.point(v) - frame.origin).collect();
+                let spins = us.iter().map(|&u| Spin::new(frame, u));
+                spins.flat_map(|spin| arms.iter().map(move |&arm| turned_point(&spin, arm))).collect()
+            }
             _ => us.iter().flat_map(|&u| vs.iter().map(move |&v| self.point(u, v))).collect(),
         }
     }
@@ -29,6 +39,15 @@ impl Surface {
     #[must_use]
     pub fn tangents(&self, u: f64, v: f64) -> [DVec3; 3] {
         match self {
+            Self::Extrusion { curve, direction } => {
+                let [point, du] = curve.tangent(u);
+                [point + *direction * v, du, *direction]
+            }
+            Self::Revolution { curve, frame } => {
+                let [point, slope] = curve.tangent(v);
+                let (spin, arm) = (Spin::new(frame, u), point - frame.origin);
+                [turned_point(&spin, arm), spin.rate(arm), spin.turn(slope)]
+            }
             Self::Nurbs(surface) => surface.tangents(u, v),
             _ => {
                 let SurfaceDerivatives { point, du, dv, .. } = self.evaluated(u, v);
@@ -202,6 +221,11 @@ impl<'a> Spin<'a> {
     fn bend(&self, d: DVec3) -> DVec3 {
         -self.outward() * d.dot(self.frame.x) - self.around() * d.dot(self.frame.y)
     }
+}
+
+/// The point at `arm` from the frame's origin, rotated.
+fn turned_point(spin: &Spin<'_>, arm: DVec3) -> DVec3 {
+    spin.frame.origin + spin.turn(arm)
 }
 
 /// A surface of revolution at angle `u`. Meridian: distance from the axis and height, each with two derivatives by v.

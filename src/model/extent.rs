@@ -87,6 +87,19 @@ mod tests {
     }
 
     #[test]
+    fn lattices_and_tangents_are_those_of_single_places() {
+        for surface in surfaces() {
+            let (us, vs) = ([0.0, 0.3, 1.0], [0.1, 0.9]);
+            let places = us.iter().flat_map(|&u| vs.iter().map(move |&v| (u, v)));
+            for ((u, v), point) in places.zip(surface.lattice(&us, &vs)) {
+                let all = surface.derivatives(u, v);
+                assert_eq!([point, surface.point(u, v)], [all.point; 2], "{:?}", surface.kind());
+                assert_eq!(surface.tangents(u, v), [all.point, all.du, all.dv], "{:?}", surface.kind());
+            }
+        }
+    }
+
+    #[test]
     fn surfaces_of_all_kinds_move() {
         let by = DVec3::new(-7.0, 11.0, 0.5);
         assert_eq!(surfaces().iter().map(Surface::kind).collect::<Vec<_>>(), SurfaceKind::ALL);
