@@ -77,11 +77,24 @@ impl Values {
 pub(super) struct Types {
     indices: Map<Box<[u8]>, u32>,
     pub(super) names: Vec<String>,
+    /// The type that was named last, for each length of names up to a multiple.
+    recent: [u32; 32],
 }
 
 impl Types {
     /// The index of a type, by its name in capitals or small letters.
     pub(super) fn index(&mut self, name: &[u8]) -> u32 {
+        // Instances of few types take turns: most names need no hash.
+        let place = name.len() % self.recent.len();
+        let recent = self.recent[place];
+        if self.names.get(recent as usize).is_some_and(|known| known.as_bytes() == name) {
+            return recent;
+        }
+        self.recent[place] = self.find(name);
+        self.recent[place]
+    }
+
+    fn find(&mut self, name: &[u8]) -> u32 {
         if let Some(index) = self.indices.get(name) {
             return *index;
         }
