@@ -8,6 +8,7 @@
 
 use super::lift::FaceSurface;
 use super::web::{Change, TriangleShape, Web};
+use crate::math::order::{larger, smaller};
 use crate::mesh::{Origin, TileMesh};
 use glam::DVec2;
 
@@ -19,7 +20,7 @@ const LEAST_GAIN: f64 = 1e-3;
 const CHANGES: usize = 16;
 
 /// Changes triangles that are wider than a cell, among the first `trimmed`, until none deviates by more than `chord` or
-/// nothing helps. `cell` gives a vertex's position in cells.
+/// nothing helps. `cells`: positions of the vertices in cells.
 ///
 /// Cost: a few nanoseconds for each of these triangles, and half a microsecond for each that is wider than a cell. If
 /// one deviates too far, also a few nanoseconds for every triangle of the tile.
@@ -28,15 +29,16 @@ pub(crate) fn narrow(
     trimmed: usize,
     chord: f64,
     surface: &mut FaceSurface<'_>,
-    cell: impl Fn(&TileMesh, u32) -> DVec2,
+    cells: &[DVec2],
 ) {
-    let is_wider = |mesh: &TileMesh, t: usize| {
-        let [a, b, c] = mesh.triangles[t].map(|v| cell(mesh, v));
-        (a.max(b).max(c) - a.min(b).min(c)).max_element() > 1.0 + HAIR
+    let is_wider = |corners: [u32; 3]| {
+        let [a, b, c] = corners.map(|v| cells[v as usize]);
+        let width = |a: f64, b: f64, c: f64| larger(larger(a, b), c) - smaller(smaller(a, b), c);
+        width(a.x, b.x, c.x) > 1.0 + HAIR || width(a.y, b.y, c.y) > 1.0 + HAIR
     };
-    let far = |mesh: &TileMesh, t: usize| surface.deviation(mesh, mesh.triangles[t]) > chord;
-    let mut wide: Vec<usize> =
-        (0..trimmed.min(mesh.triangles.len())).filter(|&t| is_wider(mesh, t) && far(mesh, t)).collect();
+    let far = |corners: [u32; 3]| surface.deviation(mesh, corners) > chord;
+    let trimmed = mesh.triangles.iter().take(trimmed).enumerate();
+    let mut wide: Vec<usize> = trimmed.filter(|&(_, &t)| is_wider(t) && far(t)).map(|(k, _)| k).collect();
     if wide.is_empty() {
         return;
     }

@@ -22,20 +22,19 @@ const CHANGES: usize = 16;
 /// Least share of the inward-facing area that a change must remove, so that changes terminate.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// Changes triangles until none of the first `trimmed` is folded, or nothing helps that stays within `chord`.
+/// Changes triangles until none of the `doubtful` is folded, or nothing helps that stays within `chord`. These are
+/// ascending indices; all other triangles must be [clearly right](TriangleShape::is_clearly_right), or between lattice
+/// points only.
 ///
 /// The first pass takes all changes, since triangles that deviate for a while may be gone at the end. If some still
 /// deviate, or the folds did not shrink, a second pass from the original triangles only takes changes within the
 /// tolerance.
 ///
-/// Gives up after weighing `weighed` triangles of changes. Cost: a few nanoseconds for each of the first `trimmed`
-/// triangles; if one is folded, as much again for every triangle of the tile.
-pub(crate) fn unfold(mesh: &mut TileMesh, trimmed: usize, chord: f64, weighed: usize, surface: &FaceSurface<'_>) {
-    let least = TriangleShape::clear_area(mesh);
-    let is_wrong = |corners: [u32; 3]| {
-        !TriangleShape::is_clearly_right(mesh, corners, least) && TriangleShape::of(mesh, corners).is_wrong(mesh)
-    };
-    let folded: Vec<usize> = (0..trimmed).rev().filter(|&t| is_wrong(mesh.triangles[t])).collect();
+/// Gives up after weighing `weighed` triangles of changes. Cost: if one is folded, a few nanoseconds for every triangle
+/// of the tile.
+pub(crate) fn unfold(mesh: &mut TileMesh, doubtful: &[usize], chord: f64, weighed: usize, surface: &FaceSurface<'_>) {
+    let is_wrong = |corners: [u32; 3]| TriangleShape::of(mesh, corners).is_wrong(mesh);
+    let folded: Vec<usize> = doubtful.iter().copied().rev().filter(|&t| is_wrong(mesh.triangles[t])).collect();
     if folded.is_empty() {
         return;
     }

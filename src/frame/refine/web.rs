@@ -3,8 +3,9 @@
 use crate::frame::trim::chain::same_boundary;
 use crate::math::BitMix;
 use crate::math::buckets::Buckets;
+use crate::math::order::larger;
 use crate::mesh::{Origin, TileMesh};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
@@ -53,10 +54,15 @@ impl TriangleShape {
 
     /// Fast test that a triangle is certainly not [wrong](Self::is_wrong): the same comparisons of squares, without
     /// roots and with room for rounding. `least` is [`TriangleShape::clear_area`].
-    pub(crate) fn is_clearly_right(mesh: &TileMesh, corners: [u32; 3], least: f64) -> bool {
-        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+    #[inline(always)]
+    pub(crate) fn is_clearly_right(
+        (positions, normals): (&[DVec3], &[Vec3]),
+        corners: [u32; 3],
+        least: f64,
+    ) -> bool {
+        let [a, b, c] = corners.map(|v| positions[v as usize]);
         let cross = (b - a).cross(c - a);
-        let [n, o, p] = corners.map(|v| mesh.normals[v as usize].as_dvec3());
+        let [n, o, p] = corners.map(|v| normals[v as usize].as_dvec3());
         let normal = n + o + p;
         let (facing, area) = (cross.dot(normal), cross.length_squared());
         let steep = ROOM * STEEP;
@@ -65,7 +71,11 @@ impl TriangleShape {
 
     /// The square of twice the area above which no triangle of a mesh is flat, however long.
     pub(crate) fn clear_area(mesh: &TileMesh) -> f64 {
-        let size = mesh.positions.iter().fold(DVec3::ZERO, |most, p| most.max(p.abs())).max_element();
+        let size = mesh.positions.iter().fold([0.0; 3], |most, p| {
+            let p = p.to_array();
+            [0, 1, 2].map(|k| larger(p[k].abs(), most[k]))
+        });
+        let size = size.into_iter().fold(0.0, larger);
         let height = ROOM * ROUNDING * size;
         // No side is longer than the diagonal of the box. Squares that underflow prove nothing.
         (height * height * 12.0 * size * size).max(f64::MIN_POSITIVE)

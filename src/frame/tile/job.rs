@@ -6,6 +6,7 @@ use crate::frame::plan::output::{PartPlan, Plan, TileLattice};
 use crate::frame::refine::lift::FaceSurface;
 use crate::frame::refine::narrow::narrow;
 use crate::frame::refine::unfold::{MOST_WEIGHED, MOST_WEIGHED_OF_NOISE, unfold};
+use crate::frame::refine::web::TriangleShape;
 use crate::frame::trim::climb::{fill_loops, trim_tile};
 use crate::frame::trim::input::{NONE, TrimInput};
 use crate::frame::trim::output::TrimOutcome;
@@ -13,6 +14,7 @@ use crate::frame::trim::reference::trim_tile_reference;
 use crate::frame::vertices::boundary::{cell_size, trace_loops};
 use crate::frame::vertices::places::evaluate_vertices;
 use crate::frame::vertices::scratch::Scratch;
+use crate::math::order::smaller;
 use crate::mesh::{MeshLists, Origin, TileMesh};
 use crate::model::{AxisMap, PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
@@ -144,13 +146,44 @@ fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
 
 /// Makes lattice points, normals and oriented triangles, and refines those of the trim stage.
 fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, mesh: &mut TileMesh) {
+    let corners_used = name_vertices((tile, lattice), s, &mut mesh.origins);
+    evaluate_vertices(face, lattice, corners_used, s, mesh);
+    mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * s.quads.len());
+    // A point on a crease has two normals, and the one it stores says nothing about the triangles on the other side.
+    let unfolds = face.kind != SurfaceKind::Plane && face.creases.iter().all(Vec::is_empty);
+    s.doubtful.clear();
+    if unfolds {
+        push_curved(mesh, &s.trimmed.triangles, face.reversed, &mut s.doubtful);
+    } else {
+        push_flat(mesh, &s.trimmed.triangles, face.reversed);
+    }
+    let trimmed = mesh.triangles.len();
+    push_quads(mesh, &s.quads, face.reversed);
+    if face.kind == SurfaceKind::Plane {
+        return;
+    }
+    let mut surface = FaceSurface { face, uvs: &mut s.uvs };
+    if unfolds {
+        let weighed = if tile.entangled || face.repaired { MOST_WEIGHED_OF_NOISE } else { MOST_WEIGHED };
+        unfold(mesh, &s.doubtful, lattice.chord, weighed, &surface);
+    }
+    if lattice.cells() == (1, 1) {
+        // Nothing is wider than the tile.
+        return;
+    }
+    narrow(mesh, trimmed, lattice.chord, &mut surface, &s.cells);
+}
+
+/// Turns the lattice corners that triangles and full cells use into vertices, and names crossings after them. Returns
+/// the number of these corners.
+fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, origins: &mut Vec<Origin>) -> usize {
     let tessellants = s.cells.len() as u32;
     let (nu, nv) = lattice.cells();
     let corners = (nu + 1) * (nv + 1);
     s.corners.clear();
     s.corners.resize(corners as usize, NONE);
-    let (slots, uvs, origins) = (&mut s.corners[..], &mut s.uvs, &mut mesh.origins);
-    let mut used = UsedCorners { lattice, slots, next: tessellants, uvs, origins };
+    let mut used =
+        UsedCorners { lattice, slots: &mut s.corners, next: tessellants, uvs: &mut s.uvs, cells: &mut s.cells, origins };
     let width = nu + 1;
     s.trimmed.rename(tessellants, |v| {
         if v < tessellants + corners {
@@ -175,45 +208,13 @@ fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut S
     let corners_used = used.next - tessellants;
     for (k, p) in s.trimmed.extra_points.iter().enumerate() {
         s.uvs.push(from_cells(lattice, *p / cell_size(tile, lattice)));
-        mesh.origins.push(Origin::Crossing { k: k as u32 });
+        s.cells.push(*p);
+        origins.push(Origin::Crossing { k: k as u32 });
     }
     if !s.trimmed.extra_points.is_empty() {
         s.trimmed.rename(tessellants + corners, |v| v - corners + corners_used);
     }
-    evaluate_vertices(face, lattice, corners_used as usize, s, mesh);
-    mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * s.quads.len());
-    s.trimmed.triangles.iter().for_each(|&t| push_triangle(mesh, t, face.reversed));
-    let trimmed = mesh.triangles.len();
-    for &[a, b, c, d] in &s.quads {
-        let p = |v: u32| mesh.positions[v as usize];
-        let halves = if p(a).distance_squared(p(c)) <= p(b).distance_squared(p(d)) {
-            [[a, b, c], [a, c, d]]
-        } else {
-            [[a, b, d], [b, c, d]]
-        };
-        for t in halves {
-            push_triangle(mesh, t, face.reversed);
-        }
-    }
-    if face.kind == SurfaceKind::Plane {
-        return;
-    }
-    let mut surface = FaceSurface { face, uvs: &mut s.uvs };
-    // A point on a crease has two normals, and the one it stores says nothing about the triangles on the other side.
-    if face.creases.iter().all(Vec::is_empty) {
-        let weighed = if tile.entangled || face.repaired { MOST_WEIGHED_OF_NOISE } else { MOST_WEIGHED };
-        unfold(mesh, trimmed, lattice.chord, weighed, &surface);
-    }
-    if lattice.cells() == (1, 1) {
-        // Nothing is wider than the tile.
-        return;
-    }
-    let cell = |mesh: &TileMesh, v: u32| match mesh.origins[v as usize] {
-        Origin::Lattice { i, j } => DVec2::new(f64::from(i), f64::from(j)),
-        Origin::Crossing { k } => s.trimmed.extra_points[k as usize],
-        _ => s.cells[v as usize],
-    };
-    narrow(mesh, trimmed, lattice.chord, &mut surface, cell);
+    corners_used as usize
 }
 
 /// Lattice corners that triangles use, which become vertices.
@@ -224,6 +225,7 @@ struct UsedCorners<'a> {
     /// The next vertex.
     next: u32,
     uvs: &'a mut Vec<DVec2>,
+    cells: &'a mut Vec<DVec2>,
     origins: &'a mut Vec<Origin>,
 }
 
@@ -237,6 +239,7 @@ impl UsedCorners<'_> {
             self.next += 1;
             let [i, j] = place();
             self.uvs.push(DVec2::new(self.lattice.us[i as usize], self.lattice.vs[j as usize]));
+            self.cells.push(DVec2::new(f64::from(i), f64::from(j)));
             self.origins.push(Origin::Lattice { i, j });
         }
         *slot
@@ -263,12 +266,64 @@ fn add_parameters(
 
 /// Appends a triangle unless two of its corners are the same point, as at a pole. Its other two sides then are the same
 /// edge, so that nothing opens.
-#[inline(always)]
-fn push_triangle(mesh: &mut TileMesh, [a, b, c]: [u32; 3], reversed: bool) {
-    let p = |v: u32| mesh.positions[v as usize];
-    if p(a) != p(b) && p(b) != p(c) && p(c) != p(a) {
-        mesh.triangles.push(if reversed { [a, c, b] } else { [a, b, c] });
+fn push_triangle(mesh: &mut TileMesh, corners: [u32; 3], reversed: bool) {
+    push_flat(mesh, &[corners], reversed);
+}
+
+/// Appends triangles as [`push_triangle`] does.
+fn push_flat(mesh: &mut TileMesh, triangles: &[[u32; 3]], reversed: bool) {
+    let TileMesh { positions, triangles: out, .. } = mesh;
+    let positions = &positions[..];
+    out.extend(triangles.iter().filter(|&&corners| are_apart(positions, corners)).map(|&t| oriented(t, reversed)));
+}
+
+/// Appends triangles of a curved face as [`push_triangle`] does, and the indices of those that may be folded to
+/// `doubtful`.
+fn push_curved(mesh: &mut TileMesh, triangles: &[[u32; 3]], reversed: bool, doubtful: &mut Vec<usize>) {
+    let least = TriangleShape::clear_area(mesh);
+    let TileMesh { positions, normals, triangles: out, .. } = mesh;
+    let (positions, normals) = (&positions[..], &normals[..]);
+    for &corners in triangles {
+        let corners = oriented(corners, reversed);
+        // A triangle that has an area has no two corners at the same point.
+        if !TriangleShape::is_clearly_right((positions, normals), corners, least) {
+            if !are_apart(positions, corners) {
+                continue;
+            }
+            doubtful.push(out.len());
+        }
+        out.push(corners);
     }
+}
+
+/// Appends the halves of full cells, split along the shorter diagonal, as [`push_triangle`] does.
+fn push_quads(mesh: &mut TileMesh, quads: &[[u32; 4]], reversed: bool) {
+    let TileMesh { positions, triangles: out, .. } = mesh;
+    let positions = &positions[..];
+    for &[a, b, c, d] in quads {
+        let [p, q, r, s] = [a, b, c, d].map(|v| positions[v as usize]);
+        let (first, second) = (p.distance_squared(r), q.distance_squared(s));
+        let halves = if first <= second { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+        if p != q && q != r && r != s && s != p && smaller(first, second) > 0.0 {
+            out.extend(halves.map(|t| oriented(t, reversed)));
+        } else {
+            let apart = halves.into_iter().filter(|&t| are_apart(positions, t));
+            out.extend(apart.map(|t| oriented(t, reversed)));
+        }
+    }
+}
+
+/// Whether the corners of a triangle are at three points.
+#[inline(always)]
+fn are_apart(positions: &[DVec3], corners: [u32; 3]) -> bool {
+    let [a, b, c] = corners.map(|v| positions[v as usize]);
+    a != b && b != c && c != a
+}
+
+/// A triangle with its corners in the order of its face's outside.
+#[inline(always)]
+fn oriented([a, b, c]: [u32; 3], reversed: bool) -> [u32; 3] {
+    if reversed { [a, c, b] } else { [a, b, c] }
 }
 
 /// Parameters of a point in cell units.

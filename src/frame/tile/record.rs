@@ -52,7 +52,8 @@ pub fn record_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId)
     let face = &rows.faces[rows.face_of(row)];
     let lattice = TileLattice::clone(&plan.parts[part.index()].tiles[tile.0 as usize]);
     let cells = lattice.cells();
-    let Scratch { cells: points, uvs, loop_starts, trim, trimmed, .. } = scratch;
+    let Scratch { cells: mut points, uvs, loop_starts, trim, trimmed, .. } = scratch;
+    points.truncate(loop_starts.last().map_or(0, |&end| end as usize));
     let input = TrimInput { cells, points: &points, loop_starts: &loop_starts, places: &[] };
     let trim = trim.record(&input, &trimmed.stats);
     let size = cell_size(row, &lattice);

@@ -6,7 +6,7 @@ use crate::frame::plan::output::TileLattice;
 use crate::frame::trim::input::NONE;
 use crate::mesh::TileMesh;
 use crate::prepare::internals::PreparedFace;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// Fewest lattice points to evaluate line by line. With fewer, setting up the lines costs more than it saves.
 const LATTICE_FROM: usize = 16;
@@ -14,6 +14,9 @@ const LATTICE_FROM: usize = 16;
 const LATTICE_SHARE: usize = 4;
 
 /// Evaluates the positions of lattice points and crossings, and the normals of all vertices. A plane has one normal.
+///
+/// Positions of tessellants are those of their edges. Lattices that are largely used are evaluated line by line, all
+/// else point by point. Both give the same bits.
 pub(crate) fn evaluate_vertices(
     face: &PreparedFace,
     lattice: &TileLattice,
@@ -21,55 +24,37 @@ pub(crate) fn evaluate_vertices(
     s: &mut Scratch,
     mesh: &mut TileMesh,
 ) {
-    let (tessellants, side) = (s.cells.len(), if face.reversed { -1.0 } else { 1.0 });
+    let Scratch { uvs, corners, evaluate, .. } = s;
+    let (tessellants, side) = (mesh.positions.len(), if face.reversed { -1.0 } else { 1.0 });
+    let TileMesh { positions, normals, .. } = mesh;
+    positions.resize(uvs.len(), DVec3::ZERO);
     if let Some(normal) = face.plane_normal {
-        // Positions of tessellants are those of their edges, so only the others are evaluated.
-        if let others @ [_, ..] = &s.uvs[tessellants..] {
-            evaluate_points(&face.patches, others, &mut s.points, &mut s.normals);
-            mesh.positions.extend_from_slice(&s.points);
+        normals.resize(uvs.len(), (normal * side).as_vec3());
+        if let others @ [_, ..] = &uvs[tessellants..] {
+            let positions = &mut positions[tessellants..];
+            evaluate_points(&face.patches, others, |k, position, _| positions[k] = position);
         }
-        mesh.normals.resize(s.uvs.len(), (normal * side).as_vec3());
         return;
     }
-    evaluate(face, lattice, tessellants, corners_used, s, &mut mesh.positions);
-    mesh.normals.extend(s.normals.iter().map(|n| (*n * side).as_vec3()));
-}
-
-/// Puts the normals of all vertices into `s.normals`, and appends the positions of those that are not tessellants.
-///
-/// Lattices that are largely used are evaluated line by line, all else point by point. Both give the same bits.
-fn evaluate(
-    face: &PreparedFace,
-    lattice: &TileLattice,
-    tessellants: usize,
-    corners_used: usize,
-    s: &mut Scratch,
-    positions: &mut Vec<DVec3>,
-) {
-    let Scratch { uvs, corners, normals, points, evaluate, lattice: on_lattice, .. } = s;
-    if corners_used < LATTICE_FROM || corners_used * LATTICE_SHARE < corners.len() {
-        evaluate_points(&face.patches, uvs, points, normals);
-        positions.extend_from_slice(&points[tessellants..]);
-        return;
+    normals.resize(uvs.len(), Vec3::Z);
+    let (positions, normals) = (&mut positions[tessellants..], &mut normals[..]);
+    let normal = |n: DVec3| (n * side).as_vec3();
+    evaluate_points(&face.patches, &uvs[..tessellants], |k, _, n| normals[k] = normal(n));
+    let normals = &mut normals[tessellants..];
+    let mut put = |k: usize, position: DVec3, n: DVec3| {
+        positions[k] = position;
+        normals[k] = normal(n);
+    };
+    let mut rest = &uvs[tessellants..];
+    let mut first = 0;
+    if corners_used >= LATTICE_FROM && corners_used * LATTICE_SHARE >= corners.len() {
+        let width = lattice.us.len();
+        let place = |i: usize, j: usize| match corners[j * width + i] {
+            NONE => None,
+            vertex => Some(vertex as usize - tessellants),
+        };
+        evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, place, evaluate, &mut put);
+        (first, rest) = (corners_used, &rest[corners_used..]);
     }
-    let width = lattice.us.len();
-    let wanted = |i: usize, j: usize| corners[j * width + i] != NONE;
-    let (all_points, all_normals) = on_lattice;
-    evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, wanted, evaluate, all_points, all_normals);
-    evaluate_points(&face.patches, &uvs[..tessellants], points, normals);
-    positions.resize(tessellants + corners_used, DVec3::ZERO);
-    normals.resize(tessellants + corners_used, DVec3::Z);
-    let height = lattice.vs.len();
-    for (c, &vertex) in corners.iter().enumerate().filter(|&(_, &vertex)| vertex != NONE) {
-        let at = c % width * height + c / width;
-        positions[vertex as usize] = all_points[at];
-        normals[vertex as usize] = all_normals[at];
-    }
-    let crossings = &uvs[tessellants + corners_used..];
-    if !crossings.is_empty() {
-        let (all_points, all_normals) = on_lattice;
-        evaluate_points(&face.patches, crossings, all_points, all_normals);
-        positions.extend_from_slice(all_points);
-        normals.extend_from_slice(all_normals);
-    }
+    evaluate_points(&face.patches, rest, |k, position, normal| put(first + k, position, normal));
 }

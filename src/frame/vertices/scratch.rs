@@ -4,22 +4,22 @@ use super::evaluate::EvaluateScratch;
 use crate::frame::trim::climb::TrimScratch;
 use crate::frame::trim::output::TrimOutput;
 use crate::mesh::TileMesh;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 /// Work space that one worker reuses for all its tiles. Does not affect results.
 #[derive(Default)]
 pub struct Scratch {
+    /// Cell coordinates of the vertices, tessellants first.
     pub(crate) cells: Vec<DVec2>,
+    /// Parameters of the vertices.
     pub(crate) uvs: Vec<DVec2>,
     pub(crate) loop_starts: Vec<u32>,
     /// Vertex of each lattice point, or `NONE`.
     pub(crate) corners: Vec<u32>,
     /// Vertices of full cells.
     pub(crate) quads: Vec<[u32; 4]>,
-    pub(crate) normals: Vec<DVec3>,
-    pub(crate) points: Vec<DVec3>,
-    /// Points and normals of the whole lattice.
-    pub(crate) lattice: (Vec<DVec3>, Vec<DVec3>),
+    /// Triangles that may be folded, ascending.
+    pub(crate) doubtful: Vec<usize>,
     pub(crate) trim: TrimScratch,
     pub(crate) trimmed: TrimOutput,
     pub(crate) evaluate: EvaluateScratch,
