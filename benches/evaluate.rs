@@ -27,12 +27,16 @@ fn lattice(c: &mut Criterion) {
         let patches = patch(degree_u, degree_v, rational);
         for n in [4, 16, 64] {
             let lines: Vec<f64> = (0..n).map(|i| i as f64 / (n - 1) as f64).collect();
-            let (mut scratch, mut p, mut q) = (EvaluateScratch::default(), Vec::new(), Vec::new());
+            let mut scratch = EvaluateScratch::default();
+            let (mut p, mut q) = (vec![DVec3::ZERO; n * n], vec![DVec3::ZERO; n * n]);
+            let place = |i: usize, j: usize| (i * n + j) as u32;
             group.throughput(Throughput::Elements((n * n) as u64));
             let kind = if rational { "rational" } else { "polynomial" };
             group.bench_function(BenchmarkId::new(format!("{kind} {degree_u}x{degree_v}"), n), |b| {
                 b.iter(|| {
-                    evaluate_lattice(&patches, &lines, black_box(&lines), |_, _| true, &mut scratch, &mut p, &mut q)
+                    evaluate_lattice(&patches, &lines, black_box(&lines), place, &mut scratch, |k, position, normal| {
+                        (p[k], q[k]) = (position, normal);
+                    })
                 });
             });
         }
@@ -43,11 +47,11 @@ fn lattice(c: &mut Criterion) {
 fn points(c: &mut Criterion) {
     let patches = patch(3, 3, true);
     let at: Vec<_> = (0..256).map(|i| DVec2::new(f64::from(i) / 255.0, (f64::from(i) * 0.37).fract())).collect();
-    let (mut p, mut q) = (Vec::new(), Vec::new());
+    let (mut p, mut q) = (vec![DVec3::ZERO; at.len()], vec![DVec3::ZERO; at.len()]);
     let mut group = c.benchmark_group("evaluate/points");
     group.throughput(Throughput::Elements(256));
     group.bench_function("rational 3x3", |b| {
-        b.iter(|| evaluate_points(&patches, black_box(&at), &mut p, &mut q));
+        b.iter(|| evaluate_points(&patches, black_box(&at), |k, position, normal| (p[k], q[k]) = (position, normal)));
     });
     group.finish();
 }

@@ -222,22 +222,31 @@ impl<'a> Strides<'a> {
                 f64::INFINITY
             }
         };
-        while self.border <= x {
-            self.enter(self.at + 1);
+        if self.border <= x {
+            let mut at = self.at + 1;
+            while self.border(at) <= x {
+                at += 1;
+            }
+            self.enter(at);
         }
         let mut k = self.at;
         let mut most = self.rate(k);
+        let mut to = reach(most);
         loop {
-            let (to, border) = (reach(most), self.border(k));
+            let border = self.border(k);
             if to <= border || border >= end {
                 return to.min(end);
             }
-            most = most.max(self.rate(k + 1));
-            // The next strip is too dense to enter from here: the gap ends at the border.
-            if reach(most) <= border {
-                return border;
-            }
             k += 1;
+            let rate = self.rate(k);
+            // Most strips are not the densest so far, and leave the reach as it is.
+            if rate > most {
+                (most, to) = (rate, reach(rate));
+                // The strip is too dense to enter from here: the gap ends at the border.
+                if to <= border {
+                    return border;
+                }
+            }
         }
     }
 }

@@ -24,13 +24,7 @@ const CHANGES: usize = 16;
 ///
 /// Cost: a few nanoseconds for each of these triangles, and half a microsecond for each that is wider than a cell. If
 /// one deviates too far, also a few nanoseconds for every triangle of the tile.
-pub(crate) fn narrow(
-    mesh: &mut TileMesh,
-    trimmed: usize,
-    chord: f64,
-    surface: &mut FaceSurface<'_>,
-    cells: &[DVec2],
-) {
+pub(crate) fn narrow(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &mut FaceSurface<'_>, cells: &[DVec2]) {
     let is_wider = |corners: [u32; 3]| {
         let [a, b, c] = corners.map(|v| cells[v as usize]);
         let width = |a: f64, b: f64, c: f64| larger(larger(a, b), c) - smaller(smaller(a, b), c);

@@ -55,11 +55,7 @@ impl TriangleShape {
     /// Fast test that a triangle is certainly not [wrong](Self::is_wrong): the same comparisons of squares, without
     /// roots and with room for rounding. `least` is [`TriangleShape::clear_area`].
     #[inline(always)]
-    pub(crate) fn is_clearly_right(
-        (positions, normals): (&[DVec3], &[Vec3]),
-        corners: [u32; 3],
-        least: f64,
-    ) -> bool {
+    pub(crate) fn is_clearly_right((positions, normals): (&[DVec3], &[Vec3]), corners: [u32; 3], least: f64) -> bool {
         let [a, b, c] = corners.map(|v| positions[v as usize]);
         let cross = (b - a).cross(c - a);
         let [n, o, p] = corners.map(|v| normals[v as usize].as_dvec3());

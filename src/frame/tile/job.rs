@@ -182,8 +182,14 @@ fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, origin
     let corners = (nu + 1) * (nv + 1);
     s.corners.clear();
     s.corners.resize(corners as usize, NONE);
-    let mut used =
-        UsedCorners { lattice, slots: &mut s.corners, next: tessellants, uvs: &mut s.uvs, cells: &mut s.cells, origins };
+    let mut used = UsedCorners {
+        lattice,
+        slots: &mut s.corners,
+        next: tessellants,
+        uvs: &mut s.uvs,
+        cells: &mut s.cells,
+        origins,
+    };
     let width = nu + 1;
     s.trimmed.rename(tessellants, |v| {
         if v < tessellants + corners {

@@ -92,15 +92,17 @@ impl TrimOutput {
 
     /// Renames the vertices from `first` on of all triangles, but not of full cells.
     pub(crate) fn rename(&mut self, first: u32, mut name: impl FnMut(u32) -> u32) {
-        let mut all = |triangle: &mut [u32; 3]| {
-            triangle.iter_mut().filter(|v| **v >= first).for_each(|v| *v = name(*v));
-        };
         // Most tiles have tessellants alone, which takes less to see than to rename none of them.
-        if self.triangles.as_flattened().iter().copied().max() >= Some(first) {
-            self.triangles.iter_mut().for_each(&mut all);
-        }
-        self.layers.iter_mut().for_each(|(triangle, _)| all(triangle));
-        self.closing.iter_mut().for_each(all);
+        let renamed = self.triangles.as_flattened().iter().copied().max() >= Some(first);
+        let triangles = if renamed { self.triangles.as_flattened_mut() } else { &mut [] };
+        let layers = self.layers.iter_mut().flat_map(|(triangle, _)| triangle);
+        let mut rename = |v: &mut u32| {
+            if *v >= first {
+                *v = name(*v);
+            }
+        };
+        triangles.iter_mut().for_each(&mut rename);
+        layers.chain(self.closing.as_flattened_mut()).for_each(rename);
     }
 
     /// Position of a vertex, in cell units.

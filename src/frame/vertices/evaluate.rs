@@ -16,6 +16,9 @@ const LANES: usize = 4;
 /// Ratio of squared lengths below which a derivative counts as vanishing, or two derivatives as parallel.
 const DEGENERATE: f64 = 1e-20;
 
+/// The place of lattice points that [`evaluate_lattice`] leaves out.
+pub const UNWANTED: u32 = u32::MAX;
+
 /// Buffers that the evaluators reuse. They do not affect results.
 #[derive(Default, Debug)]
 pub struct EvaluateScratch {
@@ -51,6 +54,15 @@ struct Roles {
 }
 
 impl Roles {
+    /// Degree 1 in u and 2 in v, and the reverse: parts of cylinders and cones.
+    const WIDE: Self = Self { inner_is_v: true, outer_points: 2, inner_points: 3, stride_outer: 3, stride_inner: 1 };
+    const TALL: Self = Self { inner_is_v: false, outer_points: 2, inner_points: 3, stride_outer: 1, stride_inner: 2 };
+
+    /// As many control points in u as in v.
+    const fn square(n: usize) -> Self {
+        Self { inner_is_v: true, outer_points: n, inner_points: n, stride_outer: n, stride_inner: 1 }
+    }
+
     fn of(patches: &BezierPatches) -> Self {
         let (nu, nv) = (patches.degree_u + 1, patches.degree_v + 1);
         if patches.degree_v >= patches.degree_u {
@@ -62,7 +74,8 @@ impl Roles {
 }
 
 /// Calls `put` with the points and unit normals (along `S_u × S_v`) at the crossings of the lines `us` and `vs`
-/// (non-decreasing), in any order. `place(i, j)` says where the caller wants that of `us[i]` and `vs[j]`, if at all.
+/// (non-decreasing), in any order. The first argument is `place(i, j)` of the point at `us[i]` and `vs[j]`, which is
+/// [`UNWANTED`] for points to leave out.
 ///
 /// At poles and collapsed borders the normal is its limit from inside the patch. Returns the number of normals that do
 /// not exist even there; they are +z. 5-10 ns per point up to degree (3, 3); allocates only to grow the buffers.
@@ -70,7 +83,7 @@ pub fn evaluate_lattice(
     patches: &BezierPatches,
     us: &[f64],
     vs: &[f64],
-    place: impl Fn(usize, usize) -> Option<usize>,
+    place: impl Fn(usize, usize) -> u32,
     scratch: &mut EvaluateScratch,
     mut put: impl FnMut(usize, DVec3, DVec3),
 ) -> usize {
@@ -93,11 +106,11 @@ pub fn evaluate_lattice(
                 let basis = &scratch.outer[o * 2 * n..(o + 1) * 2 * n];
                 let mut contracted = usize::MAX;
                 for (k, block) in scratch.blocks.iter().enumerate() {
-                    let mut places = [None; LANES];
+                    let mut places = [UNWANTED; LANES];
                     for lane in 0..block.count {
                         places[lane] = place(o, block.first + lane);
                     }
-                    if places == [None; LANES] {
+                    if places == [UNWANTED; LANES] {
                         continue;
                     }
                     if contracted != block.patch {
@@ -106,8 +119,7 @@ pub fn evaluate_lattice(
                     }
                     let lanes = &scratch.inner[k * 2 * m..(k + 1) * 2 * m];
                     let points = evaluate_block(patches.rational, roles.inner_is_v, &scratch.curve, lanes);
-                    for lane in 0..LANES {
-                        let Some(at) = places[lane] else { continue };
+                    for (lane, &at) in places.iter().enumerate().filter(|&(_, &at)| at != UNWANTED) {
                         let normal = if points.regular[lane] {
                             points.normal(lane)
                         } else {
@@ -115,7 +127,7 @@ pub fn evaluate_lattice(
                                 LinePlace { patch: [patch_outer, block.patch], outer: x, inner: block.places[lane] };
                             limit_normal(patches, roles, place, &mut lost)
                         };
-                        put(at, points.position(lane), normal);
+                        put(at as usize, points.position(lane), normal);
                     }
                 }
             }
@@ -128,11 +140,7 @@ pub fn evaluate_lattice(
 /// [`evaluate_lattice`].
 ///
 /// Up to degree (3, 3) about 40 ns per point if neighbours are in the same patch, else 100 ns.
-pub fn evaluate_points(
-    patches: &BezierPatches,
-    at: &[DVec2],
-    mut put: impl FnMut(usize, DVec3, DVec3),
-) -> usize {
+pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], mut put: impl FnMut(usize, DVec3, DVec3)) -> usize {
     let roles = Roles::of(patches);
     let mut lost = 0;
     widest(
@@ -426,12 +434,16 @@ fn evaluate_lanes<const L: usize>(
                 #[inline(always)]
                 |inner| {
                     bernstein::basis_and_slopes(m - 1, in_inner, inner);
+                    // Constant sizes, so that the compiler unrolls the loops. Where degrees are equal, v is inside.
                     match (patches.rational, n, m) {
-                        (false, 2, 2) => in_patch::<L, false>(patch, roles, [2, 2], outer, inner),
-                        (false, 4, 4) => in_patch::<L, false>(patch, roles, [4, 4], outer, inner),
-                        (false, ..) => in_patch::<L, false>(patch, roles, [n, m], outer, inner),
-                        (true, 2, 3) => in_patch::<L, true>(patch, roles, [2, 3], outer, inner),
-                        (true, ..) => in_patch::<L, true>(patch, roles, [n, m], outer, inner),
+                        (false, 2, 2) => in_patch::<L, false>(&patch[..4], Roles::square(2), outer, inner),
+                        (false, 4, 4) => in_patch::<L, false>(&patch[..16], Roles::square(4), outer, inner),
+                        (true, 3, 3) => in_patch::<L, true>(&patch[..9], Roles::square(3), outer, inner),
+                        (true, 4, 4) => in_patch::<L, true>(&patch[..16], Roles::square(4), outer, inner),
+                        (true, 2, 3) if roles.inner_is_v => in_patch::<L, true>(&patch[..6], Roles::WIDE, outer, inner),
+                        (true, 2, 3) => in_patch::<L, true>(&patch[..6], Roles::TALL, outer, inner),
+                        (false, ..) => in_patch::<L, false>(patch, roles, outer, inner),
+                        (true, ..) => in_patch::<L, true>(patch, roles, outer, inner),
                     }
                 },
             )
@@ -444,10 +456,10 @@ fn evaluate_lanes<const L: usize>(
 fn in_patch<const L: usize, const RATIONAL: bool>(
     patch: &[DVec4],
     roles: Roles,
-    [n, m]: [usize; 2],
     outer: &[[f64; L]],
     inner: &[[f64; L]],
 ) -> Points<L> {
+    let (n, m) = (roles.outer_points, roles.inner_points);
     let components = if RATIONAL { 4 } else { 3 };
     let (mut f, mut out, mut inn) = ([[0.0; L]; 4], [[0.0; L]; 4], [[0.0; L]; 4]);
     let ((values, slopes), (basis, rate)) = (outer.split_at(n), inner.split_at(m));

@@ -1,6 +1,6 @@
 //! Parameters of a tile's vertices -> positions and normals.
 
-use super::evaluate::{evaluate_lattice, evaluate_points};
+use super::evaluate::{UNWANTED, evaluate_lattice, evaluate_points};
 use super::scratch::Scratch;
 use crate::frame::plan::output::TileLattice;
 use crate::frame::trim::input::NONE;
@@ -48,12 +48,14 @@ pub(crate) fn evaluate_vertices(
     let mut rest = &uvs[tessellants..];
     let mut first = 0;
     if corners_used >= LATTICE_FROM && corners_used * LATTICE_SHARE >= corners.len() {
+        // A corner without a vertex is unwanted.
+        const { assert!(NONE == UNWANTED) };
         let width = lattice.us.len();
-        let place = |i: usize, j: usize| match corners[j * width + i] {
-            NONE => None,
-            vertex => Some(vertex as usize - tessellants),
-        };
-        evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, place, evaluate, &mut put);
+        let (us, vs) = (&lattice.us[..], &lattice.vs[..]);
+        let place = |i: usize, j: usize| corners[j * width + i];
+        evaluate_lattice(&face.patches, us, vs, place, evaluate, |vertex, position, normal| {
+            put(vertex - tessellants, position, normal);
+        });
         (first, rest) = (corners_used, &rest[corners_used..]);
     }
     evaluate_points(&face.patches, rest, |k, position, normal| put(first + k, position, normal));

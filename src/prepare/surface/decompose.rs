@@ -51,12 +51,19 @@ impl BezierSpline3 {
     #[must_use]
     pub fn point(&self, t: f64) -> DVec3 {
         let (i, x) = locate(&self.breaks, t);
-        bernstein::with_rows(self.degree, |rows| {
-            let n = &mut rows[..=self.degree];
-            bernstein::basis(x, n);
-            let sum = dot(n, self.segment(i));
-            sum.truncate() / sum.w
-        })
+        let segment = self.segment(i);
+        let sum = match self.degree {
+            // Constant degrees, so that the compiler unrolls the loops.
+            1 => sum::<2>(x, segment),
+            2 => sum::<3>(x, segment),
+            3 => sum::<4>(x, segment),
+            _ => bernstein::with_rows(self.degree, |rows| {
+                let n = &mut rows[..=self.degree];
+                bernstein::basis(x, n);
+                dot(n, segment)
+            }),
+        };
+        sum.truncate() / sum.w
     }
 
     /// `C`, `C'`, `C''` by the curve's parameter. At a break they are those of the segment that starts there.
@@ -269,6 +276,14 @@ pub(crate) fn locate(breaks: &[f64], t: f64) -> (usize, f64) {
     (i, if b > a { ((t - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 })
 }
 
+/// The sum of a segment's `N` control points, times their basis at `x`.
+#[inline]
+fn sum<const N: usize>(x: f64, segment: &[DVec4]) -> DVec4 {
+    let mut n = [0.0; N];
+    bernstein::basis(x, &mut n);
+    dot(&n, &segment[..N])
+}
+
 #[inline]
 fn dot(factors: &[f64], points: &[DVec4]) -> DVec4 {
     factors.iter().zip(points).fold(DVec4::ZERO, |sum, (&f, &p)| sum + p * f)
@@ -283,5 +298,27 @@ fn uneven(weights: &[f64]) -> &[f64] {
 fn level(control: &mut [DVec4], rational: bool) {
     if !rational {
         control.iter_mut().for_each(|c| c.w = 1.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Degrees with loops of constant length give the bits of the general loop.
+    #[test]
+    fn points_of_low_degrees_have_the_bits_of_the_general_sum() {
+        for degree in 1..=5 {
+            let place = |k: usize| DVec4::new(k as f64, (1.3 * k as f64).sin(), 0.1 * (k * k) as f64, 1.0);
+            let control: Vec<_> = (0..2 * (degree + 1)).map(|k| place(k) * (1.0 + 0.2 * (k % 3) as f64)).collect();
+            let spline = BezierSpline3 { degree, breaks: vec![0.0, 0.7, 2.0], control };
+            for t in [-0.1, 0.0, 0.3, 0.7, 1.1, 1.9, 2.0] {
+                let (i, x) = locate(&spline.breaks, t);
+                let mut n = vec![0.0; degree + 1];
+                bernstein::basis(x, &mut n);
+                let sum = dot(&n, spline.segment(i));
+                assert_eq!(spline.point(t), sum.truncate() / sum.w, "degree {degree} at {t}");
+            }
+        }
     }
 }
