@@ -182,23 +182,23 @@ fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, origin
     let corners = (nu + 1) * (nv + 1);
     s.corners.clear();
     s.corners.resize(corners as usize, NONE);
-    let mut used = UsedCorners {
-        lattice,
-        slots: &mut s.corners,
-        next: tessellants,
-        uvs: &mut s.uvs,
-        cells: &mut s.cells,
-        origins,
-    };
+    let (us, vs) = (&lattice.us[..], &lattice.vs[..]);
+    let Scratch { corners: slots, uvs, cells, .. } = s;
+    let mut used = UsedCorners { us, vs, slots, next: tessellants, uvs, cells, origins };
     let width = nu + 1;
-    s.trimmed.rename(tessellants, |v| {
-        if v < tessellants + corners {
-            let c = v - tessellants;
-            used.vertex(c, || [c % width, c / width])
-        } else {
-            v
-        }
-    });
+    s.trimmed.rename(
+        tessellants,
+        // Inlined, because it is called for every corner of every triangle.
+        #[inline(always)]
+        |v| {
+            if v < tessellants + corners {
+                let c = v - tessellants;
+                used.vertex(c, || [c % width, c / width])
+            } else {
+                v
+            }
+        },
+    );
     s.quads.clear();
     // The cell on the right of the last one begins at the vertices where that one ends.
     let (mut right, mut ends) = ([NONE; 2], [NONE; 2]);
@@ -225,7 +225,8 @@ fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, origin
 
 /// Lattice corners that triangles use, which become vertices.
 struct UsedCorners<'a> {
-    lattice: &'a TileLattice,
+    us: &'a [f64],
+    vs: &'a [f64],
     /// The vertex of each corner, or [`NONE`].
     slots: &'a mut [u32],
     /// The next vertex.
@@ -244,7 +245,7 @@ impl UsedCorners<'_> {
             *slot = self.next;
             self.next += 1;
             let [i, j] = place();
-            self.uvs.push(DVec2::new(self.lattice.us[i as usize], self.lattice.vs[j as usize]));
+            self.uvs.push(DVec2::new(self.us[i as usize], self.vs[j as usize]));
             self.cells.push(DVec2::new(f64::from(i), f64::from(j)));
             self.origins.push(Origin::Lattice { i, j });
         }

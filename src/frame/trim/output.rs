@@ -96,13 +96,12 @@ impl TrimOutput {
         let renamed = self.triangles.as_flattened().iter().copied().max() >= Some(first);
         let triangles = if renamed { self.triangles.as_flattened_mut() } else { &mut [] };
         let layers = self.layers.iter_mut().flat_map(|(triangle, _)| triangle);
-        let mut rename = |v: &mut u32| {
-            if *v >= first {
-                *v = name(*v);
-            }
-        };
-        triangles.iter_mut().for_each(&mut rename);
-        layers.chain(self.closing.as_flattened_mut()).for_each(rename);
+        for v in triangles.iter_mut().filter(|v| **v >= first) {
+            *v = name(*v);
+        }
+        for v in layers.chain(self.closing.as_flattened_mut()).filter(|v| **v >= first) {
+            *v = name(*v);
+        }
     }
 
     /// Position of a vertex, in cell units.
