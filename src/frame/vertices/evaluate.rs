@@ -107,8 +107,8 @@ pub fn evaluate_lattice(
                 let mut contracted = usize::MAX;
                 for (k, block) in scratch.blocks.iter().enumerate() {
                     let mut places = [UNWANTED; LANES];
-                    for lane in 0..block.count {
-                        places[lane] = place(o, block.first + lane);
+                    for (at, i) in places.iter_mut().zip(block.first..block.first + block.count) {
+                        *at = place(o, i);
                     }
                     if places == [UNWANTED; LANES] {
                         continue;
