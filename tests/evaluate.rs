@@ -74,17 +74,18 @@ fn a_point_has_the_same_bits_in_any_company() {
         let (positions, normals, _) = all(&patches, &us, &vs);
         let mut scratch = EvaluateScratch::default();
         // Every third u, every second v, and only a checkerboard of them.
+        let wanted = |i: usize, j: usize| (i + j).is_multiple_of(2);
         let (some_u, some_v): (Vec<_>, Vec<_>) =
             (us.iter().copied().step_by(3).collect(), vs.iter().copied().skip(1).step_by(2).collect());
         let (mut p, mut n) = none(some_u.len() * some_v.len());
-        let place = |i: usize, j: usize| if (i + j) % 2 == 0 { (i * some_v.len() + j) as u32 } else { UNWANTED };
+        let place = |i: usize, j: usize| if wanted(i, j) { (i * some_v.len() + j) as u32 } else { UNWANTED };
         evaluate_lattice(&patches, &some_u, &some_v, place, &mut scratch, |k, position, normal| {
             (p[k], n[k]) = (position, normal);
         });
         let left_out = p.iter().filter(|p| p.is_nan()).count();
         assert_eq!(left_out, p.len() / 2, "only wanted points have a place");
         for i in 0..some_u.len() {
-            for j in (0..some_v.len()).filter(|j| (i + j) % 2 == 0) {
+            for j in (0..some_v.len()).filter(|&j| wanted(i, j)) {
                 let (here, there) = (i * some_v.len() + j, 3 * i * vs.len() + 2 * j + 1);
                 assert_eq!((p[here], n[here]), (positions[there], normals[there]));
             }
