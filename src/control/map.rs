@@ -17,14 +17,36 @@ where
     I: Send + 'static,
     R: Send + 'static,
 {
+    map_with(jobs, &mut Vec::<()>::new(), items, move |(), item| work(item))
+}
+
+/// As [`map`], where each thread has a work space: `spaces` has one for each thread that ever took part, made when it
+/// first does. Results must not depend on them. If a call panics, they are gone.
+pub(crate) fn map_with<S, I, R>(
+    jobs: &dyn Jobs,
+    spaces: &mut Vec<S>,
+    items: Vec<I>,
+    work: impl Fn(&mut S, I) -> R + Send + Sync + 'static,
+) -> Vec<R>
+where
+    S: Default + Send + 'static,
+    I: Send + 'static,
+    R: Send + 'static,
+{
     let _span = tracing::trace_span!("loop", calls = items.len()).entered();
-    let work = move |item| tracing::trace_span!("call").in_scope(|| work(item));
+    let work = move |space: &mut S, item| tracing::trace_span!("call").in_scope(|| work(space, item));
     let helpers = jobs.width().min(items.len()).saturating_sub(1);
+    if spaces.len() <= helpers {
+        spaces.resize_with(helpers + 1, S::default);
+    }
     if helpers == 0 {
-        return items.into_iter().map(work).collect();
+        let space = &mut spaces[0];
+        return items.into_iter().map(|item| work(space, item)).collect();
     }
     let slots = items.into_iter().map(|item| Mutex::new(Slot::Waiting(item))).collect();
-    let calls = Arc::new(Calls { slots, next: AtomicUsize::new(0), work });
+    let theirs = std::mem::take(spaces).into_iter().map(Mutex::new).collect();
+    let (next, entered) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let calls = Arc::new(Calls { slots, next, spaces: theirs, entered, work });
     let door = Arc::new(Door::to(&calls));
     for _ in 0..helpers {
         let door = Arc::clone(&door);
@@ -36,6 +58,7 @@ where
         resume_unwind(panic);
     }
     let calls = Arc::into_inner(calls).expect("all helpers have left");
+    spaces.extend(calls.spaces.into_iter().map(|space| space.into_inner().unwrap_or_else(PoisonError::into_inner)));
     let results = calls.slots.into_iter().map(|slot| match slot.into_inner() {
         Ok(Slot::Done(result)) => result,
         _ => unreachable!("a call that neither ended nor panicked"),
@@ -62,10 +85,14 @@ pub(crate) fn chunks<I>(jobs: &dyn Jobs, mut items: Vec<I>, size: usize) -> Vec<
 }
 
 /// The calls of a loop. Each is made by one thread.
-struct Calls<I, R, F> {
+struct Calls<S, I, R, F> {
     slots: Vec<Mutex<Slot<I, R>>>,
     /// The first one that nobody has begun.
     next: AtomicUsize,
+    /// At least one for each thread that may enter.
+    spaces: Vec<Mutex<S>>,
+    /// Threads that have entered.
+    entered: AtomicUsize,
     work: F,
 }
 
@@ -80,13 +107,15 @@ trait Make {
     fn make(&self);
 }
 
-impl<I, R, F: Fn(I) -> R> Make for Calls<I, R, F> {
+impl<S, I, R, F: Fn(&mut S, I) -> R> Make for Calls<S, I, R, F> {
     fn make(&self) {
         // No lock is waited for: each belongs to whoever took the number.
+        let Some(space) = self.spaces.get(self.entered.fetch_add(1, Ordering::Relaxed)) else { return };
+        let space = &mut *lock(space);
         while let Some(slot) = self.slots.get(self.next.fetch_add(1, Ordering::Relaxed)) {
             let taken = std::mem::replace(&mut *lock(slot), Slot::Begun);
             if let Slot::Waiting(item) = taken {
-                let result = (self.work)(item);
+                let result = (self.work)(space, item);
                 *lock(slot) = Slot::Done(result);
             }
         }
@@ -184,6 +213,13 @@ mod tests {
                 let made = map(&*jobs, (0..count).collect(), move |k: u32| *theirs + k);
                 assert!(made.iter().copied().eq(1000..1000 + count), "{made:?}");
                 assert_eq!(Arc::into_inner(shared), Some(1000));
+                // Each thread counts its calls.
+                let mut counts = vec![0_u32; 2];
+                for _ in 0..2 {
+                    map_with(&*jobs, &mut counts, made.clone(), |calls: &mut u32, _| *calls += 1);
+                }
+                assert_eq!(counts.iter().sum::<u32>(), 2 * count);
+                assert!(counts.len() <= jobs.width().max(2));
                 assert_eq!(chunks(&*jobs, made.clone(), 8).concat(), made);
             }
         }

@@ -4,7 +4,7 @@ mod jobs;
 pub use jobs::{Alone, Job, Jobs, Priority};
 
 mod map;
-pub(crate) use map::{chunks, map};
+pub(crate) use map::{chunks, map, map_with};
 
 mod cores;
 

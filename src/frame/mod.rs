@@ -37,6 +37,7 @@ pub mod internals {
     pub use super::live::placed::PlacedInstances;
     pub use super::live::planner::Planner;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
+    pub use super::plan::rows::PlanRows;
     pub use super::tile::fill::fill_tile;
     pub use super::tile::job::tessellate_tile;
     pub use super::tile::outcome::TileOutcome;

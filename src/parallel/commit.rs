@@ -3,6 +3,7 @@
 use super::error::FrameError;
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, MadeTile};
 use super::metrics::{Laps, WorkerMetrics};
+use super::seats::{Seat, Seats};
 use super::writer::Writer;
 use crate::control::Control;
 use crate::frame::{Ladder, Rung};
@@ -10,7 +11,7 @@ use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, NotWritten, Scene, Sink
 use crate::model::{FaceId, PartId, TileId};
 use crate::prepare::internals::panic_message;
 use std::any::Any;
-use std::collections::{BTreeMap, BTreeSet};
+use std::cmp::Reverse;
 use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
@@ -59,8 +60,8 @@ pub struct FrameReport {
 /// How a frame is committed.
 #[derive(Clone, Copy)]
 pub(super) enum Feed<'a> {
-    /// As a whole frame, all of it drawn, unless it is cancelled.
-    All(&'a Control),
+    /// As a whole frame of everything that workers own, all of it drawn, unless it is cancelled.
+    All(&'a Control, &'a Seats),
     /// As a frame of views.
     Views {
         /// Whether to send a whole frame rather than changes.
@@ -76,47 +77,25 @@ pub(super) enum Feed<'a> {
 /// What a sink is fed. Kept from frame to frame for its room.
 #[derive(Default)]
 pub(super) struct Rows {
-    /// The batches of each delivery; last those of tiles to evict.
+    /// By worker.
     pub(super) batches: Vec<Vec<Batch>>,
     /// Instead of batches.
     written: Vec<Vec<WrittenTile>>,
-    /// What to send, ascending by tile. Batches are large, and stay where they are.
-    order: Vec<Place>,
-    sorter: Sorter,
     lines: Vec<EdgeLine>,
     /// The tiles that were made, by delivery.
     pub(super) made: Vec<Vec<MadeTile>>,
-    /// Rows of `order` that the sink was given.
+    /// Seats whose tiles the sink was given.
     given: usize,
     rungs: Vec<FaceRung>,
     fills: Vec<(TileId, FaceFill)>,
 }
 
-/// Where the batch or the room of a tile is.
-#[derive(Clone, Copy)]
-struct Place {
-    tile: (PartId, TileId),
-    face: FaceId,
-    list: u32,
-    row: u32,
-}
-
-/// Sorts rows by tile. Kept from frame to frame for its room.
-#[derive(Default)]
-struct Sorter {
-    /// Of each part, where its tiles begin in `rows`.
-    starts: Vec<usize>,
-    /// The row of each tile of these parts.
-    rows: Vec<u32>,
-    sorted: Vec<Place>,
-}
-
-/// Feeds a complete frame to the sink: `begin`, tiles by (part, tile), edge lines by (part, edge), the drawn tiles, `end`;
-/// `abort` after the first refusal, or when cancelled. Leaves the frame's tiles in `rows`.
+/// Feeds a complete frame to the sink: `begin`, tiles by (part, tile), edge lines by (part, edge), the drawn tiles,
+/// `end`; `abort` after the first refusal, or when cancelled. Leaves the frame's tiles in `rows`.
 ///
-/// `writer`: where the tiles were written, if they were.
+/// `seats`: where the tiles are, ascending. `writer`: where the tiles were written, if they were.
 pub(super) fn commit(
-    deliveries: Vec<Delivery>,
+    (deliveries, seats): (Vec<Box<Delivery>>, &[Seat]),
     (scene, writer): (&Scene, Option<&Writer>),
     feed: Feed<'_>,
     (rows, sink): (&mut Rows, &mut dyn MeshSink),
@@ -126,48 +105,37 @@ pub(super) fn commit(
     let whole = !matches!(feed, Feed::Views { whole: false, .. });
     let mut report = FrameReport { whole, workers: Vec::with_capacity(deliveries.len()), ..FrameReport::default() };
     rows.clear();
-    rows.order.reserve(deliveries.iter().map(|delivery| delivery.made.len()).sum());
+    let mut bare = Vec::new();
     for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
+        report.batches += delivery.sent;
         report.workers.push(delivery.metrics);
-        report.degraded.extend(delivery.degraded);
-        report.lost_lines.extend(delivery.lost_lines);
-        rows.rungs.extend(delivery.rungs);
-        rows.fills.extend(delivery.fills);
-        let list = rows.batches.len() as u32;
-        for (row, &MadeTile { part, tile, face, triangles, .. }) in (0..).zip(&delivery.made) {
-            report.batches += usize::from(triangles > 0);
-            // A whole frame has no need of tiles without triangles.
-            if !whole || triangles > 0 {
-                rows.order.push(Place { tile: (part, tile), face, list, row });
-            }
-        }
-        rows.made.push(delivery.made);
-        rows.batches.push(delivery.batches);
-        rows.written.push(delivery.written.take());
-        rows.lines.extend(delivery.lines);
+        report.degraded.append(&mut delivery.degraded);
+        report.lost_lines.append(&mut delivery.lost_lines);
+        bare.append(&mut delivery.bare);
+        rows.take(*delivery);
     }
     if let Feed::Views { forgotten, .. } = feed {
         report.forgotten = forgotten.len();
-        rows.evict(forgotten, writer);
     }
-    rows.sorter.sort(&mut rows.order);
     rows.lines.sort_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
     report.lost_lines.sort_unstable_by_key(|l| (l.part, l.edge));
     report.fills = by_face(&mut rows.fills);
     report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
-    let all = matches!(feed, Feed::All(_));
-    let faces = rows.order.iter().map(|place| (place.tile.0, place.face));
-    (report.rungs, report.ladder) = climbed(all.then_some(scene), faces, &rows.rungs);
+    let all = match feed {
+        Feed::All(_, seats) => Some((scene, seats.without_triangles(scene, bare))),
+        Feed::Views { .. } => None,
+    };
+    (report.rungs, report.ladder) = climbed(all, &rows.rungs);
     // A sink that panics has refused: the session goes on, with a whole frame.
-    let fed = catch_unwind(AssertUnwindSafe(|| rows.feed(scene, (report.whole, feed), (writer.is_some(), sink))));
+    let fed = catch_unwind(AssertUnwindSafe(|| rows.feed(scene, seats, (report.whole, feed), (writer, sink))));
     let fed = fed.unwrap_or_else(|panic| Err(sink_panicked(&*panic)));
     if let Err(error) = fed {
         if let Some(writer) = writer {
-            let left = rows.order[rows.given..].iter();
-            let left = left.map(|place| &rows.written[place.list as usize][place.row as usize]);
+            let left = seats[rows.given..].iter();
+            let left = left.map(|seat| &rows.written[seat.worker as usize][seat.row as usize]);
             // The sink must hear of the end whatever its memory does.
             let _ = catch_unwind(AssertUnwindSafe(|| writer.release(left)));
         }
@@ -179,44 +147,10 @@ pub(super) fn commit(
     Ok(report)
 }
 
-impl Sorter {
-    /// No tile has two rows, so there are no ties for the number of workers to decide.
-    fn sort(&mut self, order: &mut Vec<Place>) {
-        /// Up to this many tiles for a row, a table of all tiles costs less than comparisons.
-        const SPARSE: usize = 8;
-        const NONE: u32 = u32::MAX;
-        let Self { starts, rows, sorted } = self;
-        starts.clear();
-        for &Place { tile: (part, tile), .. } in &*order {
-            if starts.len() <= part.index() {
-                starts.resize(part.index() + 1, 0);
-            }
-            starts[part.index()] = starts[part.index()].max(tile.0 as usize + 1);
-        }
-        let mut tiles = 0;
-        for start in &mut *starts {
-            tiles += std::mem::replace(start, tiles);
-        }
-        if tiles > SPARSE * order.len() {
-            order.sort_unstable_by_key(|place| place.tile);
-            return;
-        }
-        rows.clear();
-        rows.resize(tiles, NONE);
-        for (row, &Place { tile: (part, tile), .. }) in (0..).zip(&*order) {
-            rows[starts[part.index()] + tile.0 as usize] = row;
-        }
-        sorted.clear();
-        sorted.extend(rows.iter().filter(|row| **row != NONE).map(|&row| order[row as usize]));
-        std::mem::swap(order, sorted);
-    }
-}
-
 impl Rows {
     fn clear(&mut self) {
         self.batches.clear();
         self.written.clear();
-        self.order.clear();
         self.lines.clear();
         self.made.clear();
         self.rungs.clear();
@@ -224,25 +158,25 @@ impl Rows {
         self.given = 0;
     }
 
-    /// Adds the tiles to evict.
-    fn evict(&mut self, forgotten: &[(PartId, TileId, FaceId)], writer: Option<&Writer>) {
-        let list = self.batches.len() as u32;
-        let place = |(row, &(part, tile, face))| Place { tile: (part, tile), face, list, row };
-        self.order.extend((0..).zip(forgotten).map(place));
-        if let Some(writer) = writer {
-            let gone = |&(part, tile, face)| WrittenTile::gone((part, face, tile), writer.layout());
-            self.written.push(forgotten.iter().map(gone).collect());
-        } else {
-            let empty = |&(part, tile, face)| Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
-            self.batches.push(forgotten.iter().map(empty).collect());
-        }
+    /// Takes what is fed of a delivery. Those of workers with smaller numbers come before it.
+    fn take(&mut self, mut delivery: Delivery) {
+        let worker = delivery.metrics.worker as usize;
+        self.batches.resize_with(worker, Vec::new);
+        self.batches.push(delivery.batches);
+        self.written.resize_with(worker, Vec::new);
+        self.written.push(delivery.written.take());
+        self.made.push(delivery.made);
+        self.lines.append(&mut delivery.lines);
+        self.rungs.append(&mut delivery.rungs);
+        self.fills.append(&mut delivery.fills);
     }
 
     fn feed(
         &mut self,
         scene: &Scene,
+        seats: &[Seat],
         (whole, feed): (bool, Feed<'_>),
-        (is_written, sink): (bool, &mut dyn MeshSink),
+        (writer, sink): (Option<&Writer>, &mut dyn MeshSink),
     ) -> Result<(), FrameError> {
         /// Batches that are fetched at a time.
         const FETCHED: usize = 16;
@@ -253,31 +187,34 @@ impl Rows {
         }
         .map_err(FrameError::Sink)?;
         let goes_on = || match feed {
-            Feed::All(control) if control.is_cancelled() => Err(FrameError::Cancelled),
+            Feed::All(control, _) if control.is_cancelled() => Err(FrameError::Cancelled),
             _ => Ok(()),
         };
-        for places in self.order.chunks(FETCHED) {
-            if !is_written {
+        let mut gone = match feed {
+            Feed::Views { forgotten, .. } => forgotten,
+            Feed::All(..) => &[],
+        };
+        for seats in seats.chunks(FETCHED) {
+            if writer.is_none() {
                 // Batches of neighbouring tiles are far apart. The processor waits for many at the same time here, and
                 // for one at a time in the sink.
-                let fetch = |sum: usize, place: &Place| {
-                    let Batch { tile, mesh, .. } = &self.batches[place.list as usize][place.row as usize];
+                let fetch = |sum: usize, seat: &Seat| {
+                    let Batch { tile, mesh, .. } = &self.batches[seat.worker as usize][seat.row as usize];
                     sum ^ tile.0 as usize ^ mesh.positions.len() ^ mesh.triangles.len()
                 };
-                black_box(places.iter().fold(0, fetch));
+                black_box(seats.iter().fold(0, fetch));
             }
-            for &Place { list, row, .. } in places {
+            for seat in seats {
                 goes_on()?;
+                let tile = self.tile(*seat, writer);
+                let before = gone.iter().take_while(|(part, evicted, _)| (*part, *evicted) < tile).count();
+                evict(&gone[..before], writer, sink)?;
+                gone = &gone[before..];
                 self.given += 1;
-                let (list, row) = (list as usize, row as usize);
-                if is_written {
-                    sink.written(&self.written[list][row])
-                } else {
-                    sink.batch(&mut self.batches[list][row])
-                }
-                .map_err(FrameError::Sink)?;
+                self.send(*seat, whole, (writer.is_some(), sink)).map_err(FrameError::Sink)?;
             }
         }
+        evict(gone, writer, sink)?;
         for line in self.lines.drain(..) {
             goes_on()?;
             sink.edge_line(line).map_err(FrameError::Sink)?;
@@ -288,6 +225,49 @@ impl Rows {
         }
         sink.end().map_err(FrameError::Sink)
     }
+
+    /// The tile of a seat.
+    fn tile(&self, Seat { worker, row }: Seat, writer: Option<&Writer>) -> (PartId, TileId) {
+        let (worker, row) = (worker as usize, row as usize);
+        if writer.is_some() {
+            let WrittenTile { part, tile, .. } = self.written[worker][row];
+            return (part, tile);
+        }
+        let Batch { part, tile, .. } = self.batches[worker][row];
+        (part, tile)
+    }
+
+    /// Gives the sink a tile. A whole frame has no need of those without triangles.
+    fn send(
+        &mut self,
+        Seat { worker, row }: Seat,
+        whole: bool,
+        (is_written, sink): (bool, &mut dyn MeshSink),
+    ) -> Result<(), SinkError> {
+        let (worker, row) = (worker as usize, row as usize);
+        if is_written {
+            let tile = &self.written[worker][row];
+            return if whole && tile.triangles == 0 { Ok(()) } else { sink.written(tile) };
+        }
+        let batch = &mut self.batches[worker][row];
+        if whole && batch.mesh.triangles.is_empty() { Ok(()) } else { sink.batch(batch) }
+    }
+}
+
+/// Tells the sink that tiles are gone.
+fn evict(
+    tiles: &[(PartId, TileId, FaceId)],
+    writer: Option<&Writer>,
+    sink: &mut dyn MeshSink,
+) -> Result<(), FrameError> {
+    for &(part, tile, face) in tiles {
+        match writer {
+            Some(writer) => sink.written(&WrittenTile::gone((part, face, tile), writer.layout())),
+            None => sink.batch(&mut Batch { part, face, tile, worker: 0, mesh: TileMesh::default() }),
+        }
+        .map_err(FrameError::Sink)?;
+    }
+    Ok(())
 }
 
 /// The error of a sink that panicked.
@@ -297,7 +277,7 @@ pub(super) fn sink_panicked(payload: &(dyn Any + Send)) -> FrameError {
 }
 
 /// Why a tile could not be written, if any could not. The frame must then be dropped before the sink hears of it.
-pub(super) fn refusal(deliveries: &mut [Delivery]) -> Option<FrameError> {
+pub(super) fn refusal(deliveries: &mut [Box<Delivery>]) -> Option<FrameError> {
     let refused = deliveries.iter_mut().filter_map(|delivery| delivery.refused.take());
     // The first one, whoever made it.
     let (_, _, why) = refused.min_by_key(|&(part, tile, _)| (part, tile))?;
@@ -320,46 +300,31 @@ fn by_face(tiles: &mut [(TileId, FaceFill)]) -> Vec<FaceFill> {
     faces
 }
 
-/// The worst rung of each face that left the normal path, and the number of faces per rung. `scene` is given if all of
-/// it was made: then all its faces are counted. `with_triangles`: the faces of the tiles that were made.
-fn climbed(
-    scene: Option<&Scene>,
-    with_triangles: impl Iterator<Item = (PartId, FaceId)>,
-    tiles: &[FaceRung],
-) -> (Vec<FaceRung>, Ladder) {
-    let mut worst: BTreeMap<(PartId, FaceId), Rung> = BTreeMap::new();
-    // A tile without area does not affect a face that has other tiles.
-    let vanished = |tile: &&FaceRung| tile.rung == Rung::NoArea;
-    let tiles_left = tiles.iter().filter(|tile| !vanished(tile));
-    let vanished: BTreeSet<(PartId, FaceId)> =
-        tiles.iter().filter(vanished).map(|tile| (tile.part, tile.face)).collect();
-    let parts = scene.map_or(&[][..], |scene| &scene.parts);
+/// The worst rung of each face that left the normal path, and the number of faces per rung. `all`: the scene and its
+/// faces without triangles, if all of it was made; then all faces are counted.
+fn climbed(all: Option<(&Scene, Vec<(PartId, FaceId)>)>, tiles: &[FaceRung]) -> (Vec<FaceRung>, Ladder) {
+    let (parts, empty) = all.map_or((&[][..], Vec::new()), |(scene, empty)| (&scene.parts[..], empty));
     let has_no_area = |part: PartId, face: FaceId| {
         parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
     };
-    for tile in tiles_left {
-        let rung = if has_no_area(tile.part, tile.face) { Rung::NoArea } else { tile.rung };
-        let worst = worst.entry((tile.part, tile.face)).or_default();
-        *worst = rung.max(*worst);
-    }
-    let mut meshed: Vec<Vec<bool>> = parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
-    for (part, face) in with_triangles {
-        if let Some(meshed) = meshed.get_mut(part.index()).and_then(|part| part.get_mut(face.index())) {
-            *meshed = true;
-        }
-    }
-    for (part, faces) in meshed.iter().enumerate() {
-        for (face, _) in faces.iter().enumerate().filter(|(_, meshed)| !**meshed) {
-            let face = FaceId::new(face);
-            let key = (PartId::new(part), face);
-            let no_area = has_no_area(key.0, key.1) || vanished.contains(&key);
-            let rung = if no_area { Rung::NoArea } else { Rung::Lost };
-            worst.entry(key).and_modify(|worst| *worst = rung.max(*worst)).or_insert(rung);
-        }
-    }
+    // A tile without area does not affect a face that has other tiles.
+    let is_vanished = |tile: &&FaceRung| tile.rung == Rung::NoArea;
+    let mut vanished: Vec<_> = tiles.iter().filter(is_vanished).map(|tile| (tile.part, tile.face)).collect();
+    vanished.sort_unstable();
+    let left = tiles.iter().filter(|tile| !is_vanished(tile)).map(|&FaceRung { part, face, rung }| {
+        let rung = if has_no_area(part, face) { Rung::NoArea } else { rung };
+        FaceRung { part, face, rung }
+    });
+    let empty = empty.into_iter().map(|(part, face)| {
+        let no_area = has_no_area(part, face) || vanished.binary_search(&(part, face)).is_ok();
+        FaceRung { part, face, rung: if no_area { Rung::NoArea } else { Rung::Lost } }
+    });
+    let mut worst: Vec<FaceRung> = left.chain(empty).collect();
+    worst.sort_unstable_by_key(|tile| (tile.part, tile.face, Reverse(tile.rung)));
+    worst.dedup_by_key(|tile| (tile.part, tile.face));
     let mut ladder = Ladder::default();
-    worst.values().for_each(|rung| ladder.add(*rung, 1));
-    let faces: usize = meshed.iter().map(Vec::len).sum();
+    worst.iter().for_each(|face| ladder.add(face.rung, 1));
+    let faces: usize = parts.iter().map(|part| part.face_colours.len()).sum();
     ladder.add(Rung::Normal, faces.saturating_sub(worst.len()) as u64);
-    (worst.into_iter().map(|((part, face), rung)| FaceRung { part, face, rung }).collect(), ladder)
+    (worst, ladder)
 }

@@ -1,10 +1,12 @@
 //! The workers of a session: each makes its own tiles, on whichever thread is free.
 
 use super::handoff::{Delivery, Hand};
+use super::seats::Seats;
 use super::worker::{Order, Stages, Worker};
-use crate::control::{Jobs, map};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use crate::control::{Jobs, map_with};
+use std::cmp::Reverse;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// What each worker has to make in a frame.
 pub(super) enum Work {
@@ -16,58 +18,73 @@ pub(super) enum Work {
 
 /// The workers of a session.
 pub(super) struct Crew<S: Stages> {
+    stages: Arc<S>,
+    /// What each worker owns.
+    hands: Arc<Vec<Hand>>,
+    /// How long each worker took in the last frame of everything.
+    took: Vec<Duration>,
+    /// Of each thread, whichever workers it runs: what was used last is in its caches.
     // Boxed: they are large, and move to threads and back.
     #[allow(clippy::vec_box, reason = "see above")]
-    workers: Vec<Box<Worker<S>>>,
+    scratches: Vec<Box<S::Scratch>>,
+    seats: Seats,
 }
 
 impl<S: Stages> Crew<S> {
     /// One worker per hand.
     pub(super) fn of(stages: &Arc<S>, hands: Vec<Hand>) -> Self {
-        let worker = |(number, hand)| Box::new(Worker::new(number, Arc::clone(stages), hand));
-        Self { workers: (0..).zip(hands).map(worker).collect() }
+        Self {
+            stages: Arc::clone(stages),
+            took: vec![Duration::ZERO; hands.len()],
+            scratches: Vec::new(),
+            seats: Seats::of(&hands),
+            hands: Arc::new(hands),
+        }
     }
 
     /// Replaces what the stages work on by the same with more parts.
     pub(super) fn set_stages(&mut self, stages: &Arc<S>) {
-        self.workers.iter_mut().for_each(|worker| worker.set_stages(stages));
+        self.stages = Arc::clone(stages);
     }
 
     /// Number of workers.
     pub(super) fn len(&self) -> usize {
-        self.workers.len()
+        self.hands.len()
+    }
+
+    /// Where the tiles of a frame of everything are.
+    pub(super) fn seats(&self) -> &Seats {
+        &self.seats
     }
 
     /// Makes a frame. Workers that have nothing to do deliver nothing. When cancelled, deliveries are incomplete.
-    pub(super) fn make(&mut self, jobs: &dyn Jobs, order: Order<S::Plan>, work: Work) -> Vec<Delivery> {
+    // Boxed: they are large, and move from threads to the commit.
+    #[allow(clippy::vec_box, reason = "see above")]
+    pub(super) fn make(&mut self, jobs: &dyn Jobs, order: Order<S::Plan>, work: Work) -> Vec<Box<Delivery>> {
         let _span = tracing::trace_span!("tiles").entered();
-        let (parts, hands, timed) = match work {
-            Work::All(parts) => (Some(parts), Vec::new(), false),
-            Work::Some(hands, timed) => (None, hands, timed),
-        };
-        let mut hands = hands.into_iter();
-        let all = self.workers.drain(..).map(|worker| (worker, hands.next().unwrap_or_default()));
-        let (busy, idle): (Vec<_>, Vec<_>) = all.partition(|(_, hand)| parts.is_some() || !hand.is_empty());
-        let made = map(jobs, busy, move |(mut worker, hand): (Box<Worker<S>>, Hand)| {
-            // A caller's observer may panic. The worker must come back all the same, or its tiles would be missing later.
-            let delivery = catch_unwind(AssertUnwindSafe(|| match parts {
-                Some(parts) => worker.make_all(&order, parts),
-                None => worker.make_some(&order, &hand, timed),
-            }));
-            (worker, delivery)
-        });
-        self.workers.extend(idle.into_iter().map(|(worker, _)| worker));
-        let (mut deliveries, mut panicked) = (Vec::with_capacity(made.len()), None);
-        for (worker, delivery) in made {
-            self.workers.push(worker);
-            match delivery {
-                Ok(delivery) => deliveries.push(delivery),
-                Err(panic) => panicked = Some(panic),
+        // The longest first: what a thread begins last is short, and all end at about the same time.
+        let (hands, parts, timed, busy) = match work {
+            Work::All(parts) => {
+                let mut busy: Vec<usize> = (0..self.hands.len()).collect();
+                busy.sort_unstable_by_key(|&worker| Reverse(self.took[worker]));
+                (Arc::clone(&self.hands), parts, false, busy)
             }
-        }
-        self.workers.sort_unstable_by_key(|worker| worker.number());
-        if let Some(panic) = panicked {
-            resume_unwind(panic);
+            Work::Some(hands, timed) => {
+                let mut busy: Vec<usize> = (0..hands.len()).filter(|&worker| !hands[worker].is_empty()).collect();
+                busy.sort_unstable_by_key(|&worker| Reverse(hands[worker].tiles.len()));
+                (Arc::new(hands), usize::MAX, timed, busy)
+            }
+        };
+        let is_all = Arc::ptr_eq(&hands, &self.hands);
+        let stages = Arc::clone(&self.stages);
+        let mut deliveries = map_with(jobs, &mut self.scratches, busy, move |scratch: &mut Box<S::Scratch>, worker| {
+            let mut at_work = Worker { number: worker as u32, stages: &*stages, scratch: &mut **scratch };
+            Box::new(at_work.make(&order, (&hands[worker], parts), timed))
+        });
+        deliveries.sort_unstable_by_key(|delivery| delivery.metrics.worker);
+        if is_all {
+            let times = deliveries.iter().map(|delivery| delivery.metrics.busy());
+            self.took.iter_mut().zip(times).for_each(|(took, time)| *took = time);
         }
         deliveries
     }
@@ -143,7 +160,9 @@ mod tests {
             let order = Order { plan: Arc::new(plan), watch: Watch::default(), writer: None, lists: MeshLists::ALL };
             let made = self.crew.make(&self.jobs, order, Work::All(9));
             let mut rows = Rows::default();
-            commit(made, (&Scene::default(), None), Feed::All(&Control::default()), (&mut rows, sink))
+            let seats = self.crew.seats();
+            let feed = Feed::All(&Control::default(), seats);
+            commit((made, seats.of_first(9)), (&Scene::default(), None), feed, (&mut rows, sink))
         }
     }
 

@@ -10,12 +10,13 @@ use super::metrics::{Laps, SessionMemory};
 use super::options::SessionOptions;
 use super::owners::{Owners, hands, workers_on};
 use super::residency::{Due, Residency};
+use super::seats::Seat;
 use super::worker::{Order, Stages};
 use super::writer::Writer;
 use crate::control::{Control, Jobs, chunks, map};
 use crate::frame::Plan;
 use crate::frame::internals::{
-    Levels, PartPlan, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, tessellate_tile,
+    Levels, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, tessellate_tile,
 };
 use crate::mesh::{
     Batch, EdgeLine, MeshLists, MeshSink, Scene, SceneInstance, SinkError, TileMemory, TileMesh, VertexLayout,
@@ -99,7 +100,11 @@ struct Live {
 pub(super) struct FinishedFrame {
     pub(super) plan: Arc<Plan>,
     due: Due,
-    deliveries: Vec<Delivery>,
+    // Boxed: they are large, and move from threads to the commit.
+    #[allow(clippy::vec_box, reason = "see above")]
+    deliveries: Vec<Box<Delivery>>,
+    /// Where the tiles that are due are made.
+    seats: Vec<Seat>,
     planned_in: Duration,
     made_in: Duration,
     deferred: u32,
@@ -242,14 +247,14 @@ impl Engine {
             due.edges.clear();
         }
         let planned_in = laps.lap();
-        let hands = self.owners.share(prepared, &due);
+        let (hands, seats) = self.owners.share(prepared, &due);
         let idle = hands.iter().all(Hand::is_empty);
         let work = Work::Some(hands, self.owners.wants_times());
         drop(owing);
         let watch = Watch::of(control);
         let order = Order { plan: Arc::clone(&plan), watch: watch.clone(), writer: self.writer.clone(), lists };
         let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, order, work) };
-        let frame = FinishedFrame { plan, due, deliveries, planned_in, made_in: laps.lap(), deferred, lists };
+        let frame = FinishedFrame { plan, due, deliveries, seats, planned_in, made_in: laps.lap(), deferred, lists };
         (!watch.is_cancelled()).then_some(frame)
     }
 
@@ -275,7 +280,7 @@ impl Engine {
         if let Some(error) = refusal(&mut frame.deliveries) {
             return Err(error);
         }
-        let FinishedFrame { plan, due, deliveries, planned_in, made_in, deferred, lists } = frame;
+        let FinishedFrame { plan, due, deliveries, seats, planned_in, made_in, deferred, lists } = frame;
         let reads = lists_of(sink)?;
         if self.writer.is_none() && !lists.contain(reads) {
             self.forget();
@@ -291,7 +296,8 @@ impl Engine {
         let times: Vec<_> = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied()).collect();
         let from = due.from.as_deref();
         let feed = Feed::Views { whole: due.whole, from, drawn: &plan.drawn, forgotten: &due.forgotten };
-        let report = match commit(deliveries, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
+        let made = (deliveries, &seats[..]);
+        let report = match commit(made, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
             Ok(report) => report,
             Err(error) => {
                 self.forget();
@@ -363,15 +369,18 @@ fn fits(plan: &Plan, parts: &[Arc<PreparedPart>]) -> Result<(), FrameError> {
 
 /// Frees a plan, unless it has other owners, on all threads: it has an allocation per tile and per edge.
 fn free(jobs: &dyn Jobs, plan: Arc<Plan>) {
-    const ROWS: usize = 512;
+    /// Blocks that a call frees.
+    const BLOCKS: usize = 8;
     let _span = tracing::trace_span!("free").entered();
     let Some(plan) = Arc::into_inner(plan) else { return };
-    let mut lists = Vec::new();
-    for PartPlan { tiles, edges } in plan.parts {
-        lists.extend(chunks(jobs, tiles, ROWS).into_iter().map(|tiles| PartPlan { tiles, edges: Vec::new() }));
-        lists.extend(chunks(jobs, edges, ROWS).into_iter().map(|edges| PartPlan { tiles: Vec::new(), edges }));
+    let (mut tiles, mut edges) = (Vec::new(), Vec::new());
+    for part in plan.parts {
+        tiles.extend(part.tiles.into_blocks());
+        edges.extend(part.edges.into_blocks());
     }
-    map(jobs, lists, drop);
+    let tiles = chunks(jobs, tiles, BLOCKS).into_iter().map(|tiles| (tiles, Vec::new()));
+    let edges = chunks(jobs, edges, BLOCKS).into_iter().map(|edges| (Vec::new(), edges));
+    map(jobs, tiles.chain(edges).collect(), drop);
 }
 
 /// Frees what a sink left of its batches; those of many tiles on all threads.
@@ -404,7 +413,9 @@ pub(super) fn whole_frame(
         return Err(error);
     }
     let made_in = laps.lap();
-    let report = commit(deliveries, (scene, writer.map(|writer| &**writer)), Feed::All(control), (&mut *rows, sink))?;
+    let made = (deliveries, crew.seats().of_first(parts));
+    let feed = Feed::All(control, crew.seats());
+    let report = commit(made, (scene, writer.map(|writer| &**writer)), feed, (&mut *rows, sink))?;
     free_batches(jobs, &mut rows.batches);
     Ok(FrameReport { made_in, ..report })
 }

@@ -57,8 +57,12 @@ impl Watch {
 /// Everything that a worker made for one frame.
 #[derive(Default)]
 pub(super) struct Delivery {
-    /// The tiles, ascending by (part, tile). Frames of `Session::frame` have only those with triangles.
+    /// The tiles of the hand, ascending by (part, tile).
     pub(super) made: Vec<MadeTile>,
+    /// How many of them have triangles.
+    pub(super) sent: usize,
+    /// The faces of the others.
+    pub(super) bare: Vec<(PartId, FaceId)>,
     /// The batch of each of them.
     pub(super) batches: Vec<Batch>,
     /// The room of each instead, if they are in the sink's memory.
@@ -81,12 +85,11 @@ pub(super) struct Delivery {
     pub(super) metrics: WorkerMetrics,
 }
 
-/// What a commit knows of a tile without looking at its batch, which is large and in the caches of another core.
+/// What the residency of a sink knows of a tile, without its batch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MadeTile {
     pub(super) part: PartId,
     pub(super) tile: TileId,
-    pub(super) face: FaceId,
     pub(super) triangles: u32,
     /// What it takes in the sink.
     pub(super) bytes: u32,

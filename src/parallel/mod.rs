@@ -11,6 +11,8 @@ mod writer;
 mod handoff;
 pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 
+mod seats;
+
 mod instances;
 pub use instances::InstanceKey;
 

@@ -3,13 +3,14 @@
 use super::distribute::{deal, loads};
 use super::handoff::Hand;
 use super::residency::Due;
+use super::seats::Seat;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
 /// Number of workers on `threads` threads, unless the caller says otherwise. What a tile costs is known only roughly, and
-/// with few tiles per thread that does not average out. More workers take more hand-offs, and each has its own scratch.
+/// with few tiles per thread that does not average out. More workers take more hand-offs.
 pub(super) const fn workers_on(threads: usize) -> usize {
     const PER_THREAD: usize = 4;
     if threads > 1 { PER_THREAD * threads } else { 1 }
@@ -100,18 +101,21 @@ impl Owners {
         }
     }
 
-    /// Distributes what is due: tiles to their owners, edges round-robin.
-    pub(super) fn share(&self, prepared: &Prepared, due: &Due) -> Vec<Hand> {
+    /// Distributes what is due: tiles to their owners, edges round-robin. Returns where each tile is made, too.
+    pub(super) fn share(&self, prepared: &Prepared, due: &Due) -> (Vec<Hand>, Vec<Seat>) {
         let mut hands = vec![Hand::default(); self.workers];
+        let mut seats = Vec::with_capacity(due.tiles.len());
         for &(part, tile) in &due.tiles {
-            let worker = self.parts[part.index()][tile.0 as usize] as usize;
+            let worker = self.parts[part.index()][tile.0 as usize];
             let face = prepared.parts[part.index()].tiles[tile.0 as usize].face;
-            hands[worker].tiles.push((part, tile, face));
+            let hand = &mut hands[worker as usize].tiles;
+            seats.push(Seat { worker, row: hand.len() as u32 });
+            hand.push((part, tile, face));
         }
         for (k, &edge) in due.edges.iter().enumerate() {
             hands[k % self.workers].edges.push(edge);
         }
-        hands
+        (hands, seats)
     }
 }
 
@@ -149,8 +153,9 @@ mod tests {
         }
         let [a, b] = [0, 1].map(|worker| load(&owners, worker).as_secs_f64());
         assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
-        let all: usize = owners.share(&prepared, &all_due(&prepared)).iter().map(|hand| hand.tiles.len()).sum();
-        assert_eq!(all, prepared.tiles().count());
+        let (hands, seats) = owners.share(&prepared, &all_due(&prepared));
+        let found = seats.iter().map(|seat| hands[seat.worker as usize].tiles[seat.row as usize]);
+        assert!(found.eq(prepared.tiles().map(|(part, tile, row)| (part, tile, row.face))));
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Own tiles and a plan -> one delivery per frame. A worker owns its tiles and its scratch, and shares no mutable
-//! data: no locks, no messages to other workers.
+//! Own tiles and a plan -> one delivery per frame. A worker owns its tiles and shares no mutable data: no locks, no
+//! messages to other workers.
 
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, MadeTile, Watch};
 use super::metrics::{Laps, Processor};
@@ -7,7 +7,7 @@ use super::writer::{Rooms, Writer};
 use crate::frame::Rung;
 use crate::frame::internals::TileOutcome;
 use crate::mesh::{Batch, EdgeLine, MeshLists, NotWritten, SinkError, TileMesh};
-use crate::model::{EdgeId, FaceId, PartId, TileId};
+use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::internals::panic_message;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub(super) trait Stages: Send + Sync + 'static {
     /// What the master broadcasts.
     type Plan: Send + Sync + 'static;
-    /// Work space of a worker. Does not affect results.
+    /// Work space of a thread. Does not affect results.
     type Scratch: Default + Send + 'static;
 
     /// Gives the room of a tile's mesh to the next one.
@@ -52,51 +52,25 @@ pub(super) struct Order<P> {
     pub(super) lists: MeshLists,
 }
 
-/// A worker: its hand and its scratch.
-pub(super) struct Worker<S: Stages> {
-    number: u32,
-    stages: Arc<S>,
-    hand: Arc<Hand>,
-    scratch: S::Scratch,
+/// A worker at work, in the scratch of the thread that it runs on.
+pub(super) struct Worker<'a, S: Stages> {
+    /// Its place among the workers.
+    pub(super) number: u32,
+    pub(super) stages: &'a S,
+    pub(super) scratch: &'a mut S::Scratch,
 }
 
-impl<S: Stages> Worker<S> {
-    /// Creates worker `number`.
-    pub(super) fn new(number: u32, stages: Arc<S>, hand: Hand) -> Self {
-        Self { number, stages, hand: Arc::new(hand), scratch: S::Scratch::default() }
-    }
-
-    /// Replaces what the stages work on by the same with more parts.
-    pub(super) fn set_stages(&mut self, stages: &Arc<S>) {
-        self.stages = Arc::clone(stages);
-    }
-
-    /// Its number, which is its place among the workers.
-    pub(super) fn number(&self) -> u32 {
-        self.number
-    }
-
-    /// Makes all tiles and edges of the hand in the first `parts` parts by `plan`, in ascending order.
+impl<S: Stages> Worker<'_, S> {
+    /// Makes the tiles and edges of a hand in the first `parts` parts, in ascending order. `timed`: whether to measure
+    /// each tile.
     ///
     /// A panic in a tile is a defect of this crate and costs the inside of that tile: its boundary is filled, and it is
     /// delivered as [`Degradation::Filled`](crate::frame::Degradation::Filled) with the panic's message. A panic in an
     /// edge costs its polyline, see [`LostLine`].
-    pub(super) fn make_all(&mut self, order: &Order<S::Plan>, parts: usize) -> Delivery {
-        let hand = Arc::clone(&self.hand);
-        let tiles = hand.tiles.partition_point(|(part, _, _)| part.index() < parts);
-        let edges = hand.edges.partition_point(|(part, _)| part.index() < parts);
-        self.make(order, &hand.tiles[..tiles], &hand.edges[..edges], None)
-    }
-
-    /// Makes tiles and edges. `some` is given for frames of views, where tiles without triangles are delivered too; it
-    /// says whether to measure each tile.
-    fn make(
-        &mut self,
-        Order { plan, watch, writer, lists }: &Order<S::Plan>,
-        tiles: &[(PartId, TileId, FaceId)],
-        edges: &[(PartId, EdgeId)],
-        some: Option<bool>,
-    ) -> Delivery {
+    pub(super) fn make(&mut self, order: &Order<S::Plan>, (hand, parts): (&Hand, usize), timed: bool) -> Delivery {
+        let Order { plan, watch, writer, lists } = order;
+        let tiles = &hand.tiles[..hand.tiles.partition_point(|(part, _, _)| part.index() < parts)];
+        let edges = &hand.edges[..hand.edges.partition_point(|(part, _)| part.index() < parts)];
         let _span = tracing::debug_span!("worker", number = self.number).entered();
         let mut delivery = Delivery { written: Rooms::of(writer.as_ref()), ..Delivery::default() };
         delivery.metrics.worker = self.number;
@@ -110,38 +84,38 @@ impl<S: Stages> Worker<S> {
                 return delivery;
             }
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
-            let clock = (some == Some(true)).then(Laps::start);
-            let (stages, scratch) = (&*self.stages, &mut self.scratch);
+            let clock = timed.then(Laps::start);
+            let (stages, scratch) = (self.stages, &mut *self.scratch);
             let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, (part, tile), *lists, scratch)));
             let outcome = outcome.unwrap_or_else(|payload| {
                 // The scratch may be half written, so the next tile gets a new one.
-                self.scratch = S::Scratch::default();
+                *self.scratch = S::Scratch::default();
                 let why = format!("internal error: {}", panic_message(&*payload));
                 let fill = || self.stages.fill(plan, part, tile, why.clone());
                 catch_unwind(AssertUnwindSafe(fill)).unwrap_or_else(|_| TileOutcome::lost(face, why))
             });
             let triangles = outcome.mesh.triangles.len() as u32;
-            let is_sent = some.is_some() || triangles > 0;
-            if let Some(writer) = writer
-                && is_sent
-            {
+            if let Some(writer) = writer {
                 let chord = S::chord(plan, part, tile);
                 if !self.write(writer, (part, tile), &outcome, chord, &mut delivery) {
                     return delivery;
                 }
             }
             let mesh = take(&mut delivery, part, tile, outcome);
-            if is_sent {
-                let bytes = delivery.written.last_bytes().filter(|_| writer.is_some()).unwrap_or_else(|| mesh.bytes());
-                let bytes = bytes.try_into().unwrap_or(u32::MAX);
-                delivery.made.push(MadeTile { part, tile, face, triangles, bytes });
+            let bytes = delivery.written.last_bytes().filter(|_| writer.is_some()).unwrap_or_else(|| mesh.bytes());
+            let bytes = bytes.try_into().unwrap_or(u32::MAX);
+            delivery.made.push(MadeTile { part, tile, triangles, bytes });
+            if triangles > 0 {
+                delivery.sent += 1;
+            } else {
+                delivery.bare.push((part, face));
             }
-            if is_sent && writer.is_none() {
+            if writer.is_none() {
                 // A sink may keep it for long: the copy has no more room than it needs.
                 let mesh = mesh.clone();
                 delivery.batches.push(Batch { part, face, tile, worker: self.number, mesh });
             }
-            S::reuse(&mut self.scratch, mesh);
+            S::reuse(self.scratch, mesh);
             watch.advance();
             if let Some(mut clock) = clock {
                 delivery.times.push((part, tile, clock.lap()));
@@ -177,11 +151,6 @@ impl<S: Stages> Worker<S> {
             Err(why) => delivery.refused = Some((part, tile, why)),
         }
         delivery.refused.is_none()
-    }
-
-    /// Makes a subset of what it owns. `timed`: whether to measure each tile.
-    pub(super) fn make_some(&mut self, order: &Order<S::Plan>, hand: &Hand, timed: bool) -> Delivery {
-        self.make(order, &hand.tiles, &hand.edges, Some(timed))
     }
 }
 

@@ -3,12 +3,19 @@
 
 use crate::frame::plan::lattice::{places, strips};
 use crate::frame::tolerance::part_camera::{PartCamera, PixelScale};
+use crate::math::hilbert;
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
 /// Tiles that are culled together, and that one call of a job looks at.
 pub(crate) const RANGE: usize = 512;
+/// Tiles of a range, near each other, that are judged together where nothing can change for any of them.
+pub(crate) const GROUP: usize = 16;
+/// Words of one bit per tile of a range.
+pub(crate) const WORDS: usize = RANGE / 64;
+/// Groups of a range: a bit each of a word.
+pub(crate) const GROUPS: usize = RANGE / GROUP;
 
 /// One instance as one view sees it.
 #[derive(Clone, Debug)]
@@ -35,11 +42,25 @@ impl Cone {
     const ALL: Self = Self { axis: DVec3::Z, half_angle: f64::INFINITY };
 }
 
+/// Around the tiles of a group.
+#[derive(Debug)]
+struct Group {
+    place: BoundingBox,
+    /// Whether each tile has a box. What has none is never seen.
+    is_full: bool,
+    /// A bit for each tile.
+    bits: [u64; WORDS],
+}
+
 /// Bounding boxes of a part's tiles, and their normal cones.
 #[derive(Debug)]
 pub(crate) struct PartBoxes {
     /// Of [`RANGE`] consecutive tiles each.
     ranges: Vec<BoundingBox>,
+    /// Of the groups of one range after the other, [`GROUPS`] for each but the last.
+    groups: Vec<Group>,
+    /// The tiles of each group, as numbers within their range.
+    members: Vec<u16>,
     tiles: Vec<BoundingBox>,
     /// Cones of outward normals. Empty for open parts, whose back faces may be visible.
     cones: Vec<Cone>,
@@ -52,9 +73,62 @@ impl PartBoxes {
         let tiles: Vec<BoundingBox> = boxes(part).collect();
         let around = |tiles: &[BoundingBox]| tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
         let ranges = tiles.chunks(RANGE).map(around).collect();
+        let (mut groups, mut members) = (Vec::with_capacity(tiles.len().div_ceil(GROUP)), Vec::new());
+        for range in tiles.chunks(RANGE) {
+            let along = hilbert::along_curve(range.iter().map(|tile| 0.5 * (tile.low + tile.high)));
+            for of_group in along.chunks(GROUP) {
+                let boxes: Vec<_> = of_group.iter().map(|&tile| range[tile]).collect();
+                let is_full = boxes.iter().all(|tile| tile.low.cmple(tile.high).all());
+                let mut bits = [0; WORDS];
+                of_group.iter().for_each(|&tile| bits[tile / 64] |= 1 << (tile % 64));
+                groups.push(Group { place: around(&boxes), is_full, bits });
+                members.extend(of_group.iter().map(|&tile| tile as u16));
+            }
+        }
         let closed = part.open_edges().count == 0;
         let cones = part.tiles.iter().filter(|_| closed).map(|tile| normals(face(tile), tile)).collect();
-        Self { ranges, tiles, cones }
+        Self { ranges, groups, members, tiles, cones }
+    }
+
+    /// Number of groups.
+    pub(crate) fn groups(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// Whether any tile may be back-facing and not drawn for that, with `cull_back_faces`.
+    pub(crate) fn may_cull(&self, cull_back_faces: bool) -> bool {
+        cull_back_faces && !self.cones.is_empty()
+    }
+
+    /// The tiles of a group of a range, as numbers within the range.
+    pub(crate) fn members(&self, range: usize, group: usize) -> &[u16] {
+        let first = RANGE * range + GROUP * group;
+        &self.members[first..self.members.len().min(first + GROUP)]
+    }
+
+    /// A bit for each of these tiles.
+    pub(crate) fn word_bits(&self, range: usize, group: usize) -> &[u64; WORDS] {
+        &self.groups[GROUPS * range + group].bits
+    }
+
+    /// Calls `each` with the groups of a range of which tiles may be in the view frustum. With bounds on their scales
+    /// if all are certainly.
+    pub(crate) fn groups_seen_by(
+        &self,
+        sight: &PartCamera,
+        range: usize,
+        mut each: impl FnMut(usize, Option<PixelScale>),
+    ) {
+        if sight.look(&self.ranges[range]).is_none() {
+            return;
+        }
+        let first = GROUPS * range;
+        for (k, Group { place, is_full, .. }) in self.groups[first..].iter().take(GROUPS).enumerate() {
+            let all = if *is_full { sight.look_within(place) } else { None };
+            if all.is_some() || sight.look(place).is_some() {
+                each(k, all);
+            }
+        }
     }
 
     /// The bounding box of all tiles of a part.
@@ -67,24 +141,21 @@ impl PartBoxes {
         boxes(part).map(|tile| (tile.high - tile.low).max_element()).fold(0.0, f64::max)
     }
 
-    /// Calls `each` with the tiles of a range that are in the view frustum, ascending. `cull_back_faces` skips
-    /// back-facing tiles of closed parts.
+    /// Calls `each` with the tiles of a group of a range that are in the view frustum, as numbers within the range.
+    /// `cull_back_faces` skips back-facing tiles of closed parts.
     pub(crate) fn seen_by(
         &self,
         sight: &PartCamera,
         cull_back_faces: bool,
-        range: usize,
+        (range, group): (usize, usize),
         mut each: impl FnMut(usize, PixelScale),
     ) {
-        if sight.look(&self.ranges[range]).is_none() {
-            return;
-        }
-        let tiles = RANGE * range..self.tiles.len().min(RANGE * (range + 1));
-        for (t, place) in tiles.clone().zip(&self.tiles[tiles]) {
+        for k in self.members(range, group).iter().map(|&k| usize::from(k)) {
+            let place = &self.tiles[RANGE * range + k];
             let Some(seen) = sight.look(place) else { continue };
-            let cone = self.cones.get(t).filter(|_| cull_back_faces);
+            let cone = self.cones.get(RANGE * range + k).filter(|_| cull_back_faces);
             if cone.is_none_or(|cone| !sight.sees_back(place, cone.axis, cone.half_angle)) {
-                each(t, seen);
+                each(k, seen);
             }
         }
     }

@@ -8,7 +8,6 @@ use crate::frame::plan::lattice::DensityMet;
 use crate::frame::plan::output::{EdgePolyline, Plan, TileLattice};
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::model::RowId;
-use std::ops::Range;
 use std::sync::Arc;
 
 /// Off-screen, or culled.
@@ -48,15 +47,17 @@ impl Touched {
 /// Tiles and edges that one call of a job plans.
 pub(super) const PLANNED: usize = 32;
 
-/// Words of one bit per tile of a range.
-pub(super) const WORDS: usize = RANGE / 64;
-
 /// What the views show of [`RANGE`] tiles of a part.
 #[derive(Default)]
 pub(super) struct SeenRange {
     /// Whether any of them is drawn.
     pub(super) any: bool,
+    /// Those of tiles of groups that are not [`open`](Self::open) may be of an earlier frame.
     pub(super) scales: Vec<PixelScale>,
+    /// Groups of which all tiles are drawn, a bit each.
+    pub(super) whole: u32,
+    /// Groups with drawn tiles whose rates may change, a bit each.
+    pub(super) open: u32,
 }
 
 /// What the views show of the tiles of a part.
@@ -65,7 +66,7 @@ pub(super) struct SeenTiles(pub(super) Vec<SeenRange>);
 impl SeenTiles {
     /// Shows none of `tiles` tiles.
     pub(super) fn none(tiles: usize) -> Self {
-        let range = |first| SeenRange { any: false, scales: vec![UNSEEN; RANGE.min(tiles - first)] };
+        let range = |first| SeenRange { scales: vec![UNSEEN; RANGE.min(tiles - first)], ..SeenRange::default() };
         Self((0..tiles).step_by(RANGE).map(range).collect())
     }
 
@@ -78,10 +79,9 @@ impl SeenTiles {
         self.0.iter().any(|range| range.any)
     }
 
-    /// The tiles of the ranges in which some are drawn.
-    pub(super) fn ranges(&self) -> impl Iterator<Item = Range<usize>> {
-        let with_any = self.0.iter().enumerate().filter(|(_, range)| range.any);
-        with_any.map(|(k, range)| RANGE * k..RANGE * k + range.scales.len())
+    /// The ranges with groups that are open, and these.
+    pub(super) fn open(&self) -> impl Iterator<Item = (usize, u32)> {
+        self.0.iter().enumerate().filter(|(_, range)| range.open != 0).map(|(k, range)| (k, range.open))
     }
 
     /// Whether a tile is drawn.
@@ -128,7 +128,7 @@ pub(super) struct VisibleTiles {
     pub(super) seen: SeenRange,
     /// The sights of the part that show any of them.
     pub(super) sights: Vec<u32>,
-    /// A row of [`WORDS`] words for each of those: a bit for each drawn tile.
+    /// A row of [`WORDS`](super::culling::WORDS) words for each of those: a bit for each drawn tile.
     pub(super) bits: Vec<u64>,
 }
 
@@ -139,6 +139,8 @@ pub(super) struct RateChanges {
     pub(super) near: Vec<(usize, usize)>,
     /// Tiles whose turn has come.
     pub(super) due: Vec<(usize, usize)>,
+    /// By part and group.
+    pub(super) groups: Vec<(usize, usize, GroupBand)>,
     /// Cells that tiles would have.
     pub(super) estimates: Vec<(usize, usize, CellsAt)>,
 }
@@ -154,6 +156,24 @@ pub(super) struct CellsAt {
 impl CellsAt {
     /// Not known.
     pub(super) const NEVER: Self = Self { term: 0, step: None, cells: 0.0 };
+}
+
+/// Densities for which all tiles of a group keep their rates, at terms that all were planned with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct GroupBand {
+    pub(super) term: u32,
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
+
+impl GroupBand {
+    /// None. Terms are counted from 1.
+    pub(super) const NONE: Self = Self { term: 0, low: 0.0, high: 0.0 };
+
+    /// All. Of a group without tiles.
+    pub(super) fn all(term: u32) -> Self {
+        Self { term, low: 0.0, high: f64::INFINITY }
+    }
 }
 
 /// A lattice for a [`WantedRate`].

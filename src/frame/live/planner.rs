@@ -4,11 +4,11 @@
 //! to the eye or partly off-screen has a step for each of its sub-boxes instead. An edge takes the finest step of its
 //! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
-use super::culling::PartBoxes;
+use super::culling::{PartBoxes, WORDS};
 use super::defer;
 use super::draft::{
-    ANEW, BESIDE_NEW, CellsAt, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, SeenTiles, Sights,
-    TessellantUpdate, Touched, VisibleTiles, WORDS, WantedRate,
+    ANEW, BESIDE_NEW, CellsAt, GroupBand, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, SeenTiles,
+    Sights, TessellantUpdate, Touched, VisibleTiles, WantedRate,
 };
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages, renewed};
@@ -28,9 +28,9 @@ use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::successors;
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
+use crate::prepare::internals::PreparedPart;
 use crate::view::View;
 use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
 use std::sync::Arc;
 
 /// Makes the plans of consecutive frames.
@@ -140,8 +140,17 @@ impl Planner {
             Prepared { parts: rows().map(|row| Arc::clone(&prepared.parts[row])).collect(), ..Prepared::default() };
         let plan = plan_parts(jobs, &new, asked, &rates.options.limits, 0);
         let waits = rates.options.budget.is_some();
-        let states = new.parts.iter().zip(&plan.parts).map(|(part, plan)| PartRates {
-            boxes: PartBoxes::of(part),
+        // LODs have the same tiles.
+        let known = rates.prepared.parts.iter().zip(&rates.parts);
+        let mut boxes: BTreeMap<*const PreparedPart, Arc<PartBoxes>> =
+            known.map(|(part, rates)| (Arc::as_ptr(part), Arc::clone(&rates.boxes))).collect();
+        let of_part = |part: &Arc<PreparedPart>| {
+            Arc::clone(boxes.entry(Arc::as_ptr(part)).or_insert_with(|| Arc::new(PartBoxes::of(part))))
+        };
+        let boxes: Vec<_> = new.parts.iter().map(of_part).collect();
+        let states = new.parts.iter().zip(boxes).zip(&plan.parts).map(|((part, boxes), plan)| PartRates {
+            groups: vec![GroupBand::NONE; boxes.groups()],
+            boxes,
             tiles: vec![Rate::Even(None); part.tiles.len()],
             bands: vec![(0.0, 0.0); part.tiles.len()],
             edges: vec![Rate::Even(None); part.edges.len()],
@@ -178,9 +187,10 @@ impl Planner {
     pub fn memory(&self) -> usize {
         /// The counters of an `Arc`, and one more pointer: there are two plans, which share most rows.
         const SHARED: usize = 4 * size_of::<usize>();
-        /// Of a tile, besides its rate and lattice: bounding box and cone, band, term, history, cells, estimate,
-        /// scales.
-        const TILE: usize = 192;
+        /// Of a tile, besides its rate and lattice: band, term, history, cells, scales, its share of a group.
+        const TILE: usize = 50;
+        /// Of a tile and all of its LODs: bounding box, cone, its place in a group and its share of that.
+        const BOXES: usize = 90;
         /// Of an edge, besides its rate and tessellants: term, history, stamp.
         const EDGE: usize = 8;
         let heap = |is_spilled: bool, bytes: usize| if is_spilled { bytes } else { 0 };
@@ -195,7 +205,10 @@ impl Planner {
         };
         let part =
             |plan: &PartPlan| plan.tiles.iter().map(tile).sum::<usize>() + plan.edges.iter().map(edge).sum::<usize>();
-        self.pages.last.parts.iter().map(part).sum()
+        let boxes: BTreeMap<_, _> =
+            self.rates.parts.iter().map(|part| (Arc::as_ptr(&part.boxes), BOXES * part.tiles.len())).collect();
+        let estimates = self.rates.parts.iter().map(|part| size_of_val(&part.estimates[..]));
+        self.pages.last.parts.iter().map(part).chain(boxes.into_values()).chain(estimates).sum()
     }
 
     /// Whether the last plan is the one for these views, if no instance moved since, and nothing is left to refine.
@@ -212,8 +225,9 @@ impl Planner {
     /// Views that are invalid (see [`plan_for_view`](crate::frame::plan_for_view())), or allow no error at all, draw
     /// nothing and do not count; instances of unknown parts are skipped.
     ///
-    /// Cost: about 20 ns per tile of an instance that a view may show, and a few microseconds per tile and edge that
-    /// changes. If nothing moved, one comparison of the views with the last ones.
+    /// Cost: about 50 ns per group of 16 tiles of an instance that a view may show; 50 ns per tile of groups that are
+    /// partly in the picture or near a change of level; a few microseconds per tile and edge that changes. If nothing
+    /// moved, one comparison of the views with the last ones.
     pub fn plan(&mut self, placed: &mut PlacedInstances, views: &[View]) -> &Arc<Plan> {
         let shown = placed.shown_by(views);
         self.plan_on(&Alone, placed, (views, shown))
@@ -243,9 +257,9 @@ impl Planner {
         let part_of = |instance: usize| placed.instances()[instance].part.index();
         let sights = Sights::of(shown.sights, self.rates.parts.len(), part_of);
         let mut draft = PlanDraft::new(self.pages.next(), sights);
-        own(&mut draft.page).drawn.reset(views.len());
-        self.see(jobs, &mut draft);
         loop {
+            own(&mut draft.page).drawn.reset(views.len());
+            self.see(jobs, &mut draft);
             self.look(jobs, &mut draft);
             self.defer(&mut draft);
             self.apply(jobs, &mut draft);
@@ -319,17 +333,18 @@ impl Planner {
     fn look(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
         let _span = tracing::trace_span!("look").entered();
         let (rates, sights) = (Arc::clone(&self.rates), Arc::clone(&draft.sights));
-        let rows = rates.shown.iter().flat_map(|&p| rates.parts[p].seen.ranges().map(move |tiles| (p, tiles)));
-        let rows: Vec<(usize, Range<usize>)> = rows.collect();
-        let found = map(jobs, rows, move |(part, tiles)| {
+        let rows = rates.shown.iter().flat_map(|&p| rates.parts[p].seen.open().map(move |groups| (p, groups)));
+        let rows: Vec<(usize, (usize, u32))> = rows.collect();
+        let found = map(jobs, rows, move |(part, groups)| {
             let mut wanted = RateChanges::default();
-            rates.look_at(part, tiles, sights.of_part(part), &mut wanted);
+            rates.look_at(part, groups, sights.of_part(part), &mut wanted);
             wanted
         });
         let parts = &mut own(&mut self.rates).parts;
-        for RateChanges { rates, near, due, estimates } in found {
+        for RateChanges { rates, near, due, groups, estimates } in found {
             draft.wanted.extend(rates);
             draft.near.extend(near);
+            groups.into_iter().for_each(|(p, group, band)| parts[p].groups[group] = band);
             estimates.into_iter().for_each(|(p, t, estimate)| parts[p].estimates[t] = estimate);
             due.into_iter().for_each(|(p, t)| parts[p].kept.due[t] = true);
         }
@@ -458,4 +473,60 @@ impl Planner {
 /// What no job reads between steps.
 fn own<T>(shared: &mut Arc<T>) -> &mut T {
     Arc::get_mut(shared).expect("one owner between steps")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{ModelBuilder, shapes};
+    use crate::prepare::{PrepareOptions, prepare};
+    use crate::view::{Camera, CameraPath, Picture};
+    use glam::{DAffine3, DVec3};
+
+    /// Shapes, each placed along a row that leads away from the origin.
+    fn rows() -> Arc<Prepared> {
+        let mut model = ModelBuilder::new("rows");
+        for (row, name) in (0..).zip(["box", "torus", "washer", "flower", "wave", "sphere"]) {
+            let part = model.part(shapes::by_name(name).expect("a shape").parts.swap_remove(0));
+            for place in 0..5 {
+                let place = DVec3::new(60.0 * f64::from(row), 90.0 * f64::from(place), 0.0);
+                model.place(part, DAffine3::from_translation(place));
+            }
+        }
+        Arc::new(prepare(model.finish().expect("a model"), &PrepareOptions::DEFAULT).expect("within the limits"))
+    }
+
+    #[test]
+    fn groups_decide_as_their_tiles_do() {
+        const PICTURE: Picture = Picture { size: (800, 600), deviation_px: 0.5, size_px: None, angle: 0.5 };
+        let prepared = rows();
+        let new = || Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+        let (mut grouped, mut single) = (new(), new());
+        let mut placed = PlacedInstances::of(&prepared);
+        let (mut open, mut all) = (0, 0);
+        let around = CameraPath::Orbit.views(prepared.bounds.expect("a placed model"), 400, &PICTURE);
+        let along = (0..200).map(|k| {
+            let eye = DVec3::new(150.0, 2.5 * f64::from(k) - 100.0, 40.0);
+            let camera = Camera { eye, ..around[0].camera };
+            View { camera: Camera { forward: DVec3::new(0.3, 1.0, -0.1).normalize(), ..camera }, ..around[0] }
+        });
+        for (k, view) in around.iter().copied().chain(along).enumerate() {
+            // Every other frame has a second view, in which another part of the scene is large.
+            let views = [view, around[(7 * k + 100) % around.len()]];
+            let views = &views[..1 + k % 2];
+            grouped.plan(&mut placed, views);
+            for part in &mut own(&mut single.rates).parts {
+                part.groups.fill(GroupBand::NONE);
+            }
+            single.plan(&mut placed, views);
+            assert_eq!(grouped.changes(), single.changes(), "frame {k}");
+            assert!(grouped.last() == single.last(), "frame {k}");
+            let count = |planner: &Planner| -> u32 {
+                let ranges = planner.rates.parts.iter().flat_map(|part| &part.seen.0);
+                ranges.map(|range| range.open.count_ones()).sum()
+            };
+            (open, all) = (open + count(&grouped), all + count(&single));
+        }
+        assert!(all > 1000 && 2 * open < all, "{open} of {all} groups were looked at");
+    }
 }

@@ -1,10 +1,10 @@
 //! The rates of all tiles and edges -> the rates, lattices and tessellants that should change. Reads only, so that all
 //! threads of a frame can.
 
-use super::culling::{InstanceSight, PartBoxes, RANGE};
+use super::culling::{GROUP, GROUPS, InstanceSight, PartBoxes, RANGE, WORDS};
 use super::draft::{
-    ANEW, BESIDE_NEW, CellsAt, NewLattice, NewTessellants, RateChanges, SeenRange, SeenTiles, Sights, TessellantUpdate,
-    UNSEEN, VisibleTiles, WORDS, WantedRate,
+    ANEW, BESIDE_NEW, CellsAt, GroupBand, NewLattice, NewTessellants, RateChanges, SeenRange, SeenTiles, Sights,
+    TessellantUpdate, UNSEEN, VisibleTiles, WantedRate,
 };
 use super::options::PlannerOptions;
 use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
@@ -20,7 +20,7 @@ use crate::math::Elementary as _;
 use crate::model::{RowId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{BoundingBox, PreparedFace, Tile};
-use std::ops::Range;
+use smallvec::SmallVec;
 use std::sync::Arc;
 
 /// Split the level of a tile into per-box levels when they differ by more than this factor. Each of them can trigger a
@@ -31,10 +31,13 @@ const TOGETHER: f64 = 3.0;
 
 /// State of one part.
 pub(super) struct PartRates {
-    pub(super) boxes: PartBoxes,
+    /// Shared with the part's other LODs.
+    pub(super) boxes: Arc<PartBoxes>,
     pub(super) tiles: Vec<Rate>,
     /// Densities for which each tile keeps its step. (0, 0) for tiles with a step per sub-box, or none yet.
     pub(super) bands: Vec<(f64, f64)>,
+    /// What the bands of the tiles of each group have in common.
+    pub(super) groups: Vec<GroupBand>,
     pub(super) edges: Vec<Rate>,
     /// The `term` with which each tile and edge was last planned; 0: never.
     pub(super) tile_terms: Vec<u32>,
@@ -63,38 +66,107 @@ pub(super) struct Rates {
 }
 
 impl Rates {
-    /// Finds the drawn ones of some tiles.
+    /// Finds the drawn ones of some tiles, and the groups of them whose rates may change.
+    ///
+    /// Where a group was drawn as a whole, is so now, and all scales within its box are in the bands of all of its
+    /// tiles, these are not looked at one by one: none of them would change.
     pub(super) fn see(&self, tiles: &mut VisibleTiles, sights: &Sights) {
-        let VisibleTiles { part, range, seen: SeenRange { any, scales }, sights: with_any, bits } = tiles;
-        if *any {
-            scales.fill(UNSEEN);
-        }
-        let (boxes, cull) = (&self.parts[*part].boxes, self.options.cull_back_faces);
-        for (s, InstanceSight { sight, .. }) in sights.of_part(*part).iter().enumerate() {
-            let start = bits.len();
-            boxes.seen_by(sight, cull, *range, |t, now| {
-                let k = t % RANGE;
-                bits.resize(start + WORDS, 0);
-                bits[start + k / 64] |= 1 << (k % 64);
-                scales[k] = scales[k].max(now);
+        let VisibleTiles { part, range, seen, sights: with_any, bits } = tiles;
+        let SeenRange { any, scales, whole, open } = seen;
+        let PartRates { boxes, groups, .. } = &self.parts[*part];
+        let (sights, cull) = (sights.of_part(*part), self.options.cull_back_faces);
+        // Groups that any camera sees, and those that one sees in part.
+        let (mut in_any, mut in_part) = (0, 0);
+        let mut bounds = [UNSEEN; GROUPS];
+        let mut touched: SmallVec<[u32; 4]> = SmallVec::with_capacity(sights.len());
+        for InstanceSight { sight, .. } in sights {
+            let mut groups = 0;
+            boxes.groups_seen_by(sight, *range, |group, all| {
+                groups |= 1 << group;
+                match all {
+                    Some(scale) => bounds[group] = bounds[group].max(scale),
+                    None => in_part |= 1 << group,
+                }
             });
+            in_any |= groups;
+            touched.push(groups);
+        }
+        let judged = if self.turns.are_taken() || boxes.may_cull(cull) { 0 } else { *whole & in_any & !in_part };
+        let of_range = &groups[GROUPS * *range..];
+        let keep = bits_of(judged).filter(|&group| self.keeps(&of_range[group], bounds[group]));
+        let kept = keep.fold(0, |kept, group| kept | 1 << group);
+        if *any {
+            let groups = scales.len().div_ceil(GROUP);
+            for group in bits_of(!kept).take_while(|group| *group < groups) {
+                boxes.members(*range, group).iter().for_each(|&k| scales[usize::from(k)] = UNSEEN);
+            }
+        }
+        for (s, groups) in touched.into_iter().enumerate() {
+            let start = bits.len();
+            for group in bits_of(groups & kept) {
+                bits.resize(start + WORDS, 0);
+                bits[start..].iter_mut().zip(boxes.word_bits(*range, group)).for_each(|(word, more)| *word |= more);
+            }
+            for group in bits_of(groups & !kept) {
+                boxes.seen_by(&sights[s].sight, cull, (*range, group), |k, now| {
+                    bits.resize(start + WORDS, 0);
+                    bits[start + k / 64] |= 1 << (k % 64);
+                    scales[k] = scales[k].max(now);
+                });
+            }
             if bits.len() > start {
                 with_any.push(s as u32);
             }
         }
+        let is_drawn = |k: &u16| scales[usize::from(*k)].most >= 0.0;
+        let others = bits_of(in_any & !kept).filter(|&group| boxes.members(*range, group).iter().all(is_drawn));
+        *whole = others.fold(kept, |whole, group| whole | 1 << group);
+        *open = in_any & !kept;
         *any = !with_any.is_empty();
     }
 
-    /// Looks at some drawn tiles.
-    pub(super) fn look_at(&self, p: usize, tiles: Range<usize>, sights: &[InstanceSight], wanted: &mut RateChanges) {
-        let PartRates { tiles: rates, bands, tile_terms, kept, seen, .. } = &self.parts[p];
-        let part = &self.prepared.parts[p];
+    /// Whether all tiles of a group keep their rates if their scales are within these.
+    fn keeps(&self, band: &GroupBand, PixelScale { most, least }: PixelScale) -> bool {
+        band.term == self.term && least >= band.low && most <= band.high && most <= APART * least
+    }
+
+    /// Looks at the drawn tiles of some groups of a range.
+    pub(super) fn look_at(
+        &self,
+        p: usize,
+        (range, groups): (usize, u32),
+        sights: &[InstanceSight],
+        wanted: &mut RateChanges,
+    ) {
         // An error that many times as large is so many steps more urgent, whatever the tile: clusters stay as they are.
         let priority = || sights.iter().map(|sight| sight.priority).fold(f64::MIN_POSITIVE, f64::max);
         let raised = if self.options.budget.is_some() { steps_of(priority()) } else { 0.0 };
+        let part = &self.parts[p];
+        for group in bits_of(groups) {
+            let tiles = part.boxes.members(range, group).iter().map(|&k| RANGE * range + usize::from(k));
+            let band = self.look_at_tiles(p, tiles, (sights, raised), wanted);
+            let row = GROUPS * range + group;
+            if part.groups[row] != band {
+                wanted.groups.push((p, row, band));
+            }
+        }
+    }
+
+    /// Looks at the drawn ones of some tiles. Returns the scales at which all of them keep their rates.
+    fn look_at_tiles(
+        &self,
+        p: usize,
+        tiles: impl Iterator<Item = usize>,
+        (sights, raised): (&[InstanceSight], f64),
+        wanted: &mut RateChanges,
+    ) -> GroupBand {
+        let PartRates { tiles: rates, bands, tile_terms, kept, seen, .. } = &self.parts[p];
+        let part = &self.prepared.parts[p];
+        let (mut of_all, mut all_keep) = (GroupBand::all(self.term), true);
         for t in tiles {
             let PixelScale { most, least } = seen.of(t);
             if most < 0.0 {
+                all_keep = false;
                 continue;
             }
             let due = kept.is_due(&self.turns, part, (p, t), |tile| seen.shows(tile));
@@ -104,8 +176,10 @@ impl Rates {
             let planned = tile_terms[t] == self.term;
             let (low, high) = bands[t];
             if planned && !due && most >= low && most <= high && most <= APART * least {
+                (of_all.low, of_all.high) = (of_all.low.max(low), of_all.high.min(high));
                 continue;
             }
+            all_keep = false;
             let before = &rates[t];
             let even = most <= least * if matches!(before, Rate::Even(_)) { APART } else { TOGETHER };
             let (rate, band) = if even {
@@ -131,6 +205,7 @@ impl Rates {
                 wanted.rates.push(WantedRate { urgency, growth, part: p, tile: t, rate, band, chord, anew: due });
             }
         }
+        if all_keep { of_all } else { GroupBand::NONE }
     }
 
     /// How many steps finer a tile should be, and the factor on its cells.
@@ -252,6 +327,15 @@ impl Rates {
         };
         self.shown.iter().map(|&part| of_part(&self.parts[part])).sum()
     }
+}
+
+/// The numbers of the bits that are set, ascending.
+fn bits_of(mut word: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = (word != 0).then(|| word.trailing_zeros())?;
+        word &= word - 1;
+        Some(bit as usize)
+    })
 }
 
 /// The step of each box, with hysteresis.

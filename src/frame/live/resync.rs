@@ -34,6 +34,11 @@ impl Turns {
         self.every.is_some_and(|every| self.still < 2 * u64::from(every.get()))
     }
 
+    /// Whether tiles take turns at all.
+    pub(crate) fn are_taken(&self) -> bool {
+        self.every.is_some()
+    }
+
     fn has(&self, part: usize, tile: usize) -> bool {
         // Multiples of the golden ratio are spread evenly.
         let scattered = ((part as u64) << 32 | tile as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;

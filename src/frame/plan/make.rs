@@ -4,6 +4,7 @@ use super::budget::{Budget, cells};
 use super::lattice::{DensityMet, LatticeRequest, Lattices, places};
 use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, PartPlan, Plan, TileLattice};
+use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{Tessellants, bare};
 use crate::control::{Alone, Jobs, map};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, PartTolerance};
@@ -100,9 +101,6 @@ struct PlanRequest<'a> {
     cells_per_tile: u64,
 }
 
-/// Fewest tiles or edges that are planned at a time.
-const CHUNK: usize = 64;
-
 impl PlanRequest<'_> {
     /// Upper bound on the triangles, each tile within its limit.
     fn triangles(&self) -> u64 {
@@ -127,36 +125,46 @@ impl PlanRequest<'_> {
         let shared = Arc::clone(&round);
         let made = map(jobs, stretches(jobs, &tiles), move |rows| shared.lattices(rows));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
-        let mut lattices: Vec<_> = tiles.iter().map(|(_, count)| Vec::with_capacity(*count)).collect();
-        for made in made {
-            for Planned { part, rows, short } in made? {
-                for (tile, kept) in short {
-                    let id = (PartId::new(part), TileId(tile as u32));
-                    shortfall.tiles.extend((!kept.cells).then_some(id));
-                    shortfall.lines.extend((!kept.lines).then_some(id));
-                }
-                lattices[part - parts.start].extend(rows);
-            }
-        }
+        let lattices = together(made, &tiles, |part, tile, kept: DensityMet| {
+            let id = (PartId::new(part), TileId(tile as u32));
+            shortfall.tiles.extend((!kept.cells).then_some(id));
+            shortfall.lines.extend((!kept.lines).then_some(id));
+        })?;
         drop(step);
 
         let _step = tracing::trace_span!("tessellants").entered();
         let (shared, first, lattices) = (Arc::clone(&round), parts.start, Arc::new(lattices));
         let beside = Arc::clone(&lattices);
         let made = map(jobs, stretches(jobs, &edges), move |rows| shared.polylines(rows, |part| &beside[part - first]));
-        let lattices = Arc::into_inner(lattices)?.into_iter();
-        let plan =
-            |(tiles, (_, count)): (Vec<_>, &(usize, usize))| PartPlan { tiles, edges: Vec::with_capacity(*count) };
-        let mut plans: Vec<PartPlan> = lattices.zip(&edges).map(plan).collect();
-        for made in made {
-            for Planned { part, rows, short } in made? {
-                shortfall.edges.extend(short.iter().map(|(edge, ())| (PartId::new(part), RowId(*edge as u32))));
-                plans[part - first].edges.extend(rows);
-            }
-        }
+        let lines = together(made, &edges, |part, edge, ()| {
+            shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
+        })?;
+        let lattices = Arc::into_inner(lattices)?;
         budget.spend(round.spent.cells.load(Ordering::Relaxed))?;
-        Some(plans)
+        Some(lattices.into_iter().zip(lines).map(|(tiles, edges)| PartPlan { tiles, edges }).collect())
     }
+}
+
+/// The rows of each part, from the blocks of all lists in their order. `counts`: rows by part. Calls `short` for each
+/// row that limits made coarser than asked. `None` if the budget did not suffice for a list.
+fn together<T, K>(
+    made: Vec<Option<Planned<T, K>>>,
+    counts: &[(usize, usize)],
+    mut short: impl FnMut(usize, usize, K),
+) -> Option<Vec<PlanRows<T>>> {
+    let mut parts: Vec<_> = counts.iter().map(|&(_, count)| PlanRows::with_room(count)).collect();
+    let mut at = 0;
+    for made in made {
+        let Planned { blocks, short: rows } = made?;
+        rows.into_iter().for_each(|(part, row, kept)| short(part, row, kept));
+        for block in blocks {
+            while parts[at].len() == counts[at].1 {
+                at += 1;
+            }
+            parts[at].push_block(block);
+        }
+    }
+    Some(parts)
 }
 
 /// What the jobs of a plan share.
@@ -170,20 +178,20 @@ struct Round {
 /// A part, and some of its tiles or edges.
 type Stretch = (usize, Range<usize>);
 
-/// The tiles or edges of parts, in lists that become shorter, down to [`CHUNK`]: few lists, and threads that end at about
-/// the same time. All in one list if there is one thread.
+/// The tiles or edges of parts, in lists that become shorter, down to [`BLOCK`]: few lists, and threads that end at
+/// about the same time. Parts are cut between blocks. All in one list if there is one thread.
 fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> Vec<Vec<Stretch>> {
     /// Part of a thread's share of what is left that the next list is.
     const SHARE: usize = 4;
-    let size = |left: usize| if jobs.width() == 1 { usize::MAX } else { CHUNK.max(left / (SHARE * jobs.width())) };
+    let size = |left: usize| if jobs.width() == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * jobs.width())) };
     let mut left = counts.iter().map(|(_, count)| count).sum();
     let (mut lists, mut list, mut room) = (Vec::new(), Vec::new(), size(left));
     for &(part, count) in counts {
         let mut from = 0;
         while from < count {
-            let to = count.min(from.saturating_add(room));
+            let to = count.min(from.saturating_add(room.div_ceil(BLOCK).saturating_mul(BLOCK)));
             list.push((part, from..to));
-            (room, left) = (room - (to - from), left - (to - from));
+            (room, left) = (room.saturating_sub(to - from), left - (to - from));
             from = to;
             if room == 0 {
                 lists.push(std::mem::take(&mut list));
@@ -195,61 +203,69 @@ fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> Vec<Vec<Stretch>> {
     lists
 }
 
-/// A plan for a stretch.
+/// A plan for a list of stretches.
 struct Planned<T, K> {
-    part: usize,
-    rows: Vec<Arc<T>>,
-    /// The rows that limits made coarser than asked.
-    short: Vec<(usize, K)>,
+    /// Of one part after the other.
+    blocks: Vec<Vec<Arc<T>>>,
+    /// The rows that limits made coarser than asked, by part.
+    short: Vec<(usize, usize, K)>,
+}
+
+impl<T, K> Planned<T, K> {
+    /// Plans the rows of `stretches` by `row`, which returns what limits made coarser. `None` once it returns that.
+    fn of(stretches: Vec<Stretch>, mut row: impl FnMut(usize, usize) -> Option<(Arc<T>, Option<K>)>) -> Option<Self> {
+        let blocks = stretches.iter().map(|(_, rows)| rows.len().div_ceil(BLOCK)).sum();
+        let mut planned = Self { blocks: Vec::with_capacity(blocks), short: Vec::new() };
+        for (part, rows) in stretches {
+            for from in rows.clone().step_by(BLOCK) {
+                let mut block = Vec::with_capacity(BLOCK.min(rows.end - from));
+                for k in from..rows.end.min(from + BLOCK) {
+                    let (made, short) = row(part, k)?;
+                    block.push(made);
+                    planned.short.extend(short.map(|short| (part, k, short)));
+                }
+                planned.blocks.push(block);
+            }
+        }
+        Some(planned)
+    }
 }
 
 impl Round {
     /// The lattices of some tiles.
-    fn lattices(&self, stretches: Vec<Stretch>) -> Option<Vec<Planned<TileLattice, DensityMet>>> {
+    fn lattices(&self, stretches: Vec<Stretch>) -> Option<Planned<TileLattice, DensityMet>> {
         let (mut need, mut lattices) = (BoxTolerances::default(), Lattices::default());
-        let of_stretch = |(part, range): Stretch| {
-            let mut planned = Planned { part, rows: Vec::with_capacity(range.len()), short: Vec::new() };
+        Planned::of(stretches, |part, row| {
             let (asked, part) = (&self.wanted.asked[part], &self.wanted.parts[part]);
-            for row in range {
-                let tile = &part.tiles[row];
-                let face = &part.faces[part.face_of(tile)];
-                asked.over(places(face, tile), &mut need);
-                let (factor, most_cells) = (self.density, self.cells_per_tile);
-                let request = LatticeRequest { face, tile, need: &need, factor, most_cells, before: None };
-                let (lattice, kept) = lattices.lattice(&request);
-                self.spent.add(cells(&lattice))?;
-                planned.rows.push(Arc::new(lattice));
-                planned.short.extend((!kept.cells || !kept.lines).then_some((row, kept)));
-            }
-            Some(planned)
-        };
-        stretches.into_iter().map(of_stretch).collect()
+            let tile = &part.tiles[row];
+            let face = &part.faces[part.face_of(tile)];
+            asked.over(places(face, tile), &mut need);
+            let (factor, most_cells) = (self.density, self.cells_per_tile);
+            let request = LatticeRequest { face, tile, need: &need, factor, most_cells, before: None };
+            let (lattice, kept) = lattices.lattice(&request);
+            self.spent.add(cells(&lattice))?;
+            Some((Arc::new(lattice), (!kept.cells || !kept.lines).then_some(kept)))
+        })
     }
 
     /// The tessellants of some edges, beside the lattices of their parts.
     fn polylines<'a>(
         &self,
         stretches: Vec<Stretch>,
-        lattices: impl Fn(usize) -> &'a [Arc<TileLattice>],
-    ) -> Option<Vec<Planned<EdgePolyline, ()>>> {
+        lattices: impl Fn(usize) -> &'a PlanRows<TileLattice>,
+    ) -> Option<Planned<EdgePolyline, ()>> {
         let (mut need, mut tessellants) = (BoxTolerances::default(), Tessellants::default());
-        let mut of_stretch = |(part, range): Stretch| {
-            let mut planned = Planned { part, rows: Vec::with_capacity(range.len()), short: Vec::new() };
+        Planned::of(stretches, |part, row| {
             let (asked, tiles) = (&self.wanted.asked[part], lattices(part));
-            for row in range {
-                let edge = &self.wanted.parts[part].edges[row];
-                let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
-                let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
-                    asked.over(edge.bounds.places.iter(), &mut need);
-                    tessellants.polyline(edge, tiles, &need, self.density, None)
-                });
-                self.spent.add(line.ts.len() as u64)?;
-                planned.rows.push(Arc::new(line));
-                planned.short.extend((!kept).then_some((row, ())));
-            }
-            Some(planned)
-        };
-        stretches.into_iter().map(&mut of_stretch).collect()
+            let edge = &self.wanted.parts[part].edges[row];
+            let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
+            let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
+                asked.over(edge.bounds.places.iter(), &mut need);
+                tessellants.polyline(edge, tiles, &need, self.density, None)
+            });
+            self.spent.add(line.ts.len() as u64)?;
+            Some((Arc::new(line), (!kept).then_some(())))
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! The tolerance of each part -> lattice lines of every tile, tessellants of every edge.
 
 pub(super) mod limits;
+pub(super) mod rows;
 pub(super) mod output;
 pub(super) mod budget;
 pub(super) mod density;

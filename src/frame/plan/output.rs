@@ -2,9 +2,9 @@
 //! share.
 
 use super::limits::Shortfall;
+use super::rows::PlanRows;
 use crate::mesh::DrawnTiles;
 use smallvec::SmallVec;
-use std::sync::Arc;
 
 /// Maximum number of lines of one tile in one direction between two creases, and of segments of an edge between two
 /// breaks. Tiles are cut so that real tolerances need tens; the limit bounds memory when a tolerance is absurd for the
@@ -118,9 +118,9 @@ pub struct EdgePolyline {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PartPlan {
     /// One per tile.
-    pub tiles: Vec<Arc<TileLattice>>,
+    pub tiles: PlanRows<TileLattice>,
     /// One per prepared edge (empty for edges that no tile uses).
-    pub edges: Vec<Arc<EdgePolyline>>,
+    pub edges: PlanRows<EdgePolyline>,
 }
 
 /// The plan of a frame: everything that workers receive.

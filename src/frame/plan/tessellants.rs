@@ -2,6 +2,7 @@
 
 use super::density::{Criteria, Density, FollowLines};
 use super::output::{CellWalk, EdgePolyline, MAX_LINES, TileLattice, is_even};
+use super::rows::PlanRows;
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, most_touched};
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::math::order::larger;
@@ -10,7 +11,6 @@ use crate::prepare::internals::EdgeImage;
 use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
 use smallvec::SmallVec;
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
 
 /// Maximum number of segments of one edge, over all its breaks. Only a curve whose speed varies by many decades would
 /// need more, and that is noise.
@@ -33,7 +33,7 @@ pub(crate) struct Tessellants {
 
 /// The breaks alone, for a straight edge whose tiles have one cell each: they meet any chord and angle tolerance.
 /// `None` for closed edges, and for all others.
-pub(crate) fn bare(edge: &PreparedEdge, tiles: &[Arc<TileLattice>]) -> Option<EdgePolyline> {
+pub(crate) fn bare(edge: &PreparedEdge, tiles: &PlanRows<TileLattice>) -> Option<EdgePolyline> {
     let single = |tile: TileId| tiles[tile.0 as usize].cells() == (1, 1);
     if !edge.straight || is_closed(edge) || !edge.uses.iter().all(|place| single(place.tile)) {
         return None;
@@ -65,7 +65,7 @@ impl Tessellants {
     pub(crate) fn polyline(
         &mut self,
         edge: &PreparedEdge,
-        tiles: &[Arc<TileLattice>],
+        tiles: &PlanRows<TileLattice>,
         need: &BoxTolerances,
         factor: f64,
         before: Option<&dyn FollowLines>,
@@ -93,7 +93,7 @@ impl Tessellants {
     fn spread(
         &mut self,
         edge: &PreparedEdge,
-        tiles: &[Arc<TileLattice>],
+        tiles: &PlanRows<TileLattice>,
         tolerance: &Tolerance,
         shares: &[f64],
         factor: f64,

@@ -120,6 +120,33 @@ impl PartCamera {
         }
     }
 
+    /// Bounds on what [`look`](Self::look) finds for every box within a box, if it certainly finds all of them.
+    pub(crate) fn look_within(&self, place: &BoundingBox) -> Option<PixelScale> {
+        /// Share of a scale or a coordinate, for rounding.
+        const ROUNDING: f64 = 1e-9;
+        /// The same of the numbers that cancel in the coordinates of what is near the camera.
+        const CANCELLED: f64 = 1e-12;
+        /// How many times the depth these may be, for the scale to be as good.
+        const FAR: f64 = 1e5;
+        let (middle, reach) = self.placed(place);
+        let corner = place.low.abs().max(place.high.abs());
+        let terms = self.origin.abs().max_element() + self.axes[2].abs().element_sum() * corner.element_sum();
+        let error = ROUNDING * (middle.abs() + reach) + CANCELLED * terms;
+        let furthest = middle.abs() + reach + error;
+        let is_inside = match self.lens {
+            SightLens::Orthographic { sides, .. } => furthest.x < sides[0] && furthest.y < sides[1],
+            SightLens::Perspective { slopes, near, .. } => {
+                let nearest = middle.z - reach.z - error.z;
+                let in_front = nearest > near && terms < FAR * nearest;
+                in_front && furthest.x < slopes[0] * nearest && furthest.y < slopes[1] * nearest
+            }
+        };
+        is_inside.then(|| {
+            let PixelScale { most, least } = self.scales((middle, reach));
+            PixelScale { most: most * (1.0 + ROUNDING), least: least * (1.0 - ROUNDING) }
+        })
+    }
+
     /// Pixels per millimetre of a box, wherever it is.
     pub(crate) fn pixel_scale(&self, place: &BoundingBox) -> PixelScale {
         self.scales(self.placed(place))
@@ -307,7 +334,7 @@ mod tests {
 
     #[test]
     fn boxes_inside_a_box_are_within_its_scales() {
-        let (mut draw, mut close) = (SplitMix(11), 0);
+        let (mut draw, mut close, mut within) = (SplitMix(11), 0, 0);
         for _ in 0..20_000 {
             let mut vector = |size: f64| DVec3::from([0; 3].map(|_| draw.range(-size, size)));
             let (centre, half) = (vector(80.0), vector(12.0).abs());
@@ -322,9 +349,14 @@ mod tests {
                 let rounding = 1e-9 * most;
                 assert!(least - rounding <= inside && inside <= most + rounding, "{least} {inside} {most} {place:?}");
                 close += usize::from(least > 0.8 * most);
+                if let Some(PixelScale { most, least }) = camera.look_within(&place) {
+                    let inner = camera.look(&inner).expect("in the frustum");
+                    assert!(least <= inner.least && inner.most <= most, "{least} {inner:?} {most} {place:?}");
+                    within += 1;
+                }
             }
         }
-        assert!(close > 21_000, "{close}");
+        assert!(close > 21_000 && within > 5_000, "{close} {within}");
     }
 
     #[test]

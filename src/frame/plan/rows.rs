@@ -1,0 +1,135 @@
+//! The rows of a plan, in blocks: threads make and free blocks side by side, and no row moves when they are put
+//! together.
+
+use std::iter::Flatten;
+use std::ops::{Index, IndexMut};
+use std::slice;
+use std::sync::Arc;
+
+/// Rows of a block. The last block of a part may have fewer.
+pub(crate) const BLOCK: usize = 64;
+
+/// One row per tile, or per edge, of a part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanRows<T>(Vec<Vec<Arc<T>>>);
+
+impl<T> PlanRows<T> {
+    /// Appends a block. All blocks before it are full.
+    pub(crate) fn push_block(&mut self, block: Vec<Arc<T>>) {
+        debug_assert!(self.0.last().is_none_or(|last| last.len() == BLOCK) && block.len() <= BLOCK);
+        self.0.push(block);
+    }
+
+    /// No rows, with room for so many.
+    pub(crate) fn with_room(rows: usize) -> Self {
+        Self(Vec::with_capacity(rows.div_ceil(BLOCK)))
+    }
+
+    pub(crate) fn into_blocks(self) -> Vec<Vec<Arc<T>>> {
+        self.0
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.0.last().map_or(0, |last| BLOCK * (self.0.len() - 1) + last.len())
+    }
+
+    /// Whether there are no rows.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The rows in their order.
+    pub fn iter(&self) -> Flatten<slice::Iter<'_, Vec<Arc<T>>>> {
+        self.0.iter().flatten()
+    }
+
+    /// The rows in their order, to be replaced.
+    pub fn iter_mut(&mut self) -> Flatten<slice::IterMut<'_, Vec<Arc<T>>>> {
+        self.0.iter_mut().flatten()
+    }
+}
+
+impl<'a, T> IntoIterator for &'a PlanRows<T> {
+    type Item = &'a Arc<T>;
+    type IntoIter = Flatten<slice::Iter<'a, Vec<Arc<T>>>>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl<'a, T> IntoIterator for &'a mut PlanRows<T> {
+    type Item = &'a mut Arc<T>;
+    type IntoIter = Flatten<slice::IterMut<'a, Vec<Arc<T>>>>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter_mut()
+    }
+}
+
+impl<T> Default for PlanRows<T> {
+    fn default() -> Self {
+        Self(Vec::new())
+    }
+}
+
+impl<T> Index<usize> for PlanRows<T> {
+    type Output = Arc<T>;
+
+    #[inline]
+    fn index(&self, row: usize) -> &Arc<T> {
+        &self.0[row / BLOCK][row % BLOCK]
+    }
+}
+
+impl<T> IndexMut<usize> for PlanRows<T> {
+    fn index_mut(&mut self, row: usize) -> &mut Arc<T> {
+        &mut self.0[row / BLOCK][row % BLOCK]
+    }
+}
+
+/// As one list, whatever the blocks.
+#[cfg(feature = "serde")]
+impl<T: serde::Serialize> serde::Serialize for PlanRows<T> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeSeq as _;
+        let mut list = serializer.serialize_seq(Some(self.len()))?;
+        self.iter().try_for_each(|row| list.serialize_element(row))?;
+        list.end()
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de, T: serde::Deserialize<'de>> serde::Deserialize<'de> for PlanRows<T> {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let list = Vec::<Arc<T>>::deserialize(deserializer)?;
+        let mut rows = Self::with_room(list.len());
+        list.chunks(BLOCK).for_each(|block| rows.push_block(block.to_vec()));
+        Ok(rows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_found_in_their_blocks() {
+        for count in [0, 1, 63, 64, 65, 200] {
+            let mut rows = PlanRows::with_room(count);
+            let list: Vec<Arc<usize>> = (0..count).map(Arc::new).collect();
+            list.chunks(BLOCK).for_each(|block| rows.push_block(block.to_vec()));
+            assert_eq!((rows.len(), rows.is_empty()), (count, count == 0));
+            assert!(rows.iter().eq(&list) && (0..count).all(|row| *rows[row] == row));
+            rows.iter_mut().for_each(|row| *row = Arc::new(**row + 1));
+            if count > 64 {
+                rows[64] = Arc::new(0);
+                assert_eq!([63, 64].map(|row| *rows[row]), [64, 0]);
+            }
+            assert_eq!(rows.into_blocks().len(), count.div_ceil(64));
+        }
+    }
+}
