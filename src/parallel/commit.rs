@@ -94,6 +94,8 @@ pub(super) struct Rows {
 /// `end`; `abort` after the first refusal, or when cancelled. Leaves the frame's tiles in `rows`.
 ///
 /// `seats`: where the tiles are, ascending. `writer`: where the tiles were written, if they were.
+// Boxed: they are large, and move from threads to the commit.
+#[allow(clippy::vec_box, reason = "see above")]
 pub(super) fn commit(
     (deliveries, seats): (Vec<Box<Delivery>>, &[Seat]),
     (scene, writer): (&Scene, Option<&Writer>),

@@ -212,22 +212,23 @@ struct Planned<T, K> {
 }
 
 impl<T, K> Planned<T, K> {
-    /// Plans the rows of `stretches` by `row`, which returns what limits made coarser. `None` once it returns that.
-    fn of(stretches: Vec<Stretch>, mut row: impl FnMut(usize, usize) -> Option<(Arc<T>, Option<K>)>) -> Option<Self> {
+    fn with_room(stretches: &[Stretch]) -> Self {
         let blocks = stretches.iter().map(|(_, rows)| rows.len().div_ceil(BLOCK)).sum();
-        let mut planned = Self { blocks: Vec::with_capacity(blocks), short: Vec::new() };
-        for (part, rows) in stretches {
-            for from in rows.clone().step_by(BLOCK) {
-                let mut block = Vec::with_capacity(BLOCK.min(rows.end - from));
-                for k in from..rows.end.min(from + BLOCK) {
-                    let (made, short) = row(part, k)?;
-                    block.push(made);
-                    planned.short.extend(short.map(|short| (part, k, short)));
-                }
-                planned.blocks.push(block);
+        Self { blocks: Vec::with_capacity(blocks), short: Vec::new() }
+    }
+
+    /// Plans a stretch by `row`, which returns what limits made coarser, too. `None` once that does.
+    fn plan(&mut self, (part, rows): Stretch, mut row: impl FnMut(usize) -> Option<(Arc<T>, Option<K>)>) -> Option<()> {
+        for from in rows.clone().step_by(BLOCK) {
+            let mut block = Vec::with_capacity(BLOCK.min(rows.end - from));
+            for k in from..rows.end.min(from + BLOCK) {
+                let (made, short) = row(k)?;
+                block.push(made);
+                self.short.extend(short.map(|short| (part, k, short)));
             }
+            self.blocks.push(block);
         }
-        Some(planned)
+        Some(())
     }
 }
 
@@ -235,17 +236,21 @@ impl Round {
     /// The lattices of some tiles.
     fn lattices(&self, stretches: Vec<Stretch>) -> Option<Planned<TileLattice, DensityMet>> {
         let (mut need, mut lattices) = (BoxTolerances::default(), Lattices::default());
-        Planned::of(stretches, |part, row| {
-            let (asked, part) = (&self.wanted.asked[part], &self.wanted.parts[part]);
-            let tile = &part.tiles[row];
-            let face = &part.faces[part.face_of(tile)];
-            asked.over(places(face, tile), &mut need);
-            let (factor, most_cells) = (self.density, self.cells_per_tile);
-            let request = LatticeRequest { face, tile, need: &need, factor, most_cells, before: None };
-            let (lattice, kept) = lattices.lattice(&request);
-            self.spent.add(cells(&lattice))?;
-            Some((Arc::new(lattice), (!kept.cells || !kept.lines).then_some(kept)))
-        })
+        let mut planned = Planned::with_room(&stretches);
+        for stretch in stretches {
+            let (asked, part) = (&self.wanted.asked[stretch.0], &self.wanted.parts[stretch.0]);
+            planned.plan(stretch, |row| {
+                let tile = &part.tiles[row];
+                let face = &part.faces[part.face_of(tile)];
+                asked.over(places(face, tile), &mut need);
+                let (factor, most_cells) = (self.density, self.cells_per_tile);
+                let request = LatticeRequest { face, tile, need: &need, factor, most_cells, before: None };
+                let (lattice, kept) = lattices.lattice(&request);
+                self.spent.add(cells(&lattice))?;
+                Some((Arc::new(lattice), (!kept.cells || !kept.lines).then_some(kept)))
+            })?;
+        }
+        Some(planned)
     }
 
     /// The tessellants of some edges, beside the lattices of their parts.
@@ -255,17 +260,22 @@ impl Round {
         lattices: impl Fn(usize) -> &'a PlanRows<TileLattice>,
     ) -> Option<Planned<EdgePolyline, ()>> {
         let (mut need, mut tessellants) = (BoxTolerances::default(), Tessellants::default());
-        Planned::of(stretches, |part, row| {
-            let (asked, tiles) = (&self.wanted.asked[part], lattices(part));
-            let edge = &self.wanted.parts[part].edges[row];
-            let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
-            let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
-                asked.over(edge.bounds.places.iter(), &mut need);
-                tessellants.polyline(edge, tiles, &need, self.density, None)
-            });
-            self.spent.add(line.ts.len() as u64)?;
-            Some((Arc::new(line), (!kept).then_some(())))
-        })
+        let mut planned = Planned::with_room(&stretches);
+        for stretch in stretches {
+            let (asked, tiles) = (&self.wanted.asked[stretch.0], lattices(stretch.0));
+            let edges = &self.wanted.parts[stretch.0].edges;
+            planned.plan(stretch, |row| {
+                let edge = &edges[row];
+                let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
+                let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
+                    asked.over(edge.bounds.places.iter(), &mut need);
+                    tessellants.polyline(edge, tiles, &need, self.density, None)
+                });
+                self.spent.add(line.ts.len() as u64)?;
+                Some((Arc::new(line), (!kept).then_some(())))
+            })?;
+        }
+        Some(planned)
     }
 }
 
