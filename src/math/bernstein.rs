@@ -1,6 +1,7 @@
 //! Bernstein polynomials on [0, 1]: basis values, derivatives, restriction to a sub-interval, by de Casteljau's
 //! triangle.
 
+use smallvec::{SmallVec, smallvec};
 use std::ops::{Add, Mul};
 
 /// Degrees up to this are evaluated without allocating.
@@ -161,8 +162,8 @@ fn fill_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
 
 /// The binomial coefficients `C(n, 0..=n)`.
 #[must_use]
-pub fn binomials(n: usize) -> Vec<f64> {
-    let mut row = vec![1.0; n + 1];
+pub fn binomials(n: usize) -> SmallVec<[f64; 8]> {
+    let mut row = smallvec![1.0; n + 1];
     for k in 1..n {
         row[k] = row[k - 1] * (n + 1 - k) as f64 / k as f64;
     }

@@ -11,7 +11,9 @@
 
 use super::bernstein::binomials;
 use super::lanes::widest;
+use super::order::larger;
 use glam::{DVec3, DVec4};
+use smallvec::{SmallVec, smallvec};
 
 /// Upper bounds on the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv` over a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,29 +67,21 @@ pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBo
 
 /// Bounds by the convex hulls of the derivative nets.
 fn polynomial_bounds(points_u: usize, points_v: usize, control: &[DVec4]) -> NetBounds {
-    let at = |i: usize, j: usize| control[i * points_v + j].truncate();
     let (p, q) = ((points_u - 1) as f64, (points_v - 1) as f64);
     let mut most = [0.0_f64; 5];
-    let mut see = |kind: usize, v: DVec3| most[kind] = most[kind].max(v.length_squared());
-    for i in 0..points_u {
-        for j in 0..points_v {
-            let (more_u, more_v) = (i + 1 < points_u, j + 1 < points_v);
-            if more_u {
-                see(0, at(i + 1, j) - at(i, j));
-            }
-            if more_v {
-                see(1, at(i, j + 1) - at(i, j));
-            }
-            if i + 2 < points_u {
-                see(2, at(i + 2, j) - at(i + 1, j) - (at(i + 1, j) - at(i, j)));
-            }
-            if more_u && more_v {
-                see(3, at(i + 1, j + 1) - at(i + 1, j) - (at(i, j + 1) - at(i, j)));
-            }
-            if j + 2 < points_v {
-                see(4, at(i, j + 2) - at(i, j + 1) - (at(i, j + 1) - at(i, j)));
-            }
-        }
+    let mut see = |kind: usize, v: DVec3| most[kind] = larger(v.length_squared(), most[kind]);
+    let step = |from: &DVec4, to: &DVec4| to.truncate() - from.truncate();
+    let rows = || control.chunks_exact(points_v);
+    for row in rows() {
+        row.windows(2).for_each(|w| see(1, step(&w[0], &w[1])));
+        row.windows(3).for_each(|w| see(4, step(&w[1], &w[2]) - step(&w[0], &w[1])));
+    }
+    for (a, b) in rows().zip(rows().skip(1)) {
+        a.iter().zip(b).for_each(|(a, b)| see(0, step(a, b)));
+        a.windows(2).zip(b.windows(2)).for_each(|(a, b)| see(3, step(&b[0], &b[1]) - step(&a[0], &a[1])));
+    }
+    for ((a, b), c) in rows().zip(rows().skip(1)).zip(rows().skip(2)) {
+        a.iter().zip(b).zip(c).for_each(|((a, b), c)| see(2, step(b, c) - step(a, b)));
     }
     let [du, dv, duu, duv, dvv] = most.map(f64::sqrt);
     NetBounds { du: p * du, dv: q * dv, duu: p * (p - 1.0) * duu, duv: p * q * duv, dvv: q * (q - 1.0) * dvv }
@@ -95,6 +89,9 @@ fn polynomial_bounds(points_u: usize, points_v: usize, control: &[DVec4]) -> Net
 
 /// Bounds of `P / (A(u) B(v))`.
 fn separable_bounds(p: &Poly, a: &Poly, b: &Poly) -> NetBounds {
+    if p.nv == 1 {
+        return curve_bounds(p, a);
+    }
     let (au, bv) = (a.by_u(), b.by_v());
     let (a2, b2) = (sum(&[(1.0, a, a)]), sum(&[(1.0, b, b)]));
     let qu = sum(&[(1.0, a, &p.by_u()), (-1.0, &au, p)]);
@@ -110,6 +107,15 @@ fn separable_bounds(p: &Poly, a: &Poly, b: &Poly) -> NetBounds {
         duv: quv.over(|| times(&a2, &b2)),
         dvv: qvv.over(|| times(a, &times(&b2, b))),
     }
+}
+
+/// Bounds of `P / A(u)`, a curve.
+fn curve_bounds(p: &Poly, a: &Poly) -> NetBounds {
+    let au = a.by_u();
+    let a2 = sum(&[(1.0, a, a)]);
+    let qu = sum(&[(1.0, a, &p.by_u()), (-1.0, &au, p)]);
+    let quu = sum(&[(1.0, a, &qu.by_u()), (-2.0, &au, &qu)]);
+    NetBounds { du: qu.over(|| a2.clone()), duu: quu.over(|| sum(&[(1.0, &a2, a)])), ..NetBounds::default() }
 }
 
 /// Bounds of `P / W`.
@@ -150,8 +156,11 @@ struct Poly {
     nu: usize,
     nv: usize,
     dim: usize,
-    c: Vec<f64>,
+    c: Coefficients,
 }
+
+/// Without allocation for curves, and surfaces of low degrees.
+type Coefficients = SmallVec<[f64; 32]>;
 
 impl Poly {
     fn scaled(nu: usize, nv: usize, plain: impl Iterator<Item = DVec3>) -> Self {
@@ -168,7 +177,7 @@ impl Poly {
         let mut values = plain.clone();
         let first = values.next().unwrap_or(1.0);
         if values.all(|w| (w - first).abs() <= PRODUCT * first) {
-            return Self { nu: 1, nv: 1, dim: 1, c: vec![first] };
+            return Self { nu: 1, nv: 1, dim: 1, c: smallvec![first] };
         }
         Self::scaled_scalar(1, plain.len(), plain)
     }
@@ -180,7 +189,7 @@ impl Poly {
 
     /// The zero polynomial of the given size; without coefficients if `nu` or `nv` is 0.
     fn zero(nu: usize, nv: usize, dim: usize) -> Self {
-        Self { nu, nv, dim, c: vec![0.0; nu * nv * dim] }
+        Self { nu, nv, dim, c: smallvec![0.0; nu * nv * dim] }
     }
 
     fn by_u(&self) -> Self {
@@ -245,12 +254,14 @@ impl Poly {
 }
 
 /// `C(nu - 1, i) · C(nv - 1, j)`, u-major.
-fn binomial_grid(nu: usize, nv: usize) -> Vec<f64> {
+fn binomial_grid(nu: usize, nv: usize) -> Coefficients {
     if nu == 0 || nv == 0 {
-        return Vec::new();
+        return Coefficients::new();
     }
-    let (in_u, in_v) = (binomials(nu - 1), binomials(nv - 1));
-    in_u.iter().flat_map(|u| in_v.iter().map(move |v| u * v)).collect()
+    let in_v = binomials(nv - 1);
+    let mut grid = Coefficients::with_capacity(nu * nv);
+    binomials(nu - 1).iter().for_each(|u| grid.extend(in_v.iter().map(|v| u * v)));
+    grid
 }
 
 /// `to += factor · from`, over the length of `from`. Sixteen numbers at a time, then four, so that runs of a dozen fill
@@ -297,4 +308,58 @@ fn sum(terms: &[(f64, &Poly, &Poly)]) -> Poly {
         },
     );
     total
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::random::SplitMix;
+
+    fn net(draw: &mut SplitMix, count: usize, rational: bool) -> Vec<DVec4> {
+        (0..count)
+            .map(|_| {
+                let w = if rational { draw.range(0.5, 2.0) } else { 1.0 };
+                DVec4::new(draw.range(-3.0, 3.0) * w, draw.range(-3.0, 3.0) * w, draw.range(-3.0, 3.0) * w, w)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn polynomial_bounds_are_the_longest_differences() {
+        let mut draw = SplitMix(5);
+        for (nu, nv) in [(1, 1), (4, 1), (1, 3), (2, 2), (4, 2), (3, 5), (6, 4)] {
+            let control = net(&mut draw, nu * nv, false);
+            let at = |i: usize, j: usize| control[i * nv + j].truncate();
+            let longest = |di: usize, dj: usize, of: &dyn Fn(usize, usize) -> DVec3| {
+                let pairs = (0..nu.saturating_sub(di)).flat_map(|i| (0..nv.saturating_sub(dj)).map(move |j| (i, j)));
+                pairs.map(|(i, j)| of(i, j).length_squared()).fold(0.0, f64::max).sqrt()
+            };
+            let du = |i, j| at(i + 1, j) - at(i, j);
+            let dv = |i, j| at(i, j + 1) - at(i, j);
+            let (p, q) = ((nu - 1) as f64, (nv - 1) as f64);
+            let expected = NetBounds {
+                du: p * longest(1, 0, &du),
+                dv: q * longest(0, 1, &dv),
+                duu: p * (p - 1.0) * longest(2, 0, &|i, j| du(i + 1, j) - du(i, j)),
+                duv: p * q * longest(1, 1, &|i, j| dv(i + 1, j) - dv(i, j)),
+                dvv: q * (q - 1.0) * longest(0, 2, &|i, j| dv(i, j + 1) - dv(i, j)),
+            };
+            assert_eq!(patch_bounds(nu, &control, false), expected, "{nu} {nv}");
+        }
+    }
+
+    /// A curve has the bounds of the surface that is the same curve for all v.
+    #[test]
+    fn rational_curves_are_bounded_like_surfaces_without_v() {
+        let mut draw = SplitMix(6);
+        for n in [2, 3, 4, 7] {
+            let curve = net(&mut draw, n, true);
+            let surface: Vec<DVec4> = curve.iter().flat_map(|&c| [c; 2]).collect();
+            let (first, second) = segment_bounds(&curve);
+            let bounds = patch_bounds(n, &surface, true);
+            let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b;
+            assert!(near(first, bounds.du) && near(second, bounds.duu), "{n}: {first} {second} {bounds:?}");
+            assert_eq!(patch_bounds(n, &curve, true), NetBounds { du: first, duu: second, ..NetBounds::default() });
+        }
+    }
 }

@@ -13,7 +13,7 @@ use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
 use crate::math::lanes::widest;
 use glam::DVec4;
-use std::cell::OnceCell;
+use std::cell::LazyCell;
 
 /// A derivative below this share of the size (largest distance from the origin) is rounding and counts as zero.
 const ROUNDING: f64 = 1e-12;
@@ -99,7 +99,8 @@ impl CurveBounds {
     #[must_use]
     pub fn new(spline: &BezierSpline3) -> Self {
         let parts = parts(spline.degree, spline.segments(), 1);
-        let size = spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
+        let size =
+            LazyCell::new(|| spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w)));
         let most = spline.segments() * parts.max(arc_bounds::PARTS);
         let mut out = Self {
             breaks: Vec::with_capacity(most + 1),
@@ -107,8 +108,8 @@ impl CurveBounds {
             places: Vec::with_capacity(most),
         };
         out.breaks.push(spline.breaks[0]);
-        let mut net = Vec::with_capacity(spline.degree + 1);
-        let rows = OnceCell::new();
+        let mut net = Vec::new();
+        let rows = LazyCell::new(|| sample_rows(spline.degree));
         for (k, ends) in spline.breaks.windows(2).enumerate() {
             let first = out.places.len();
             let strips = arc_bounds::segment(spline.segment(k), ends[1] - ends[0]).unwrap_or_else(|| {
@@ -120,15 +121,11 @@ impl CurveBounds {
                     bernstein::restrict(&mut net, x0, x1);
                     out.places.push(BoundingBox::of_net(&net));
                     let (first, second) = segment_bounds(&net);
-                    let straight = second <= ROUNDING * size;
+                    let straight = second <= ROUNDING * *size;
                     StripBounds {
                         first: first / width,
                         second: if straight { 0.0 } else { second / (width * width) },
-                        turn: if straight {
-                            0.0
-                        } else {
-                            tangent_turning(&net, rows.get_or_init(|| sample_rows(spline.degree)))
-                        },
+                        turn: if straight { 0.0 } else { tangent_turning(&net, &rows) },
                     }
                 };
                 (0..parts).map(strip).collect::<Strips>()
