@@ -84,6 +84,17 @@ fn derivatives_match_finite_differences() {
 }
 
 #[test]
+fn points_and_tangents_have_the_bits_of_derivatives() {
+    for (surface, domain) in zoo() {
+        for (u, v) in inside(domain) {
+            let d = surface.derivatives(u, v);
+            assert_eq!(surface.point(u, v), d.point, "{surface:?}");
+            assert_eq!(surface.tangents(u, v), [d.point, d.du, d.dv], "{surface:?}");
+        }
+    }
+}
+
+#[test]
 fn normals_are_the_cross_product() {
     for (surface, area) in zoo() {
         for (u, v) in inside(area) {

@@ -119,6 +119,11 @@ impl<P: ControlPoint> NurbsCurve<P> {
     fn orders<const ROWS: usize>(&self, t: f64) -> [P; 3] {
         let (a, b) = self.domain();
         let t = t.max(a).min(b);
+        if let ([p, q], [], [_, low, high, _], 1) = (&self.points[..], &self.weights[..], &self.knots[..], self.degree)
+            && low < high
+        {
+            return segment::<P, ROWS>([*p, *q], (t - low) / (high - low), high - low);
+        }
         self.orders_on::<ROWS>(knots::span(self.degree, &self.knots, t), t)
     }
 
@@ -199,6 +204,10 @@ impl<P: ControlPoint> NurbsCurve<P> {
     /// Only knots of multiplicity ≥ degree can be kinks. In arcs and Bézier chains many of them are smooth.
     #[must_use]
     pub fn kinks(&self) -> Vec<f64> {
+        if self.points.len() <= self.degree + 1 {
+            // One span.
+            return Vec::new();
+        }
         let (a, b) = self.domain();
         knots::breaks(self.degree, &self.knots)
             .into_iter()
@@ -230,6 +239,15 @@ impl<P: ControlPoint> NurbsCurve<P> {
         let [near, ..] = self.orders_on::<1>(span, t + 1e-3 * inside);
         (near - point) * inside.signum()
     }
+}
+
+/// [`NurbsCurve::orders`] of a line of two points, whose domain is `width` long, at the share `x` of it: half of all
+/// edges. Has the bits of the sums over the basis.
+fn segment<P: ControlPoint, const ROWS: usize>([p, q]: [P; 2], x: f64, width: f64) -> [P; 3] {
+    let sum = |f: f64, g: f64| P::ORIGIN + p * f + q * g;
+    let slope = 1.0 / width;
+    let row = |order: usize, f: f64, g: f64| if order < ROWS { sum(f, g) } else { P::ORIGIN };
+    [sum(1.0 - x, x), row(1, -slope, slope), row(2, 0.0, 0.0)]
 }
 
 impl NurbsCurve3 {
@@ -300,5 +318,27 @@ impl ArcNet {
             }
         }
         net
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::random::SplitMix;
+
+    #[test]
+    fn lines_have_the_bits_of_the_basis() {
+        let mut draw = SplitMix(11);
+        for _ in 0..200 {
+            let [a, b] = [0, 1].map(|_| DVec3::new(draw.range(-9.0, 9.0), -0.0, draw.range(-1e-3, 1e3)));
+            let (low, width) = (draw.range(-5.0, 5.0), draw.range(1e-3, 50.0));
+            let line = NurbsCurve3 { knots: vec![low, low, low + width, low + width], ..NurbsCurve3::line(a, b) };
+            for t in [low, low + 0.3 * width, low + draw.unit() * width, low + width] {
+                let bits = |all: [DVec3; 3]| all.map(|p| p.to_array().map(f64::to_bits));
+                let [basis, sum] = [line.orders_on::<3>(1, t), line.orders::<3>(t)];
+                assert_eq!(bits(sum), bits(basis), "{line:?} {t}");
+                assert_eq!((line.point(t), line.tangent(t)), (sum[0], [sum[0], sum[1]]));
+            }
+        }
     }
 }

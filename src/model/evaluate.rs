@@ -14,7 +14,7 @@ impl Surface {
             Self::Extrusion { curve, direction } => curve.point(u) + *direction * v,
             Self::Revolution { curve, frame } => turned_point(&Spin::new(frame, u), curve.point(v) - frame.origin),
             Self::Nurbs(surface) => surface.point(u, v),
-            _ => self.derivatives(u, v).point,
+            _ => self.evaluated(u, v).point,
         }
     }
 
