@@ -74,6 +74,55 @@ pub(crate) struct Arrangement {
     pub(crate) crossed_corners: BTreeMap<(usize, usize), usize>,
 }
 
+impl Arrangement {
+    /// The only tile of a region that no line cuts, and that winds around nothing where its loops add nothing.
+    fn uncut(region: &Region, grid: &Grid) -> Self {
+        let mut out = Self::default();
+        let loops: Vec<_> = region.loops.iter().map(|l| out.whole(l, DVec2::ZERO)).collect();
+        if !loops.is_empty() {
+            let [min, max] = [0, 1].map(|k| DVec2::new(grid.lines[0][k], grid.lines[1][k]));
+            out.tiles.push(ArrangedTile { min, max, loops, layered: false });
+        }
+        out
+    }
+
+    /// A whole loop, moved by `by`.
+    fn whole(&mut self, l: &UvLoop, by: DVec2) -> Vec<LoopStretch> {
+        let stretch = |p: &Piece| {
+            let (a, b) = (p.samples[0].t, p.samples[p.samples.len() - 1].t);
+            let (from, to) = if p.reversed { (b, a) } else { (a, b) };
+            self.stretch(p, from, to, by, [None; 2])
+        };
+        l.pieces.iter().map(stretch).collect()
+    }
+
+    fn stretch(&mut self, p: &Piece, from: f64, to: f64, by: DVec2, nodes: [Option<GridNode>; 2]) -> LoopStretch {
+        match p.along {
+            Along::Edge(edge) => {
+                // Only the samples around the stretch: an edge may run through many tiles.
+                let (low, high) = (from.min(to), from.max(to));
+                let first = p.samples.partition_point(|s| s.t <= low).saturating_sub(1).min(p.samples.len() - 2);
+                let last = p.samples.partition_point(|s| s.t < high) + 1;
+                let around = &p.samples[first..last.clamp(first + 2, p.samples.len())];
+                let samples = around.iter().map(|s| UvSample { uv: s.uv + by, ..*s }).collect();
+                LoopStretch::Edge { edge, from, to, samples }
+            }
+            Along::Pole(pole) => {
+                let d = p.samples[0].d;
+                let axis = usize::from(d.x.abs() > d.y.abs());
+                let run = 1 - axis;
+                let at = p.samples[0].uv[axis] + by[axis];
+                let ends = nodes.map(|n| n.unwrap_or(GridNode::Pole(pole)));
+                let reversed = from > to;
+                let (lo, hi) = (from.min(to) + by[run], from.max(to) + by[run]);
+                let nodes = if reversed { [ends[1], ends[0]] } else { ends };
+                self.borders.push(Border { axis, at, range: (lo, hi), nodes, pole: Some(pole) });
+                LoopStretch::Border { border: self.borders.len() - 1, reversed, at }
+            }
+        }
+    }
+}
+
 /// Parameter between `from` and `to` where coordinate `axis` of a Hermite piece is `x`; it is monotone there.
 fn crossing_parameter(piece: [&UvSample; 2], axis: usize, (from, to): (f64, f64), x: f64) -> f64 {
     let at = |t: f64| UvSample::interpolate(piece[0], piece[1], t)[axis];
@@ -158,6 +207,9 @@ struct TileBuilder<'a> {
 
 /// Cuts a region along a grid.
 pub(crate) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -> Result<Arrangement, Tangled> {
+    if grid.wraps == [false; 2] && grid.count(0) == 1 && grid.count(1) == 1 && region.base == 0 {
+        return Ok(Arrangement::uncut(region, grid));
+    }
     let sides = pole_sides(region, projector);
     let poles = [0, 1].map(|axis| {
         let lines = &grid.lines[axis];
@@ -198,14 +250,7 @@ impl TileBuilder<'_> {
             let (column, du) = self.grid.reduce(0, self.grid.locate(0, uv.x));
             let (row, dv) = self.grid.reduce(1, self.grid.locate(1, uv.y));
             let by = DVec2::new(du, dv);
-            let stretches = pieces
-                .iter()
-                .map(|p| {
-                    let (a, b) = (p.samples[0].t, p.samples[p.samples.len() - 1].t);
-                    let (from, to) = if p.reversed { (b, a) } else { (a, b) };
-                    self.stretch(p, from, to, by, [None; 2])
-                })
-                .collect();
+            let stretches = self.out.whole(l, by);
             self.strands[row * self.grid.count(0) + column].push(Strand { stretches, ports: None });
             return;
         }
@@ -234,7 +279,7 @@ impl TileBuilder<'_> {
                     last.then_some(GridNode::LineCrossing(j)),
                 ];
                 if from != to {
-                    let s = self.stretch(p, from, to, by_now, nodes);
+                    let s = self.out.stretch(p, from, to, by_now, nodes);
                     stretches.push(s);
                 }
                 if last {
@@ -255,32 +300,6 @@ impl TileBuilder<'_> {
             }
             let ports = [(a.side(true), i), (b.side(false), j)];
             self.strands[row * self.grid.count(0) + column].push(Strand { stretches, ports: Some(ports) });
-        }
-    }
-
-    fn stretch(&mut self, p: &Piece, from: f64, to: f64, by: DVec2, nodes: [Option<GridNode>; 2]) -> LoopStretch {
-        match p.along {
-            Along::Edge(edge) => {
-                // Only the samples around the stretch: an edge may run through many tiles.
-                let (low, high) = (from.min(to), from.max(to));
-                let first = p.samples.partition_point(|s| s.t <= low).saturating_sub(1).min(p.samples.len() - 2);
-                let last = p.samples.partition_point(|s| s.t < high) + 1;
-                let around = &p.samples[first..last.clamp(first + 2, p.samples.len())];
-                let samples = around.iter().map(|s| UvSample { uv: s.uv + by, ..*s }).collect();
-                LoopStretch::Edge { edge, from, to, samples }
-            }
-            Along::Pole(pole) => {
-                let d = p.samples[0].d;
-                let axis = usize::from(d.x.abs() > d.y.abs());
-                let run = 1 - axis;
-                let at = p.samples[0].uv[axis] + by[axis];
-                let ends = nodes.map(|n| n.unwrap_or(GridNode::Pole(pole)));
-                let reversed = from > to;
-                let (lo, hi) = (from.min(to) + by[run], from.max(to) + by[run]);
-                let nodes = if reversed { [ends[1], ends[0]] } else { ends };
-                self.out.borders.push(Border { axis, at, range: (lo, hi), nodes, pole: Some(pole) });
-                LoopStretch::Border { border: self.out.borders.len() - 1, reversed, at }
-            }
         }
     }
 
@@ -492,4 +511,41 @@ fn closed_chains(arcs: &[[usize; 2]], stops: usize) -> Option<Vec<Vec<usize>>> {
         chains.push(chain);
     }
     Some(chains)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Frame3, Surface};
+
+    #[test]
+    fn a_region_that_no_line_cuts_is_arranged_like_any_other() {
+        let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (-0.0, 1.0)].map(|(u, v)| DVec2::new(u, v));
+        let piece = |k: usize| {
+            let (a, b) = (corners[k], corners[(k + 1) % 4]);
+            let reversed = k % 2 == 1;
+            let [from, to] = if reversed { [b, a] } else { [a, b] };
+            let samples = [(0.0, from), (0.5, 0.5 * (from + to)), (1.0, to)];
+            let samples = samples.map(|(t, uv)| UvSample { t, uv, d: to - from }).to_vec();
+            Piece { along: Along::Edge(k as u32), reversed, samples }
+        };
+        let l = UvLoop { pieces: (0..4).map(piece).collect(), winding: [0, 0] };
+        let bounds = [(0.0, 2.0), (0.0, 1.0)];
+        let region = Region { loops: vec![l], wraps: [false; 2], bounds, base: 0, unbounded: None };
+        let grid = Grid { lines: [vec![0.0, 2.0], vec![0.0, 1.0]], wraps: [false; 2] };
+        let surface = Surface::Plane { frame: Frame3::WORLD };
+        let fast = arrange(&region, &grid, &Projector::new(&surface, 1e-6)).expect("no crossings");
+        let mut builder = TileBuilder {
+            grid: &grid,
+            poles: [vec![None; 2], vec![None; 2]],
+            out: Arrangement::default(),
+            keys: BTreeMap::new(),
+            strands: vec![Vec::new()],
+        };
+        region.loops.iter().for_each(|l| builder.split(l));
+        let windings = Windings::of(&region, &grid, &builder.out.crossings).expect("no crossings");
+        builder.join(&windings).expect("no crossings");
+        assert_eq!(format!("{fast:?}"), format!("{:?}", builder.out));
+        assert_eq!(fast.tiles.len(), 1);
+    }
 }

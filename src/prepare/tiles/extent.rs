@@ -9,6 +9,7 @@ use crate::prepare::surface::arc_bounds;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::surface::tables::SurfaceBounds;
 use glam::{DVec2, DVec3};
+use std::cell::LazyCell;
 
 /// A surface over the box of a face's tiles.
 pub(super) struct Patched {
@@ -41,9 +42,12 @@ impl Patched {
         let box_u = (maps[0].to_nurbs(low.x), maps[0].to_nurbs(high.x));
         let box_v = (maps[1].to_nurbs(low.y), maps[1].to_nurbs(high.y));
         let patches = BezierPatches::over(&nurbs, box_u, box_v);
-        let bounds = arc_bounds::analytic(surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
-        check_area(&patches, &bounds, high - low)?;
-        let creases = [0, 1].map(|axis| creases(&nurbs, &patches, axis));
+        let analytic = arc_bounds::analytic(surface, &maps, &patches);
+        // Analytic surfaces are smooth, and their tangents perpendicular.
+        let is_analytic = analytic.is_some();
+        let bounds = analytic.unwrap_or_else(|| SurfaceBounds::new(&patches));
+        check_area(&patches, &bounds, high - low, is_analytic)?;
+        let creases = [0, 1].map(|axis| if is_analytic { Vec::new() } else { creases(&nurbs, &patches, axis) });
         Ok(Self { patches, bounds, maps, creases })
     }
 }
@@ -60,7 +64,12 @@ fn patches_within(surface: &Surface, low: DVec2, high: DVec2) -> usize {
 const RESOLVED: f64 = 1024.0;
 
 /// Checks that patches over a box of parameters of size `size` have an area that `f64` resolves.
-fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> Result<(), FaceError> {
+fn check_area(
+    patches: &BezierPatches,
+    bounds: &SurfaceBounds,
+    size: DVec2,
+    is_analytic: bool,
+) -> Result<(), FaceError> {
     let speed = bounds.cells.iter().fold(DVec2::ZERO, |m, b| m.max(DVec2::new(b.u, b.v)));
     let reach = speed * size;
     let coordinates =
@@ -69,7 +78,7 @@ fn check_area(patches: &BezierPatches, bounds: &SurfaceBounds, size: DVec2) -> R
         return Err(FaceError::TooLarge { coordinates_mm: coordinates });
     }
     // Relative to the face's own size, so that the rest of the part has no influence.
-    if reach.min_element() <= 1e-12 * reach.max_element() || is_curve(patches) {
+    if reach.min_element() <= 1e-12 * reach.max_element() || !is_analytic && is_curve(patches) {
         return Err(FaceError::NoArea { size_mm: reach.max_element() });
     }
     if reach.min_element() <= RESOLVED * f64::EPSILON * coordinates {
@@ -97,7 +106,7 @@ fn is_curve(patches: &BezierPatches) -> bool {
 
 /// Parameters where the tangent across a knot of full multiplicity breaks.
 fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f64> {
-    /// Radians. Arcs of analytic surfaces meet within 1e-9; files write spline knots with 5 to 15 digits.
+    /// Radians. Files write spline knots with 5 to 15 digits.
     const BREAK: f64 = 1e-3;
     /// Share of the longest tangent along a knot below which a tangent has no direction, as on a pole.
     const NO_TANGENT: f64 = 1e-9;
@@ -111,8 +120,10 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
         if axis == 0 { d.du } else { d.dv }
     };
     // A crease may be as short as one piece: three samples per piece, and the end.
-    let places = across.windows(2).flat_map(|w| [0.0, 1.0, 2.0].map(|third| w[0] + (w[1] - w[0]) * third / 3.0));
-    let places: Vec<f64> = places.chain(across.last().copied()).collect();
+    let places = LazyCell::new(|| {
+        let places = across.windows(2).flat_map(|w| [0.0, 1.0, 2.0].map(|third| w[0] + (w[1] - w[0]) * third / 3.0));
+        places.chain(across.last().copied()).collect::<Vec<f64>>()
+    });
     let is_crease = |k: usize| {
         let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
         let sides: Vec<[DVec3; 2]> =
