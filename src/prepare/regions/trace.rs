@@ -5,23 +5,27 @@ use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::{DVec2, DVec3};
+use smallvec::{SmallVec, smallvec};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// Where edges of a face run through poles: parameter and point, which every tessellation of the edge contains.
 pub(crate) type Passages = BTreeMap<u32, Vec<(f64, DVec3)>>;
 
+/// Stretches of an edge, nearly always one.
+type Stretches<'a> = SmallVec<[(Cow<'a, Edge>, [DVec3; 2]); 1]>;
+
 /// A coedge's edge, split where it runs through a pole: stretches in loop order, with their end points.
-fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Vec<(Cow<'a, Edge>, [DVec3; 2])> {
+fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Stretches<'a> {
     let edge = &part.edges[c.edge.index()];
     let ends = [part.vertices[edge.start.index()], part.vertices[edge.end.index()]];
     let Some(stops) = passages.get(&c.edge.0) else {
-        return vec![(Cow::Borrowed(edge), ends)];
+        return smallvec![(Cow::Borrowed(edge), ends)];
     };
     let mut marks = vec![(edge.range.0, ends[0])];
     marks.extend(stops);
     marks.push((edge.range.1, ends[1]));
-    let mut out: Vec<_> = marks
+    let mut out: Stretches<'a> = marks
         .windows(2)
         .map(|w| (Cow::Owned(Edge { range: (w[0].0, w[1].0), ..edge.clone() }), [w[0].1, w[1].1]))
         .collect();
@@ -50,13 +54,13 @@ pub(crate) fn trace_loop(
         return Err(RegionError::EmptyLoop);
     }
     let closes = |miss: f64| miss <= 100.0 * projector.tolerance;
-    let mut firsts: Vec<usize> =
-        (0..coedges.len()).filter(|&k| projector.pole_at(start_point(&coedges[k])).is_none()).collect();
+    let is_clear = |k: &usize| projector.pole_at(start_point(&coedges[*k])).is_none();
+    let mut firsts: SmallVec<[usize; TRIES]> = (0..coedges.len()).filter(is_clear).take(TRIES).collect();
     if firsts.is_empty() {
         firsts.push(0);
     }
     let mut best: Option<(f64, f64, UvLoop)> = None;
-    for &first in firsts.iter().take(TRIES) {
+    for first in firsts {
         let mut loop_gap = 0.0;
         let (traced, miss) = trace_from(part, coedges, first, projector, &mut loop_gap, passages)?;
         if best.as_ref().is_none_or(|b| miss < b.0) {

@@ -60,12 +60,8 @@ pub(crate) fn region(
         }
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
-    let bounds = if periodic == [false, false] {
-        bounds
-    } else {
-        gather(&mut loops, &mut polylines, &areas, projector);
-        loops_box(&loops)
-    };
+    let moved = periodic != [false, false] && gather(&mut loops, &mut polylines, &areas, projector);
+    let bounds = if moved { loops_box(&loops) } else { bounds };
     if turn {
         nest(&mut loops, polylines, &areas);
     }
@@ -131,13 +127,15 @@ fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {
     lo.is_finite() && hi.is_finite() && is_pole(lo) && is_pole(hi)
 }
 
-/// Moves loops and their polylines by whole periods so that all lie in or around the largest one.
-fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], projector: &Projector<'_>) {
-    let Some(outer) = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs())) else { return };
+/// Moves loops and their polylines by whole periods so that all lie in or around the largest one. Whether any moved.
+fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], projector: &Projector<'_>) -> bool {
+    let largest = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
+    let Some(outer) = largest.filter(|_| loops.len() > 1) else { return false };
     // Turns that are looked at in each direction: all of a thread's, but not the square of that.
     let most = if projector.period.iter().all(Option::is_some) { 300.0 } else { MAX_PERIODS };
     let polygon = Polygon::new(polylines[outer].clone());
     let [low, high] = polygon.bounds;
+    let mut moved = false;
     for (k, l) in loops.iter_mut().enumerate() {
         if k == outer {
             continue;
@@ -157,8 +155,10 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
         if let Some(by) = found {
             l.shift(by);
             polylines[k] = l.polyline();
+            moved = true;
         }
     }
+    moved
 }
 
 /// Orients loops by nesting: outermost counter-clockwise, holes clockwise, islands counter-clockwise.
@@ -168,6 +168,15 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
 fn nest(loops: &mut [UvLoop], polylines: Vec<Vec<DVec2>>, areas: &[f64]) {
     /// Number of points of a loop to test. One may lie on the other loop, at a common vertex.
     const PROBES: usize = 5;
+    let turn = |l: &mut UvLoop, area: f64, depth: usize| {
+        if (area > 0.0) != depth.is_multiple_of(2) {
+            l.reverse();
+        }
+    };
+    if let [only] = loops {
+        turn(only, areas[0], 0);
+        return;
+    }
     let polygons: Vec<Polygon> = polylines.into_iter().map(Polygon::new).collect();
     let boxes: Vec<[DVec2; 2]> = polygons.iter().map(|p| p.bounds).collect();
     let tree = BoxTree::new(&boxes);
@@ -187,9 +196,7 @@ fn nest(loops: &mut [UvLoop], polylines: Vec<Vec<DVec2>>, areas: &[f64]) {
         };
         let mut depth = 0;
         tree.meeting(boxes[k], |o| depth += usize::from(holds(o)));
-        if (areas[k] > 0.0) != (depth % 2 == 0) {
-            l.reverse();
-        }
+        turn(l, areas[k], depth);
     }
 }
 

@@ -67,7 +67,9 @@ impl<'a> Traced<'a> {
         let extent = face_extent(part, face).unwrap_or(size);
         let mut projector = Projector::new(&face.surface, 1e-6 * extent);
         let passages = passages(part, face, &projector);
-        projector.adopt(boundary_points(part, face));
+        if !projector.poles.is_empty() {
+            projector.adopt(boundary_points(part, face));
+        }
         if let Some(Ok(free)) = free {
             let edges = free.region.loops.iter().flat_map(|l| &l.pieces).filter_map(|piece| match piece.along {
                 Along::Edge(edge) => Some(&part.edges[edge as usize]),
@@ -99,10 +101,11 @@ impl<'a> Traced<'a> {
     fn trace(&mut self) -> Result<(), FaceError> {
         let part = self.part;
         let mut given = WireSet::default();
+        let may_repeat = self.face.loops.len() > 1;
         for l in &self.face.loops {
             match l {
                 Loop::Edges(coedges) => {
-                    if !given.is_first(coedges) {
+                    if may_repeat && !given.is_first(coedges) {
                         let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
                         self.repairs.push(Finding::new(place, FaceTrouble::LoopTwice));
                         continue;
