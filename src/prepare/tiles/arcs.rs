@@ -8,6 +8,7 @@ use crate::math::Elementary as _;
 use crate::math::boxes::around;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use glam::DVec2;
+use smallvec::SmallVec;
 use std::f64::consts::TAU;
 
 /// Maximum halvings of one arc. Arcs that still meet after 8 touch, to 1/256 of their length. Then no finite set of
@@ -24,9 +25,9 @@ pub(crate) struct PcurveArc {
     pub(crate) edge: u32,
     /// Loop of the tile and use within the loop.
     pub(crate) of: (usize, usize),
-    pub(crate) points: Vec<(f64, DVec2)>,
+    pub(crate) points: SmallVec<[(f64, DVec2); 2]>,
     /// Points that bound it. If `exact`, Bézier points, three for each of `points` but the last; otherwise `points`.
-    hull: Vec<DVec2>,
+    hull: SmallVec<[DVec2; 2]>,
     /// Whether `hull` holds Bézier points: the arc is of a free trim.
     pub(crate) exact: bool,
     /// The cubics between consecutive `points`; empty if `exact` or straight.
@@ -87,7 +88,7 @@ pub(crate) fn arc(
         }
     }
     let middle = 0.5 * (a + b);
-    let mut points = Vec::with_capacity(2 * samples.len() + more.len());
+    let mut points: SmallVec<[(f64, DVec2); 2]> = SmallVec::with_capacity(2 * samples.len() + more.len());
     let mut stop = |t: f64| points.push((t, DVec2::ZERO));
     stop(a);
     for w in samples.windows(2) {
@@ -108,7 +109,7 @@ pub(crate) fn arc(
     }
     let at = |k: usize, t: f64| UvSample::at(&samples[k], &samples[k + 1], t);
     let mut piece = 0;
-    let mut hull: Vec<DVec2> = Vec::with_capacity(if exact { 3 * points.len() } else { points.len() });
+    let mut hull: SmallVec<[DVec2; 2]> = SmallVec::with_capacity(if exact { 3 * points.len() } else { points.len() });
     let mut pieces = Vec::with_capacity(if exact { 0 } else { points.len() });
     let mut from = at(samples.partition_point(|s| s.t <= a).clamp(1, samples.len() - 1) - 1, a);
     from.uv = (from.uv - origin) * scale;
@@ -123,7 +124,8 @@ pub(crate) fn arc(
             // The tangent may break here.
             from.d = samples[piece].d;
         }
-        let mut to = at(piece, ends[1]);
+        let next = samples[piece + 1];
+        let mut to = if next.t == ends[1] { next } else { at(piece, ends[1]) };
         to.uv = (to.uv - origin) * scale;
         let steps = [from.d, to.d].map(|d| d * scale * (ends[1] - ends[0]));
         if exact {
@@ -175,8 +177,8 @@ impl PcurveArc {
         Self {
             edge,
             of,
-            points: ends.map(|end| (end.t, end.uv)).to_vec(),
-            hull: vec![p, q],
+            points: ends.map(|end| (end.t, end.uv)).into(),
+            hull: [p, q].into(),
             exact: false,
             pieces: Vec::new(),
             most: 0.0,
@@ -410,6 +412,9 @@ fn turns(c: [f64; 4]) -> [f64; 2] {
 /// The cones of arcs of edges contain samples only. The cones of all points would touch however often they are halved,
 /// if two arcs leave `p` in one direction but are apart beyond it.
 fn cones_apart(a: ArcSpan<'_>, b: ArcSpan<'_>, p: DVec2) -> bool {
+    if on_both_sides(a, b, p) {
+        return true;
+    }
     let (Some((fa, la, ha)), Some((fb, lb, hb))) = (cone(a, p), cone(b, p)) else { return true };
     if ha - la > 3.0 || hb - lb > 3.0 {
         return false;
@@ -418,6 +423,21 @@ fn cones_apart(a: ArcSpan<'_>, b: ArcSpan<'_>, p: DVec2) -> bool {
     let (ma, mb) = (fa + 0.5 * (la + ha), fb + 0.5 * (lb + hb));
     let between = (ma - mb) - TAU * ((ma - mb) / TAU).round();
     between.abs() > 0.5 * (ha - la) + 0.5 * (hb - lb)
+}
+
+/// Whether the line through `p` across the bisector of both arcs keeps them well apart. Most corners need no angles.
+fn on_both_sides(a: ArcSpan<'_>, b: ArcSpan<'_>, p: DVec2) -> bool {
+    /// Least sine of angles to the line. Cones on both sides are narrower than the widest that count.
+    const CLEAR: f64 = 0.1;
+    // Towards the first point that is not at `p`.
+    let first = |s: &ArcSpan<'_>| s.points().iter().map(|x| *x - p).find(|d| d.length() > SAME_SHARE);
+    let (Some(d), Some(e)) = (first(&a), first(&b)) else { return false };
+    let Some(across) = (d / d.length() - e / e.length()).try_normalize() else { return false };
+    let is_clear = |d: DVec2, side: DVec2| {
+        let (rise, length) = (side.dot(d), d.length());
+        rise > CLEAR * length || length <= SAME_SHARE
+    };
+    a.points().iter().all(|x| is_clear(*x - p, across)) && b.points().iter().all(|x| is_clear(*x - p, -across))
 }
 
 /// Directions from `p` to the points of an arc that ends there: the angle of one of them, and the least and largest
@@ -437,6 +457,35 @@ fn cone(s: ArcSpan<'_>, p: DVec2) -> Option<(f64, f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::random::SplitMix;
+
+    #[test]
+    fn arcs_on_both_sides_of_a_line_have_disjoint_cones() {
+        let mut draw = SplitMix(4);
+        let mut count = 0;
+        for _ in 0..2000 {
+            let p = DVec2::new(draw.unit(), draw.unit());
+            let mut chain = |points: usize| {
+                let towards = DVec2::from_angle(draw.range(0.0, TAU));
+                let mut place = |k: usize| p + (towards * k as f64 + 0.3 * DVec2::from_angle(draw.range(0.0, TAU)));
+                let hull: SmallVec<[DVec2; 2]> = (0..points).map(|k| if k == 0 { p } else { place(k) }).collect();
+                let ends = [0.0, 1.0].map(|t| UvSample { t, uv: p, d: DVec2::ZERO });
+                let points = hull.iter().enumerate().map(|(k, uv)| (k as f64, *uv)).collect();
+                PcurveArc { points, hull, ..PcurveArc::straight(0, (0, 0), ends) }
+            };
+            let (a, b) = (chain(2), chain(4));
+            let [a, b] = [ArcSpan::of(&a), ArcSpan::of(&b)];
+            if on_both_sides(a, b, p) {
+                let [(fa, la, ha), (fb, lb, hb)] = [a, b].map(|arc| cone(arc, p).expect("points"));
+                let (ma, mb) = (fa + 0.5 * (la + ha), fb + 0.5 * (lb + hb));
+                let between = (ma - mb) - TAU * ((ma - mb) / TAU).round();
+                assert!(ha - la <= 3.0 && hb - lb <= 3.0);
+                assert!(between.abs() > 0.5 * (ha - la) + 0.5 * (hb - lb));
+                count += 1;
+            }
+        }
+        assert!((500..2000).contains(&count), "{count}");
+    }
 
     #[test]
     fn one_cubic_is_a_chord_only_if_it_is_straight() {
