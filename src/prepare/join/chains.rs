@@ -24,6 +24,13 @@ impl Sum {
     pub(crate) fn is_free(&self) -> bool {
         self.uses % 2 == 1
     }
+
+    /// Adds a later face's sum on the same edge.
+    fn add(&mut self, next: &Self) {
+        self.sum += next.sum;
+        self.uses += next.uses;
+        self.faces[1] = next.faces[0];
+    }
 }
 
 /// A face's chain and orientation.
@@ -34,7 +41,8 @@ pub(crate) struct TurnedFace<'a> {
     pub(crate) chain: &'a [(u32, i32)],
 }
 
-/// Sums the chains of faces by shell and edge. Returns the sums that are not 0. Cost: a sort of all uses.
+/// Sums the chains of faces by shell and edge, ascending. Returns the sums that are not 0. Cost: a sort of all uses but
+/// those by the first shell of their edge.
 pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> {
     let of_face = |face: TurnedFace<'a>| {
         let TurnedFace { face, shell, reversed, chain } = face;
@@ -47,15 +55,28 @@ pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> 
         };
         chain.iter().map(use_of)
     };
-    let mut all: Vec<Sum> = faces.flat_map(of_face).collect();
+    // By edge: the sum of the first shell that uses it.
+    let mut first: Vec<Option<Sum>> = Vec::new();
+    let mut others: Vec<Sum> = Vec::new();
+    for one in faces.flat_map(of_face) {
+        let edge = one.edge as usize;
+        if edge >= first.len() {
+            first.resize(edge + 1, None);
+        }
+        match &mut first[edge] {
+            Some(known) if known.shell == one.shell => known.add(&one),
+            Some(_) => others.push(one),
+            empty => *empty = Some(one),
+        }
+    }
+    let mut all = others;
+    all.extend(first.into_iter().flatten().filter(|s| s.sum != 0));
     // One number compares faster than three.
     all.sort_unstable_by_key(|s| u128::from(s.shell) << 64 | u128::from(s.edge) << 32 | u128::from(s.faces[0]));
     all.dedup_by(|next, first| {
         let same = (next.shell, next.edge) == (first.shell, first.edge);
         if same {
-            first.sum += next.sum;
-            first.uses += next.uses;
-            first.faces[1] = next.faces[0];
+            first.add(next);
         }
         same
     });
@@ -94,5 +115,49 @@ impl Closedness {
         }
         self.free_edges.sort_unstable();
         self.free_edges.dedup();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::random::SplitMix;
+
+    #[test]
+    fn sums_are_those_of_all_uses_by_shell_and_edge() {
+        let mut draw = SplitMix(2);
+        for _ in 0..50 {
+            let mut pick = |n: u64| u32::try_from(draw.below(n)).expect("small");
+            let faces: Vec<(u32, bool, Vec<(u32, i32)>)> = (0..40)
+                .map(|_| {
+                    (pick(3), pick(2) == 0, (0..5).map(|_| (pick(20), if pick(2) == 0 { 1 } else { -2 })).collect())
+                })
+                .collect();
+            let turned = faces.iter().enumerate().map(|(face, (shell, reversed, chain))| TurnedFace {
+                face,
+                shell: *shell,
+                reversed: *reversed,
+                chain,
+            });
+            let got = sums(turned);
+            let mut expected = Vec::new();
+            for (shell, edge) in (0..3).flat_map(|shell| (0..20).map(move |edge| (shell, edge))) {
+                let of = faces.iter().enumerate().filter(|(_, face)| face.0 == shell);
+                let uses: Vec<(usize, i32)> = of
+                    .flat_map(|(k, (_, reversed, chain))| {
+                        let of_edge = chain.iter().filter(|used| used.0 == edge);
+                        of_edge.map(move |used| (k, used.1 * sign(*reversed)))
+                    })
+                    .collect();
+                let sum: i32 = uses.iter().map(|used| used.1).sum();
+                if let ([first, ..], true) = (&uses[..], sum != 0) {
+                    let count: u32 = uses.iter().map(|used| used.1.unsigned_abs()).sum();
+                    let ends = [first.0, uses[uses.len() - 1].0].map(|k| u32::try_from(k).expect("small"));
+                    expected.push((shell, edge, sum, count, ends));
+                }
+            }
+            let got: Vec<_> = got.iter().map(|s| (s.shell, s.edge, s.sum, s.uses, s.faces)).collect();
+            assert_eq!(got, expected);
+        }
     }
 }

@@ -4,9 +4,11 @@
 //! connected group up to a sign. The volume decides the sign of groups that bound a solid, the file that of others.
 
 use crate::model::{Part, ShellKind};
+use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use crate::prepare::uv::inside::{TileRegion, area, points_along};
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 
 /// A group of faces that should bound a solid, but does not as stated.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +28,7 @@ pub(crate) struct Orientation {
 /// along their common edge in opposite directions.
 pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<Orientation>) -> Vec<bool> {
     let mut reversed: Vec<bool> = part.faces.iter().map(|f| f.reversed).collect();
-    let mut uses: Vec<Vec<(usize, bool)>> = vec![Vec::new(); part.edges.len()];
+    let mut uses: Vec<SmallVec<[(usize, bool); 2]>> = vec![SmallVec::new(); part.edges.len()];
     for (k, draft) in drafts.iter().enumerate() {
         let Some(draft) = draft else { continue };
         // Each direction once, however many pieces the edge was cut into.
@@ -161,9 +163,23 @@ pub(crate) fn wrong_volume(
 fn space_polygon(draft: &FaceDraft, uses: &[DraftUse]) -> Vec<DVec3> {
     /// Maximum points per use: a fan over them has a circle's area within 3 %.
     const MOST: usize = 8;
+    let patches = &*draft.patches;
     // The image of a circle may be straight, too.
-    let flat = draft.bounds.is_affine();
-    plane_polygon(uses, MOST, flat).into_iter().map(|p| draft.patches.point(p.x, p.y)).collect()
+    if draft.bounds.is_affine() {
+        let point = affine(patches);
+        return plane_polygon(uses, MOST, true).into_iter().map(point).collect();
+    }
+    plane_polygon(uses, MOST, false).into_iter().map(|p| patches.point(p.x, p.y)).collect()
+}
+
+/// Maps parameters to points of a surface that is one parallelogram, to rounding: its volume asks for no more.
+fn affine(patches: &BezierPatches) -> impl Fn(DVec2) -> DVec3 {
+    let BezierPatches { breaks_u, breaks_v, control, degree_u, degree_v, .. } = patches;
+    let corner = |k: usize| control[k].truncate() / control[k].w;
+    let (from, [u, v]) = (corner(0), [degree_u * (degree_v + 1), *degree_v].map(corner));
+    let (du, dv) = ((u - from) / (breaks_u[1] - breaks_u[0]), (v - from) / (breaks_v[1] - breaks_v[0]));
+    let low = DVec2::new(breaks_u[0], breaks_v[0]);
+    move |p| from + du * (p.x - low.x) + dv * (p.y - low.y)
 }
 
 /// Points along a loop in (u,v), at most `most` per use; one where it is straight, if `flat`.

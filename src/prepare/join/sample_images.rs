@@ -5,6 +5,7 @@ use super::prepared::TileUse;
 use super::prepared::{PreparedEdge, Tile};
 use crate::control::Call;
 use crate::prepare::uv::uv_curve::UvCurve;
+use smallvec::SmallVec;
 
 /// Maximum steps per strip: enough to notice a lattice that is denser at one end of the strip.
 const STEPS: usize = 4;
@@ -16,7 +17,12 @@ impl EdgeImages {
     fn of(edge: &PreparedEdge, tiles: &[Tile]) -> Self {
         let spans = Vec::with_capacity(edge.uses.len());
         let mut out = Self { cuts: dense(edge, tiles), spans, ..Self::default() };
-        let mut strips: Vec<(f64, f64)> = Vec::with_capacity(edge.bounds.breaks.len().max(out.cuts.len()));
+        let most = edge.bounds.breaks.len().max(out.cuts.len());
+        let mut strips: SmallVec<[(f64, f64); 8]> = SmallVec::with_capacity(most);
+        // Most edges have two uses of their whole length.
+        let whole = edge.uses.len().min(2);
+        out.places.reserve_exact(whole * (1 + STEPS * (most - 1)));
+        out.rates.reserve_exact(whole * (most - 1));
         for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
             let tile = &tiles[tile.0 as usize];
             let used = &tile.loops[l as usize][u as usize];
@@ -63,10 +69,17 @@ fn rounded_down(rate: f64) -> f32 {
 
 /// The longest step between places, in u and in v, as a share of the tile.
 fn longest_step(places: &[[f32; 2]]) -> [f32; 2] {
-    let step = |from: f32, to: f32| (to.clamp(0.0, 1.0) - from.clamp(0.0, 1.0)).abs();
-    places
-        .windows(2)
-        .fold([0.0, 0.0], |[u, v]: [f32; 2], w| [u.max(step(w[0][0], w[1][0])), v.max(step(w[0][1], w[1][1]))])
+    let mut within = places.iter().map(|place| place.map(|x| x.clamp(0.0, 1.0)));
+    let mut from = within.next().unwrap_or_default();
+    let mut most = [0.0_f32; 2];
+    for to in within {
+        for axis in 0..2 {
+            let step = (to[axis] - from[axis]).abs();
+            most[axis] = if step > most[axis] { step } else { most[axis] };
+        }
+        from = to;
+    }
+    most
 }
 
 /// Drops those places from `at` on that short strips do not need, and returns the steps left per strip.
@@ -78,6 +91,9 @@ fn thin(places: &mut Vec<[f32; 2]>, at: usize) -> usize {
     let starts = (at..places.len().saturating_sub(STEPS)).step_by(STEPS);
     let longest = starts.map(|k| way(&places[k..=k + STEPS])).fold(0.0, f64::max);
     let steps = [1, 2].into_iter().find(|&steps| longest <= steps as f64 * REACH).unwrap_or(STEPS);
+    if steps == STEPS {
+        return STEPS;
+    }
     let kept = (places.len() - at).div_ceil(STEPS / steps);
     (0..kept).for_each(|k| places[at + k] = places[at + k * (STEPS / steps)]);
     places.truncate(at + kept);

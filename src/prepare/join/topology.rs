@@ -54,8 +54,9 @@ pub(crate) fn assemble(
         wanted[*edge as usize].push(*t);
     }
     let used = used_edges(part.edges.len(), &drafts);
-    let mut edges: Vec<PreparedEdge> =
-        part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)).collect();
+    let borders: usize = drafts.iter().flatten().map(|draft| draft.borders.len()).sum();
+    let mut edges: Vec<PreparedEdge> = Vec::with_capacity(part.edges.len() + borders);
+    edges.extend(part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)));
     for edge in edges.iter_mut().skip(finely_cut) {
         edge.bounds = edge.bounds.merged();
     }
@@ -68,6 +69,9 @@ pub(crate) fn assemble(
         }
     }
     let mut out = PreparedPart { brep_edges: part.edges.len(), ..PreparedPart::default() };
+    out.tiles.reserve(drafts.iter().flatten().map(|draft| draft.tiles.len()).sum());
+    out.faces.reserve(drafts.len());
+    out.face_rows.reserve(drafts.len());
     let mut spans = Vec::new();
     let mut drafts = drafts.into_iter().enumerate();
     while let Some((k, draft)) = drafts.next() {

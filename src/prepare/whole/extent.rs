@@ -3,7 +3,7 @@
 use crate::math::boxes::around;
 use crate::math::lanes::widest;
 use crate::mesh::SceneInstance;
-use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedFace, PreparedPart, Tile};
+use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::BoxBounds;
 use crate::prepare::uv::inside::{TileRegion, points_along};
 use glam::{DVec2, DVec3, DVec4};
@@ -75,12 +75,15 @@ impl Hull {
 
 /// Points of a part's edges and trimmed surfaces that span its box.
 pub(crate) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
-    let mut out = Vec::new();
-    for edge in part.edges.iter().filter(|e| !e.uses.is_empty()) {
+    // Points of an edge besides its breaks.
+    let inner = |edge: &PreparedEdge| if edge.straight { 1 } else { SAMPLES * edge.bounds.breaks.len() };
+    let used = || part.edges.iter().filter(|e| !e.uses.is_empty());
+    let mut out = Vec::with_capacity(used().map(|edge| edge.breaks.len() + inner(edge) - 1).sum());
+    for edge in used() {
         out.extend(edge.breaks.iter().map(|b| b.point));
         if let (EdgeShape::Curve(curve), false) = (&edge.shape, edge.straight) {
             let (a, b) = curve.range();
-            let n = SAMPLES * edge.bounds.breaks.len();
+            let n = inner(edge);
             out.extend((1..n).map(|k| curve.point(a + (b - a) * k as f64 / n as f64)));
         }
     }

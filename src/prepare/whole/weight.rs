@@ -6,6 +6,7 @@ use crate::prepare::join::prepared::{EdgeUse, PreparedEdge, PreparedFace, Prepar
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::uv::uv_curve::UvCurve;
 use glam::DVec2;
+use smallvec::{SmallVec, smallvec};
 use std::f64::consts::FRAC_PI_6;
 use std::ops::Range;
 
@@ -30,7 +31,7 @@ const SHARE: usize = 256;
 /// Sets the weights of a part's tiles. `diagonal` is the model's, in the part's own millimetres.
 pub(crate) fn weigh(call: Call<'_>, part: &mut PreparedPart, diagonal: f64) {
     let chord = CHORD * diagonal;
-    let of_edge: Vec<Vec<f64>> = call.each(SHARE, &part.edges, |edge| segments(edge, chord));
+    let of_edge: Vec<Counts> = call.each(SHARE, &part.edges, |edge| segments(edge, chord));
     let of_tile = |tile: &Tile| {
         let lines = lines(&part.faces[part.face_of(tile)], tile, chord);
         let along = |u: &EdgeUse| tessellants(u, &part.edges[u.edge.index()], &of_edge[u.edge.index()], tile, lines);
@@ -41,6 +42,12 @@ pub(crate) fn weigh(call: Call<'_>, part: &mut PreparedPart, diagonal: f64) {
     let weights: Vec<f64> = call.each(SHARE, &part.tiles, of_tile);
     part.tiles.iter_mut().zip(weights).for_each(|(tile, weight)| tile.weight = weight);
 }
+
+/// Numbers of segments or lines, by stretch or strip: mostly a few.
+type Counts = SmallVec<[f64; 4]>;
+
+/// Strips, each with a width.
+type Strips = SmallVec<[(usize, f64); 4]>;
 
 /// Expected nanoseconds for a tile with so many lattice cells and boundary tessellants.
 pub(crate) fn nanoseconds(cells: f64, tessellants: f64) -> f64 {
@@ -68,11 +75,11 @@ fn overlaps(breaks: &[f64], from: f64, to: f64) -> impl Iterator<Item = (usize, 
 fn lines(face: &PreparedFace, tile: &Tile, chord: f64) -> DVec2 {
     let table = &face.bounds;
     let rows = table.breaks_v.len().saturating_sub(1);
-    let (us, vs): (Vec<_>, Vec<_>) = (
+    let (us, vs): (Strips, Strips) = (
         overlaps(&table.breaks_u, tile.min.x, tile.max.x).collect(),
         overlaps(&table.breaks_v, tile.min.y, tile.max.y).collect(),
     );
-    let (mut of_u, mut of_v) = (vec![0.0_f64; us.len()], vec![0.0_f64; vs.len()]);
+    let (mut of_u, mut of_v): (Counts, Counts) = (smallvec![0.0; us.len()], smallvec![0.0; vs.len()]);
     for (a, &(i, wide)) in us.iter().enumerate() {
         for (b, &(j, high)) in vs.iter().enumerate() {
             let bounds = &table.cells[i * rows + j];
@@ -82,12 +89,12 @@ fn lines(face: &PreparedFace, tile: &Tile, chord: f64) -> DVec2 {
             of_v[b] = of_v[b].max(bends(bounds.vv.lift, high, both)).max(bounds.turn_v / ANGLE);
         }
     }
-    let whole = |lines: Vec<f64>| lines.into_iter().sum::<f64>().ceil().clamp(1.0, MOST_LINES);
+    let whole = |lines: Counts| lines.into_iter().sum::<f64>().ceil().clamp(1.0, MOST_LINES);
     DVec2::new(whole(of_u), whole(of_v))
 }
 
 /// Segments between consecutive breaks of an edge, by the edge's own derivative bounds.
-fn segments(edge: &PreparedEdge, chord: f64) -> Vec<f64> {
+fn segments(edge: &PreparedEdge, chord: f64) -> Counts {
     let CurveBounds { breaks, strips, .. } = &edge.bounds;
     let between = |ends: &[crate::prepare::join::prepared::Break]| {
         if edge.straight {
