@@ -13,7 +13,6 @@ use super::bernstein::binomials;
 use super::lanes::widest;
 use super::order::larger;
 use glam::{DVec3, DVec4};
-use smallvec::{SmallVec, smallvec};
 
 /// Upper bounds on the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv` over a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -156,11 +155,8 @@ struct Poly {
     nu: usize,
     nv: usize,
     dim: usize,
-    c: Coefficients,
+    c: Vec<f64>,
 }
-
-/// Without allocation for curves, and surfaces of low degrees.
-type Coefficients = SmallVec<[f64; 32]>;
 
 impl Poly {
     fn scaled(nu: usize, nv: usize, plain: impl Iterator<Item = DVec3>) -> Self {
@@ -177,7 +173,7 @@ impl Poly {
         let mut values = plain.clone();
         let first = values.next().unwrap_or(1.0);
         if values.all(|w| (w - first).abs() <= PRODUCT * first) {
-            return Self { nu: 1, nv: 1, dim: 1, c: smallvec![first] };
+            return Self { nu: 1, nv: 1, dim: 1, c: vec![first] };
         }
         Self::scaled_scalar(1, plain.len(), plain)
     }
@@ -189,7 +185,7 @@ impl Poly {
 
     /// The zero polynomial of the given size; without coefficients if `nu` or `nv` is 0.
     fn zero(nu: usize, nv: usize, dim: usize) -> Self {
-        Self { nu, nv, dim, c: smallvec![0.0; nu * nv * dim] }
+        Self { nu, nv, dim, c: vec![0.0; nu * nv * dim] }
     }
 
     fn by_u(&self) -> Self {
@@ -254,12 +250,12 @@ impl Poly {
 }
 
 /// `C(nu - 1, i) · C(nv - 1, j)`, u-major.
-fn binomial_grid(nu: usize, nv: usize) -> Coefficients {
+fn binomial_grid(nu: usize, nv: usize) -> Vec<f64> {
     if nu == 0 || nv == 0 {
-        return Coefficients::new();
+        return Vec::new();
     }
     let in_v = binomials(nv - 1);
-    let mut grid = Coefficients::with_capacity(nu * nv);
+    let mut grid = Vec::with_capacity(nu * nv);
     binomials(nu - 1).iter().for_each(|u| grid.extend(in_v.iter().map(|v| u * v)));
     grid
 }
