@@ -128,11 +128,11 @@ mod tests {
         let mut draw = SplitMix(2);
         for _ in 0..50 {
             let mut pick = |n: u64| u32::try_from(draw.below(n)).expect("small");
-            let faces: Vec<(u32, bool, Vec<(u32, i32)>)> = (0..40)
-                .map(|_| {
-                    (pick(3), pick(2) == 0, (0..5).map(|_| (pick(20), if pick(2) == 0 { 1 } else { -2 })).collect())
-                })
-                .collect();
+            let mut face = |_| {
+                let chain: Vec<_> = (0..5).map(|_| (pick(20), if pick(2) == 0 { 1 } else { -2 })).collect();
+                (pick(3), pick(2) == 0, chain)
+            };
+            let faces: Vec<_> = (0..40).map(&mut face).collect();
             let turned = faces.iter().enumerate().map(|(face, (shell, reversed, chain))| TurnedFace {
                 face,
                 shell: *shell,
