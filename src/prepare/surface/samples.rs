@@ -1,8 +1,8 @@
 //! Nets of sub-boxes and segments -> how derivatives lie to the normal, and how far directions turn, at evenly spaced
 //! samples.
 //!
-//! A row of samples along v is evaluated at once, in lanes. Every lane does the arithmetic of a single point, in the
-//! same order.
+//! A row of samples along v is evaluated at once, in lanes; the last samples of all rows together. Every lane does the
+//! arithmetic of a single point, in the same order.
 
 use crate::math::Elementary as _;
 use crate::math::bernstein;
@@ -15,9 +15,9 @@ const COUNT: usize = SAMPLES + 1;
 /// Samples of a row, filled up with copies of the last one.
 const LANES: usize = 8;
 
-type Lanes = [f64; LANES];
+type Lanes<const L: usize = LANES> = [f64; L];
 /// Vectors, by coordinate.
-type Vectors = [Lanes; 3];
+type Vectors<const L: usize = LANES> = [Lanes<L>; 3];
 /// Directions at the samples of a line; `None` where there is none.
 type Directions = [Option<DVec3>; COUNT];
 
@@ -48,11 +48,11 @@ pub(super) fn sample_rows(degree: usize) -> Vec<Vec<f64>> {
 /// Basis rows at the samples of a net, shared by all sub-boxes.
 pub(super) struct Sampler {
     rational: bool,
-    rows_u: Vec<Vec<f64>>,
-    /// By control point: its basis function and two derivatives at the samples of a row.
+    /// By control point: its basis function and two derivatives at the samples of a line.
+    rows_u: Vec<[Lanes; 3]>,
     rows_v: Vec<[Lanes; 3]>,
-    /// The columns of the net at a sample of u, with their derivatives.
-    columns: Vec<[[f64; 4]; 3]>,
+    /// The columns of the net at all samples of u, with their derivatives.
+    columns: Vec<[[Lanes; 4]; 3]>,
     samples: SurfaceSamples,
 }
 
@@ -66,13 +66,16 @@ pub(super) struct SurfaceSamples {
 impl Sampler {
     /// For nets of `degree_u` and `degree_v`. If not `rational`, all weights are 1.
     pub(super) fn new(degree_u: usize, degree_v: usize, rational: bool) -> Self {
-        let rows = sample_rows(degree_v);
-        let lanes = |b: usize| [0, 1, 2].map(|order| lanes(|k| rows[k.min(SAMPLES)][order * (degree_v + 1) + b]));
+        let rows = |degree: usize| {
+            let rows = sample_rows(degree);
+            let at = |b: usize| [0, 1, 2].map(|order| lanes(|k| rows[k.min(SAMPLES)][order * (degree + 1) + b]));
+            (0..=degree).map(at).collect()
+        };
         Self {
             rational,
-            rows_u: sample_rows(degree_u),
-            rows_v: (0..=degree_v).map(lanes).collect(),
-            columns: vec![[[0.0; 4]; 3]; degree_v + 1],
+            rows_u: rows(degree_u),
+            rows_v: rows(degree_v),
+            columns: vec![[[[0.0; LANES]; 4]; 3]; degree_v + 1],
             samples: SurfaceSamples { normals: [[[0.0; LANES]; 3]; COUNT], bends: [[[0.0; LANES]; 6]; COUNT] },
         }
     }
@@ -92,29 +95,27 @@ impl Sampler {
         let Self { rows_u, rows_v, columns, samples: SurfaceSamples { normals, bends }, .. } = self;
         let nv = rows_v.len();
         // First each column of the net with all orders in u, then the columns with the orders in v.
-        for ((row_u, normals), bends) in rows_u.iter().zip(normals).zip(bends) {
-            let (n, rest) = row_u.split_at(row_u.len() / 3);
-            let (d1, d2) = rest.split_at(n.len());
-            for (b, column) in columns.iter_mut().enumerate() {
-                let mut sums = [[0.0; 4]; 3];
-                for (((point, n), d1), d2) in net[b..].iter().step_by(nv).zip(n).zip(d1).zip(d2) {
-                    for (sum, factor) in sums.iter_mut().zip([n, d1, d2]) {
-                        sum.iter_mut().zip(point.to_array()).for_each(|(sum, x)| *sum += x * factor);
+        for (b, column) in columns.iter_mut().enumerate() {
+            for (order, column) in column.iter_mut().enumerate() {
+                let mut sums = [[0.0; LANES]; N];
+                for (point, row) in net[b..].iter().step_by(nv).zip(&*rows_u) {
+                    for (sum, x) in sums.iter_mut().zip(point.to_array()) {
+                        *sum = lanes(|l| sum[l] + x * row[order][l]);
                     }
                 }
-                *column = sums;
+                column[..N].copy_from_slice(&sums);
             }
-            let columns = columns.iter().zip(&*rows_v);
-            let sums = [
-                sum::<N>(columns.clone(), (0, 0)),
-                sum(columns.clone(), (1, 0)),
-                sum(columns.clone(), (0, 1)),
-                sum(columns.clone(), (2, 0)),
-                sum(columns.clone(), (1, 1)),
-                sum(columns, (0, 2)),
-            ];
-            let [_, du, dv, duu, duv, dvv] = if N == 4 { quotient(&sums) } else { plain(&sums) };
-            (*normals, *bends) = split([&du, &dv], [&duu, &duv, &dvv]);
+        }
+        let terms = || columns.iter().zip(&*rows_v);
+        let last = combine::<N, LANES>(terms(), |column, l| column[l], |row, _| row[SAMPLES]);
+        for (i, (normals, bends)) in normals.iter_mut().zip(bends).enumerate() {
+            let row = combine::<N, SAMPLES>(terms(), |column, _| column[i], |row, l| row[l]);
+            for ((normal, row), last) in normals.iter_mut().zip(&row.0).zip(&last.0) {
+                *normal = join(row, last[i]);
+            }
+            for ((bend, row), last) in bends.iter_mut().zip(&row.1).zip(&last.1) {
+                *bend = join(row, last[i]);
+            }
         }
     }
 }
@@ -132,7 +133,7 @@ impl SurfaceSamples {
                 let mut all = [0.0; 6];
                 for (k, all) in all.iter_mut().enumerate() {
                     let at = |i: usize, l: usize| self.bends[i][k][l];
-                    let (mut most, mut by_u, mut by_v) = ([0.0; LANES], [0.0; LANES], [0.0; SAMPLES - 1]);
+                    let (mut most, mut by_u, mut by_v) = ([0.0; LANES], [0.0; LANES], [0.0; SAMPLES]);
                     for i in 0..COUNT {
                         raise(&mut most, |l| at(i, l));
                         raise(&mut by_v, |l| at(i, l) - 2.0 * at(i, l + 1) + at(i, l + 2));
@@ -140,6 +141,8 @@ impl SurfaceSamples {
                     for i in 1..SAMPLES {
                         raise(&mut by_u, |l| at(i - 1, l) - 2.0 * at(i, l) + at(i + 1, l));
                     }
+                    // The fourth lane is there to fill a register. It reaches past the last sample.
+                    by_v[SAMPLES - 1] = 0.0;
                     *all = largest(&most) + 0.25 * (largest(&by_u) + largest(&by_v));
                 }
                 all
@@ -150,10 +153,15 @@ impl SurfaceSamples {
     /// The largest turning of the normal along a line of samples in u, and in v, with a margin for what lines miss: the
     /// overshoot of a parabola through neighbours.
     pub(super) fn turns(&self) -> [f64; 2] {
-        let across: [Vectors; COUNT] =
-            std::array::from_fn(|j| std::array::from_fn(|c| lanes(|l| self.normals[l.min(SAMPLES)][c][j])));
-        [&self.normals, &across].map(|rows| {
-            let turning = turnings(rows);
+        let [by_u, by_v] = widest(
+            #[inline(always)]
+            || {
+                let row = |j: usize| vectors(|c| lanes(|l| self.normals[l.min(SAMPLES)][c][j]));
+                [turnings(&self.normals), turnings(&[row(0), row(1), row(2), row(3), row(4)])]
+            },
+        );
+        [by_u, by_v].map(|turning| {
+            let turning = &turning[..COUNT];
             let most = turning.iter().copied().fold(0.0_f64, f64::max);
             let bend = turning.windows(3).map(|t| (t[0] - 2.0 * t[1] + t[2]).abs()).fold(0.0_f64, f64::max);
             (most + 0.125 * bend) * TO_ENDS
@@ -175,71 +183,106 @@ pub(super) fn tangent_turning(net: &[DVec4], rows: &[Vec<f64>]) -> f64 {
 }
 
 #[inline(always)]
-fn lanes(of: impl Fn(usize) -> f64) -> Lanes {
-    let mut out = [0.0; LANES];
+fn lanes<const L: usize>(of: impl Fn(usize) -> f64) -> Lanes<L> {
+    let mut out = [0.0; L];
     for (l, out) in out.iter_mut().enumerate() {
         *out = of(l);
     }
     out
 }
 
+/// A row without its last sample, and that.
+#[inline(always)]
+fn join(row: &Lanes<SAMPLES>, last: f64) -> Lanes {
+    lanes(|l| if l < SAMPLES { row[l] } else { last })
+}
+
 /// Vectors by coordinate.
 #[inline(always)]
-fn vectors(of: impl Fn(usize) -> Lanes) -> Vectors {
+fn vectors<const L: usize>(of: impl Fn(usize) -> Lanes<L>) -> Vectors<L> {
     [of(0), of(1), of(2)]
 }
 
 /// Raises `most` to the magnitude of `x`, which counts as nothing where it is NaN.
 #[inline(always)]
-fn raise(most: &mut [f64], x: impl Fn(usize) -> f64) {
-    for (l, most) in most.iter_mut().enumerate() {
+fn raise<const L: usize>(most: &mut Lanes<L>, x: impl Fn(usize) -> f64) {
+    *most = lanes(|l| {
         let x = x(l).abs();
-        *most = if x > *most { x } else { *most };
+        if x > most[l] { x } else { most[l] }
+    });
+}
+
+/// The largest of the samples of a row, without the copies.
+#[inline(always)]
+fn largest<const L: usize>(of: &Lanes<L>) -> f64 {
+    let mut most = 0.0;
+    for &x in &of[..COUNT.min(L)] {
+        most = if x > most { x } else { most };
     }
+    most
 }
 
 #[inline(always)]
-fn largest(of: &[f64]) -> f64 {
-    of.iter().fold(0.0, |most, &x| if x > most { x } else { most })
+fn times<const L: usize>(a: &Vectors<L>, factor: &Lanes<L>) -> Vectors<L> {
+    // Three closures in one are not inlined, and leave the wide registers.
+    let [x, y, z] = a;
+    [lanes(|l| x[l] * factor[l]), lanes(|l| y[l] * factor[l]), lanes(|l| z[l] * factor[l])]
 }
 
 #[inline(always)]
-fn times(a: &Vectors, factor: &Lanes) -> Vectors {
-    vectors(|c| lanes(|l| a[c][l] * factor[l]))
+fn minus<const L: usize>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
+    [lanes(|l| a[0][l] - b[0][l]), lanes(|l| a[1][l] - b[1][l]), lanes(|l| a[2][l] - b[2][l])]
 }
 
 #[inline(always)]
-fn minus(a: &Vectors, b: &Vectors) -> Vectors {
-    vectors(|c| lanes(|l| a[c][l] - b[c][l]))
-}
-
-#[inline(always)]
-fn dot(a: &Vectors, b: &Vectors) -> Lanes {
+fn dot<const L: usize>(a: &Vectors<L>, b: &Vectors<L>) -> Lanes<L> {
     lanes(|l| a[0][l] * b[0][l] + a[1][l] * b[1][l] + a[2][l] * b[2][l])
 }
 
 #[inline(always)]
-fn length(a: &Vectors) -> Lanes {
+fn length<const L: usize>(a: &Vectors<L>) -> Lanes<L> {
     let square = dot(a, a);
     lanes(|l| square[l].sqrt())
 }
 
 #[inline(always)]
-fn cross(a: &Vectors, b: &Vectors) -> Vectors {
+fn cross<const L: usize>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
     let minor = |c: usize, d: usize| lanes(|l| a[c][l] * b[d][l] - b[c][l] * a[d][l]);
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// The derivative of the orders `of` of the weighted point and, if `N` is 4, of its weight.
+/// The normals, and the parts of the second derivatives along and across them, at `L` samples. `terms`: of each column,
+/// its sums and its basis in v. `of_column` and `of_row` are what these are in a lane.
 #[inline(always)]
-fn sum<'a, const N: usize>(
-    columns: impl Iterator<Item = (&'a [[f64; 4]; 3], &'a [Lanes; 3])>,
+fn combine<'a, const N: usize, const L: usize>(
+    terms: impl Iterator<Item = (&'a [[Lanes; 4]; 3], &'a [Lanes; 3])> + Clone,
+    of_column: impl Fn(&Lanes, usize) -> f64,
+    of_row: impl Fn(&Lanes, usize) -> f64,
+) -> (Vectors<L>, [Lanes<L>; 6]) {
+    let lanes = (of_column, of_row);
+    let sums = [
+        sum::<N, L>(terms.clone(), &lanes, (0, 0)),
+        sum(terms.clone(), &lanes, (1, 0)),
+        sum(terms.clone(), &lanes, (0, 1)),
+        sum(terms.clone(), &lanes, (2, 0)),
+        sum(terms.clone(), &lanes, (1, 1)),
+        sum(terms, &lanes, (0, 2)),
+    ];
+    let [_, du, dv, duu, duv, dvv] = if N == 4 { quotient(&sums) } else { plain(&sums) };
+    split([&du, &dv], [&duu, &duv, &dvv])
+}
+
+/// The derivative of the orders `of` of the weighted point and, if `N` is 4, of its weight. For the rest see [`combine`].
+#[inline(always)]
+fn sum<'a, const N: usize, const L: usize>(
+    terms: impl Iterator<Item = (&'a [[Lanes; 4]; 3], &'a [Lanes; 3])>,
+    (of_column, of_row): &(impl Fn(&Lanes, usize) -> f64, impl Fn(&Lanes, usize) -> f64),
     of: (usize, usize),
-) -> [Lanes; N] {
-    let mut sum = [[0.0; LANES]; N];
-    for (column, row) in columns {
-        for (sum, c) in sum.iter_mut().zip(column[of.0]) {
-            *sum = lanes(|l| sum[l] + c * row[of.1][l]);
+) -> [Lanes<L>; N] {
+    let mut sum = [[0.0; L]; N];
+    for (column, row) in terms {
+        for (sum, column) in sum.iter_mut().zip(&column[of.0]) {
+            *sum = lanes(|l| sum[l] + of_column(column, l) * of_row(&row[of.1], l));
         }
     }
     sum
@@ -247,13 +290,13 @@ fn sum<'a, const N: usize>(
 
 /// Derivatives of `P / W` from those of `P` and `W`, as [`quotient`](crate::model::quotient) has them.
 #[inline(always)]
-fn quotient<const N: usize>(sums: &[[Lanes; N]; 6]) -> [Vectors; 6] {
+fn quotient<const N: usize, const L: usize>(sums: &[[Lanes<L>; N]; 6]) -> [Vectors<L>; 6] {
     let p = plain(sums);
     let w = |k: usize| &sums[k][N - 1];
-    let twice = |a: &Lanes| lanes(|l| 2.0 * a[l]);
+    let twice = |a: &Lanes<L>| lanes(|l| 2.0 * a[l]);
     let per = lanes(|l| 1.0 / w(0)[l]);
     let point = times(&p[0], &per);
-    let less = |a: &Vectors, b: &Vectors, factor: &Lanes| minus(a, &times(b, factor));
+    let less = |a: &Vectors<L>, b: &Vectors<L>, factor: &Lanes<L>| minus(a, &times(b, factor));
     let du = times(&less(&p[1], &point, w(1)), &per);
     let dv = times(&less(&p[2], &point, w(2)), &per);
     let duu = times(&less(&less(&p[3], &du, &twice(w(1))), &point, w(3)), &per);
@@ -264,21 +307,20 @@ fn quotient<const N: usize>(sums: &[[Lanes; N]; 6]) -> [Vectors; 6] {
 
 /// Derivatives where all weights are 1.
 #[inline(always)]
-fn plain<const N: usize>(sums: &[[Lanes; N]; 6]) -> [Vectors; 6] {
-    let of = |k: usize| vectors(|c| sums[k][c]);
-    [of(0), of(1), of(2), of(3), of(4), of(5)]
+fn plain<const N: usize, const L: usize>(sums: &[[Lanes<L>; N]; 6]) -> [Vectors<L>; 6] {
+    sums.map(|sums| [sums[0], sums[1], sums[2]])
 }
 
 /// The normals, and the parts of the second derivatives along and across them.
 #[inline(always)]
-fn split([du, dv]: [&Vectors; 2], [duu, duv, dvv]: [&Vectors; 3]) -> (Vectors, [Lanes; 6]) {
+fn split<const L: usize>([du, dv]: [&Vectors<L>; 2], [duu, duv, dvv]: [&Vectors<L>; 3]) -> (Vectors<L>, [Lanes<L>; 6]) {
     let normal = cross(du, dv);
     let (all, of_u, of_v) = (length(&normal), length(du), length(dv));
-    let per = lanes(|l| {
-        let per = 1.0 / all[l];
-        let exists = all[l] > 1e-10 * of_u[l] * of_v[l] && per.is_finite() && per > 0.0;
-        if exists { per } else { f64::NAN }
-    });
+    // One comparison at a time, which registers have instructions for.
+    let mut per: Lanes<L> = lanes(|l| 1.0 / all[l]);
+    per = lanes(|l| if all[l] > 1e-10 * of_u[l] * of_v[l] { per[l] } else { f64::NAN });
+    per = lanes(|l| if per[l] < f64::INFINITY { per[l] } else { f64::NAN });
+    per = lanes(|l| if per[l] > 0.0 { per[l] } else { f64::NAN });
     let normal = times(&normal, &per);
     let ([a, b], [c, d], [e, f]) = (parts(duu, &normal), parts(duv, &normal), parts(dvv, &normal));
     (normal, [a, b, c, d, e, f])
@@ -286,31 +328,38 @@ fn split([du, dv]: [&Vectors; 2], [duu, duv, dvv]: [&Vectors; 3]) -> (Vectors, [
 
 /// The part of a vector along the normal, and the length of the rest.
 #[inline(always)]
-fn parts(x: &Vectors, normal: &Vectors) -> [Lanes; 2] {
+fn parts<const L: usize>(x: &Vectors<L>, normal: &Vectors<L>) -> [Lanes<L>; 2] {
     let along = dot(x, normal);
     [along, length(&minus(x, &times(normal, &along)))]
 }
 
 /// [`turning`] of the normals from row to row, by lane.
-fn turnings(rows: &[Vectors; COUNT]) -> [f64; COUNT] {
-    let (mut fine, mut coarse) = ([[0.0; LANES]; SAMPLES], [[0.0; LANES]; SAMPLES / 2]);
-    widest(
-        #[inline(always)]
-        || {
-            let chord = |a: usize, b: usize| length(&minus(&rows[b], &rows[a]));
-            fine.iter_mut().enumerate().for_each(|(k, fine)| *fine = chord(k, k + 1));
-            coarse.iter_mut().enumerate().for_each(|(k, coarse)| *coarse = chord(2 * k, 2 * k + 2));
-        },
-    );
-    std::array::from_fn(|l| {
-        let sum = |chords: &[Lanes]| chords.iter().fold(0.0, |sum, chord| sum + chord_angle(chord[l]));
-        if fine.iter().any(|chord| chord[l].is_nan()) {
-            let normal = |k: usize| DVec3::from_array(rows[k].map(|row| row[l]));
-            return turning(&std::array::from_fn(|k| Some(normal(k)).filter(|normal| !normal.is_nan())));
+#[inline(always)]
+fn turnings(rows: &[Vectors; COUNT]) -> Lanes {
+    let fine = angles(rows, [(0, 1), (1, 2), (2, 3), (3, 4)]);
+    let coarse = angles(rows, [(0, 2), (2, 4)]);
+    let mut all: Lanes = lanes(|l| fine[l] + (fine[l] - coarse[l]).max(0.0));
+    for (l, turn) in all.iter_mut().take(COUNT).enumerate() {
+        if fine[l].is_nan() {
+            *turn = turning(&rows.map(|row| Some(DVec3::from_array(row.map(|c| c[l]))).filter(|n| !n.is_nan())));
         }
-        let (fine, coarse) = (sum(&fine), sum(&coarse));
-        fine + (fine - coarse).max(0.0)
-    })
+    }
+    all
+}
+
+/// The sums of [`chord_angle`] over pairs of rows, by lane, of which the first [`COUNT`] count.
+#[inline(always)]
+fn angles<const K: usize>(rows: &[Vectors; COUNT], pairs: [(usize, usize); K]) -> Lanes {
+    let mut sum = [0.0; LANES];
+    for (a, b) in pairs {
+        let chord = length(&minus(&rows[b], &rows[a]));
+        let mut angle: Lanes = lanes(|l| short_angle(chord[l]));
+        if largest(&chord) >= SHORT {
+            angle.iter_mut().zip(&chord).take(COUNT).for_each(|(angle, &chord)| *angle = chord_angle(chord));
+        }
+        sum = lanes(|l| sum[l] + angle[l]);
+    }
+    sum
 }
 
 /// The turning along a line, with a margin for what samples miss: the growth of the sum of angles when the samples were
@@ -328,13 +377,19 @@ fn path(directions: &[Option<DVec3>]) -> f64 {
     pairs.fold(0.0, |sum, (before, here)| sum + chord_angle(here.distance(*before)))
 }
 
-/// The angle subtended by a chord of the unit circle; below 0.1 by a series that is good to 10⁻⁹.
+/// Chords below this have their angle by a series.
+const SHORT: f64 = 0.1;
+
+/// The angle subtended by a chord of the unit circle.
 fn chord_angle(chord: f64) -> f64 {
-    if chord < 0.1 {
-        let square = chord * chord;
-        return chord * (1.0 + square * (1.0 / 24.0 + square * (3.0 / 640.0)));
-    }
-    2.0 * (0.5 * chord).min(1.0).arc_sine()
+    if chord < SHORT { short_angle(chord) } else { 2.0 * (0.5 * chord).min(1.0).arc_sine() }
+}
+
+/// [`chord_angle`] by a series that is good to 10⁻⁹ below [`SHORT`].
+#[inline(always)]
+fn short_angle(chord: f64) -> f64 {
+    let square = chord * chord;
+    chord * (1.0 + square * (1.0 / 24.0 + square * (3.0 / 640.0)))
 }
 
 #[cfg(test)]
@@ -406,6 +461,27 @@ mod tests {
                 let most = samples.most();
                 let all = || expected.iter().flatten().flatten();
                 assert!(all().all(|(_, bends)| (0..6).all(|k| most[k] >= bends[k].abs())), "{most:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn turnings_in_lanes_are_those_of_single_lines() {
+        let mut draw = SplitMix(8);
+        // Chords below and above `SHORT`, both, and lines without a direction somewhere.
+        for (spread, hole) in [(0.01, None), (0.08, None), (1.0, None), (0.03, Some((2, 1))), (1.0, Some((4, 4)))] {
+            let rows: [Vectors; COUNT] = std::array::from_fn(|k| {
+                let of: [DVec3; COUNT] = std::array::from_fn(|l| {
+                    let [x, y] = [(); 2].map(|()| draw.range(-spread, spread));
+                    if hole == Some((k, l)) { DVec3::NAN } else { DVec3::new(x, y, 1.0).normalize() }
+                });
+                vectors(|c| lanes(|l| of[l.min(SAMPLES)][c]))
+            });
+            let turns = turnings(&rows);
+            for (l, turn) in turns.iter().enumerate() {
+                let normal = |k: usize| DVec3::from_array(rows[k].map(|c| c[l]));
+                let single = turning(&std::array::from_fn(|k| Some(normal(k)).filter(|normal| !normal.is_nan())));
+                assert!(l >= COUNT || *turn == single, "{spread} {hole:?} {l}: {turn} {single}");
             }
         }
     }
