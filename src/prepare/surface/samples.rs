@@ -259,20 +259,20 @@ fn combine<'a, const N: usize, const L: usize>(
     of_column: impl Fn(&Lanes, usize) -> f64,
     of_row: impl Fn(&Lanes, usize) -> f64,
 ) -> (Vectors<L>, [Lanes<L>; 6]) {
-    let lanes = (of_column, of_row);
+    let of_lane = (of_column, of_row);
     let sums = [
-        sum::<N, L>(terms.clone(), &lanes, (0, 0)),
-        sum(terms.clone(), &lanes, (1, 0)),
-        sum(terms.clone(), &lanes, (0, 1)),
-        sum(terms.clone(), &lanes, (2, 0)),
-        sum(terms.clone(), &lanes, (1, 1)),
-        sum(terms, &lanes, (0, 2)),
+        sum::<N, L>(terms.clone(), &of_lane, (0, 0)),
+        sum(terms.clone(), &of_lane, (1, 0)),
+        sum(terms.clone(), &of_lane, (0, 1)),
+        sum(terms.clone(), &of_lane, (2, 0)),
+        sum(terms.clone(), &of_lane, (1, 1)),
+        sum(terms, &of_lane, (0, 2)),
     ];
     let [_, du, dv, duu, duv, dvv] = if N == 4 { quotient(&sums) } else { plain(&sums) };
     split([&du, &dv], [&duu, &duv, &dvv])
 }
 
-/// The derivative of the orders `of` of the weighted point and, if `N` is 4, of its weight. For the rest see [`combine`].
+/// The derivative of the orders `of` of the weighted point and, if `N` is 4, of its weight, for [`combine`].
 #[inline(always)]
 fn sum<'a, const N: usize, const L: usize>(
     terms: impl Iterator<Item = (&'a [[Lanes; 4]; 3], &'a [Lanes; 3])>,
