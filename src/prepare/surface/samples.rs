@@ -355,7 +355,10 @@ fn angles<const K: usize>(rows: &[Vectors; COUNT], pairs: [(usize, usize); K]) -
         let chord = length(&minus(&rows[b], &rows[a]));
         let mut angle: Lanes = lanes(|l| short_angle(chord[l]));
         if largest(&chord) >= SHORT {
-            angle.iter_mut().zip(&chord).take(COUNT).for_each(|(angle, &chord)| *angle = chord_angle(chord));
+            // NaN stays: it marks lines that lack a direction.
+            for (angle, &chord) in angle.iter_mut().zip(&chord).take(COUNT).filter(|(_, chord)| **chord >= SHORT) {
+                *angle = chord_angle(chord);
+            }
         }
         sum = lanes(|l| sum[l] + angle[l]);
     }
