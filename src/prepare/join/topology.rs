@@ -49,25 +49,7 @@ pub(crate) fn assemble(
     refill: impl Fn(usize, &Chain) -> Option<FaceDraft>,
     told: &mut Vec<(usize, ClosingOutcome)>,
 ) -> PreparedPart {
-    let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
-    for (edge, t) in drafts.iter().flatten().flat_map(|d| &d.breaks) {
-        wanted[*edge as usize].push(*t);
-    }
-    let used = used_edges(part.edges.len(), &drafts);
-    let borders: usize = drafts.iter().flatten().map(|draft| draft.borders.len()).sum();
-    let mut edges: Vec<PreparedEdge> = Vec::with_capacity(part.edges.len() + borders);
-    edges.extend(part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)));
-    for edge in edges.iter_mut().skip(finely_cut) {
-        edge.bounds = edge.bounds.merged();
-    }
-    for (edge, t, point) in drafts.iter().flatten().flat_map(|d| &d.joints) {
-        let breaks = &mut edges[*edge as usize].breaks;
-        let k = nearest_break(breaks, *t);
-        // The ends are vertices, which other faces use too.
-        if k > 0 && k + 1 < breaks.len() {
-            breaks[k].point = *point;
-        }
-    }
+    let mut edges = brep_edges(part, finely_cut, &drafts);
     let mut out = PreparedPart { brep_edges: part.edges.len(), ..PreparedPart::default() };
     out.tiles.reserve(drafts.iter().flatten().map(|draft| draft.tiles.len()).sum());
     out.faces.reserve(drafts.len());
@@ -269,6 +251,31 @@ fn end_poles(tiles: &[Tile], edges: &mut [PreparedEdge]) {
 
 fn id(index: usize) -> u32 {
     u32::try_from(index).unwrap_or(u32::MAX)
+}
+
+/// The edges of a part, with the breaks and joints of all its faces, and room for the faces' borders.
+fn brep_edges(part: &Part, finely_cut: usize, drafts: &[Option<FaceDraft>]) -> Vec<PreparedEdge> {
+    let faces = || drafts.iter().flatten();
+    let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
+    for (edge, t) in faces().flat_map(|d| &d.breaks) {
+        wanted[*edge as usize].push(*t);
+    }
+    let used = used_edges(part.edges.len(), drafts);
+    let borders: usize = faces().map(|draft| draft.borders.len()).sum();
+    let mut edges: Vec<PreparedEdge> = Vec::with_capacity(part.edges.len() + borders);
+    edges.extend(part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)));
+    for edge in edges.iter_mut().skip(finely_cut) {
+        edge.bounds = edge.bounds.merged();
+    }
+    for (edge, t, point) in faces().flat_map(|d| &d.joints) {
+        let breaks = &mut edges[*edge as usize].breaks;
+        let k = nearest_break(breaks, *t);
+        // The ends are vertices, which other faces use too.
+        if k > 0 && k + 1 < breaks.len() {
+            breaks[k].point = *point;
+        }
+    }
+    edges
 }
 
 fn used_edges(count: usize, drafts: &[Option<FaceDraft>]) -> Vec<bool> {
