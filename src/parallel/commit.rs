@@ -1,7 +1,7 @@
 //! Deliveries of all workers -> one frame in the sink, in (part, tile) order for any number of workers.
 
 use super::error::FrameError;
-use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, MadeTile};
+use super::handoff::{DegradedTile, Deliveries, Delivery, FaceFill, FaceRung, LostLine, MadeTile};
 use super::metrics::{Laps, WorkerMetrics};
 use super::seats::{Seat, Seats};
 use super::writer::Writer;
@@ -94,10 +94,8 @@ pub(super) struct Rows {
 /// `end`; `abort` after the first refusal, or when cancelled. Leaves the frame's tiles in `rows`.
 ///
 /// `seats`: where the tiles are, ascending. `writer`: where the tiles were written, if they were.
-// Boxed: they are large, and move from threads to the commit.
-#[allow(clippy::vec_box, reason = "see above")]
 pub(super) fn commit(
-    (deliveries, seats): (Vec<Box<Delivery>>, &[Seat]),
+    (deliveries, seats): (Deliveries, &[Seat]),
     (scene, writer): (&Scene, Option<&Writer>),
     feed: Feed<'_>,
     (rows, sink): (&mut Rows, &mut dyn MeshSink),

@@ -1,6 +1,6 @@
 //! The workers of a session: each makes its own tiles, on whichever thread is free.
 
-use super::handoff::{Delivery, Hand};
+use super::handoff::{Deliveries, Hand};
 use super::seats::Seats;
 use super::worker::{Order, Stages, Worker};
 use crate::control::{Jobs, map_with};
@@ -58,9 +58,7 @@ impl<S: Stages> Crew<S> {
     }
 
     /// Makes a frame. Workers that have nothing to do deliver nothing. When cancelled, deliveries are incomplete.
-    // Boxed: they are large, and move from threads to the commit.
-    #[allow(clippy::vec_box, reason = "see above")]
-    pub(super) fn make(&mut self, jobs: &dyn Jobs, order: Order<S::Plan>, work: Work) -> Vec<Box<Delivery>> {
+    pub(super) fn make(&mut self, jobs: &dyn Jobs, order: Order<S::Plan>, work: Work) -> Deliveries {
         let _span = tracing::trace_span!("tiles").entered();
         // The longest first: what a thread begins last is short, and all end at about the same time.
         let (hands, parts, timed, busy) = match work {

@@ -5,7 +5,7 @@ use super::commit::{Feed, FrameReport, Rows, commit, refusal, sink_panicked};
 use super::crew::{Crew, Work};
 use super::edits::Edited;
 use super::error::FrameError;
-use super::handoff::{DegradedTile, Delivery, Hand, Watch};
+use super::handoff::{DegradedTile, Deliveries, Hand, Watch};
 use super::metrics::{Laps, SessionMemory};
 use super::options::SessionOptions;
 use super::owners::{Owners, hands, workers_on};
@@ -100,9 +100,7 @@ struct Live {
 pub(super) struct FinishedFrame {
     pub(super) plan: Arc<Plan>,
     due: Due,
-    // Boxed: they are large, and move from threads to the commit.
-    #[allow(clippy::vec_box, reason = "see above")]
-    deliveries: Vec<Box<Delivery>>,
+    deliveries: Deliveries,
     /// Where the tiles that are due are made.
     seats: Vec<Seat>,
     planned_in: Duration,

@@ -54,6 +54,10 @@ impl Watch {
     }
 }
 
+/// What workers made for one frame, by worker. Boxed, because deliveries are large and move from threads to the commit.
+#[allow(clippy::vec_box, reason = "see above")]
+pub(super) type Deliveries = Vec<Box<Delivery>>;
+
 /// Everything that a worker made for one frame.
 #[derive(Default)]
 pub(super) struct Delivery {
