@@ -45,11 +45,6 @@ impl<T> PlanRows<T> {
     pub fn iter(&self) -> Flatten<slice::Iter<'_, Vec<Arc<T>>>> {
         self.0.iter().flatten()
     }
-
-    /// The rows in their order, to be replaced.
-    pub fn iter_mut(&mut self) -> Flatten<slice::IterMut<'_, Vec<Arc<T>>>> {
-        self.0.iter_mut().flatten()
-    }
 }
 
 impl<'a, T> IntoIterator for &'a PlanRows<T> {
@@ -66,7 +61,21 @@ impl<'a, T> IntoIterator for &'a mut PlanRows<T> {
     type IntoIter = Flatten<slice::IterMut<'a, Vec<Arc<T>>>>;
 
     fn into_iter(self) -> Self::IntoIter {
-        self.iter_mut()
+        self.0.iter_mut().flatten()
+    }
+}
+
+impl<T> FromIterator<Arc<T>> for PlanRows<T> {
+    fn from_iter<I: IntoIterator<Item = Arc<T>>>(rows: I) -> Self {
+        let mut rows = rows.into_iter();
+        let mut out = Self::with_room(rows.size_hint().0);
+        loop {
+            let block: Vec<_> = rows.by_ref().take(BLOCK).collect();
+            if block.is_empty() {
+                return out;
+            }
+            out.push_block(block);
+        }
     }
 }
 
@@ -105,10 +114,7 @@ impl<T: serde::Serialize> serde::Serialize for PlanRows<T> {
 #[cfg(feature = "serde")]
 impl<'de, T: serde::Deserialize<'de>> serde::Deserialize<'de> for PlanRows<T> {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let list = Vec::<Arc<T>>::deserialize(deserializer)?;
-        let mut rows = Self::with_room(list.len());
-        list.chunks(BLOCK).for_each(|block| rows.push_block(block.to_vec()));
-        Ok(rows)
+        Ok(Vec::deserialize(deserializer)?.into_iter().collect())
     }
 }
 
@@ -119,15 +125,13 @@ mod tests {
     #[test]
     fn rows_are_found_in_their_blocks() {
         for count in [0, 1, 63, 64, 65, 200] {
-            let mut rows = PlanRows::with_room(count);
             let list: Vec<Arc<usize>> = (0..count).map(Arc::new).collect();
-            list.chunks(BLOCK).for_each(|block| rows.push_block(block.to_vec()));
+            let mut rows: PlanRows<usize> = list.iter().cloned().collect();
             assert_eq!((rows.len(), rows.is_empty()), (count, count == 0));
             assert!(rows.iter().eq(&list) && (0..count).all(|row| *rows[row] == row));
-            rows.iter_mut().for_each(|row| *row = Arc::new(**row + 1));
             if count > 64 {
                 rows[64] = Arc::new(0);
-                assert_eq!([63, 64].map(|row| *rows[row]), [64, 0]);
+                assert_eq!([63, 64].map(|row| *rows[row]), [63, 0]);
             }
             assert_eq!(rows.into_blocks().len(), count.div_ceil(64));
         }
