@@ -222,11 +222,6 @@ pub(crate) fn to_bezier(
         let source = &rows[(span - degree) * width..(span + 1) * width];
         let shared = usize::from(!net.is_empty());
         net.extend_from_within(net.len() - shared * width..);
-        // The matrix of a whole Bézier piece is the identity, bit by bit.
-        if piece(degree, &knots[span + 1 - degree..=span + degree]) == Some((from, to)) {
-            net.extend(source[shared * width..].iter().map(|&point| DVec4::ZERO + point));
-            return;
-        }
         extraction(degree, knots, span, from, to, &mut matrix);
         let first = net.len();
         net.resize(first + (n - shared) * width, DVec4::ZERO);
