@@ -51,7 +51,9 @@ fn points(c: &mut Criterion) {
     let mut group = c.benchmark_group("evaluate/points");
     group.throughput(Throughput::Elements(256));
     group.bench_function("rational 3x3", |b| {
-        b.iter(|| evaluate_points(&patches, black_box(&at), |k, position, normal| (p[k], q[k]) = (position, normal)));
+        b.iter(|| {
+            evaluate_points(&patches, black_box(&at), &mut |k, position, normal| (p[k], q[k]) = (position, normal))
+        });
     });
     group.finish();
 }

@@ -92,7 +92,7 @@ fn a_point_has_the_same_bits_in_any_company() {
         }
         let single: Vec<_> = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v))).collect();
         let (mut p, mut n) = none(single.len());
-        evaluate_points(&patches, &single, |k, position, normal| (p[k], n[k]) = (position, normal));
+        evaluate_points(&patches, &single, &mut |k, position, normal| (p[k], n[k]) = (position, normal));
         assert_eq!((&p, &n), (&positions, &normals));
     }
 }

@@ -221,7 +221,7 @@ fn lattice_vertices_have_the_bits_of_single_points() {
                 let Origin::Lattice { i, j } = *origin else { continue };
                 let at = [DVec2::new(lattice.us[i as usize], lattice.vs[j as usize])];
                 let side = if face.reversed { -1.0 } else { 1.0 };
-                evaluate_points(&face.patches, &at, |_, position, normal| {
+                evaluate_points(&face.patches, &at, &mut |_, position, normal| {
                     assert_eq!(batch.mesh.positions[k], position, "{name}");
                     assert_eq!(batch.mesh.normals[k], (normal * side).as_vec3(), "{name}");
                 });

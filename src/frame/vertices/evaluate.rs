@@ -78,7 +78,7 @@ impl Roles {
 /// [`UNWANTED`] for points to leave out.
 ///
 /// At poles and collapsed borders the normal is its limit from inside the patch. Returns the number of normals that do
-/// not exist even there; they are +z. 5-10 ns per point up to degree (3, 3); allocates only to grow the buffers.
+/// not exist even there; they are +z. 5-15 ns per point up to degree (3, 3); allocates only to grow the buffers.
 pub fn evaluate_lattice(
     patches: &BezierPatches,
     us: &[f64],
@@ -140,7 +140,8 @@ pub fn evaluate_lattice(
 /// [`evaluate_lattice`].
 ///
 /// Up to degree (3, 3) about 40 ns per point if neighbours are in the same patch, else 100 ns.
-pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], mut put: impl FnMut(usize, DVec3, DVec3)) -> usize {
+// Not generic: the loops for all degrees and registers take 300 KB of code, which would be there for each caller.
+pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMut(usize, DVec3, DVec3)) -> usize {
     let roles = Roles::of(patches);
     let mut lost = 0;
     widest(

@@ -32,14 +32,14 @@ pub(crate) fn evaluate_vertices(
         normals.resize(uvs.len(), (normal * side).as_vec3());
         if let others @ [_, ..] = &uvs[tessellants..] {
             let positions = &mut positions[tessellants..];
-            evaluate_points(&face.patches, others, |k, position, _| positions[k] = position);
+            evaluate_points(&face.patches, others, &mut |k, position, _| positions[k] = position);
         }
         return;
     }
     normals.resize(uvs.len(), Vec3::Z);
     let (positions, normals) = (&mut positions[tessellants..], &mut normals[..]);
     let normal = |n: DVec3| (n * side).as_vec3();
-    evaluate_points(&face.patches, &uvs[..tessellants], |k, _, n| normals[k] = normal(n));
+    evaluate_points(&face.patches, &uvs[..tessellants], &mut |k, _, n| normals[k] = normal(n));
     let normals = &mut normals[tessellants..];
     let mut put = |k: usize, position: DVec3, n: DVec3| {
         positions[k] = position;
@@ -58,5 +58,5 @@ pub(crate) fn evaluate_vertices(
         });
         (first, rest) = (corners_used, &rest[corners_used..]);
     }
-    evaluate_points(&face.patches, rest, |k, position, normal| put(first + k, position, normal));
+    evaluate_points(&face.patches, rest, &mut |k, position, normal| put(first + k, position, normal));
 }
