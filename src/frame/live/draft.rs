@@ -18,7 +18,7 @@ pub(super) const TOUCHED: u8 = 1;
 /// An adjacent lattice changed.
 pub(super) const BESIDE_NEW: u8 = 2;
 /// All tessellants are replaced.
-pub(super) const ANEW: u8 = 4;
+pub(super) const REPLACED: u8 = 4;
 
 /// Edges to plan, each once however many tiles request it.
 #[derive(Default)]
@@ -212,7 +212,7 @@ pub(super) struct WantedRate {
     /// The chord tolerance that the views require, in the part's own millimetres.
     pub(super) chord: f64,
     /// Whether to replace all lines of the tile and of its edges.
-    pub(super) anew: bool,
+    pub(super) replace: bool,
 }
 
 /// The plan of the current frame.

@@ -7,7 +7,7 @@
 use super::culling::{PartBoxes, WORDS};
 use super::defer;
 use super::draft::{
-    ANEW, BESIDE_NEW, CellsAt, GroupBand, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, SeenTiles,
+    BESIDE_NEW, CellsAt, GroupBand, NewTessellants, PLANNED, PlanDraft, REPLACED, RateChanges, SeenRange, SeenTiles,
     Sights, TessellantUpdate, Touched, VisibleTiles, WantedRate,
 };
 use super::options::PlannerOptions;
@@ -225,7 +225,7 @@ impl Planner {
     /// Views that are invalid (see [`plan_for_view`](crate::frame::plan_for_view())), or allow no error at all, draw
     /// nothing and do not count; instances of unknown parts are skipped.
     ///
-    /// Cost: about 50 ns per group of 16 tiles of an instance that a view may show; 50 ns per tile of groups that are
+    /// Cost: a test per group of 16 tiles of an instance that a view may show; about 20 ns per tile of groups that are
     /// partly in the picture or near a change of level; a few microseconds per tile and edge that changes. If nothing
     /// moved, one comparison of the views with the last ones.
     pub fn plan(&mut self, placed: &mut PlacedInstances, views: &[View]) -> &Arc<Plan> {
@@ -374,7 +374,7 @@ impl Planner {
         let Rates { prepared, parts, term, .. } = own(rates);
         let page = own(&mut draft.page);
         for (new, wanted) in made.into_iter().flatten() {
-            let WantedRate { part: p, tile: t, rate, band, anew, .. } = wanted;
+            let WantedRate { part: p, tile: t, rate, band, replace, .. } = wanted;
             let (part, rates) = (&prepared.parts[p], &mut parts[p]);
             let id = (PartId::new(p), TileId(t as u32));
             (rates.kept.tiles[t], rates.kept.due[t]) = (new.follows, false);
@@ -388,9 +388,9 @@ impl Planner {
                 draft.changes.tiles.push(id);
             }
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, *term);
-            let with_it = |e: RowId| anew && owner(&part.edges[e.index()], |t| rates.seen.shows(t)) == Some(t);
+            let with_it = |e: RowId| replace && owner(&part.edges[e.index()], |t| rates.seen.shows(t)) == Some(t);
             for u in part.tiles[t].loops.iter().flatten() {
-                touched.add(p, u.edge, why | if with_it(u.edge) { ANEW } else { 0 });
+                touched.add(p, u.edge, why | if with_it(u.edge) { REPLACED } else { 0 });
             }
         }
         for (p, t) in draft.near.drain(..) {
@@ -478,10 +478,12 @@ fn own<T>(shared: &mut Arc<T>) -> &mut T {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::plan::limits::PlanLimits;
     use crate::model::{ModelBuilder, shapes};
     use crate::prepare::{PrepareOptions, prepare};
     use crate::view::{Camera, CameraPath, Picture};
     use glam::{DAffine3, DVec3};
+    use std::time::Duration;
 
     /// Shapes, each placed along a row that leads away from the origin.
     fn rows() -> Arc<Prepared> {
@@ -496,24 +498,19 @@ mod tests {
         Arc::new(prepare(model.finish().expect("a model"), &PrepareOptions::DEFAULT).expect("within the limits"))
     }
 
-    #[test]
-    fn groups_decide_as_their_tiles_do() {
-        const PICTURE: Picture = Picture { size: (800, 600), deviation_px: 0.5, size_px: None, angle: 0.5 };
-        let prepared = rows();
-        let new = || Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+    /// The groups that are looked at in a flight of views, and all that are seen. Each plan is compared with one in
+    /// which no group is judged.
+    fn compare(prepared: &Arc<Prepared>, options: &PlannerOptions, flight: &[Vec<View>]) -> [u32; 2] {
+        let new = || Planner::new(&Alone, Arc::clone(prepared), options);
         let (mut grouped, mut single) = (new(), new());
-        let mut placed = PlacedInstances::of(&prepared);
-        let (mut open, mut all) = (0, 0);
-        let around = CameraPath::Orbit.views(prepared.bounds.expect("a placed model"), 400, &PICTURE);
-        let along = (0..200).map(|k| {
-            let eye = DVec3::new(150.0, 2.5 * f64::from(k) - 100.0, 40.0);
-            let camera = Camera { eye, ..around[0].camera };
-            View { camera: Camera { forward: DVec3::new(0.3, 1.0, -0.1).normalize(), ..camera }, ..around[0] }
-        });
-        for (k, view) in around.iter().copied().chain(along).enumerate() {
-            // Every other frame has a second view, in which another part of the scene is large.
-            let views = [view, around[(7 * k + 100) % around.len()]];
-            let views = &views[..1 + k % 2];
+        let mut placed = PlacedInstances::of(prepared);
+        let mut looked = [0; 2];
+        for (k, views) in flight.iter().enumerate() {
+            if k % 9 == 0 {
+                let row = k % placed.instances().len();
+                let lifted = DAffine3::from_translation(DVec3::Z) * placed.instances()[row].transform;
+                placed.move_to(row, lifted);
+            }
             grouped.plan(&mut placed, views);
             for part in &mut own(&mut single.rates).parts {
                 part.groups.fill(GroupBand::NONE);
@@ -521,12 +518,35 @@ mod tests {
             single.plan(&mut placed, views);
             assert_eq!(grouped.changes(), single.changes(), "frame {k}");
             assert!(grouped.last() == single.last(), "frame {k}");
-            let count = |planner: &Planner| -> u32 {
+            for (looked, planner) in looked.iter_mut().zip([&grouped, &single]) {
                 let ranges = planner.rates.parts.iter().flat_map(|part| &part.seen.0);
-                ranges.map(|range| range.open.count_ones()).sum()
-            };
-            (open, all) = (open + count(&grouped), all + count(&single));
+                *looked += ranges.map(|range| range.open.count_ones()).sum::<u32>();
+            }
         }
+        looked
+    }
+
+    #[test]
+    fn groups_decide_as_their_tiles_do() {
+        const PICTURE: Picture = Picture { size: (800, 600), deviation_px: 0.5, size_px: None, angle: 0.5 };
+        let prepared = rows();
+        let around = CameraPath::Orbit.views(prepared.bounds.expect("a placed model"), 400, &PICTURE);
+        let along = (0..200).map(|k| {
+            let eye = DVec3::new(150.0, 2.5 * f64::from(k) - 100.0, 40.0);
+            let camera = Camera { eye, ..around[0].camera };
+            View { camera: Camera { forward: DVec3::new(0.3, 1.0, -0.1).normalize(), ..camera }, ..around[0] }
+        });
+        // Every other frame has a second view, in which another part of the scene is large.
+        let second = |k: usize| around[(7 * k + 100) % around.len()];
+        let views = around.iter().copied().chain(along).enumerate();
+        let flight: Vec<Vec<View>> = views.map(|(k, view)| [view, second(k)][..1 + k % 2].to_vec()).collect();
+        let [open, all] = compare(&prepared, &PlannerOptions::DEFAULT, &flight);
         assert!(all > 1000 && 2 * open < all, "{open} of {all} groups were looked at");
+
+        // Changes that wait, terms that limits make coarser, and tiles that the camera's side decides on.
+        let options = PlannerOptions::DEFAULT;
+        compare(&prepared, &options.with_budget(Some(Duration::from_micros(20))), &flight[..200]);
+        compare(&prepared, &options.with_limits(PlanLimits::DEFAULT.with_triangles(2000)), &flight[..200]);
+        compare(&prepared, &options.with_cull_back_faces(true), &flight[..200]);
     }
 }

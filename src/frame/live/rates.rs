@@ -3,7 +3,7 @@
 
 use super::culling::{GROUP, GROUPS, InstanceSight, PartBoxes, RANGE, WORDS};
 use super::draft::{
-    ANEW, BESIDE_NEW, CellsAt, GroupBand, NewLattice, NewTessellants, RateChanges, SeenRange, SeenTiles, Sights,
+    BESIDE_NEW, CellsAt, GroupBand, NewLattice, NewTessellants, REPLACED, RateChanges, SeenRange, SeenTiles, Sights,
     TessellantUpdate, UNSEEN, VisibleTiles, WantedRate,
 };
 use super::options::PlannerOptions;
@@ -202,7 +202,7 @@ impl Rates {
                     None => (0.0, 1.0),
                 };
                 let (urgency, chord) = (urgency + raised, 1.0 / most);
-                wanted.rates.push(WantedRate { urgency, growth, part: p, tile: t, rate, band, chord, anew: due });
+                wanted.rates.push(WantedRate { urgency, growth, part: p, tile: t, rate, band, chord, replace: due });
             }
         }
         if all_keep { of_all } else { GroupBand::NONE }
@@ -248,12 +248,12 @@ impl Rates {
 
     /// The lattice of a tile at the rate that it should have.
     pub(super) fn new_lattice(&self, wanted: &WantedRate, page: &Plan, lattices: &mut Lattices) -> NewLattice {
-        let WantedRate { part: p, tile: t, rate, chord, anew, .. } = wanted;
+        let WantedRate { part: p, tile: t, rate, chord, replace, .. } = wanted;
         let (part, rates) = (&self.prepared.parts[*p], &self.parts[*p]);
         let (tile, old) = (&part.tiles[*t], &page.parts[*p].tiles[*t]);
         let face = &part.faces[part.face_of(tile)];
         let need = self.terms.need(rate, self.prepared.scene.parts[*p].radius);
-        let before = self.turns.follow(&**old, *anew || rates.tile_terms[*t] != self.term);
+        let before = self.turns.follow(&**old, *replace || rates.tile_terms[*t] != self.term);
         let before_lines = before.as_ref().map(|b| b as &dyn FollowLines);
         let (mut made, kept) = lattices.lattice(&self.request((face, tile), &need, before_lines));
         let is_plane = face.kind == SurfaceKind::Plane;
@@ -278,8 +278,8 @@ impl Rates {
         let (part, rates) = (&self.prepared.parts[p], &self.parts[p]);
         let (edge, k) = (&part.edges[e.index()], e.index());
         let beside = || edge.uses.iter().map(|place| &rates.tiles[place.tile.index()]);
-        let anew = why & ANEW > 0;
-        let planned = why & BESIDE_NEW == 0 && !anew && rates.edge_terms[k] == self.term;
+        let replace = why & REPLACED > 0;
+        let planned = why & BESIDE_NEW == 0 && !replace && rates.edge_terms[k] == self.term;
         let page = &page.parts[p];
         let single = |tile: TileId| page.tiles[tile.0 as usize].cells() == (1, 1);
         if planned && edge.straight && self.terms.size.is_none() && edge.uses.iter().all(|place| single(place.tile)) {
@@ -308,7 +308,7 @@ impl Rates {
                 return Some(NewTessellants { rate, made: None });
             }
         }
-        let before = self.turns.follow(&*page.edges[k], anew || rates.edge_terms[k] != self.term);
+        let before = self.turns.follow(&*page.edges[k], replace || rates.edge_terms[k] != self.term);
         let (line, kept) =
             tessellants.polyline(edge, &page.tiles, &need, 1.0, before.as_ref().map(|b| b as &dyn FollowLines));
         let line = (*page.edges[k] != line).then(|| Arc::new(line));

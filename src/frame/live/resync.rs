@@ -46,8 +46,8 @@ impl Turns {
     }
 
     /// The lines to update incrementally; `None` if all lines are replaced.
-    pub(crate) fn follow<'a, T: ?Sized>(&self, last: &'a T, anew: bool) -> Option<LastLines<'a, T>> {
-        self.split.filter(|_| !anew).map(|(intensive, most)| LastLines { last, intensive, most })
+    pub(crate) fn follow<'a, T: ?Sized>(&self, last: &'a T, replace: bool) -> Option<LastLines<'a, T>> {
+        self.split.filter(|_| !replace).map(|(intensive, most)| LastLines { last, intensive, most })
     }
 }
 
