@@ -21,7 +21,7 @@ where
 }
 
 /// As [`map`], where each thread has a work space: `spaces` has one for each thread that ever took part, made when it
-/// first does. Results must not depend on them. If a call panics, they are gone.
+/// first does. Results must not depend on them. A call that panics drops them.
 pub(crate) fn map_with<S, I, R>(
     jobs: &dyn Jobs,
     spaces: &mut Vec<S>,
