@@ -69,8 +69,7 @@ pub(super) enum Feed<'a> {
         /// For changes of another model than the sink has.
         from: Option<&'a [Option<PartId>]>,
         drawn: &'a DrawnTiles,
-        /// Tiles to evict from the sink, ascending.
-        forgotten: &'a [(PartId, TileId, FaceId)],
+        forgotten: Gone<'a>,
     },
 }
 
@@ -84,7 +83,7 @@ pub(super) struct Rows {
     lines: Vec<EdgeLine>,
     /// The tiles that were made, by delivery.
     pub(super) made: Vec<Vec<MadeTile>>,
-    /// Seats whose tiles the sink was given.
+    /// Tiles that the sink was given, of those that were written.
     given: usize,
     rungs: Vec<FaceRung>,
     fills: Vec<(TileId, FaceFill)>,
@@ -134,8 +133,8 @@ pub(super) fn commit(
     let fed = fed.unwrap_or_else(|panic| Err(sink_panicked(&*panic)));
     if let Err(error) = fed {
         if let Some(writer) = writer {
-            let left = seats[rows.given..].iter();
-            let left = left.map(|seat| &rows.written[seat.worker as usize][seat.row as usize]);
+            let all = seats.iter().flat_map(|seat| &rows.written[seat.worker as usize][seat.rows()]);
+            let left = all.skip(rows.given);
             // The sink must hear of the end whatever its memory does.
             let _ = catch_unwind(AssertUnwindSafe(|| writer.release(left)));
         }
@@ -178,8 +177,6 @@ impl Rows {
         (whole, feed): (bool, Feed<'_>),
         (writer, sink): (Option<&Writer>, &mut dyn MeshSink),
     ) -> Result<(), FrameError> {
-        /// Batches that are fetched at a time.
-        const FETCHED: usize = 16;
         match feed {
             _ if whole => sink.begin(scene),
             Feed::Views { from: Some(from), .. } => sink.begin_update(scene, from),
@@ -194,24 +191,11 @@ impl Rows {
             Feed::Views { forgotten, .. } => forgotten,
             Feed::All(..) => &[],
         };
-        for seats in seats.chunks(FETCHED) {
-            if writer.is_none() {
-                // Batches of neighbouring tiles are far apart. The processor waits for many at the same time here, and
-                // for one at a time in the sink.
-                let fetch = |sum: usize, seat: &Seat| {
-                    let Batch { tile, mesh, .. } = &self.batches[seat.worker as usize][seat.row as usize];
-                    sum ^ tile.0 as usize ^ mesh.positions.len() ^ mesh.triangles.len()
-                };
-                black_box(seats.iter().fold(0, fetch));
-            }
-            for seat in seats {
-                goes_on()?;
-                let tile = self.tile(*seat, writer);
-                let before = gone.iter().take_while(|(part, evicted, _)| (*part, *evicted) < tile).count();
-                evict(&gone[..before], writer, sink)?;
-                gone = &gone[before..];
-                self.given += 1;
-                self.send(*seat, whole, (writer.is_some(), sink)).map_err(FrameError::Sink)?;
+        for seat in seats {
+            goes_on()?;
+            match writer {
+                Some(writer) => self.send_written(*seat, whole, (&mut gone, writer), sink)?,
+                None => self.send_batches(*seat, whole, &mut gone, sink)?,
             }
         }
         evict(gone, writer, sink)?;
@@ -226,40 +210,69 @@ impl Rows {
         sink.end().map_err(FrameError::Sink)
     }
 
-    /// The tile of a seat.
-    fn tile(&self, Seat { worker, row }: Seat, writer: Option<&Writer>) -> (PartId, TileId) {
-        let (worker, row) = (worker as usize, row as usize);
-        if writer.is_some() {
-            let WrittenTile { part, tile, .. } = self.written[worker][row];
-            return (part, tile);
+    /// Gives the sink the tiles of a seat, and those that are gone before them. A whole frame has no need of tiles
+    /// without triangles.
+    fn send_written(
+        &mut self,
+        seat: Seat,
+        whole: bool,
+        (gone, writer): (&mut Gone<'_>, &Writer),
+        sink: &mut dyn MeshSink,
+    ) -> Result<(), FrameError> {
+        for tile in &self.written[seat.worker as usize][seat.rows()] {
+            if !gone.is_empty() {
+                evict(before(gone, (tile.part, tile.tile)), Some(writer), sink)?;
+            }
+            self.given += 1;
+            if !whole || tile.triangles > 0 {
+                sink.written(tile).map_err(FrameError::Sink)?;
+            }
         }
-        let Batch { part, tile, .. } = self.batches[worker][row];
-        (part, tile)
+        Ok(())
     }
 
-    /// Gives the sink a tile. A whole frame has no need of those without triangles.
-    fn send(
+    /// As [`send_written`](Self::send_written), for batches.
+    fn send_batches(
         &mut self,
-        Seat { worker, row }: Seat,
+        seat: Seat,
         whole: bool,
-        (is_written, sink): (bool, &mut dyn MeshSink),
-    ) -> Result<(), SinkError> {
-        let (worker, row) = (worker as usize, row as usize);
-        if is_written {
-            let tile = &self.written[worker][row];
-            return if whole && tile.triangles == 0 { Ok(()) } else { sink.written(tile) };
+        gone: &mut Gone<'_>,
+        sink: &mut dyn MeshSink,
+    ) -> Result<(), FrameError> {
+        /// Batches that are fetched at a time.
+        const FETCHED: usize = 16;
+        for batches in self.batches[seat.worker as usize][seat.rows()].chunks_mut(FETCHED) {
+            // The processor waits for many at the same time here, and for one at a time in the sink.
+            let fetch = |sum: usize, Batch { tile, mesh, .. }: &Batch| {
+                sum ^ tile.0 as usize ^ mesh.positions.len() ^ mesh.triangles.len()
+            };
+            black_box(batches.iter().fold(0, fetch));
+            for batch in batches {
+                if !gone.is_empty() {
+                    evict(before(gone, (batch.part, batch.tile)), None, sink)?;
+                }
+                if !whole || !batch.mesh.triangles.is_empty() {
+                    sink.batch(batch).map_err(FrameError::Sink)?;
+                }
+            }
         }
-        let batch = &mut self.batches[worker][row];
-        if whole && batch.mesh.triangles.is_empty() { Ok(()) } else { sink.batch(batch) }
+        Ok(())
     }
 }
 
+/// Tiles to evict from the sink, ascending.
+type Gone<'a> = &'a [(PartId, TileId, FaceId)];
+
+/// Takes those before `tile`.
+fn before<'a>(gone: &mut Gone<'a>, tile: (PartId, TileId)) -> Gone<'a> {
+    let count = gone.iter().take_while(|(part, evicted, _)| (*part, *evicted) < tile).count();
+    let (before, others) = gone.split_at(count);
+    *gone = others;
+    before
+}
+
 /// Tells the sink that tiles are gone.
-fn evict(
-    tiles: &[(PartId, TileId, FaceId)],
-    writer: Option<&Writer>,
-    sink: &mut dyn MeshSink,
-) -> Result<(), FrameError> {
+fn evict(tiles: Gone<'_>, writer: Option<&Writer>, sink: &mut dyn MeshSink) -> Result<(), FrameError> {
     for &(part, tile, face) in tiles {
         match writer {
             Some(writer) => sink.written(&WrittenTile::gone((part, face, tile), writer.layout())),

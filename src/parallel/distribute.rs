@@ -44,13 +44,13 @@ pub fn loads(prepared: &Prepared) -> Vec<Load> {
 /// in each window that follows. With many more, the tiles of one worker would no longer be spread along the curve.
 const WINDOW: usize = 4;
 /// Most tiles of a run. Longer ones gain little, and a small view would load fewer workers.
-const RUN: usize = 8;
+const RUN: usize = 32;
 /// Several tiles are a run only if they weigh no more than a worker's share divided by this.
-const RUNS_PER_WORKER: f64 = 16.0;
+const RUNS_PER_WORKER: f64 = 8.0;
 
 /// Deals tiles to workers: element `w` of the result holds worker `w`'s indices into `loads`, ascending.
 ///
-/// Every index is dealt exactly once. The workers' total weights differ by at most the largest weight, or a sixteenth
+/// Every index is dealt exactly once. The workers' total weights differ by at most the largest weight, or an eighth
 /// of their mean if that is more. Deterministic. `O(n (log n + workers))`. 0 `workers` are treated as 1.
 #[must_use]
 pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {

@@ -368,7 +368,7 @@ fn fits(plan: &Plan, parts: &[Arc<PreparedPart>]) -> Result<(), FrameError> {
 /// Frees a plan, unless it has other owners, on all threads: it has an allocation per tile and per edge.
 fn free(jobs: &dyn Jobs, plan: Arc<Plan>) {
     /// Blocks that a call frees.
-    const BLOCKS: usize = 8;
+    const BLOCKS: usize = 16;
     let _span = tracing::trace_span!("free").entered();
     let Some(plan) = Arc::into_inner(plan) else { return };
     let (mut tiles, mut edges) = (Vec::new(), Vec::new());

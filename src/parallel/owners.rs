@@ -104,12 +104,12 @@ impl Owners {
     /// Distributes what is due: tiles to their owners, edges round-robin. Returns where each tile is made, too.
     pub(super) fn share(&self, prepared: &Prepared, due: &Due) -> (Vec<Hand>, Vec<Seat>) {
         let mut hands = vec![Hand::default(); self.workers];
-        let mut seats = Vec::with_capacity(due.tiles.len());
+        let mut seats = Vec::new();
         for &(part, tile) in &due.tiles {
             let worker = self.parts[part.index()][tile.0 as usize];
             let face = prepared.parts[part.index()].tiles[tile.0 as usize].face;
             let hand = &mut hands[worker as usize].tiles;
-            seats.push(Seat { worker, row: hand.len() as u32 });
+            Seat::push(&mut seats, worker, hand.len() as u32);
             hand.push((part, tile, face));
         }
         for (k, &edge) in due.edges.iter().enumerate() {

@@ -2,63 +2,75 @@
 
 use super::handoff::Hand;
 use crate::mesh::Scene;
-use crate::model::{FaceId, PartId};
+use crate::model::{FaceId, PartId, TileId};
+use std::ops::Range;
 
-/// Where a tile of a frame is made, and then found.
+/// Where tiles that follow each other in a frame are made, and then found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Seat {
     pub(super) worker: u32,
-    /// In the worker's hand, and in its delivery.
-    pub(super) row: u32,
+    /// Of the first one in the worker's hand, and in its delivery.
+    first: u32,
+    count: u32,
+}
+
+impl Seat {
+    /// Appends a tile, which `worker` makes as its tile `row`.
+    pub(super) fn push(seats: &mut Vec<Self>, worker: u32, row: u32) {
+        /// Most tiles of a seat: a commit looks for a cancel once per seat.
+        const MOST: u32 = 32;
+        match seats.last_mut() {
+            Some(last) if last.worker == worker && last.first + last.count == row && last.count < MOST => {
+                last.count += 1;
+            }
+            _ => seats.push(Self { worker, first: row, count: 1 }),
+        }
+    }
+
+    /// Rows of the tiles.
+    pub(super) fn rows(&self) -> Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
 }
 
 /// All tiles that workers own. Known when they are dealt, so that no frame has to sort what it made.
 #[derive(Debug, Default)]
 pub(super) struct Seats {
-    /// Ascending by (part, tile).
+    /// Ascending by (part, tile); none has tiles of two parts.
     seats: Vec<Seat>,
-    /// By part: the number of its tiles, and of the tiles of each face.
+    /// By part: where its seats end, and the number of the tiles of each face.
     parts: Vec<(usize, Vec<u32>)>,
 }
 
 impl Seats {
     pub(super) fn of(hands: &[Hand]) -> Self {
-        let tiles = || {
-            (0..).zip(hands).flat_map(|(worker, hand): (u32, &Hand)| {
-                let rows = (0..).zip(&hand.tiles);
-                rows.map(move |(row, tile)| (Seat { worker, row }, *tile))
-            })
-        };
-        let mut parts: Vec<(usize, Vec<u32>)> = Vec::new();
-        // One more than the highest tile of each part.
-        let mut ends: Vec<usize> = Vec::new();
-        for (_, (part, tile, face)) in tiles() {
-            let (part, face) = (part.index(), face.index());
-            if parts.len() <= part {
-                parts.resize_with(part + 1, Default::default);
-                ends.resize(part + 1, 0);
+        let mut tiles: Vec<((PartId, TileId), FaceId, (u32, u32))> = Vec::new();
+        for (worker, hand) in (0..).zip(hands) {
+            let rows = (0..).zip(&hand.tiles);
+            tiles.extend(rows.map(|(row, &(part, tile, face))| ((part, tile), face, (worker, row))));
+        }
+        // Hands are ascending: a stable sort merges them.
+        tiles.sort();
+        let mut all = Self::default();
+        for of_part in tiles.chunk_by(|a, b| a.0.0 == b.0.0) {
+            let part = of_part[0].0.0.index();
+            all.parts.resize_with(part, || (all.seats.len(), Vec::new()));
+            let (mut seats, mut of_faces) = (Vec::new(), Vec::new());
+            for &(_, face, (worker, row)) in of_part {
+                of_faces.resize(of_faces.len().max(face.index() + 1), 0);
+                of_faces[face.index()] += 1;
+                Seat::push(&mut seats, worker, row);
             }
-            let (count, of_face) = &mut parts[part];
-            of_face.resize(of_face.len().max(face + 1), 0);
-            of_face[face] += 1;
-            *count += 1;
-            ends[part] = ends[part].max(tile.index() + 1);
+            all.seats.append(&mut seats);
+            all.parts.push((all.seats.len(), of_faces));
         }
-        let mut all = 0;
-        for end in &mut ends {
-            all += std::mem::replace(end, all);
-        }
-        let (starts, mut seats) = (ends, vec![None; all]);
-        for (seat, (part, tile, _)) in tiles() {
-            seats[starts[part.index()] + tile.index()] = Some(seat);
-        }
-        Self { seats: seats.into_iter().flatten().collect(), parts }
+        all
     }
 
     /// The seats of the first `parts` parts.
     pub(super) fn of_first(&self, parts: usize) -> &[Seat] {
-        let tiles = self.parts.iter().take(parts).map(|(count, _)| count).sum();
-        &self.seats[..tiles]
+        let known = &self.parts[..parts.min(self.parts.len())];
+        &self.seats[..known.last().map_or(0, |(end, _)| *end)]
     }
 
     /// The faces of `scene` without triangles, if these are the faces of all tiles that have none.
@@ -84,31 +96,31 @@ impl Seats {
 mod tests {
     use super::*;
     use crate::mesh::ScenePart;
-    use crate::model::TileId;
 
     #[test]
     fn seats_are_in_the_order_of_tiles_and_count_those_of_faces() {
         let row = |part, tile, face| (PartId(part), TileId(tile), FaceId(face));
         let tiles = [
             vec![row(0, 1, 0), row(1, 5, 2)],
-            vec![row(0, 0, 0), row(0, 2, 2), row(1, 3, 0)],
+            vec![row(0, 0, 0), row(0, 2, 2), row(0, 3, 3), row(1, 3, 0)],
             vec![],
             vec![row(1, 4, 2)],
         ];
         let hands = tiles.clone().map(|tiles| Hand { tiles, edges: Vec::new() });
         let seats = Seats::of(&hands);
         let found = |parts| {
-            let of = |seat: &Seat| tiles[seat.worker as usize][seat.row as usize];
-            seats.of_first(parts).iter().map(of).collect::<Vec<_>>()
+            let of = |seat: &Seat| &tiles[seat.worker as usize][seat.rows()];
+            seats.of_first(parts).iter().flat_map(of).copied().collect::<Vec<_>>()
         };
         let mut all = tiles.concat();
         all.sort_unstable();
         assert_eq!(found(9), all);
-        assert_eq!(found(1), all[..3]);
+        assert_eq!(found(1), all[..4]);
         assert_eq!(found(0), []);
+        assert_eq!(seats.of_first(9).iter().map(|seat| seat.rows().len()).collect::<Vec<_>>(), [1, 1, 2, 1, 1, 1]);
 
         let part = |faces| ScenePart { face_colours: vec![None; faces], ..ScenePart::default() };
-        let scene = Scene { parts: vec![part(3), part(4)], ..Scene::default() };
+        let scene = Scene { parts: vec![part(4), part(4)], ..Scene::default() };
         let face = |part, face| (PartId(part), FaceId(face));
         let never = [face(0, 1), face(1, 1), face(1, 3)];
         let mut bare = seats.without_triangles(&scene, vec![face(1, 2), face(0, 2), face(0, 0)]);

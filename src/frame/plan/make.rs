@@ -182,7 +182,7 @@ type Stretch = (usize, Range<usize>);
 /// about the same time. Parts are cut between blocks. All in one list if there is one thread.
 fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> Vec<Vec<Stretch>> {
     /// Part of a thread's share of what is left that the next list is.
-    const SHARE: usize = 4;
+    const SHARE: usize = 2;
     let size = |left: usize| if jobs.width() == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * jobs.width())) };
     let mut left = counts.iter().map(|(_, count)| count).sum();
     let (mut lists, mut list, mut room) = (Vec::new(), Vec::new(), size(left));
