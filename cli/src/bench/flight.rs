@@ -72,6 +72,8 @@ pub(super) struct Order<'a> {
     pub(super) coherence: Coherence,
     pub(super) follow: Follow,
     pub(super) lines: LinePlacement,
+    /// Whether workers write vertices of 16 bytes into the sink's memory, in place of meshes.
+    pub(super) written: bool,
     /// Number of flights. Each frame's times are the minimum over all flights.
     pub(super) rounds: usize,
 }
@@ -166,7 +168,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
     let workers = session.workers();
     let mut flight = Flight { workers, coherence: order.coherence, follow: order.follow, ..Flight::default() };
-    let mut sink = Uploads::of(session.prepared());
+    let mut sink = if order.written { Uploads::written_by(&mut session) } else { Uploads::of(session.prepared()) };
     for round in 0..order.rounds {
         session.forget();
         for (k, view) in order.views.iter().enumerate() {

@@ -211,7 +211,8 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
                 let rounds = args.rounds as usize;
                 let lines = follow.lines(args.most_lines, args.resync);
                 let (prepared, views, threads) = (&prepared, &views[..], workers);
-                let order = Order { prepared, views, threads, workers, coherence, follow, lines, rounds };
+                let written = false;
+                let order = Order { prepared, views, threads, workers, coherence, follow, lines, written, rounds };
                 flights.push(fly(&order, common)?);
             }
         }

@@ -126,9 +126,19 @@ pub(super) fn measure(
         progress.stage(format!("{threads} threads: flying"));
         let flown = |coherence| {
             let rounds = plan.rounds as usize;
-            let (follow, lines) = (Follow::Spread, LinePlacement::Spread);
+            let (follow, lines, written) = (Follow::Spread, LinePlacement::Spread, true);
             fly(
-                &Order { prepared: &prepared, views: &views, threads, workers: 0, coherence, follow, lines, rounds },
+                &Order {
+                    prepared: &prepared,
+                    views: &views,
+                    threads,
+                    workers: 0,
+                    coherence,
+                    follow,
+                    lines,
+                    written,
+                    rounds,
+                },
                 common,
             )
         };
@@ -148,9 +158,10 @@ pub(super) fn measure(
         let (grown, prepare_ms) = least(plan.rounds, made)?;
         let grown = Arc::new(grown);
         let flown = path(&grown)?;
-        let (follow, lines, coherence) = (Follow::Spread, LinePlacement::Spread, Coherence::Off);
+        let (follow, lines, coherence, written) = (Follow::Spread, LinePlacement::Spread, Coherence::Off, true);
         let rounds = plan.rounds as usize;
-        let order = Order { prepared: &grown, views: &flown, threads, workers: 0, coherence, follow, lines, rounds };
+        let order =
+            Order { prepared: &grown, views: &flown, threads, workers: 0, coherence, follow, lines, written, rounds };
         let frame_ms = mean(&fly(&order, common)?, |t| t.frame);
         let faces = grown.parts.iter().map(|part| part.faces.len()).sum();
         let (first_prepare, first_frame) = weak.first().map_or((prepare_ms, frame_ms), |w| (w.prepare_ms, w.frame_ms));

@@ -48,6 +48,8 @@ pub(super) struct Replayed {
     frame_ms: Vec<f64>,
     /// What one thread does while the others wait.
     not_divided_ms: Vec<f64>,
+    /// What all threads do together.
+    work_ms: Vec<f64>,
     speedup: Vec<f64>,
     /// How long the calls of all loops wait for threads, as measured for a loop without work. Not in the other times.
     hand_offs_ms: Vec<f64>,
@@ -193,6 +195,10 @@ fn makespan(calls: &[Duration], threads: usize) -> Duration {
 }
 
 impl Step {
+    fn work(&self) -> Duration {
+        self.alone + self.loops.iter().flatten().sum::<Duration>()
+    }
+
     fn on(&self, threads: usize) -> Duration {
         self.alone + self.loops.iter().map(|calls| makespan(calls, threads)).sum::<Duration>()
     }
@@ -215,8 +221,8 @@ impl Column {
         let spans = Dispatch::new(registry().with(recorder.clone().with_filter(seen)));
         let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
         let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
-        let session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
-        let sink = Uploads::of(session.prepared());
+        let mut session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
+        let sink = Uploads::written_by(&mut session);
         dispatcher::with_default(&spans, || recorder.calibrate());
         Self { recorder, spans, session, sink, frames: Vec::new() }
     }
@@ -274,7 +280,7 @@ pub(super) fn replay(
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = THREADS.to_vec();
     let mut steps: BTreeMap<&'static str, StepTimes> = BTreeMap::new();
-    let (mut hand_offs_ms, mut measured_ms, mut count) = (Vec::new(), Vec::new(), 0);
+    let (mut work_ms, mut hand_offs_ms, mut measured_ms, mut count) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for (column, (&n, frames)) in threads.iter().zip(flown(flight, cold, common)?).enumerate() {
         count = frames.len();
         let mean = |sum: Duration| ms(sum) / count.max(1) as f64;
@@ -284,6 +290,7 @@ pub(super) fn replay(
             times.ms[column] += mean(step.on(n));
             times.not_divided_ms[column] += mean(step.alone);
         }
+        work_ms.push(mean(frames.iter().flat_map(BTreeMap::values).map(Step::work).sum()));
         let loops: usize = frames.iter().flat_map(BTreeMap::values).map(|step| step.loops.len()).sum();
         let one = if n == 1 { 0.0 } else { hand_off(n.min(cores))? };
         hand_offs_ms.push(one * loops as f64 / count.max(1) as f64);
@@ -305,6 +312,7 @@ pub(super) fn replay(
         steps,
         frame_ms,
         not_divided_ms,
+        work_ms,
         speedup,
         hand_offs_ms,
         measured_ms,
@@ -332,6 +340,8 @@ impl Replayed {
         cells.for_each(|(ms, alone)| _ = write!(text, " {ms:>8.3} ({alone:>5.3})"));
         let _ = write!(text, "\n{:<16}", "speedup");
         self.speedup.iter().for_each(|x| _ = write!(text, " {x:>16.2}"));
+        let _ = write!(text, "\n{:<16}", "work");
+        self.work_ms.iter().for_each(|x| _ = write!(text, " {x:>16.3}"));
         let _ = write!(text, "\n{:<16}", "hand-offs");
         self.hand_offs_ms.iter().for_each(|x| _ = write!(text, " {x:>16.3}"));
         let _ = write!(text, "\n{:<16}", "by the clock");
@@ -354,6 +364,7 @@ mod tests {
         assert_eq!(makespan(&[], 4), Duration::ZERO);
         let step = Step { alone: Duration::from_millis(2), loops: vec![calls.to_vec(), calls[..2].to_vec()] };
         assert_eq!(step.on(2), Duration::from_millis(2 + 7 + 3));
+        assert_eq!(step.work(), Duration::from_millis(2 + 10 + 4));
     }
 
     #[test]

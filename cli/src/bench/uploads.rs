@@ -1,7 +1,9 @@
-//! Batches -> the bytes that a renderer would upload and hold. Stores sizes, not meshes.
+//! Tiles -> the bytes that a renderer would upload and hold. Stores sizes, not meshes.
 
-use trimtess::mesh::{Batch, EdgeLine, MeshLists, MeshSink, Scene, SinkError};
+use std::sync::{Arc, Mutex, PoisonError};
+use trimtess::mesh::{Batch, EdgeLine, MeshLists, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{PartId, TileId};
+use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
 
 /// Position relative to the part as three f32, and a packed normal.
@@ -16,12 +18,46 @@ pub(super) struct Size {
     pub(super) bytes: u64,
 }
 
+/// Staging memory, as a renderer has it: a block per worker, written anew in each frame.
+struct Staging(Vec<Mutex<Block>>);
+
+#[derive(Default)]
+struct Block {
+    bytes: Vec<u8>,
+    used: usize,
+}
+
+impl Staging {
+    fn next_frame(&self) {
+        self.0.iter().for_each(|block| block.lock().unwrap_or_else(PoisonError::into_inner).used = 0);
+    }
+}
+
+impl TileMemory for Staging {
+    fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError> {
+        let mut block = self.0[tile.worker as usize].lock().unwrap_or_else(PoisonError::into_inner);
+        let Block { bytes, used } = &mut *block;
+        let place = *used;
+        *used += tile.vertex_bytes() + tile.index_bytes();
+        if bytes.len() < *used {
+            bytes.resize(2 * *used, 0);
+        }
+        let (vertices, indices) = bytes[place..*used].split_at_mut(tile.vertex_bytes());
+        fill(vertices, indices);
+        Ok(place as u64)
+    }
+
+    fn release(&self, _: &WrittenTile) {}
+}
+
 /// A sink that only counts.
 pub(super) struct Uploads {
     /// Index of each part's first tile among all tiles.
     starts: Vec<usize>,
     held: Vec<Size>,
-    /// Tiles sent in this frame.
+    /// Where workers write vertices, if they do.
+    staging: Option<Arc<Staging>>,
+    /// Batches sent in this frame.
     pub(super) sent: Vec<(PartId, TileId)>,
     /// Bytes sent in this frame.
     pub(super) uploaded: u64,
@@ -35,13 +71,27 @@ impl Uploads {
             starts.push(starts[starts.len() - 1] + part.tiles.len());
         }
         let held = vec![Size::default(); starts[starts.len() - 1]];
-        Self { starts, held, sent: Vec::new(), uploaded: 0 }
+        Self { starts, held, staging: None, sent: Vec::new(), uploaded: 0 }
+    }
+
+    /// Creates a sink for frames of a session whose workers write vertices of 16 bytes into its memory.
+    pub(super) fn written_by(session: &mut Session) -> Self {
+        let staging = Arc::new(Staging((0..session.workers()).map(|_| Mutex::default()).collect()));
+        session.write_into(VertexLayout::COMPACT, Arc::<Staging>::clone(&staging));
+        Self { staging: Some(staging), ..Self::of(session.prepared()) }
     }
 
     /// Resets the counts of the frame. Needed because frames that change nothing do not call the sink.
     pub(super) fn next_frame(&mut self) {
         self.sent.clear();
         self.uploaded = 0;
+        self.staging.iter().for_each(|staging| staging.next_frame());
+    }
+
+    fn hold(&mut self, part: PartId, tile: TileId, size: Size) {
+        let row = self.tile(part, tile);
+        self.held[row] = size;
+        self.uploaded += size.bytes;
     }
 
     /// Number of tiles.
@@ -78,10 +128,14 @@ impl MeshSink for Uploads {
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
         let (vertices, triangles) = (batch.mesh.positions.len() as u64, batch.mesh.triangles.len() as u64);
         let bytes = vertices * BYTES_PER_VERTEX + triangles * BYTES_PER_TRIANGLE;
-        let tile = self.tile(batch.part, batch.tile);
-        self.held[tile] = Size { triangles, bytes };
+        self.hold(batch.part, batch.tile, Size { triangles, bytes });
         self.sent.push((batch.part, batch.tile));
-        self.uploaded += bytes;
+        Ok(())
+    }
+
+    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
+        let bytes = (tile.vertex_bytes() + tile.index_bytes()) as u64;
+        self.hold(tile.part, tile.tile, Size { triangles: u64::from(tile.triangles), bytes });
         Ok(())
     }
 
