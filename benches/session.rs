@@ -7,7 +7,6 @@ use glam::{DAffine3, DVec3};
 use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
-use trimtess::control::Alone;
 use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{PlannerOptions, plan_for_view};
 use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
@@ -57,7 +56,7 @@ fn plans(c: &mut Criterion) {
         group.bench_function("from nothing", |b| b.iter(|| plan_for_view(&prepared, black_box(&turn.view()))));
         for steps in STEPS {
             let mut turn = Turn::of(&prepared, steps);
-            let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+            let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
             let mut placed = PlacedInstances::of(&prepared);
             group.bench_function(BenchmarkId::from_parameter(pace(steps)), |b| {
                 b.iter(|| {

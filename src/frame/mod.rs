@@ -36,6 +36,7 @@ pub mod internals {
     pub(crate) use super::live::placed::InstanceLook;
     pub use super::live::placed::PlacedInstances;
     pub use super::live::planner::Planner;
+    pub(crate) use super::plan::make::completed;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
     pub use super::plan::rows::PlanRows;
     pub use super::tile::fill::fill_tile;

@@ -150,7 +150,7 @@ impl Engine {
             Arc::make_mut(writer).set_prepared(&self.prepared);
         }
         if let Some(Live { planner, residency }) = &mut self.live {
-            planner.add_parts(&*self.jobs, Arc::clone(&self.prepared));
+            planner.add_parts(Arc::clone(&self.prepared));
             residency.add_parts(&self.prepared);
         }
         true
@@ -170,7 +170,7 @@ impl Engine {
             *writer = Arc::new(writer.of_model(&self.prepared));
         }
         if let Some(Live { planner, residency }) = &mut self.live {
-            planner.update(&*self.jobs, Arc::clone(&self.prepared), &from);
+            planner.update(Arc::clone(&self.prepared), &from);
             residency.update(&self.prepared, &from);
         }
     }
@@ -226,7 +226,7 @@ impl Engine {
         let lists = self.lists();
         let Self { prepared, jobs, placed, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
-            planner: Planner::new(&**jobs, Arc::clone(prepared), &self.options.planner),
+            planner: Planner::new(Arc::clone(prepared), &self.options.planner),
             residency: Residency::new(prepared, self.options.resident_bytes),
         });
         // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.

@@ -29,6 +29,8 @@ struct PartTiles {
     is_drawn: bool,
     /// Whether tiles turned stale since the last committed frame.
     is_outdated: bool,
+    /// Whether there is a plan for its edges.
+    is_planned: bool,
 }
 
 /// Frames between evictions. Tiles that were not drawn in the last two epochs may be evicted.
@@ -54,6 +56,7 @@ impl PartTiles {
             tiles: part.tiles.len(),
             is_drawn: false,
             is_outdated: true,
+            is_planned: false,
         };
         new.forget();
         new
@@ -107,7 +110,7 @@ pub(super) struct Due {
     pub(super) tiles: Vec<(PartId, TileId)>,
     /// Tiles to evict: resident, stale and not drawn. They could never be drawn again. Ascending.
     pub(super) forgotten: Vec<(PartId, TileId, FaceId)>,
-    /// Edges whose lines to make; all edges in a whole frame. Ascending.
+    /// Edges whose lines to make; in a whole frame, all of parts that have a plan. Ascending.
     pub(super) edges: Vec<(PartId, EdgeId)>,
     /// For [`MeshSink::begin_update`](crate::mesh::MeshSink::begin_update), if the sink has another model and the frame
     /// is not a whole one.
@@ -138,9 +141,6 @@ impl Residency {
     pub(super) fn add_parts(&mut self, prepared: &Prepared) {
         let first = self.parts.len();
         self.parts.extend(prepared.parts.iter().skip(first).map(|part| PartTiles::new(part)));
-        if !self.whole {
-            self.edges.extend(prepared.brep_edges().filter(|(part, _)| part.index() >= first));
-        }
         self.from.iter_mut().for_each(|from| from.resize(self.parts.len(), None));
         self.find_active();
     }
@@ -165,7 +165,6 @@ impl Residency {
             let new = successors(from);
             let edges = std::mem::take(&mut self.edges).into_iter();
             self.edges = edges.filter_map(|(part, edge)| Some((*new.get(&part)?, edge))).collect();
-            self.edges.extend(prepared.brep_edges().filter(|(part, _)| from[part.index()].is_none()));
             let before = self.from.take();
             let in_sink = |part: PartId| match &before {
                 Some(before) => before[part.index()],
@@ -204,6 +203,11 @@ impl Residency {
             }
             row.is_outdated = true;
         }
+        for &part in &changes.parts {
+            self.parts[part.index()].is_planned = true;
+            let edges = prepared.parts[part.index()].edges_of_faces().map(|edge| (part, edge));
+            self.edges.extend(edges.filter(|_| !self.whole));
+        }
         let of_model = |&&(part, edge): &&(PartId, RowId)| edge.index() < prepared.parts[part.index()].brep_edges;
         self.edges.extend(changes.edges.iter().filter(of_model).map(|&(part, edge)| (part, EdgeId(edge.0))));
     }
@@ -241,7 +245,9 @@ impl Residency {
                 due.forgotten.extend(gone.map(|tile| (PartId::new(p), tile, face(tile))));
             }
         }
-        due.edges = if self.whole { prepared.brep_edges().collect() } else { self.edges.iter().copied().collect() };
+        let is_planned = |&(part, _): &(PartId, EdgeId)| self.parts[part.index()].is_planned;
+        let all = || prepared.brep_edges().filter(is_planned).collect();
+        due.edges = if self.whole { all() } else { self.edges.iter().copied().collect() };
         due
     }
 

@@ -11,6 +11,7 @@ use super::instances::{InstanceKey, Instances};
 use super::metrics::SessionMemory;
 use super::options::SessionOptions;
 use crate::control::{Control, Jobs, StartError, Threads};
+use crate::frame::internals::completed;
 use crate::frame::internals::{InstanceLook, Levels};
 use crate::frame::{Attributes, Plan, PlanLimits, Tolerance, plan_for_view_on, plan_on};
 use crate::mesh::{MeshSink, Scene, SceneInstance, TileMemory, VertexLayout};
@@ -81,6 +82,8 @@ pub struct Session {
     engine: EngineState,
     /// The plan of the last frame of views that was made.
     plan: Option<Arc<Plan>>,
+    /// Of plans.
+    limits: PlanLimits,
     degraded: Degraded,
     edits: Edits,
 }
@@ -131,6 +134,7 @@ impl Session {
             workers,
             engine: EngineState::Idle(Box::new(engine), None),
             plan: None,
+            limits: options.planner.limits,
             degraded: Degraded::new(),
             edits,
         }
@@ -171,10 +175,12 @@ impl Session {
         &self.scene
     }
 
-    /// The plan of the last frame of views that was made; `None` before the first.
+    /// The plan of the last frame of views that was made; `None` before the first. Parts that no view has shown have
+    /// their coarsest plan, which each call makes: a few microseconds per tile and per edge of these, divided among
+    /// threads.
     #[must_use]
-    pub fn plan(&self) -> Option<&Arc<Plan>> {
-        self.plan.as_ref()
+    pub fn plan(&self) -> Option<Arc<Plan>> {
+        self.plan.as_ref().map(|plan| completed(&*self.jobs, plan, &self.prepared, &self.limits))
     }
 
     /// The degraded tiles that the sink of frames of views has, ascending by (part, tile), numbered as the sink does.

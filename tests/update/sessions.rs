@@ -167,7 +167,7 @@ fn moving_cameras_go_on_and_the_sink_always_holds_the_plan() {
         }
         session.view(&[*view], &mut spy).unwrap();
         let mut planned = MemorySink::default();
-        serial(session.prepared(), session.plan().unwrap(), false, &mut planned).unwrap();
+        serial(session.prepared(), &session.plan().unwrap(), false, &mut planned).unwrap();
         let drawn = |batches: &[Batch]| {
             let rows = || spy.sink.drawn.instances(0);
             let is_drawn = |batch: &Batch| {

@@ -188,7 +188,7 @@ fn instances_of_a_part_have_levels_by_their_own_tolerance() {
     assert!(after[0] > 3 * before[0] && after[1] == before[1], "{before:?} {after:?}");
     assert_ne!(sink.scene.instances[1].part, sink.scene.instances[2].part);
     assert_eq!(drawn(&sink), drawn(&from_scratch(&session)));
-    balanced(session.prepared(), session.plan().unwrap(), &drawn(&sink), "levels");
+    balanced(session.prepared(), &session.plan().unwrap(), &drawn(&sink), "levels");
 }
 
 /// Two equal parts, side by side.
@@ -220,7 +220,7 @@ fn parts_of_high_priority_come_first_within_a_budget() {
         let (mut changed, mut frame, mut plan) = ([Vec::new(), Vec::new()], 0, None);
         loop {
             let report = session.view(&[view], &mut sink).unwrap();
-            let now = Arc::clone(session.plan().unwrap());
+            let now = session.plan().unwrap();
             if frame % 4 == 0 {
                 balanced(session.prepared(), &now, &drawn(&sink), &format!("{first} {frame}"));
             }
@@ -474,7 +474,7 @@ fn factors_of_any_size_draw_all_that_is_visible() {
             }
             assert_eq!(sink.drawn.instances(0).count(), 4, "{far} {scale}");
             assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{far} {scale}");
-            balanced(session.prepared(), session.plan().unwrap(), &drawn(&sink), &format!("{far} {scale}"));
+            balanced(session.prepared(), &session.plan().unwrap(), &drawn(&sink), &format!("{far} {scale}"));
         }
     }
 }
@@ -539,7 +539,7 @@ fn random_attributes_leave_no_crack_and_do_not_depend_on_workers() {
                 if workers == 1 {
                     let batches = drawn(&sink);
                     assert_eq!(batches, drawn(&from_scratch(&session)), "{k}");
-                    balanced(session.prepared(), session.plan().unwrap(), &batches, &format!("{k}"));
+                    balanced(session.prepared(), &session.plan().unwrap(), &batches, &format!("{k}"));
                 }
                 let batches: Vec<Batch> = sink.batches.iter().cloned().map(|b| Batch { worker: 0, ..b }).collect();
                 frames.push((batches, sink.edge_lines.clone(), sink.drawn.clone(), format!("{:?}", sink.scene)));

@@ -35,7 +35,7 @@ fn a_budget_defers_the_least_urgent_tiles_and_all_are_done_in_the_end() {
         deferred += report.deferred;
         let batches = drawn(&sink);
         assert_eq!(batches, drawn(&from_scratch(&session)), "{k}");
-        balanced(&prepared, session.plan().unwrap(), &batches, &format!("{k}"));
+        balanced(&prepared, &session.plan().unwrap(), &batches, &format!("{k}"));
     }
     assert!(deferred > 100, "{deferred}");
     let last = views[views.len() - 1];
@@ -75,7 +75,7 @@ fn reaches_the_picture(name: &str, prepared: &Arc<Prepared>, micros: u64) {
     let (mut triangles, mut frames) = (0, 0);
     loop {
         let report = session.view(&[view], &mut sink).unwrap();
-        balanced(prepared, session.plan().unwrap(), &drawn(&sink), &format!("{name}, frame {frames}"));
+        balanced(prepared, &session.plan().unwrap(), &drawn(&sink), &format!("{name}, frame {frames}"));
         assert!(frames > 0 || report.whole && report.deferred > 0, "{name}: {report:?}");
         (triangles, frames) = (triangles + report.triangles, frames + 1);
         if report.deferred == 0 {

@@ -32,7 +32,7 @@ fn files_keep_the_screen_space_error_in_every_frame() {
             assert!(report.degraded.is_empty(), "{name} {f}: {:?}", report.degraded);
             let batches = drawn(&sink);
             assert_eq!(batches, drawn(&from_scratch(&session)), "{name} {f}");
-            stretches += balanced(session.prepared(), session.plan().unwrap(), &batches, &format!("{name} {f}"));
+            stretches += balanced(session.prepared(), &session.plan().unwrap(), &batches, &format!("{name} {f}"));
             let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
             let near = 0.05 * prepared.scene.parts.iter().map(|part| part.radius).fold(0.0, f64::max);
             let (share, _) = measured(session.prepared(), &view, near, &frame);

@@ -7,7 +7,6 @@ use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
-use trimtess::control::Alone;
 use trimtess::frame::internals::{Levels, PlacedInstances, Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
@@ -54,7 +53,7 @@ pub(crate) fn path(draw: &mut SplitMix, [low, high]: [DVec3; 2], frames: usize) 
 /// The plan's triangles of all drawn tiles, made without history.
 pub(crate) fn from_scratch(session: &Session) -> MemorySink {
     let plan = session.plan().unwrap();
-    let mut sink = crate::common::frame(session.prepared(), plan, false).0;
+    let mut sink = crate::common::frame(session.prepared(), &plan, false).0;
     sink.drawn = plan.drawn.clone();
     sink.scene = session.scene().clone();
     sink
@@ -140,7 +139,7 @@ fn after_each_frame_the_sink_holds_the_plan_without_cracks_and_within_the_screen
             let of_tile = |b: &Batch| session.plan().unwrap().parts[b.part.index()].tiles[b.tile.0 as usize].chord;
             assert!(batches.iter().all(|b| of_tile(b).is_finite()), "{name} {f}");
             assert_eq!(batches, drawn(&scratch), "{name} {f}");
-            stretches += balanced(&prepared, session.plan().unwrap(), &batches, &format!("{name} {f}"));
+            stretches += balanced(&prepared, &session.plan().unwrap(), &batches, &format!("{name} {f}"));
             if f % 5 == 0 {
                 let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
                 let near = 0.05 * prepared.scene.parts[0].radius;
@@ -166,7 +165,7 @@ fn frames_of_files_are_those_of_their_plans_without_cracks() {
             session.view(&[view], &mut sink).unwrap();
             let batches = drawn(&sink);
             assert_eq!(batches, drawn(&from_scratch(&session)), "{name} {f}");
-            stretches += balanced(session.prepared(), session.plan().unwrap(), &batches, &format!("{name} {f}"));
+            stretches += balanced(session.prepared(), &session.plan().unwrap(), &batches, &format!("{name} {f}"));
         }
         assert!(stretches > 1000, "{name}: {stretches}");
     }
@@ -454,7 +453,7 @@ fn a_view_that_allows_no_error_changes_nothing_for_the_others() {
     let frame = |views: &[View]| {
         let (with_levels, mut levels) = Levels::of(&prepared, 4);
         let mut placed = PlacedInstances::of(&with_levels);
-        let mut planner = Planner::new(&Alone, with_levels, &PlannerOptions::DEFAULT);
+        let mut planner = Planner::new(with_levels, &PlannerOptions::DEFAULT);
         levels.assign(&mut placed, views);
         let plan = Plan::clone(planner.plan(&mut placed, views));
         (placed.instances().iter().map(|instance| instance.part).collect::<Vec<_>>(), plan.parts)
@@ -492,7 +491,7 @@ fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
 #[test]
 fn culled_tiles_are_not_in_the_picture() {
     let prepared = shape("washer");
-    let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_back_faces(true));
+    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_back_faces(true));
     let mut placed = PlacedInstances::of(&prepared);
     let mut draw = SplitMix(4);
     let (mut culled, mut behind) = (0, 0);
@@ -522,7 +521,7 @@ fn culled_tiles_are_not_in_the_picture() {
 fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
     let prepared = shape("teapot");
     let limits = trimtess::frame::PlanLimits::DEFAULT.with_triangles(4000);
-    let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_limits(limits));
+    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_limits(limits));
     let mut placed = PlacedInstances::of(&prepared);
     let [low, high] = prepared.bounds.unwrap();
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
@@ -561,7 +560,7 @@ fn invalid_views_are_refused_and_nothing_changes() {
         let error = session.view(&[good, view], &mut sink).unwrap_err();
         assert!(matches!(error, FrameError::View { view: 1, .. }), "{error}");
         assert_eq!(drawn(&sink), shown);
-        let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+        let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
         let mut placed = PlacedInstances::of(&prepared);
         let plan = planner.plan(&mut placed, &[view]);
         assert!(plan.shortfall.as_ref().unwrap().unusable && plan.drawn.tiles(0, 0).count() == 0);

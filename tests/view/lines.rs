@@ -8,7 +8,6 @@ use crate::random::SplitMix;
 use glam::DVec3;
 use std::num::NonZeroU32;
 use std::sync::Arc;
-use trimtess::control::Alone;
 use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{LinePlacement, Plan, PlanLimits, PlannerOptions, SplitRule};
 use trimtess::mesh::MemorySink;
@@ -43,7 +42,7 @@ pub(crate) fn flown(name: &str, prepared: &Arc<Prepared>, lines: LinePlacement, 
         made += if f > 0 { report.tiles } else { 0 };
         let batches = drawn(&sink);
         assert!(batches == drawn(&from_scratch(&session)), "{case}");
-        stretches += balanced(session.prepared(), session.plan().unwrap(), &batches, &case);
+        stretches += balanced(session.prepared(), &session.plan().unwrap(), &batches, &case);
         if f % 5 == 4 {
             let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
             let near = 0.05 * prepared.scene.parts.iter().map(|part| part.radius).fold(0.0, f64::max);
@@ -86,7 +85,7 @@ fn frames_are_closed_and_keep_the_tolerance_or_four_times_it() {
 
 /// Plans along a path.
 fn plans(prepared: &Arc<Prepared>, options: &PlannerOptions, views: &[View]) -> Vec<Arc<Plan>> {
-    let mut planner = Planner::new(&Alone, Arc::clone(prepared), options);
+    let mut planner = Planner::new(Arc::clone(prepared), options);
     let mut placed = PlacedInstances::of(prepared);
     let plan = |view: &View| Arc::clone(planner.plan(&mut placed, &[*view]));
     views.iter().map(plan).collect()
@@ -158,7 +157,7 @@ fn tiles_take_turns_until_lines_equal_newly_placed_ones() {
             for view in views {
                 session.view(&[*view], &mut sink).unwrap();
             }
-            let was_other = others(&prepared, session.plan().unwrap(), even);
+            let was_other = others(&prepared, &session.plan().unwrap(), even);
             assert!(was_other > 10, "{name} {intensive:?}: {was_other}");
             let last = views[views.len() - 1];
             let mut made = Vec::new();
@@ -166,18 +165,18 @@ fn tiles_take_turns_until_lines_equal_newly_placed_ones() {
                 made.push(session.view(&[last], &mut sink).unwrap().tiles);
                 let batches = drawn(&sink);
                 assert!(batches == drawn(&from_scratch(&session)), "{name} {intensive:?}");
-                balanced(&prepared, session.plan().unwrap(), &batches, name);
+                balanced(&prepared, &session.plan().unwrap(), &batches, name);
             }
-            assert_eq!(others(&prepared, session.plan().unwrap(), even), 0, "{name} {intensive:?}");
+            assert_eq!(others(&prepared, &session.plan().unwrap(), even), 0, "{name} {intensive:?}");
             let frame = MemorySink::of(sink.scene.clone(), drawn(&sink), Vec::new());
             let (share, _) = measured(&prepared, &last, near, &frame);
             assert!(share <= 1.0, "{name} {intensive:?}: {share} times the tolerance");
             // Not all tiles in one frame, and none in the end.
             let (all, most) = (made.iter().sum::<usize>(), made.iter().max().unwrap());
             assert!(all > 0 && 2 * most <= all, "{name} {intensive:?}: {made:?}");
-            let plan = Arc::clone(session.plan().unwrap());
+            let plan = session.plan().unwrap();
             assert_eq!(session.view(&[last], &mut sink).unwrap().tiles, 0);
-            assert!(Arc::ptr_eq(&plan, session.plan().unwrap()), "{name} {intensive:?}");
+            assert!(Arc::ptr_eq(&plan, &session.plan().unwrap()), "{name} {intensive:?}");
         }
     }
 }
@@ -189,7 +188,7 @@ fn limits_hold_with_split_lines_and_a_still_view_settles() {
     let [low, high] = prepared.bounds.unwrap();
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     for lines in [CRITERION, RENDERING] {
-        let mut planner = Planner::new(&Alone, Arc::clone(&prepared), &planner(lines).with_limits(limits));
+        let mut planner = Planner::new(Arc::clone(&prepared), &planner(lines).with_limits(limits));
         let mut placed = PlacedInstances::of(&prepared);
         let mut coarser = 0;
         for k in 0..60 {

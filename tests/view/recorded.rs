@@ -17,8 +17,8 @@ fn saved_plans_make_the_same_frames_again() {
     for view in path(&mut SplitMix(11), prepared.bounds.unwrap(), 20) {
         session.view(&[view], &mut sink).unwrap();
         let mut bytes = Vec::new();
-        ciborium::into_writer(&**session.plan().unwrap(), &mut bytes).unwrap();
-        kept.push((bytes, Arc::clone(session.plan().unwrap()), drawn(&sink)));
+        ciborium::into_writer(&*session.plan().unwrap(), &mut bytes).unwrap();
+        kept.push((bytes, session.plan().unwrap(), drawn(&sink)));
     }
     assert!(kept.windows(2).any(|pair| pair[0].1.parts != pair[1].1.parts));
     let mut session = Session::start(prepared, &options(3)).unwrap();

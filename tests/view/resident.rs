@@ -46,7 +46,7 @@ fn a_sink_holds_no_more_than_it_may_and_what_is_drawn_and_new() {
                 let (held, shown_bytes) = (bytes(&sink.sink.batches), bytes(&shown));
                 assert!(held <= most.max(shown_bytes) + sink.sent, "{name} {most} {k}: {held}, {shown_bytes} drawn");
                 assert!(shown == drawn(&from_scratch(&session)), "{name} {most} {k}");
-                balanced(&prepared, session.plan().unwrap(), &shown, &format!("{name} {most} {k}"));
+                balanced(&prepared, &session.plan().unwrap(), &shown, &format!("{name} {most} {k}"));
                 evicted += report.forgotten;
             }
             // A still camera: what was over goes, then nothing happens.

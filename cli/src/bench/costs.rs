@@ -63,7 +63,7 @@ pub(super) fn record_changes(
         session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?;
         let mut costs = vec![0.0; sink.tiles()];
         if let Some(plan) = session.plan() {
-            let times = tiles(&rows, plan, &sink.sent, &mut scratch);
+            let times = tiles(&rows, &plan, &sink.sent, &mut scratch);
             for (&(part, tile), time) in sink.sent.iter().zip(times) {
                 costs[sink.tile(part, tile)] = time;
             }

@@ -183,7 +183,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
                 session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?
             };
             let frame = begun.elapsed();
-            session.plan().map_or(Ok(()), |plan| common.limits.check(plan))?;
+            session.plan().map_or(Ok(()), |plan| common.limits.check(&plan))?;
             let times = Times::of(&report, frame, workers);
             let made = FrameOutput { tiles: report.tiles as u64, uploaded: sink.uploaded, held: sink.held() };
             if round == 0 {

@@ -53,7 +53,7 @@ struct Group {
 }
 
 /// Bounding boxes of a part's tiles, and their normal cones.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct PartBoxes {
     /// Of [`RANGE`] consecutive tiles each.
     ranges: Vec<BoundingBox>,
@@ -88,6 +88,11 @@ impl PartBoxes {
         let closed = part.open_edges().count == 0;
         let cones = part.tiles.iter().filter(|_| closed).map(|tile| normals(face(tile), tile)).collect();
         Self { ranges, groups, members, tiles, cones }
+    }
+
+    /// Number of tiles.
+    pub(crate) fn len(&self) -> usize {
+        self.tiles.len()
     }
 
     /// Number of groups.

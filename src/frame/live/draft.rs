@@ -61,6 +61,7 @@ pub(super) struct SeenRange {
 }
 
 /// What the views show of the tiles of a part.
+#[derive(Default)]
 pub(super) struct SeenTiles(pub(super) Vec<SeenRange>);
 
 impl SeenTiles {

@@ -14,16 +14,15 @@ pub struct PlanChanges {
     pub edges: Vec<(PartId, RowId)>,
     /// Tiles whose lattice changed, a subset of `tiles`. Ascending.
     pub lattices: Vec<(PartId, TileId)>,
+    /// Parts that have a plan for the first time, because a view shows them. Ascending.
+    pub parts: Vec<PartId>,
     /// Number of tiles whose change of level waits because the budget was spent.
     pub deferred: u32,
 }
 
-/// The rows of `old` that `from` names, at the places that name them, and those of `new` at the others, in order.
-pub(super) fn renewed<T>(old: Vec<T>, from: &[Option<PartId>], new: Vec<T>) -> Vec<T> {
-    let mut old: Vec<Option<T>> = old.into_iter().map(Some).collect();
-    let mut new = new.into_iter();
-    let mut row = |from: &Option<PartId>| from.map_or_else(|| new.next(), |from| old[from.index()].take());
-    from.iter().map(|part| row(part).expect("a row for each part, and none named twice")).collect()
+/// The rows of `old` that `from` names, at the places that name them, and new ones at the others.
+pub(super) fn renewed<T: Default>(mut old: Vec<T>, from: &[Option<PartId>]) -> Vec<T> {
+    from.iter().map(|from| from.map_or_else(T::default, |from| std::mem::take(&mut old[from.index()]))).collect()
 }
 
 /// Double-buffered plans. The older one is updated and reused, so that a frame costs as much as it changes.
@@ -32,6 +31,7 @@ pub(super) struct PlanPages {
     pub(super) last: Arc<Plan>,
     pub(super) spare: Option<Arc<Plan>>,
     /// Differences between the two.
+    pub(super) parts: Vec<PartId>,
     pub(super) lattices: Vec<(PartId, TileId)>,
     pub(super) edges: Vec<(PartId, RowId)>,
 }
@@ -41,6 +41,9 @@ impl PlanPages {
     pub(super) fn next(&mut self) -> Arc<Plan> {
         let mut spare = self.spare.take();
         let Some(page) = spare.as_mut().and_then(Arc::get_mut) else { return Arc::new(Plan::clone(&self.last)) };
+        for &part in &self.parts {
+            page.parts[part.index()].clone_from(&self.last.parts[part.index()]);
+        }
         for &(part, tile) in &self.lattices {
             let (part, tile) = (part.index(), tile.0 as usize);
             page.parts[part].tiles[tile] = Arc::clone(&self.last.parts[part].tiles[tile]);
@@ -52,15 +55,16 @@ impl PlanPages {
         spare.unwrap_or_default()
     }
 
-    /// Goes on with other parts: those of the last plan that `from` names, at the rows that name them, and `new` in the
-    /// other rows, in order.
-    pub(super) fn update(&mut self, from: &[Option<PartId>], new: Plan) {
+    /// Goes on with other parts: those of the last plan that `from` names, at the rows that name them. The others have no
+    /// plan yet.
+    pub(super) fn update(&mut self, from: &[Option<PartId>]) {
         let last = Arc::make_mut(&mut self.last);
-        last.parts = renewed(std::mem::take(&mut last.parts), from, new.parts);
+        last.parts = renewed(std::mem::take(&mut last.parts), from);
         self.spare = None;
     }
 
     pub(super) fn turn(&mut self, next: Arc<Plan>, changes: &PlanChanges) {
+        self.parts.clone_from(&changes.parts);
         self.lattices.clone_from(&changes.lattices);
         self.edges.clone_from(&changes.edges);
         self.spare = Some(std::mem::replace(&mut self.last, next));

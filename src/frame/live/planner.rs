@@ -20,15 +20,12 @@ use crate::control::{Alone, Jobs, chunks, map};
 use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::lattice::Lattices;
 use crate::frame::plan::limits::Shortfall;
-use crate::frame::plan::make::plan_parts;
+use crate::frame::plan::make::coarsest;
 use crate::frame::plan::output::{EdgePolyline, PartPlan, Plan, TileLattice};
 use crate::frame::plan::tessellants::Tessellants;
-use crate::frame::tolerance::box_tolerance::PartTolerance;
-use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::successors;
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
-use crate::prepare::internals::PreparedPart;
 use crate::view::View;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -83,9 +80,9 @@ fn mark<T: Ord>(set: &mut BTreeSet<T>, row: T, is_in: bool) {
 }
 
 impl Planner {
-    /// Starts with the coarsest plan. Cost: a few microseconds per tile and per edge, divided among threads.
+    /// Starts without plans: a part is planned once a view shows it.
     #[must_use]
-    pub fn new(jobs: &dyn Jobs, prepared: Arc<Prepared>, options: &PlannerOptions) -> Self {
+    pub fn new(prepared: Arc<Prepared>, options: &PlannerOptions) -> Self {
         let rates = Rates {
             prepared: Arc::default(),
             parts: Vec::new(),
@@ -105,72 +102,81 @@ impl Planner {
             placed: 0,
             unfinished: true,
         };
-        planner.add_parts(jobs, prepared);
+        planner.add_parts(prepared);
         planner
     }
 
-    /// Goes on with a model that has further parts after those known. Their plan is the coarsest.
-    pub fn add_parts(&mut self, jobs: &dyn Jobs, prepared: Arc<Prepared>) {
+    /// Goes on with a model that has further parts after those known.
+    pub fn add_parts(&mut self, prepared: Arc<Prepared>) {
         let known = self.rates.parts.len();
         let from: Vec<_> = (0..prepared.parts.len()).map(|p| (p < known).then_some(PartId::new(p))).collect();
-        self.renew(jobs, prepared, &from);
+        self.renew(prepared, &from);
     }
 
-    /// Goes on with another model. Its part `p` is the one that was `from[p]`, and keeps its levels; the plan of a part
-    /// that was none is the coarsest. `from` has a row for each part, and names none twice. Limits
-    /// start again: what they made coarser is planned as if it were new.
+    /// Goes on with another model. Its part `p` is the one that was `from[p]`, and keeps its levels; a part that was none
+    /// is planned once a view shows it. `from` has a row for each part, and names none twice. Limits start again: what
+    /// they made coarser is planned as if it were new.
     ///
-    /// Cost: a few microseconds per tile and per edge of new parts, divided among threads; if the last plan has other
-    /// owners, a copy of its rows.
-    pub fn update(&mut self, jobs: &dyn Jobs, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
+    /// Cost: one pass over the parts; if the last plan has other owners, a copy of its rows.
+    pub fn update(&mut self, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
         let Rates { terms, term, .. } = own(&mut self.rates);
         if terms.coarser > 0 {
             terms.coarser = 0;
             *term += 1;
         }
-        self.renew(jobs, prepared, from);
+        self.renew(prepared, from);
     }
 
-    fn renew(&mut self, jobs: &dyn Jobs, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
+    fn renew(&mut self, prepared: Arc<Prepared>, from: &[Option<PartId>]) {
         let rates = own(&mut self.rates);
-        let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
-        let rows = || (0..from.len()).filter(|&row| from[row].is_none());
-        let asked = rows().map(|row| PartTolerance::everywhere(&coarsest, prepared.scene.parts[row].radius)).collect();
-        let new =
-            Prepared { parts: rows().map(|row| Arc::clone(&prepared.parts[row])).collect(), ..Prepared::default() };
-        let plan = plan_parts(jobs, &new, asked, &rates.options.limits, 0);
-        let waits = rates.options.budget.is_some();
-        // LODs have the same tiles.
-        let known = rates.prepared.parts.iter().zip(&rates.parts);
-        let mut boxes: BTreeMap<*const PreparedPart, Arc<PartBoxes>> =
-            known.map(|(part, rates)| (Arc::as_ptr(part), Arc::clone(&rates.boxes))).collect();
-        let of_part = |part: &Arc<PreparedPart>| {
-            Arc::clone(boxes.entry(Arc::as_ptr(part)).or_insert_with(|| Arc::new(PartBoxes::of(part))))
-        };
-        let boxes: Vec<_> = new.parts.iter().map(of_part).collect();
-        let states = new.parts.iter().zip(boxes).zip(&plan.parts).map(|((part, boxes), plan)| PartRates {
-            groups: vec![GroupBand::NONE; boxes.groups()],
-            boxes,
-            tiles: vec![Rate::Even(None); part.tiles.len()],
-            bands: vec![(0.0, 0.0); part.tiles.len()],
-            edges: vec![Rate::Even(None); part.edges.len()],
-            tile_terms: vec![0; part.tiles.len()],
-            edge_terms: vec![0; part.edges.len()],
-            kept: LineHistory::none(part),
-            cells: plan.tiles.iter().map(|lattice| cells(lattice)).collect(),
-            estimates: vec![CellsAt::NEVER; if waits { part.tiles.len() } else { 0 }],
-            seen: SeenTiles::none(part.tiles.len()),
-        });
-        rates.parts = renewed(std::mem::take(&mut rates.parts), from, states.collect());
+        rates.parts = renewed(std::mem::take(&mut rates.parts), from);
         rates.shown = (0..rates.parts.len()).filter(|&part| rates.parts[part].seen.shows_any()).collect();
-        let stamps = new.parts.iter().map(|part| vec![0; part.edges.len()]).collect();
-        self.touched.stamps = renewed(std::mem::take(&mut self.touched.stamps), from, stamps);
+        self.touched.stamps = renewed(std::mem::take(&mut self.touched.stamps), from);
         self.limited.renumber(from);
         rates.prepared = prepared;
-        self.pages.update(from, plan);
+        self.pages.update(from);
     }
 
-    /// The last plan; before the first call of [`plan`](Self::plan), the coarsest one.
+    /// Begins with the coarsest plan of each part that views may show for the first time. Cost: a few microseconds per
+    /// tile and per edge of these, divided among threads.
+    fn begin(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
+        let Rates { prepared, parts, options, .. } = own(&mut self.rates);
+        let page = own(&mut draft.page);
+        let bare = draft.sights.parts().filter(|&row| !page.parts[row].is_of(&prepared.parts[row]));
+        let rows: Vec<usize> = bare.collect();
+        if rows.is_empty() {
+            return;
+        }
+        let planned = coarsest(jobs, prepared, &rows, &options.limits);
+        for (row, plan) in rows.into_iter().zip(planned) {
+            let part = &prepared.parts[row];
+            // LODs have the same tiles.
+            let of_all = prepared.scene.parts[row].mesh_of.map_or(row, |part| part.index());
+            let boxes = &mut parts[of_all].boxes;
+            if boxes.len() < part.tiles.len() {
+                *boxes = Arc::new(PartBoxes::of(part));
+            }
+            let boxes = Arc::clone(boxes);
+            parts[row] = PartRates {
+                groups: vec![GroupBand::NONE; boxes.groups()],
+                boxes,
+                tiles: vec![Rate::Even(None); part.tiles.len()],
+                bands: vec![(0.0, 0.0); part.tiles.len()],
+                edges: vec![Rate::Even(None); part.edges.len()],
+                tile_terms: vec![0; part.tiles.len()],
+                edge_terms: vec![0; part.edges.len()],
+                kept: LineHistory::none(part),
+                cells: plan.tiles.iter().map(|lattice| cells(lattice)).collect(),
+                estimates: vec![CellsAt::NEVER; if options.budget.is_some() { part.tiles.len() } else { 0 }],
+                seen: SeenTiles::none(part.tiles.len()),
+            };
+            self.touched.stamps[row] = vec![0; part.edges.len()];
+            page.parts[row] = plan;
+            draft.changes.parts.push(PartId::new(row));
+        }
+    }
+
+    /// The last plan. Parts that no view has shown have no rows.
     #[must_use]
     pub fn last(&self) -> &Arc<Plan> {
         &self.pages.last
@@ -206,7 +212,7 @@ impl Planner {
         let part =
             |plan: &PartPlan| plan.tiles.iter().map(tile).sum::<usize>() + plan.edges.iter().map(edge).sum::<usize>();
         let boxes: BTreeMap<_, _> =
-            self.rates.parts.iter().map(|part| (Arc::as_ptr(&part.boxes), BOXES * part.tiles.len())).collect();
+            self.rates.parts.iter().map(|part| (Arc::as_ptr(&part.boxes), BOXES * part.boxes.len())).collect();
         let estimates = self.rates.parts.iter().map(|part| size_of_val(&part.estimates[..]));
         self.pages.last.parts.iter().map(part).chain(boxes.into_values()).chain(estimates).sum()
     }
@@ -257,6 +263,7 @@ impl Planner {
         let part_of = |instance: usize| placed.instances()[instance].part.index();
         let sights = Sights::of(shown.sights, self.rates.parts.len(), part_of);
         let mut draft = PlanDraft::new(self.pages.next(), sights);
+        self.begin(jobs, &mut draft);
         loop {
             own(&mut draft.page).drawn.reset(views.len());
             self.see(jobs, &mut draft);
@@ -501,7 +508,7 @@ mod tests {
     /// The groups that are looked at in a flight of views, and all that are seen. Each plan is compared with one in
     /// which no group is judged.
     fn compare(prepared: &Arc<Prepared>, options: &PlannerOptions, flight: &[Vec<View>]) -> [u32; 2] {
-        let new = || Planner::new(&Alone, Arc::clone(prepared), options);
+        let new = || Planner::new(Arc::clone(prepared), options);
         let (mut grouped, mut single) = (new(), new());
         let mut placed = PlacedInstances::of(prepared);
         let mut looked = [0; 2];

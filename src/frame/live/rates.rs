@@ -29,7 +29,8 @@ const APART: f64 = 4.0;
 /// Merge the per-box levels back into one when they differ by less than this factor.
 const TOGETHER: f64 = 3.0;
 
-/// State of one part.
+/// State of one part. The default is that of one that no view has shown.
+#[derive(Default)]
 pub(super) struct PartRates {
     /// Shared with the part's other LODs.
     pub(super) boxes: Arc<PartBoxes>,

@@ -52,6 +52,7 @@ impl Turns {
 }
 
 /// Tiles and edges of a part whose lines depend on history: updated incrementally since they were last all replaced.
+#[derive(Default)]
 pub(crate) struct LineHistory {
     pub(crate) tiles: Vec<bool>,
     pub(crate) edges: Vec<bool>,

@@ -47,6 +47,28 @@ pub fn plan_on(jobs: &dyn Jobs, prepared: &Prepared, tolerance: &Tolerance, limi
     plan_parts(jobs, prepared, asked, limits, held_mib)
 }
 
+/// The coarsest plan of some parts within limits, in their order.
+pub(crate) fn coarsest(jobs: &dyn Jobs, prepared: &Prepared, rows: &[usize], limits: &PlanLimits) -> Vec<PartPlan> {
+    let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
+    let asked = rows.iter().map(|&row| PartTolerance::everywhere(&coarsest, prepared.scene.parts[row].radius));
+    let parts = rows.iter().map(|&row| Arc::clone(&prepared.parts[row])).collect();
+    plan_parts(jobs, &Prepared { parts, ..Prepared::default() }, asked.collect(), limits, 0).parts
+}
+
+/// The plan, with the coarsest rows for parts of `prepared` that it has none of.
+pub(crate) fn completed(jobs: &dyn Jobs, plan: &Arc<Plan>, prepared: &Prepared, limits: &PlanLimits) -> Arc<Plan> {
+    let parts = plan.parts.iter().zip(&prepared.parts).enumerate();
+    let bare = parts.filter(|(_, (plan, part))| !plan.is_of(part)).map(|(row, _)| row);
+    let rows: Vec<usize> = bare.collect();
+    let mut all = Arc::clone(plan);
+    if !rows.is_empty() {
+        let parts = &mut Arc::make_mut(&mut all).parts;
+        let planned = coarsest(jobs, prepared, &rows, limits);
+        rows.into_iter().zip(planned).for_each(|(row, plan)| parts[row] = plan);
+    }
+    all
+}
+
 /// Plans all parts, each for its own tolerance in part coordinates.
 ///
 /// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured. `held_mib`:

@@ -4,6 +4,7 @@
 use super::limits::Shortfall;
 use super::rows::PlanRows;
 use crate::mesh::DrawnTiles;
+use crate::prepare::internals::PreparedPart;
 use smallvec::SmallVec;
 
 /// Maximum number of lines of one tile in one direction between two creases, and of segments of an edge between two
@@ -113,7 +114,8 @@ pub struct EdgePolyline {
     pub breaks: SmallVec<[u32; 4]>,
 }
 
-/// The plan of one part.
+/// The plan of one part. A [`Planner`](crate::frame::live::planner::Planner) leaves those of parts empty that no view has
+/// shown.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PartPlan {
@@ -121,6 +123,13 @@ pub struct PartPlan {
     pub tiles: PlanRows<TileLattice>,
     /// One per prepared edge (empty for edges that no tile uses).
     pub edges: PlanRows<EdgePolyline>,
+}
+
+impl PartPlan {
+    /// Whether it has the rows of this part.
+    pub(crate) fn is_of(&self, part: &PreparedPart) -> bool {
+        (self.tiles.len(), self.edges.len()) == (part.tiles.len(), part.edges.len())
+    }
 }
 
 /// The plan of a frame: everything that workers receive.

@@ -231,11 +231,8 @@ impl Prepared {
 
     /// All edges of faces that some tile uses, each with its part and its index in that. Excludes borders of tiles.
     pub fn brep_edges(&self) -> impl Iterator<Item = (PartId, EdgeId)> {
-        self.parts.iter().enumerate().flat_map(|(p, part)| {
-            (0..part.brep_edges)
-                .filter(|&e| !part.edges[e].uses.is_empty())
-                .map(move |e| (PartId::new(p), EdgeId::new(e)))
-        })
+        let parts = self.parts.iter().enumerate();
+        parts.flat_map(|(p, part)| part.edges_of_faces().map(move |edge| (PartId::new(p), edge)))
     }
 }
 
@@ -324,6 +321,11 @@ impl PreparedPart {
     pub fn face(&self, face: FaceId) -> Option<&PreparedFace> {
         let row = (*self.face_rows.get(face.index())?)?;
         self.faces.get(row as usize)
+    }
+
+    /// The edges of faces that some tile uses.
+    pub(crate) fn edges_of_faces(&self) -> impl Iterator<Item = EdgeId> {
+        (0..self.brep_edges).filter(|&edge| !self.edges[edge].uses.is_empty()).map(EdgeId::new)
     }
 
     /// Row of a tile's face in [`faces`](Self::faces).
