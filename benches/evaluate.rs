@@ -29,14 +29,21 @@ fn lattice(c: &mut Criterion) {
             let lines: Vec<f64> = (0..n).map(|i| i as f64 / (n - 1) as f64).collect();
             let mut scratch = EvaluateScratch::default();
             let (mut p, mut q) = (vec![DVec3::ZERO; n * n], vec![DVec3::ZERO; n * n]);
-            let place = |i: usize, j: usize| (i * n + j) as u32;
+            let places: Vec<u32> = (0..(n * n) as u32).collect();
             group.throughput(Throughput::Elements((n * n) as u64));
             let kind = if rational { "rational" } else { "polynomial" };
             group.bench_function(BenchmarkId::new(format!("{kind} {degree_u}x{degree_v}"), n), |b| {
                 b.iter(|| {
-                    evaluate_lattice(&patches, &lines, black_box(&lines), place, &mut scratch, |k, position, normal| {
-                        (p[k], q[k]) = (position, normal);
-                    })
+                    evaluate_lattice(
+                        &patches,
+                        &lines,
+                        black_box(&lines),
+                        &places,
+                        &mut scratch,
+                        |k, position, normal| {
+                            (p[k], q[k]) = (position, normal);
+                        },
+                    )
                 });
             });
         }

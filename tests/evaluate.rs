@@ -32,11 +32,16 @@ fn lines(a: f64, b: f64, n: usize) -> Vec<f64> {
 
 fn all(patches: &BezierPatches, us: &[f64], vs: &[f64]) -> (Vec<DVec3>, Vec<DVec3>, usize) {
     let (mut p, mut n) = none(us.len() * vs.len());
-    let place = |i: usize, j: usize| (i * vs.len() + j) as u32;
-    let lost = evaluate_lattice(patches, us, vs, place, &mut EvaluateScratch::default(), |k, position, normal| {
+    let places = places(us.len(), vs.len(), |i, j| (i * vs.len() + j) as u32);
+    let lost = evaluate_lattice(patches, us, vs, &places, &mut EvaluateScratch::default(), |k, position, normal| {
         (p[k], n[k]) = (position, normal);
     });
     (p, n, lost)
+}
+
+/// The places of the points of a lattice.
+fn places(width: usize, height: usize, place: impl Fn(usize, usize) -> u32) -> Vec<u32> {
+    (0..width * height).map(|k| place(k % width, k / width)).collect()
 }
 
 /// Room for points and normals.
@@ -79,7 +84,8 @@ fn a_point_has_the_same_bits_in_any_company() {
             (us.iter().copied().step_by(3).collect(), vs.iter().copied().skip(1).step_by(2).collect());
         let (mut p, mut n) = none(some_u.len() * some_v.len());
         let place = |i: usize, j: usize| if wanted(i, j) { (i * some_v.len() + j) as u32 } else { UNWANTED };
-        evaluate_lattice(&patches, &some_u, &some_v, place, &mut scratch, |k, position, normal| {
+        let places = places(some_u.len(), some_v.len(), place);
+        evaluate_lattice(&patches, &some_u, &some_v, &places, &mut scratch, |k, position, normal| {
             (p[k], n[k]) = (position, normal);
         });
         let left_out = p.iter().filter(|p| p.is_nan()).count();

@@ -77,18 +77,28 @@ pub fn with_lanes<const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64
 /// Bit-identical to [`basis_with_derivatives`] at each place.
 #[inline(always)]
 pub fn basis_and_slopes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]]) {
+    let (n, slopes) = rows.split_at_mut(degree + 1);
     // Constant degrees, so that the compiler unrolls the loops.
     match degree {
-        1 => fill_lanes(1, x, &mut rows[..4]),
-        2 => fill_lanes(2, x, &mut rows[..6]),
-        3 => fill_lanes(3, x, &mut rows[..8]),
-        _ => fill_lanes(degree, x, rows),
+        1 => fill_lanes(x, &mut n[..2], &mut slopes[..2]),
+        2 => fill_lanes(x, &mut n[..3], &mut slopes[..3]),
+        3 => fill_lanes(x, &mut n[..4], &mut slopes[..4]),
+        _ => fill_lanes(x, n, slopes),
     }
 }
 
+/// [`basis_and_slopes`] of degree `N - 1`.
 #[inline(always)]
-fn fill_lanes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]]) {
-    let (n, slopes) = rows.split_at_mut(degree + 1);
+pub fn constant_basis_and_slopes<const N: usize, const L: usize>(x: [f64; L]) -> [[[f64; L]; N]; 2] {
+    let mut rows = [[[0.0; L]; N]; 2];
+    let [n, slopes] = &mut rows;
+    fill_lanes(x, n, slopes);
+    rows
+}
+
+#[inline(always)]
+fn fill_lanes<const L: usize>(x: [f64; L], n: &mut [[f64; L]], slopes: &mut [[f64; L]]) {
+    let degree = n.len() - 1;
     n[0] = [1.0; L];
     slopes[0] = [0.0; L];
     for k in 1..=degree {
@@ -105,11 +115,14 @@ fn fill_lanes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]])
             slopes[k] = before;
         }
         let mut carry = [0.0; L];
-        for n in &mut n[..k] {
-            for l in 0..L {
-                let old = n[l];
-                n[l] = carry[l] + (1.0 - x[l]) * old;
-                carry[l] = x[l] * old;
+        // As many passes for each `k`, so that the compiler unrolls both loops where the degree is constant.
+        for (j, n) in n[..degree].iter_mut().enumerate() {
+            if j < k {
+                for l in 0..L {
+                    let old = n[l];
+                    n[l] = carry[l] + (1.0 - x[l]) * old;
+                    carry[l] = x[l] * old;
+                }
             }
         }
         n[k] = carry;

@@ -61,39 +61,48 @@ pub fn cell_coordinate(lines: &[f64], x: f64) -> f64 {
 /// [`cell_coordinate`] of parameters that are near the ones before: walks along the lines instead of searching.
 pub(crate) struct CellWalk<'a> {
     lines: &'a [f64],
-    /// The line below the last parameter.
+    /// The line below the last parameter, and the parameters of that line and the next.
     at: usize,
+    ends: [f64; 2],
 }
 
 impl<'a> CellWalk<'a> {
     pub(crate) fn new(lines: &'a [f64]) -> Self {
-        Self { lines, at: 0 }
+        Self::from_line(lines, 0)
     }
 
     /// Starts near the parameter at `share` of the way from the first to the last line.
     pub(crate) fn from_share(lines: &'a [f64], share: f32) -> Self {
-        Self { lines, at: ((f64::from(share) * (lines.len() - 1) as f64) as usize).min(lines.len() - 2) }
+        Self::from_line(lines, ((f64::from(share) * (lines.len() - 1) as f64) as usize).min(lines.len() - 2))
+    }
+
+    fn from_line(lines: &'a [f64], at: usize) -> Self {
+        Self { lines, at, ends: [lines[at], lines[at + 1]] }
     }
 
     /// Returns the same number as [`cell_coordinate`].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn cell(&mut self, x: f64) -> f64 {
-        let Self { lines, at } = self;
-        let last = lines.len() - 1;
-        if x <= lines[0] {
-            return 0.0;
+        let Self { lines, at, ends } = self;
+        if !(ends[0] <= x && x < ends[1]) {
+            let last = lines.len() - 1;
+            if x <= lines[0] {
+                return 0.0;
+            }
+            if x >= lines[last] {
+                return last as f64;
+            }
+            // At most one of the loops runs. NaN runs neither.
+            while x >= ends[1] {
+                *at += 1;
+                *ends = [ends[1], lines[*at + 1]];
+            }
+            while x < ends[0] {
+                *at -= 1;
+                *ends = [lines[*at], ends[0]];
+            }
         }
-        if x >= lines[last] {
-            return last as f64;
-        }
-        // At most one of the loops runs. NaN runs neither.
-        while x >= lines[*at + 1] {
-            *at += 1;
-        }
-        while x < lines[*at] {
-            *at -= 1;
-        }
-        *at as f64 + (x - lines[*at]) / (lines[*at + 1] - lines[*at])
+        *at as f64 + (x - ends[0]) / (ends[1] - ends[0])
     }
 
     /// [`Self::cell`] of the parameter at `share` of the way from the first to the last line.

@@ -208,7 +208,7 @@ fn limit_to_cells(
         let mut most = 0.0_f64;
         for &place in steps {
             let to = at(place);
-            most = most.max((to.0 - from.0).abs()).max((to.1 - from.1).abs());
+            most = larger((to.1 - from.1).abs(), larger((to.0 - from.0).abs(), most));
             from = to;
         }
         let cells = image.steps as f64 * most;

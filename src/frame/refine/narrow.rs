@@ -28,11 +28,15 @@ pub(crate) fn narrow(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &
     let is_wider = |corners: [u32; 3]| {
         let [a, b, c] = corners.map(|v| cells[v as usize]);
         let width = |a: f64, b: f64, c: f64| larger(larger(a, b), c) - smaller(smaller(a, b), c);
-        width(a.x, b.x, c.x) > 1.0 + HAIR || width(a.y, b.y, c.y) > 1.0 + HAIR
+        (width(a.x, b.x, c.x) > 1.0 + HAIR) | (width(a.y, b.y, c.y) > 1.0 + HAIR)
     };
     let far = |corners: [u32; 3]| surface.deviation(mesh, corners) > chord;
-    let trimmed = mesh.triangles.iter().take(trimmed).enumerate();
-    let mut wide: Vec<usize> = trimmed.filter(|&(_, &t)| is_wider(t) && far(t)).map(|(k, _)| k).collect();
+    let mut wide = Vec::new();
+    for (k, &t) in mesh.triangles.iter().take(trimmed).enumerate() {
+        if is_wider(t) && far(t) {
+            wide.push(k);
+        }
+    }
     if wide.is_empty() {
         return;
     }

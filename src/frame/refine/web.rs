@@ -58,16 +58,18 @@ impl TriangleShape {
     pub(crate) fn is_clearly_right((positions, normals): (&[DVec3], &[Vec3]), corners: [u32; 3], least: f64) -> bool {
         let [a, b, c] = corners.map(|v| positions[v as usize]);
         let cross = (b - a).cross(c - a);
-        let [n, o, p] = corners.map(|v| normals[v as usize].as_dvec3());
-        let normal = n + o + p;
+        let [n, o, p] = corners.map(|v| normals[v as usize]);
+        // Single precision is exact enough, because three unit normals are taken for as long as they can be together.
+        let normal = (n + o + p).as_dvec3();
         let (facing, area) = (cross.dot(normal), cross.length_squared());
-        let steep = ROOM * STEEP;
-        facing > 0.0 && area > least && facing * facing > steep * steep * area * normal.length_squared()
+        let steep = ROOM * STEEP * 3.0;
+        facing > 0.0 && area > least && facing * facing > steep * steep * area
     }
 
     /// The square of twice the area above which no triangle of a mesh is flat, however long.
-    pub(crate) fn clear_area(mesh: &TileMesh) -> f64 {
-        let size = mesh.positions.iter().fold([0.0; 3], |most, p| {
+    #[inline(always)]
+    pub(crate) fn clear_area(positions: &[DVec3]) -> f64 {
+        let size = positions.iter().fold([0.0; 3], |most, p| {
             let p = p.to_array();
             [0, 1, 2].map(|k| larger(p[k].abs(), most[k]))
         });

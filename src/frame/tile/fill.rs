@@ -7,7 +7,7 @@ use crate::frame::plan::output::Plan;
 use crate::frame::trim::climb::fill_loops;
 use crate::frame::trim::input::TrimInput;
 use crate::frame::trim::output::TrimOutput;
-use crate::frame::vertices::boundary::{edge_point, origin, steps_with_breaks};
+use crate::frame::vertices::boundary::trace_use;
 use crate::mesh::TileMesh;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
@@ -23,14 +23,10 @@ pub fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, w
     let tile = &rows.tiles[tile.0 as usize];
     let reversed = rows.faces[rows.face_of(tile)].reversed;
     let mut mesh = TileMesh::default();
-    let mut loop_starts = vec![0];
+    let (mut loop_starts, mut ts) = (vec![0], Vec::new());
     for l in &tile.loops {
         for used in l {
-            let (edge, polyline) = (&rows.edges[used.edge.index()], &plan.edges[used.edge.index()]);
-            for (k, at_break) in steps_with_breaks(used, &polyline.breaks) {
-                mesh.positions.push(edge_point(edge, at_break, polyline.ts[k]));
-                mesh.origins.push(origin(rows, used.edge, k as u32));
-            }
+            trace_use((rows, plan), used, &mut ts, &mut mesh);
         }
         loop_starts.push(mesh.positions.len() as u32);
     }

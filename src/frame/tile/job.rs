@@ -14,6 +14,7 @@ use crate::frame::trim::reference::trim_tile_reference;
 use crate::frame::vertices::boundary::{cell_size, trace_loops};
 use crate::frame::vertices::places::evaluate_vertices;
 use crate::frame::vertices::scratch::Scratch;
+use crate::math::lanes::widest;
 use crate::math::order::smaller;
 use crate::mesh::{MeshLists, Origin, TileMesh};
 use crate::model::{AxisMap, PartId, SurfaceKind, TileId};
@@ -148,14 +149,18 @@ fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
 fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, mesh: &mut TileMesh) {
     let corners_used = name_vertices((tile, lattice), s, &mut mesh.origins);
     evaluate_vertices(face, lattice, corners_used, s, mesh);
-    mesh.triangles.reserve(s.trimmed.triangles.len() + 2 * s.quads.len());
+    std::mem::swap(&mut mesh.triangles, &mut s.trimmed.triangles);
+    if face.reversed {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
     // A point on a crease has two normals, and the one it stores says nothing about the triangles on the other side.
     let unfolds = face.kind != SurfaceKind::Plane && face.creases.iter().all(Vec::is_empty);
     s.doubtful.clear();
     if unfolds {
-        push_curved(mesh, &s.trimmed.triangles, face.reversed, &mut s.doubtful);
+        list_doubtful(mesh, &mut s.doubtful);
     } else {
-        push_flat(mesh, &s.trimmed.triangles, face.reversed);
+        let TileMesh { positions, triangles, .. } = mesh;
+        triangles.retain(|&t| are_apart(positions, t));
     }
     let trimmed = mesh.triangles.len();
     push_quads(mesh, &s.quads, face.reversed);
@@ -182,10 +187,10 @@ fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, origin
     let corners = (nu + 1) * (nv + 1);
     s.corners.clear();
     s.corners.resize(corners as usize, NONE);
-    let (us, vs) = (&lattice.us[..], &lattice.vs[..]);
-    let Scratch { corners: slots, uvs, cells, .. } = s;
-    let mut used = UsedCorners { us, vs, slots, next: tessellants, uvs, cells, origins };
     let width = nu + 1;
+    s.used.clear();
+    let mut used = UsedCorners { tessellants, used: &mut s.used };
+    let slots = &mut s.corners[..];
     s.trimmed.rename(
         tessellants,
         // Inlined, because it is called for every corner of every triangle.
@@ -193,25 +198,35 @@ fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, origin
         |v| {
             if v < tessellants + corners {
                 let c = v - tessellants;
-                used.vertex(c, || [c % width, c / width])
+                used.vertex(&mut slots[c as usize], || [c % width, c / width])
             } else {
                 v
             }
         },
     );
     s.quads.clear();
-    // The cell on the right of the last one begins at the vertices where that one ends.
-    let (mut right, mut ends) = ([NONE; 2], [NONE; 2]);
-    s.quads.extend(s.trimmed.full_cells.iter().map(|&[i, j]| {
-        let mut vertex = |i: u32, j: u32| used.vertex(j * width + i, || [i, j]);
-        let [a, b, c, d] = match ends {
-            [a, d] if right == [i, j] => [a, vertex(i + 1, j), vertex(i + 1, j + 1), d],
-            _ => [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]].map(|[i, j]| vertex(i, j)),
-        };
-        (right, ends) = ([i + 1, j], [b, c]);
-        [a, b, c, d]
-    }));
-    let corners_used = used.next - tessellants;
+    s.quads.reserve(s.trimmed.full_cells.len());
+    for run in s.trimmed.full_cells.chunk_by(|&[i, j], &[k, l]| k == i + 1 && l == j) {
+        let ([i, j], count) = (run[0], run.len());
+        let (below, above) = slots[(j * width + i) as usize..].split_at_mut(width as usize);
+        let [first, below @ ..] = &mut below[..=count] else { continue };
+        let [last, above @ ..] = &mut above[..=count] else { continue };
+        // Each cell begins at the vertices where the one before it ends.
+        let (mut a, mut d) = (used.vertex(first, || [i, j]), NONE);
+        for (k, (b, c)) in (i + 1..).zip(below.iter_mut().zip(above)) {
+            let (b, c) = (used.vertex(b, || [k, j]), used.vertex(c, || [k, j + 1]));
+            if d == NONE {
+                d = used.vertex(last, || [i, j + 1]);
+            }
+            s.quads.push([a, b, c, d]);
+            (a, d) = (b, c);
+        }
+    }
+    let (us, vs) = (&lattice.us[..], &lattice.vs[..]);
+    s.uvs.extend(s.used.iter().map(|&[i, j]| DVec2::new(us[i as usize], vs[j as usize])));
+    s.cells.extend(s.used.iter().map(|&[i, j]| DVec2::new(f64::from(i), f64::from(j))));
+    origins.extend(s.used.iter().map(|&[i, j]| Origin::Lattice { i, j }));
+    let corners_used = s.used.len() as u32;
     for (k, p) in s.trimmed.extra_points.iter().enumerate() {
         s.uvs.push(from_cells(lattice, *p / cell_size(tile, lattice)));
         s.cells.push(*p);
@@ -225,29 +240,18 @@ fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, origin
 
 /// Lattice corners that triangles use, which become vertices.
 struct UsedCorners<'a> {
-    us: &'a [f64],
-    vs: &'a [f64],
-    /// The vertex of each corner, or [`NONE`].
-    slots: &'a mut [u32],
-    /// The next vertex.
-    next: u32,
-    uvs: &'a mut Vec<DVec2>,
-    cells: &'a mut Vec<DVec2>,
-    origins: &'a mut Vec<Origin>,
+    /// Number of vertices before them.
+    tessellants: u32,
+    used: &'a mut Vec<[u32; 2]>,
 }
 
 impl UsedCorners<'_> {
-    /// The vertex of a corner, which is where `place` says.
+    /// The vertex of a corner, which is where `place` says. The slot has it, or [`NONE`] if there is none yet.
     #[inline(always)]
-    fn vertex(&mut self, corner: u32, place: impl FnOnce() -> [u32; 2]) -> u32 {
-        let slot = &mut self.slots[corner as usize];
+    fn vertex(&mut self, slot: &mut u32, place: impl FnOnce() -> [u32; 2]) -> u32 {
         if *slot == NONE {
-            *slot = self.next;
-            self.next += 1;
-            let [i, j] = place();
-            self.uvs.push(DVec2::new(self.us[i as usize], self.vs[j as usize]));
-            self.cells.push(DVec2::new(f64::from(i), f64::from(j)));
-            self.origins.push(Origin::Lattice { i, j });
+            *slot = self.tessellants + self.used.len() as u32;
+            self.used.push(place());
         }
         *slot
     }
@@ -274,50 +278,64 @@ fn add_parameters(
 /// Appends a triangle unless two of its corners are the same point, as at a pole. Its other two sides then are the same
 /// edge, so that nothing opens.
 fn push_triangle(mesh: &mut TileMesh, corners: [u32; 3], reversed: bool) {
-    push_flat(mesh, &[corners], reversed);
+    if are_apart(&mesh.positions, corners) {
+        mesh.triangles.push(oriented(corners, reversed));
+    }
 }
 
-/// Appends triangles as [`push_triangle`] does.
-fn push_flat(mesh: &mut TileMesh, triangles: &[[u32; 3]], reversed: bool) {
-    let TileMesh { positions, triangles: out, .. } = mesh;
-    let positions = &positions[..];
-    out.extend(triangles.iter().filter(|&&corners| are_apart(positions, corners)).map(|&t| oriented(t, reversed)));
-}
-
-/// Appends triangles of a curved face as [`push_triangle`] does, and the indices of those that may be folded to
-/// `doubtful`.
-fn push_curved(mesh: &mut TileMesh, triangles: &[[u32; 3]], reversed: bool, doubtful: &mut Vec<usize>) {
-    let least = TriangleShape::clear_area(mesh);
-    let TileMesh { positions, normals, triangles: out, .. } = mesh;
-    let (positions, normals) = (&positions[..], &normals[..]);
-    for &corners in triangles {
-        let corners = oriented(corners, reversed);
-        // A triangle that has an area has no two corners at the same point.
-        if !TriangleShape::is_clearly_right((positions, normals), corners, least) {
-            if !are_apart(positions, corners) {
-                continue;
+/// Lists the triangles of a curved face that may be folded, and removes those that [`push_triangle`] leaves out.
+fn list_doubtful(mesh: &mut TileMesh, doubtful: &mut Vec<usize>) {
+    let TileMesh { positions, normals, triangles, .. } = mesh;
+    widest(
+        #[inline(always)]
+        || {
+            // Of one length, so that each corner takes one check.
+            let positions = &positions[..];
+            let normals = &normals[..positions.len()];
+            let least = TriangleShape::clear_area(positions);
+            for (k, &corners) in triangles.iter().enumerate() {
+                if !TriangleShape::is_clearly_right((positions, normals), corners, least) {
+                    doubtful.push(k);
+                }
             }
-            doubtful.push(out.len());
-        }
-        out.push(corners);
+        },
+    );
+    // A triangle that has an area has no two corners at the same point.
+    if doubtful.iter().any(|&k| !are_apart(positions, triangles[k])) {
+        let mut removed = 0;
+        doubtful.retain_mut(|k| {
+            let stays = are_apart(positions, triangles[*k]);
+            *k -= removed;
+            removed += usize::from(!stays);
+            stays
+        });
+        triangles.retain(|&t| are_apart(positions, t));
     }
 }
 
 /// Appends the halves of full cells, split along the shorter diagonal, as [`push_triangle`] does.
 fn push_quads(mesh: &mut TileMesh, quads: &[[u32; 4]], reversed: bool) {
-    let TileMesh { positions, triangles: out, .. } = mesh;
-    let positions = &positions[..];
-    for &[a, b, c, d] in quads {
-        let [p, q, r, s] = [a, b, c, d].map(|v| positions[v as usize]);
-        let (first, second) = (p.distance_squared(r), q.distance_squared(s));
-        let halves = if first <= second { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
-        if p != q && q != r && r != s && s != p && smaller(first, second) > 0.0 {
-            out.extend(halves.map(|t| oriented(t, reversed)));
-        } else {
-            let apart = halves.into_iter().filter(|&t| are_apart(positions, t));
-            out.extend(apart.map(|t| oriented(t, reversed)));
-        }
-    }
+    // By value, so that its length stays in a register.
+    let mut out = std::mem::take(&mut mesh.triangles);
+    out.reserve(2 * quads.len());
+    widest(
+        #[inline(always)]
+        || {
+            let positions = &mesh.positions[..];
+            for &[a, b, c, d] in quads {
+                let [p, q, r, s] = [a, b, c, d].map(|v| positions[v as usize]);
+                let (first, second) = (p.distance_squared(r), q.distance_squared(s));
+                let halves = if first <= second { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+                let all_apart = p != q && q != r && r != s && s != p && smaller(first, second) > 0.0;
+                for half in halves {
+                    if all_apart || are_apart(positions, half) {
+                        out.push(oriented(half, reversed));
+                    }
+                }
+            }
+        },
+    );
+    mesh.triangles = out;
 }
 
 /// Whether the corners of a triangle are at three points.

@@ -4,6 +4,7 @@
 //! its rounding could change. So each one is a true step towards the Delaunay triangulation, which ends.
 
 use super::input::NONE;
+use crate::math::lanes::widest;
 use crate::math::order::larger;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
@@ -87,15 +88,21 @@ impl Mesh {
         self.waits.clear();
         self.waits.resize(count, true);
         let (mut at, mut left) = (0, FLIPS_PER_EDGE * count);
-        while at < self.queue.len() && left > 0 {
-            let edge = self.queue[at];
-            self.waits[edge as usize] = false;
-            left -= usize::from(self.is_flipped(points, edge));
-            at += 1;
-        }
+        widest(
+            #[inline(always)]
+            || {
+                while at < self.queue.len() && left > 0 {
+                    let edge = self.queue[at];
+                    self.waits[edge as usize] = false;
+                    left -= usize::from(self.is_flipped(points, edge));
+                    at += 1;
+                }
+            },
+        );
     }
 
     /// Flips one edge, if that is better, and puts the edges around it into the queue.
+    #[inline(always)]
     fn is_flipped(&mut self, points: &[DVec2], edge: u32) -> bool {
         let [first, second] = self.sides[edge as usize];
         if second == NONE {

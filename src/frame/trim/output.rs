@@ -1,6 +1,7 @@
 //! Output of the trim stage: triangles, full cells, and counts of the work.
 
 use super::input::TrimInput;
+use crate::math::lanes::widest;
 use glam::DVec2;
 
 /// The triangulated trim part of a tile.
@@ -93,7 +94,11 @@ impl TrimOutput {
     /// Renames the vertices from `first` on of all triangles, but not of full cells.
     pub(crate) fn rename(&mut self, first: u32, mut name: impl FnMut(u32) -> u32) {
         // Most tiles have tessellants alone, which takes less to see than to rename none of them.
-        let renamed = self.triangles.as_flattened().iter().copied().max() >= Some(first);
+        let vertices = self.triangles.as_flattened();
+        let renamed = widest(
+            #[inline(always)]
+            || vertices.iter().fold(0, |most, &v| most.max(v)),
+        ) >= first;
         let triangles = if renamed { self.triangles.as_flattened_mut() } else { &mut [] };
         let layers = self.layers.iter_mut().flat_map(|(triangle, _)| triangle);
         for v in triangles.iter_mut().filter(|v| **v >= first) {

@@ -275,7 +275,8 @@ impl Trace {
         }
         self.crossings.push(crossing);
         // Border corners are never kept, and all crossings on the border lie on one: they must not reach the slow path.
-        let (line, distance) = nearest_line(position);
+        let (line, at) = nearest_line(position);
+        let distance = (position - at).abs();
         let limit = if edge.horizontal { self.nu } else { self.nv };
         if distance < CORNER_CLEARANCE && line > 0 && line < limit as i32 {
             let line = line as usize;
@@ -373,15 +374,19 @@ impl Trace {
     /// The cell of a point. Cells are half-open, but the last of a row or column is closed.
     #[inline(always)]
     fn cell_of(&self, p: DVec2) -> (i32, i32) {
-        ((p.x as i32).min(self.nu as i32 - 1), (p.y as i32).min(self.nv as i32 - 1))
+        let cell = |coordinate: f64, count: usize| {
+            let (line, at) = nearest_line(coordinate);
+            (line - i32::from(at > coordinate)).min(count as i32 - 1)
+        };
+        (cell(p.x, self.nu), cell(p.y, self.nv))
     }
 
     /// Whether the point lies within the clearance of an inner lattice line.
     #[inline(always)]
     fn near_line(&self, p: DVec2) -> bool {
         let near = |coordinate: f64, limit: usize| {
-            let (line, distance) = nearest_line(coordinate);
-            distance < CORNER_CLEARANCE && line > 0 && line < limit as i32
+            let (line, at) = nearest_line(coordinate);
+            (coordinate - at).abs() < CORNER_CLEARANCE && line > 0 && line < limit as i32
         };
         near(p.x, self.nu) || near(p.y, self.nv)
     }
@@ -460,7 +465,7 @@ impl Trace {
     /// The vertex of a kept corner: the corner itself, or the tessellant that replaces it.
     #[inline(always)]
     pub(crate) fn corner(&self, tile: &TrimInput<'_>, i: usize, j: usize) -> (u32, DVec2) {
-        if self.snapped.get(i, j) {
+        if self.snaps && self.snapped.get(i, j) {
             let vertex = self.replacement[j * (self.nu + 1) + i];
             (vertex, tile.points[vertex as usize])
         } else {
@@ -537,12 +542,15 @@ fn unit(t: f64) -> f64 {
     if t > 0.0 { t.min(1.0) } else { 0.0 }
 }
 
-/// The lattice line nearest to a coordinate of at least -0.5, and the distance to it. Converts to an integer, because
-/// rounding functions are calls on processors without SSE 4.1.
+/// The lattice line nearest to a coordinate of at least -0.5, as an integer and as a coordinate.
+///
+/// Rounding functions are calls on processors without SSE 4.1, and conversions to integers take checks. A number next
+/// to 2^52 is rounded to an integer, which is in its lowest bits.
 #[inline(always)]
 fn nearest_line(coordinate: f64) -> (i32, f64) {
-    let line = (coordinate + 0.5) as i32;
-    (line, (coordinate - f64::from(line)).abs())
+    const SHIFT: f64 = (1_u64 << 52) as f64;
+    let shifted = coordinate + SHIFT;
+    (shifted.to_bits() as i32, shifted - SHIFT)
 }
 
 /// Indices of a lattice edge.

@@ -6,6 +6,7 @@
 use super::flip::in_circle;
 use super::input::TrimInput;
 use super::sweep::Sweep;
+use crate::math::order::smaller;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
@@ -167,7 +168,9 @@ fn triangulate_loops(
         }
         (&[a, b, c, d], 0..=1) => {
             let halves = quad([a, b, c, d]);
-            out.extend(halves.into_iter().flatten().map(|t| t.map(&name)));
+            if let Some(halves) = halves {
+                halves.iter().for_each(|t| out.push(t.map(&name)));
+            }
             halves.is_some()
         }
         _ => sweep.triangulate(points, starts).is_ok_and(|mesh| {
@@ -183,21 +186,18 @@ fn triangulate_loops(
 fn quad([a, b, c, d]: [DVec2; 4]) -> Option<[[u32; 3]; 2]> {
     let (abc, acd) = (orient2d(a, b, c), orient2d(a, c, d));
     let (bcd, bda) = (orient2d(b, c, d), orient2d(b, d, a));
-    let worse = |t: f64, u: f64, t_quality: f64, u_quality: f64| {
-        if t > 0.0 && u > 0.0 { t_quality.min(u_quality) } else { NO_EAR }
+    let [ab, bc, cd, da] = [(a, b), (b, c), (c, d), (d, a)].map(|(from, to)| from.distance_squared(to));
+    let (ca, db) = (c.distance_squared(a), d.distance_squared(b));
+    // Twice the area over the sum of the squared sides: largest for the equilateral triangle.
+    let worse = |(t, t_sides): (f64, f64), (u, u_sides): (f64, f64)| {
+        if t > 0.0 && u > 0.0 { smaller(t / t_sides, u / u_sides) } else { NO_EAR }
     };
-    let first = worse(abc, acd, quality(a, b, c, abc), quality(a, c, d, acd));
-    let second = worse(bcd, bda, quality(b, c, d, bcd), quality(b, d, a, bda));
+    let first = worse((abc, ab + bc + ca), (acd, ca + cd + da));
+    let second = worse((bcd, bc + cd + db), (bda, db + da + ab));
     if first < 0.0 && second < 0.0 {
         return None;
     }
     Some(if first >= second { [[0, 1, 2], [0, 2, 3]] } else { [[1, 2, 3], [1, 3, 0]] })
-}
-
-/// Twice the area over the sum of the squared sides: largest for the equilateral triangle.
-#[inline(always)]
-fn quality(a: DVec2, b: DVec2, c: DVec2, turn: f64) -> f64 {
-    turn / (a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a))
 }
 
 #[cfg(test)]

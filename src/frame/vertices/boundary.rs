@@ -2,6 +2,7 @@
 
 use super::scratch::Scratch;
 use crate::frame::plan::output::{CellWalk, PartPlan, Plan, TileLattice};
+use crate::math::lanes::widest;
 use crate::mesh::{EdgeLine, Origin, TileMesh};
 use crate::model::{EdgeId, PartId, RowId};
 use crate::prepare::Prepared;
@@ -12,8 +13,8 @@ use glam::{DVec2, DVec3};
 /// 1e-12 of the domain, and an almost straight border would make slivers.
 const BORDER_SNAP: f64 = 1e-9;
 
-/// Position of an edge's tessellant at `t`. A break has its own stored point, so that all faces get the same bits.
-pub(crate) fn edge_point(edge: &PreparedEdge, at_break: Option<u32>, t: f64) -> DVec3 {
+/// Position of an edge's tessellant at `t`. A break has its own stored point.
+fn edge_point(edge: &PreparedEdge, at_break: Option<u32>, t: f64) -> DVec3 {
     match (at_break, &edge.shape) {
         (Some(k), _) => edge.breaks[k as usize].point,
         (None, EdgeShape::Curve(c)) => c.point(t),
@@ -34,67 +35,67 @@ pub(crate) fn trace_loops(
     s.uvs.clear();
     s.loop_starts.clear();
     s.loop_starts.push(0);
-    let mut spot = Spot::of(tile, lattice);
-    for l in &tile.loops {
-        for u in l {
-            let edge = &part.edges[u.edge.index()];
-            let polyline = &plan.edges[u.edge.index()];
-            let (ts, mut hint) = (&polyline.ts[..], 0);
-            for (k, at_break) in steps_with_breaks(u, &polyline.breaks) {
-                let uv = u.uv.point(ts[k], &mut hint);
-                s.cells.push(spot.cell(uv));
-                s.uvs.push(uv);
-                mesh.positions.push(edge_point(edge, at_break, ts[k]));
-                mesh.origins.push(origin(part, u.edge, k as u32));
+    widest(
+        #[inline(always)]
+        || {
+            for l in &tile.loops {
+                for u in l {
+                    trace_use((part, plan), u, &mut s.ts, mesh);
+                    u.uv.points(&s.ts, &mut s.uvs);
+                }
+                s.loop_starts.push(s.uvs.len() as u32);
             }
+            to_cells((tile, lattice), &s.uvs, &mut s.cells);
+        },
+    );
+}
+
+/// Appends positions and origins of an edge's tessellants along one use, in loop order, without the last. Sets `ts` to
+/// their parameters.
+#[inline(always)]
+pub(crate) fn trace_use((part, plan): (&PreparedPart, &PartPlan), u: &EdgeUse, ts: &mut Vec<f64>, mesh: &mut TileMesh) {
+    let (edge, line) = (&part.edges[u.edge.index()], &plan.edges[u.edge.index()]);
+    let (all, breaks) = (&line.ts[..], &line.breaks[..]);
+    let TileMesh { positions, origins, .. } = mesh;
+    let forwards = u.from < u.to;
+    ts.clear();
+    let (mut at, mut from) = (u.from, breaks[u.from as usize] as usize);
+    while at != u.to {
+        // A break has its own stored point, so that all faces get the same bits.
+        positions.push(edge.breaks[at as usize].point);
+        at = if forwards { at + 1 } else { at - 1 };
+        let (to, first) = (breaks[at as usize] as usize, ts.len());
+        for i in 0..from.abs_diff(to) {
+            let k = if forwards { from + i } else { from - i };
+            ts.push(all[k]);
+            origins.push(origin(part, u.edge, k as u32));
         }
-        s.loop_starts.push(s.cells.len() as u32);
+        match &edge.shape {
+            EdgeShape::Curve(curve) => curve.points(&ts[first + 1..], positions),
+            EdgeShape::Point(p) => ts[first + 1..].iter().for_each(|_| positions.push(*p)),
+        }
+        from = to;
     }
 }
 
-/// Maps parameters to cell coordinates. Fastest if each parameter is near the one before.
-struct Spot<'a> {
-    tile: &'a Tile,
-    cells: (u32, u32),
-    scale: DVec2,
-    along: [CellWalk<'a>; 2],
-}
-
-impl<'a> Spot<'a> {
-    fn of(tile: &'a Tile, lattice: &'a TileLattice) -> Self {
-        let along = [CellWalk::new(&lattice.us), CellWalk::new(&lattice.vs)];
-        Self { tile, cells: lattice.cells(), scale: cell_size(tile, lattice), along }
-    }
-
-    #[inline(always)]
-    fn cell(&mut self, uv: DVec2) -> DVec2 {
-        let Self { tile, cells, scale, along: [u, v] } = self;
-        if *cells == (1, 1) {
-            return ((uv - tile.min) / (tile.max - tile.min)).clamp(DVec2::ZERO, DVec2::ONE) * *scale;
+/// Appends the cell coordinates of the tile's tessellants.
+#[inline(always)]
+fn to_cells((tile, lattice): (&Tile, &TileLattice), uvs: &[DVec2], out: &mut Vec<DVec2>) {
+    let (cells, scale) = (lattice.cells(), cell_size(tile, lattice));
+    if cells == (1, 1) {
+        for &uv in uvs {
+            out.push(((uv - tile.min) / (tile.max - tile.min)).clamp(DVec2::ZERO, DVec2::ONE) * scale);
         }
-        DVec2::new(snap(u.cell(uv.x), cells.0), snap(v.cell(uv.y), cells.1))
+        return;
+    }
+    let (mut along_u, mut along_v) = (CellWalk::new(&lattice.us), CellWalk::new(&lattice.vs));
+    for uv in uvs {
+        out.push(DVec2::new(snap(along_u.cell(uv.x), cells.0), snap(along_v.cell(uv.y), cells.1)));
     }
 }
 
-/// Indices of an edge's tessellants along one use, in loop order, without the last: each with the index of its break if
-/// it is one.
-pub(crate) fn steps_with_breaks<'a>(
-    u: &'a EdgeUse,
-    breaks: &'a [u32],
-) -> impl Iterator<Item = (usize, Option<u32>)> + use<'a> {
-    let (a, b) = (breaks[u.from as usize] as usize, breaks[u.to as usize] as usize);
-    let mut next = u.from;
-    (0..a.abs_diff(b)).map(move |i| {
-        let k = if a < b { a + i } else { a - i };
-        let at_break = (breaks[next as usize] as usize == k).then_some(next);
-        if at_break.is_some() {
-            next = if u.from < u.to { next + 1 } else { next.saturating_sub(1) };
-        }
-        (k, at_break)
-    })
-}
-
-pub(crate) fn origin(part: &PreparedPart, edge: RowId, k: u32) -> Origin {
+#[inline(always)]
+fn origin(part: &PreparedPart, edge: RowId, k: u32) -> Origin {
     if edge.index() < part.brep_edges {
         Origin::Edge { edge: EdgeId(edge.0), k }
     } else {
@@ -102,6 +103,7 @@ pub(crate) fn origin(part: &PreparedPart, edge: RowId, k: u32) -> Origin {
     }
 }
 
+#[inline(always)]
 fn snap(x: f64, cells: u32) -> f64 {
     let last = f64::from(cells);
     if x < BORDER_SNAP {

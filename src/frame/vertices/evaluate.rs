@@ -7,7 +7,7 @@
 
 use crate::math::bernstein;
 use crate::math::lanes::widest;
-use crate::prepare::internals::decompose::{BezierPatches, locate};
+use crate::prepare::internals::decompose::{BezierPatches, Piece, locate};
 use glam::{DVec2, DVec3, DVec4};
 
 /// Inner lines per block. 8 wastes half of the lanes on the short runs that patches of real models have; 2 leaves the
@@ -71,11 +71,17 @@ impl Roles {
             Self { inner_is_v: false, outer_points: nv, inner_points: nu, stride_outer: 1, stride_inner: nv }
         }
     }
+
+    /// The outer and the inner parameter of a point.
+    #[inline(always)]
+    fn split(&self, p: DVec2) -> [f64; 2] {
+        if self.inner_is_v { [p.x, p.y] } else { [p.y, p.x] }
+    }
 }
 
 /// Calls `put` with the points and unit normals (along `S_u × S_v`) at the crossings of the lines `us` and `vs`
-/// (non-decreasing), in any order. The first argument is `place(i, j)` of the point at `us[i]` and `vs[j]`, which is
-/// [`UNWANTED`] for points to leave out.
+/// (non-decreasing), in any order. The first argument is the place of the point at `us[i]` and `vs[j]`, which is
+/// `places[j * us.len() + i]`, and [`UNWANTED`] for points to leave out.
 ///
 /// At poles and collapsed borders the normal is its limit from inside the patch. Returns the number of normals that do
 /// not exist even there; they are +z. 5-15 ns per point up to degree (3, 3); allocates only to grow the buffers.
@@ -83,7 +89,7 @@ pub fn evaluate_lattice(
     patches: &BezierPatches,
     us: &[f64],
     vs: &[f64],
-    place: impl Fn(usize, usize) -> u32,
+    places: &[u32],
     scratch: &mut EvaluateScratch,
     mut put: impl FnMut(usize, DVec3, DVec3),
 ) -> usize {
@@ -93,7 +99,7 @@ pub fn evaluate_lattice(
     } else {
         (vs, &patches.breaks_v, us, &patches.breaks_u)
     };
-    let place = |o: usize, i: usize| if roles.inner_is_v { place(o, i) } else { place(i, o) };
+    let (row, step) = if roles.inner_is_v { (1, us.len()) } else { (us.len(), 1) };
     let (n, m) = (roles.outer_points, roles.inner_points);
     let mut lost = 0;
     widest(
@@ -106,11 +112,10 @@ pub fn evaluate_lattice(
                 let basis = &scratch.outer[o * 2 * n..(o + 1) * 2 * n];
                 let mut contracted = usize::MAX;
                 for (k, block) in scratch.blocks.iter().enumerate() {
-                    let mut places = [UNWANTED; LANES];
-                    for (at, i) in places.iter_mut().zip(block.first..block.first + block.count) {
-                        *at = place(o, i);
-                    }
-                    if places == [UNWANTED; LANES] {
+                    let mut wanted = [UNWANTED; LANES];
+                    let here = places[o * row + block.first * step..].iter().step_by(step);
+                    wanted[..block.count].iter_mut().zip(here).for_each(|(at, place)| *at = *place);
+                    if wanted == [UNWANTED; LANES] {
                         continue;
                     }
                     if contracted != block.patch {
@@ -119,7 +124,7 @@ pub fn evaluate_lattice(
                     }
                     let lanes = &scratch.inner[k * 2 * m..(k + 1) * 2 * m];
                     let points = evaluate_block(patches.rational, roles.inner_is_v, &scratch.curve, lanes);
-                    for (lane, &at) in places.iter().enumerate().filter(|&(_, &at)| at != UNWANTED) {
+                    for (lane, &at) in wanted.iter().enumerate().filter(|&(_, &at)| at != UNWANTED) {
                         let normal = if points.regular[lane] {
                             points.normal(lane)
                         } else {
@@ -147,50 +152,27 @@ pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMu
     widest(
         #[inline(always)]
         || {
-            let mut rest = at.iter().map(
-                #[inline(always)]
-                |&p| LinePlace::of(patches, roles, p),
-            );
-            let mut next = rest.next();
-            let mut at = 0;
-            while let Some(first) = next {
-                let (mut outer, mut inner) = ([first.outer; LANES], [first.inner; LANES]);
-                let mut count = 1;
-                loop {
-                    next = rest.next();
-                    match next {
-                        Some(next) if count < LANES && next.patch == first.patch => {
-                            (outer[count], inner[count]) = (next.outer, next.inner);
-                            count += 1;
-                        }
-                        _ => break,
-                    }
+            let mut place = PatchPlace::of(patches, roles, at.first().copied().unwrap_or_default());
+            let mut done = 0;
+            while let Some(&first) = at.get(done) {
+                if !place.contains(roles, first) {
+                    place = PatchPlace::of(patches, roles, first);
                 }
-                let mut put_lane = |position: DVec3, normal: DVec3| {
-                    put(at, position, normal);
-                    at += 1;
-                };
+                let [outer, inner] = roles.split(first);
+                let (mut outer, mut inner) = ([outer; LANES], [inner; LANES]);
+                let mut count = 1;
+                while count < LANES && at.get(done + count).is_some_and(|&p| place.contains(roles, p)) {
+                    [outer[count], inner[count]] = roles.split(at[done + count]);
+                    count += 1;
+                }
+                let mut put_lane = |lane: usize, position: DVec3, normal: DVec3| put(done + lane, position, normal);
                 // One lane is faster than four copies of it.
                 if count == 1 {
-                    let points = evaluate_lanes(patches, roles, first.patch, [first.outer], [first.inner]);
-                    let normal = if points.regular[0] {
-                        points.normal(0)
-                    } else {
-                        limit_normal(patches, roles, first, &mut lost)
-                    };
-                    put_lane(points.position(0), normal);
-                    continue;
+                    place.evaluate(patches, roles, [[outer[0]], [inner[0]]], 1, &mut lost, &mut put_lane);
+                } else {
+                    place.evaluate(patches, roles, [outer, inner], count, &mut lost, &mut put_lane);
                 }
-                let points = evaluate_lanes(patches, roles, first.patch, outer, inner);
-                for lane in 0..count {
-                    let normal = if points.regular[lane] {
-                        points.normal(lane)
-                    } else {
-                        let place = LinePlace { outer: outer[lane], inner: inner[lane], ..first };
-                        limit_normal(patches, roles, place, &mut lost)
-                    };
-                    put_lane(points.position(lane), normal);
-                }
+                done += count;
             }
         },
     );
@@ -200,23 +182,83 @@ pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMu
 /// Points at three parameters with their unit normals, zero where there is none. Same bits as [`evaluate_points`].
 pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3, DVec3); 3] {
     let roles = Roles::of(patches);
-    let [a, b, c] = at.map(|p| LinePlace::of(patches, roles, p));
     let of = |points: &Points<4>, lane: usize| {
         let normal = if points.regular[lane] { points.normal(lane) } else { DVec3::ZERO };
         (points.position(lane), normal)
     };
-    let together = |[a, b, c]: [LinePlace; 3]| {
-        let lanes = |x: fn(LinePlace) -> f64| [x(a), x(b), x(c), x(c)];
+    let together = |place: PatchPlace, [a, b, c]: [DVec2; 3]| {
+        let [[a, x], [b, y], [c, z]] = [a, b, c].map(|p| roles.split(p));
         widest(
             #[inline(always)]
-            || evaluate_lanes(patches, roles, a.patch, lanes(|p| p.outer), lanes(|p| p.inner)),
+            || place.points(patches, roles, [[a, b, c, c], [x, y, z, z]]),
         )
     };
-    if a.patch == b.patch && b.patch == c.patch {
-        let points = together([a, b, c]);
+    let place = PatchPlace::of(patches, roles, at[0]);
+    if place.contains(roles, at[1]) && place.contains(roles, at[2]) {
+        let points = together(place, at);
         return [0, 1, 2].map(|lane| of(&points, lane));
     }
-    [a, b, c].map(|p| of(&together([p; 3]), 0))
+    at.map(|p| of(&together(PatchPlace::of(patches, roles, p), [p; 3]), 0))
+}
+
+/// The place of a patch: its pieces of the outer and of the inner direction.
+#[derive(Clone, Copy)]
+struct PatchPlace {
+    outer: Piece,
+    inner: Piece,
+}
+
+impl PatchPlace {
+    #[inline(always)]
+    fn of(patches: &BezierPatches, roles: Roles, p: DVec2) -> Self {
+        let (u, v) = (Piece::at(&patches.breaks_u, p.x), Piece::at(&patches.breaks_v, p.y));
+        if roles.inner_is_v { Self { outer: u, inner: v } } else { Self { outer: v, inner: u } }
+    }
+
+    #[inline(always)]
+    fn contains(&self, roles: Roles, p: DVec2) -> bool {
+        let [outer, inner] = roles.split(p);
+        self.outer.contains(outer) && self.inner.contains(inner)
+    }
+
+    /// Points at parameters of the outer and of the inner direction.
+    #[inline(always)]
+    fn points<const L: usize>(&self, patches: &BezierPatches, roles: Roles, at: [[f64; L]; 2]) -> Points<L> {
+        evaluate_lanes(patches, roles, self.indices(), self.locals(at))
+    }
+
+    #[inline(always)]
+    fn indices(&self) -> [usize; 2] {
+        [self.outer.index, self.inner.index]
+    }
+
+    #[inline(always)]
+    fn locals<const L: usize>(&self, at: [[f64; L]; 2]) -> [[f64; L]; 2] {
+        [self.outer.locals(at[0]), self.inner.locals(at[1])]
+    }
+
+    /// Calls `put` with the first `count` of these points, and with normals that are limits where there is none.
+    #[inline(always)]
+    fn evaluate<const L: usize>(
+        &self,
+        patches: &BezierPatches,
+        roles: Roles,
+        at: [[f64; L]; 2],
+        count: usize,
+        lost: &mut usize,
+        put: &mut impl FnMut(usize, DVec3, DVec3),
+    ) {
+        let points = self.points(patches, roles, at);
+        for lane in 0..count {
+            let normal = if points.regular[lane] {
+                points.normal(lane)
+            } else {
+                let [[outer], [inner]] = self.locals(at.map(|lanes| [lanes[lane]]));
+                limit_normal(patches, roles, LinePlace { patch: self.indices(), outer, inner }, lost)
+            };
+            put(lane, points.position(lane), normal);
+        }
+    }
 }
 
 /// A point of the domain: its patch, and its parameters in the patch, 0 to 1.
@@ -226,15 +268,6 @@ struct LinePlace {
     patch: [usize; 2],
     outer: f64,
     inner: f64,
-}
-
-impl LinePlace {
-    #[inline(always)]
-    fn of(patches: &BezierPatches, roles: Roles, DVec2 { x: u, y: v }: DVec2) -> Self {
-        let (in_u, in_v) = (locate(&patches.breaks_u, u), locate(&patches.breaks_v, v));
-        let (outer, inner) = if roles.inner_is_v { (in_u, in_v) } else { (in_v, in_u) };
-        Self { patch: [outer.0, inner.0], outer: outer.1, inner: inner.1 }
-    }
 }
 
 impl EvaluateScratch {
@@ -413,73 +446,86 @@ fn points<const L: usize, const RATIONAL: bool>(
     points
 }
 
-/// Evaluates points in one patch, one per lane.
+/// Evaluates points in one patch, one per lane, at parameters of the outer and of the inner direction.
 #[inline(always)]
 fn evaluate_lanes<const L: usize>(
     patches: &BezierPatches,
     roles: Roles,
     [outer, inner]: [usize; 2],
-    in_outer: [f64; L],
-    in_inner: [f64; L],
+    at: [[f64; L]; 2],
 ) -> Points<L> {
     let patch = if roles.inner_is_v { patches.patch(outer, inner) } else { patches.patch(inner, outer) };
-    let (n, m) = (roles.outer_points, roles.inner_points);
-    // Inlined, so that they are compiled for the registers of the caller.
-    bernstein::with_lanes(
-        n - 1,
-        #[inline(always)]
-        |outer| {
-            bernstein::basis_and_slopes(n - 1, in_outer, outer);
-            bernstein::with_lanes(
-                m - 1,
-                #[inline(always)]
-                |inner| {
-                    bernstein::basis_and_slopes(m - 1, in_inner, inner);
-                    // Constant sizes, so that the compiler unrolls the loops. Where degrees are equal, v is inside.
-                    match (patches.rational, n, m) {
-                        (false, 2, 2) => in_patch::<L, false>(&patch[..4], Roles::square(2), outer, inner),
-                        (false, 4, 4) => in_patch::<L, false>(&patch[..16], Roles::square(4), outer, inner),
-                        (true, 3, 3) => in_patch::<L, true>(&patch[..9], Roles::square(3), outer, inner),
-                        (true, 4, 4) => in_patch::<L, true>(&patch[..16], Roles::square(4), outer, inner),
-                        (true, 2, 3) if roles.inner_is_v => in_patch::<L, true>(&patch[..6], Roles::WIDE, outer, inner),
-                        (true, 2, 3) => in_patch::<L, true>(&patch[..6], Roles::TALL, outer, inner),
-                        (false, ..) => in_patch::<L, false>(patch, roles, outer, inner),
-                        (true, ..) => in_patch::<L, true>(patch, roles, outer, inner),
-                    }
-                },
-            )
-        },
-    )
+    // Constant sizes, so that the compiler unrolls the loops. Where degrees are equal, v is inside.
+    match (patches.rational, roles.outer_points, roles.inner_points) {
+        (false, 2, 2) => in_constant_patch::<L, false, 2, 2>(patch, Roles::square(2), at),
+        (false, 4, 4) => in_constant_patch::<L, false, 4, 4>(patch, Roles::square(4), at),
+        (true, 3, 3) => in_constant_patch::<L, true, 3, 3>(patch, Roles::square(3), at),
+        (true, 4, 4) => in_constant_patch::<L, true, 4, 4>(patch, Roles::square(4), at),
+        (true, 2, 3) if roles.inner_is_v => in_constant_patch::<L, true, 2, 3>(patch, Roles::WIDE, at),
+        (true, 2, 3) => in_constant_patch::<L, true, 2, 3>(patch, Roles::TALL, at),
+        (rational, n, m) => bernstein::with_lanes(
+            n - 1,
+            #[inline(always)]
+            |outer| {
+                bernstein::basis_and_slopes(n - 1, at[0], outer);
+                bernstein::with_lanes(
+                    m - 1,
+                    #[inline(always)]
+                    |inner| {
+                        bernstein::basis_and_slopes(m - 1, at[1], inner);
+                        let (outer, inner) = (outer.split_at(n), inner.split_at(m));
+                        if rational {
+                            in_patch::<L, true>(patch, roles, outer, inner)
+                        } else {
+                            in_patch::<L, false>(patch, roles, outer, inner)
+                        }
+                    },
+                )
+            },
+        ),
+    }
 }
 
-/// Evaluates a patch at the lanes of both directions, with the same sums as [`contract`] and [`kernel`].
+/// [`in_patch`] for a patch of `N` × `M` control points.
+#[inline(always)]
+fn in_constant_patch<const L: usize, const RATIONAL: bool, const N: usize, const M: usize>(
+    patch: &[DVec4],
+    roles: Roles,
+    at: [[f64; L]; 2],
+) -> Points<L> {
+    let [values, slopes] = bernstein::constant_basis_and_slopes::<N, L>(at[0]);
+    let [basis, rates] = bernstein::constant_basis_and_slopes::<M, L>(at[1]);
+    in_patch::<L, RATIONAL>(&patch[..N * M], roles, (&values, &slopes), (&basis, &rates))
+}
+
+/// Evaluates a patch at the lanes of both directions, given by basis and slopes. The sums are those of [`contract`] and
+/// [`kernel`], component by component, so that few numbers are alive at a time.
 #[inline(always)]
 fn in_patch<const L: usize, const RATIONAL: bool>(
     patch: &[DVec4],
     roles: Roles,
-    outer: &[[f64; L]],
-    inner: &[[f64; L]],
+    (values, slopes): (&[[f64; L]], &[[f64; L]]),
+    (basis, rates): (&[[f64; L]], &[[f64; L]]),
 ) -> Points<L> {
-    let (n, m) = (roles.outer_points, roles.inner_points);
     let components = if RATIONAL { 4 } else { 3 };
     let (mut f, mut out, mut inn) = ([[0.0; L]; 4], [[0.0; L]; 4], [[0.0; L]; 4]);
-    let ((values, slopes), (basis, rate)) = (outer.split_at(n), inner.split_at(m));
-    for b in 0..m {
-        let (mut q, mut dq) = ([[0.0; L]; 4], [[0.0; L]; 4]);
-        for a in 0..n {
-            let c = patch[a * roles.stride_outer + b * roles.stride_inner].to_array();
-            for k in 0..components {
+    for k in 0..components {
+        for b in 0..basis.len() {
+            // These sums begin with their first product instead of zero. Only the sign of a zero may differ, which is
+            // lost in the sums below.
+            let (mut q, mut dq) = ([0.0; L], [0.0; L]);
+            for a in 0..values.len() {
+                let control: &[f64; 4] = patch[a * roles.stride_outer + b * roles.stride_inner].as_ref();
+                let c = control[k];
                 for l in 0..L {
-                    q[k][l] += values[a][l] * c[k];
-                    dq[k][l] += slopes[a][l] * c[k];
+                    let (value, slope) = (values[a][l] * c, slopes[a][l] * c);
+                    (q[l], dq[l]) = if a == 0 { (value, slope) } else { (q[l] + value, dq[l] + slope) };
                 }
             }
-        }
-        for k in 0..components {
             for l in 0..L {
-                f[k][l] += q[k][l] * basis[b][l];
-                out[k][l] += dq[k][l] * basis[b][l];
-                inn[k][l] += q[k][l] * rate[b][l];
+                f[k][l] += q[l] * basis[b][l];
+                out[k][l] += dq[l] * basis[b][l];
+                inn[k][l] += q[l] * rates[b][l];
             }
         }
     }
@@ -492,7 +538,7 @@ fn in_patch<const L: usize, const RATIONAL: bool>(
 fn limit_normal(patches: &BezierPatches, roles: Roles, at: LinePlace, lost: &mut usize) -> DVec3 {
     let towards = |x: f64, step: f64| x + (0.5 - x) * step;
     let found = [1e-6, 1e-4, 1e-2, 0.3].into_iter().find_map(|step| {
-        let points = evaluate_lanes(patches, roles, at.patch, [towards(at.outer, step)], [towards(at.inner, step)]);
+        let points = evaluate_lanes(patches, roles, at.patch, [[towards(at.outer, step)], [towards(at.inner, step)]]);
         points.regular[0].then(|| points.normal(0))
     });
     found.unwrap_or_else(|| {

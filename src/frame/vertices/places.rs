@@ -27,7 +27,7 @@ pub(crate) fn evaluate_vertices(
     let Scratch { uvs, corners, evaluate, .. } = s;
     let (tessellants, side) = (mesh.positions.len(), if face.reversed { -1.0 } else { 1.0 });
     let TileMesh { positions, normals, .. } = mesh;
-    positions.resize(uvs.len(), DVec3::ZERO);
+    positions.resize(uvs.len(), DVec3::NAN);
     if let Some(normal) = face.plane_normal {
         normals.resize(uvs.len(), (normal * side).as_vec3());
         if let others @ [_, ..] = &uvs[tessellants..] {
@@ -50,10 +50,7 @@ pub(crate) fn evaluate_vertices(
     if corners_used >= LATTICE_FROM && corners_used * LATTICE_SHARE >= corners.len() {
         // A corner without a vertex is unwanted.
         const { assert!(NONE == UNWANTED) };
-        let width = lattice.us.len();
-        let (us, vs) = (&lattice.us[..], &lattice.vs[..]);
-        let place = |i: usize, j: usize| corners[j * width + i];
-        evaluate_lattice(&face.patches, us, vs, place, evaluate, |vertex, position, normal| {
+        evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, corners, evaluate, |vertex, position, normal| {
             put(vertex - tessellants, position, normal);
         });
         (first, rest) = (corners_used, &rest[corners_used..]);

@@ -14,8 +14,12 @@ pub struct Scratch {
     /// Parameters of the vertices.
     pub(crate) uvs: Vec<DVec2>,
     pub(crate) loop_starts: Vec<u32>,
+    /// Parameters of the tessellants of one use of an edge.
+    pub(crate) ts: Vec<f64>,
     /// Vertex of each lattice point, or `NONE`.
     pub(crate) corners: Vec<u32>,
+    /// The lattice points that have a vertex, in its order.
+    pub(crate) used: Vec<[u32; 2]>,
     /// Vertices of full cells.
     pub(crate) quads: Vec<[u32; 4]>,
     /// Triangles that may be folded, ascending.

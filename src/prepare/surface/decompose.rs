@@ -5,6 +5,9 @@ use crate::math::bernstein;
 use crate::model::{CurveDerivatives, NurbsCurve3, NurbsSurface, SurfaceDerivatives, homogeneous, quotient, to_bezier};
 use glam::{DVec3, DVec4};
 
+/// Points of a curve that are evaluated together.
+const LANES: usize = 4;
+
 /// A curve as rational Bézier segments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BezierSpline3 {
@@ -70,6 +73,51 @@ impl BezierSpline3 {
             }),
         };
         sum.truncate() / sum.w
+    }
+
+    /// Appends [`point`](Self::point) of each parameter, with the same bits. Fastest if neighbours are in the same
+    /// segment.
+    #[inline(always)]
+    pub(crate) fn points(&self, ts: &[f64], out: &mut Vec<DVec3>) {
+        match self.degree {
+            1 => self.points_of_degree::<2>(ts, out),
+            2 => self.points_of_degree::<3>(ts, out),
+            3 => self.points_of_degree::<4>(ts, out),
+            _ => out.extend(ts.iter().map(|&t| self.point(t))),
+        }
+    }
+
+    /// [`points`](Self::points) of a curve of degree `N - 1`, four at a time.
+    #[inline(always)]
+    fn points_of_degree<const N: usize>(&self, mut ts: &[f64], out: &mut Vec<DVec3>) {
+        while let Some(&first) = ts.first() {
+            let piece = Piece::at(&self.breaks, first);
+            let mut lanes = [first; LANES];
+            let mut count = 1;
+            while count < LANES && ts.get(count).is_some_and(|&t| piece.contains(t)) {
+                lanes[count] = ts[count];
+                count += 1;
+            }
+            ts = &ts[count..];
+            let [basis, _] = bernstein::constant_basis_and_slopes::<N, LANES>(piece.locals(lanes));
+            let mut sums = [[0.0; LANES]; 4];
+            for (point, factors) in self.segment(piece.index)[..N].iter().zip(&basis) {
+                for (sum, c) in sums.iter_mut().zip(point.to_array()) {
+                    for l in 0..LANES {
+                        sum[l] += c * factors[l];
+                    }
+                }
+            }
+            let [mut x, mut y, mut z, w] = sums;
+            for l in 0..LANES {
+                x[l] /= w[l];
+                y[l] /= w[l];
+                z[l] /= w[l];
+            }
+            for l in 0..count {
+                out.push(DVec3::new(x[l], y[l], z[l]));
+            }
+        }
     }
 
     /// `C`, `C'`, `C''` by the curve's parameter. At a break they are those of the segment that starts there.
@@ -288,10 +336,50 @@ impl BezierPatches {
 /// The piece that contains `t` (at a break the one that starts there) and the local parameter, clamped to 0 to 1.
 #[inline]
 pub(crate) fn locate(breaks: &[f64], t: f64) -> (usize, f64) {
-    let inner = &breaks[1..breaks.len() - 1];
-    let i = inner.partition_point(|&b| b <= t);
-    let (a, b) = (breaks[i], breaks[i + 1]);
-    (i, if b > a { ((t - a) / (b - a)).clamp(0.0, 1.0) } else { 0.0 })
+    let piece = Piece::at(breaks, t);
+    let [x] = piece.locals([t]);
+    (piece.index, x)
+}
+
+/// A piece between two breaks.
+#[derive(Clone, Copy)]
+pub(crate) struct Piece {
+    pub(crate) index: usize,
+    ends: [f64; 2],
+    /// The parameters that belong to it, without the second. The outer pieces extend beyond the outer breaks.
+    within: [f64; 2],
+}
+
+impl Piece {
+    /// The piece that contains `t`; at a break, the one that starts there.
+    #[inline]
+    pub(crate) fn at(breaks: &[f64], t: f64) -> Self {
+        let last = breaks.len() - 2;
+        let index = breaks[1..=last].partition_point(|&b| b <= t);
+        let ends = [breaks[index], breaks[index + 1]];
+        let from = if index == 0 { f64::NEG_INFINITY } else { ends[0] };
+        let to = if index == last { f64::INFINITY } else { ends[1] };
+        Self { index, ends, within: [from, to] }
+    }
+
+    /// Whether `t` is certainly in this piece.
+    #[inline(always)]
+    pub(crate) fn contains(&self, t: f64) -> bool {
+        self.within[0] <= t && t < self.within[1]
+    }
+
+    /// The local parameters, clamped to 0 to 1.
+    #[inline(always)]
+    pub(crate) fn locals<const L: usize>(&self, ts: [f64; L]) -> [f64; L] {
+        let [a, b] = self.ends;
+        let mut x = [0.0; L];
+        if b > a {
+            for l in 0..L {
+                x[l] = ((ts[l] - a) / (b - a)).clamp(0.0, 1.0);
+            }
+        }
+        x
+    }
 }
 
 /// The sum of a segment's `N` control points, times their basis at `x`.

@@ -35,6 +35,7 @@ pub struct UvSample {
 impl UvSample {
     /// The Hermite cubic between two samples at parameter `t`.
     #[must_use]
+    #[inline]
     pub fn interpolate(a: &Self, b: &Self, t: f64) -> DVec2 {
         let h = b.t - a.t;
         let s = (t - a.t) / h;
@@ -56,14 +57,19 @@ impl UvSample {
         let s = (t - a.t) / h;
         let d =
             (b.uv - a.uv) * (6.0 * s * (1.0 - s) / h) + a.d * ((3.0 * s - 4.0) * s + 1.0) + b.d * ((3.0 * s - 2.0) * s);
-        let uv = if t <= a.t {
+        Self { t, uv: Self::between(a, b, t), d }
+    }
+
+    /// The point at `t` of the cubic between two samples, and beyond them that of the nearer one.
+    #[inline(always)]
+    fn between(a: &Self, b: &Self, t: f64) -> DVec2 {
+        if t <= a.t {
             a.uv
         } else if t >= b.t {
             b.uv
         } else {
             Self::interpolate(a, b, t)
-        };
-        Self { t, uv, d }
+        }
     }
 
     /// Calls `see` with the parameters strictly between two samples at which coordinate `axis` of the cubic has an
@@ -123,24 +129,46 @@ impl UvCurve {
             Self::Iso { axis: 0, at } => DVec2::new(*at, t),
             Self::Iso { at, .. } => DVec2::new(t, *at),
             Self::Hermite(samples) => {
-                let last = samples.len() - 1;
-                let mut i = (*hint).min(last - 1);
-                while i > 0 && t < samples[i].t {
-                    i -= 1;
-                }
-                while i + 1 < last && t >= samples[i + 1].t {
-                    i += 1;
-                }
+                let i = piece_near(samples, t, *hint);
                 *hint = i;
-                let (a, b) = (&samples[i], &samples[i + 1]);
-                if t <= a.t {
-                    a.uv
-                } else if t >= b.t {
-                    b.uv
-                } else {
-                    UvSample::interpolate(a, b, t)
+                UvSample::between(&samples[i], &samples[i + 1], t)
+            }
+        }
+    }
+
+    /// Appends [`point`](Self::point) of each parameter. Fastest if each is near the one before.
+    // By `push`: the standard library does not inline `extend`, and most uses of edges have few tessellants.
+    #[inline(always)]
+    pub(crate) fn points(&self, ts: &[f64], out: &mut Vec<DVec2>) {
+        match self {
+            Self::Iso { axis: 0, at } => ts.iter().for_each(|&t| out.push(DVec2::new(*at, t))),
+            Self::Iso { at, .. } => ts.iter().for_each(|&t| out.push(DVec2::new(t, *at))),
+            Self::Hermite(samples) => {
+                let first = ts.first().map_or(0.0, |&t| t);
+                let mut i = samples.partition_point(|s| s.t <= first).clamp(1, samples.len() - 1) - 1;
+                let (mut a, mut b) = (&samples[i], &samples[i + 1]);
+                for &t in ts {
+                    if t < a.t || t >= b.t {
+                        i = piece_near(samples, t, i);
+                        (a, b) = (&samples[i], &samples[i + 1]);
+                    }
+                    out.push(UvSample::between(a, b, t));
                 }
             }
         }
     }
+}
+
+/// The piece between two samples that contains `t`, by a walk from piece `i`.
+#[inline(always)]
+fn piece_near(samples: &[UvSample], t: f64, i: usize) -> usize {
+    let last = samples.len() - 1;
+    let mut i = i.min(last - 1);
+    while i > 0 && t < samples[i].t {
+        i -= 1;
+    }
+    while i + 1 < last && t >= samples[i + 1].t {
+        i += 1;
+    }
+    i
 }
