@@ -13,6 +13,7 @@ use super::bernstein::binomials;
 use super::lanes::widest;
 use super::order::larger;
 use glam::{DVec3, DVec4};
+use smallvec::SmallVec;
 
 /// Upper bounds on the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv` over a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -67,21 +68,27 @@ pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBo
 /// Bounds by the convex hulls of the derivative nets.
 fn polynomial_bounds(points_u: usize, points_v: usize, control: &[DVec4]) -> NetBounds {
     let (p, q) = ((points_u - 1) as f64, (points_v - 1) as f64);
-    let mut most = [0.0_f64; 5];
-    let mut see = |kind: usize, v: DVec3| most[kind] = larger(v.length_squared(), most[kind]);
-    let step = |from: &DVec4, to: &DVec4| to.truncate() - from.truncate();
     let rows = || control.chunks_exact(points_v);
-    for row in rows() {
-        row.windows(2).for_each(|w| see(1, step(&w[0], &w[1])));
-        row.windows(3).for_each(|w| see(4, step(&w[1], &w[2]) - step(&w[0], &w[1])));
-    }
-    for (a, b) in rows().zip(rows().skip(1)) {
-        a.iter().zip(b).for_each(|(a, b)| see(0, step(a, b)));
-        a.windows(2).zip(b.windows(2)).for_each(|(a, b)| see(3, step(&b[0], &b[1]) - step(&a[0], &a[1])));
-    }
-    for ((a, b), c) in rows().zip(rows().skip(1)).zip(rows().skip(2)) {
-        a.iter().zip(b).zip(c).for_each(|((a, b), c)| see(2, step(b, c) - step(a, b)));
-    }
+    let most = widest(
+        #[inline(always)]
+        || {
+            let mut most = [0.0_f64; 5];
+            // Weights take part in the differences, because four numbers fill a register.
+            let mut see = |kind: usize, v: DVec4| most[kind] = larger(v.truncate().length_squared(), most[kind]);
+            for row in rows() {
+                row.windows(2).for_each(|w| see(1, w[1] - w[0]));
+                row.windows(3).for_each(|w| see(4, (w[2] - w[1]) - (w[1] - w[0])));
+            }
+            for (a, b) in rows().zip(rows().skip(1)) {
+                a.iter().zip(b).for_each(|(a, b)| see(0, *b - *a));
+                a.windows(2).zip(b.windows(2)).for_each(|(a, b)| see(3, (b[1] - b[0]) - (a[1] - a[0])));
+            }
+            for ((a, b), c) in rows().zip(rows().skip(1)).zip(rows().skip(2)) {
+                a.iter().zip(b).zip(c).for_each(|((a, b), c)| see(2, (*c - *b) - (*b - *a)));
+            }
+            most
+        },
+    );
     let [du, dv, duu, duv, dvv] = most.map(f64::sqrt);
     NetBounds { du: p * du, dv: q * dv, duu: p * (p - 1.0) * duu, duv: p * q * duv, dvv: q * (q - 1.0) * dvv }
 }
@@ -227,8 +234,35 @@ impl Poly {
             return self;
         }
         let (by_u, by_v) = (nu.max(self.nu) - self.nu + 1, nv.max(self.nv) - self.nv + 1);
-        let ones = Self { nu: by_u, nv: by_v, dim: 1, c: binomial_grid(by_u, by_v) };
-        sum(&[(1.0, &ones, &self)])
+        let mut raised = Self::zero(self.nu + by_u - 1, self.nv + by_v - 1, self.dim);
+        raised.add_product(1.0, (by_v, &binomial_grid(by_u, by_v)), &self);
+        raised
+    }
+
+    /// Adds `factor · a · b`, which has the degrees of the sum. `a`: scalar coefficients, `columns` per row.
+    fn add_product(&mut self, factor: f64, (columns, a): (usize, &[f64]), b: &Self) {
+        debug_assert_eq!((self.nu, self.nv), (a.len() / columns + b.nu - 1, columns + b.nv - 1));
+        let (row, row_of_b) = (self.nv * self.dim, b.nv * b.dim);
+        widest(
+            #[inline(always)]
+            || {
+                let mut padded: SmallVec<[f64; 128]> = SmallVec::new();
+                let b = if b.nu == 1 || row_of_b == row {
+                    &b.c[..]
+                } else {
+                    // With zeros between its rows, all of `b` is one run.
+                    padded.resize((b.nu - 1) * row + row_of_b, 0.0);
+                    let rows = padded.chunks_mut(row).zip(b.c.chunks_exact(row_of_b));
+                    rows.for_each(|(to, from)| to[..row_of_b].copy_from_slice(from));
+                    &padded[..]
+                };
+                for (i, values) in a.chunks_exact(columns).enumerate() {
+                    for (j, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                        axpy(&mut self.c[i * row + j * self.dim..], factor * value, b);
+                    }
+                }
+            },
+        );
     }
 
     /// The largest ratio of a coefficient's length to the same coefficient of `below`, both raised to the same degrees;
@@ -250,12 +284,12 @@ impl Poly {
 }
 
 /// `C(nu - 1, i) · C(nv - 1, j)`, u-major.
-fn binomial_grid(nu: usize, nv: usize) -> Vec<f64> {
+fn binomial_grid(nu: usize, nv: usize) -> SmallVec<[f64; 16]> {
     if nu == 0 || nv == 0 {
-        return Vec::new();
+        return SmallVec::new();
     }
     let in_v = binomials(nv - 1);
-    let mut grid = Vec::with_capacity(nu * nv);
+    let mut grid = SmallVec::with_capacity(nu * nv);
     binomials(nu - 1).iter().for_each(|u| grid.extend(in_v.iter().map(|v| u * v)));
     grid
 }
@@ -286,23 +320,7 @@ fn sum(terms: &[(f64, &Poly, &Poly)]) -> Poly {
     let kept = || terms.iter().filter(|(_, a, b)| !a.c.is_empty() && !b.c.is_empty());
     let Some((_, a, b)) = kept().next() else { return Poly::zero(0, 0, terms[0].2.dim) };
     let mut total = Poly::zero(a.nu + b.nu - 1, a.nv + b.nv - 1, b.dim);
-    let row = total.nv * total.dim;
-    widest(
-        #[inline(always)]
-        || {
-            for (factor, a, b) in kept() {
-                debug_assert_eq!((total.nu, total.nv), (a.nu + b.nu - 1, a.nv + b.nv - 1));
-                for (k, &value) in a.c.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                    let (i, j) = (k / a.nv, k % a.nv);
-                    // Where `a` is constant in v, all rows of `b` are one run.
-                    let run = if a.nv == 1 { b.c.len() } else { b.nv * b.dim };
-                    for (r, run) in b.c.chunks_exact(run).enumerate() {
-                        axpy(&mut total.c[(i + r) * row + j * b.dim..], factor * value, run);
-                    }
-                }
-            }
-        },
-    );
+    kept().for_each(|(factor, a, b)| total.add_product(*factor, (a.nv, &a.c), b));
     total
 }
 
