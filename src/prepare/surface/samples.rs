@@ -98,8 +98,8 @@ impl Sampler {
         for (b, column) in columns.iter_mut().enumerate() {
             for (order, column) in column.iter_mut().enumerate() {
                 let mut sums = [[0.0; LANES]; N];
-                for (point, row) in net[b..].iter().step_by(nv).zip(&*rows_u) {
-                    for (sum, x) in sums.iter_mut().zip(point.to_array()) {
+                for (points, row) in net.chunks_exact(nv).zip(&*rows_u) {
+                    for (sum, x) in sums.iter_mut().zip(points[b].to_array()) {
                         *sum = lanes(|l| sum[l] + x * row[order][l]);
                     }
                 }
