@@ -185,17 +185,19 @@ impl NurbsSurface {
         /// `ROWS`.
         const ORDERS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
         let (nu, count_v) = (self.degree_u + 1, self.count_v());
-        let mut sums = [[0.0; 4]; 6];
-        widest(
+        let sums = widest(
             #[inline(always)]
-            || {
-                for a in 0..nu {
+            move || {
+                // In here, sums stay in registers.
+                let mut sums = [[0.0; 4]; 6];
+                let [values, first, second] = [0, 1, 2].map(|order| &rows_u[order * nu..][..nu]);
+                for (a, ((&n, &d1), &d2)) in values.iter().zip(first).zip(second).enumerate() {
                     let line = self.line::<ROWS>((row + a) * count_v + column, rows_v);
-                    let n = [rows_u[a], rows_u[nu + a], rows_u[2 * nu + a]];
                     for (sum, (order_u, order_v)) in sums.iter_mut().zip(ORDERS).take(ROWS * (ROWS + 1) / 2) {
-                        add(sum, n[order_u], &line[order_v]);
+                        add(sum, [n, d1, d2][order_u], &line[order_v]);
                     }
                 }
+                sums
             },
         );
         let p = sums.map(|[x, y, z, _]| DVec3::new(x, y, z));

@@ -187,13 +187,13 @@ impl<'a> Projector<'a> {
     fn search(&self, p: DVec3) -> Foot {
         let seeds = self.seeds.get_or_init(|| self.seed_grid());
         let sweep = match self.surface {
-            Surface::Extrusion { direction, .. } => direction.normalize_or_zero(),
-            _ => DVec3::ZERO,
+            Surface::Extrusion { direction, .. } => Some(direction.normalize_or_zero()),
+            _ => None,
         };
         let mut best = [(f64::INFINITY, DVec2::ZERO); 4];
         for (uv, s) in seeds {
             let d = p - *s;
-            let d = (d - sweep * d.dot(sweep)).length_squared();
+            let d = sweep.map_or(d, |sweep| d - sweep * d.dot(sweep)).length_squared();
             if d < best[3].0 {
                 best[3] = (d, *uv);
                 best.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -262,6 +262,7 @@ impl<'a> Projector<'a> {
     }
 
     /// Clamps parameters to the domain where the surface is not periodic.
+    #[inline]
     fn clamp(&self, mut uv: DVec2) -> DVec2 {
         for axis in 0..2 {
             if self.period[axis].is_none() {
