@@ -11,10 +11,10 @@
 //! so neighbours are not affected.
 
 use super::lift::FaceSurface;
-use super::web::{Change, GONE, TriangleShape, Web};
+use super::web::{Change, GONE, MOST_AROUND, TriangleShape, Web};
 use crate::mesh::{Origin, TileMesh};
 use glam::DVec3;
-use std::cell::Cell;
+use std::cell::{Cell, LazyCell};
 use std::collections::{HashMap, HashSet, VecDeque};
 
 /// Most changes per folded triangle. One is enough for most, a fan of n points needs about n.
@@ -40,12 +40,13 @@ pub(crate) fn unfold(mesh: &mut TileMesh, doubtful: &[usize], chord: f64, weighe
     }
     let stated = mesh.triangles.clone();
     let mut left = weighed;
+    let clear_area = TriangleShape::clear_area(mesh);
     for least in [f64::INFINITY, chord] {
         let mut web = Web::new(mesh);
-        let near = Near { surface, chord: least, left: Cell::new(left) };
+        let near = Near { surface, chord: least, clear_area, left: Cell::new(left) };
         web.unfold(folded.clone(), &near);
         left = near.left.get();
-        if web.improves(&stated, &Near { surface, chord, left: Cell::new(0) }) {
+        if web.improves(&stated, &Near { surface, chord, clear_area, left: Cell::new(0) }) {
             mesh.triangles.retain(|t| *t != GONE);
             break;
         }
@@ -75,6 +76,8 @@ const FEW: usize = 32;
 struct Near<'a> {
     surface: &'a FaceSurface<'a>,
     chord: f64,
+    /// The tile's [`TriangleShape::clear_area`].
+    clear_area: f64,
     /// Triangles that may still be weighed.
     left: Cell<usize>,
 }
@@ -109,6 +112,7 @@ impl Web<'_> {
                 continue;
             }
             let (flips, merges) = (self.flips(t), self.merges(t));
+            let flips: Vec<Choice> = flips.into_iter().map(|flip| self.choice(vec![flip])).collect();
             let gaining = self.best(flips.iter().chain(&merges), 1.0 - LEAST_GAIN, near).cloned();
             let change = gaining.or_else(|| self.best(merges.iter(), MOST_LOSS, near).cloned());
             let anew = || {
@@ -139,8 +143,10 @@ impl Web<'_> {
             let new = self.wrong(change.triangles.iter().map(|(_, corners)| *corners));
             is_less(new, old).then_some([old[0] - new[0], old[1] - new[1]])
         };
-        let fitting =
-            self.refills(t, near.surface.uvs).filter(|change| near.weighs(change) && self.stays(change, near));
+        let is_flat = |t: [u32; 3]| TriangleShape::of(self.mesh, t).is_flat(self.mesh);
+        let fitting = self
+            .refills(t, near.surface.uvs)
+            .filter(|change| near.weighs(change) && !change.made().any(is_flat) && self.stays(change, near));
         let gaining = fitting.filter_map(|change| Some((gain(&change)?, change)));
         gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
     }
@@ -159,11 +165,21 @@ impl Web<'_> {
     /// Whether the triangles are less folded than the original ones, and deviate no further than these or the chord.
     fn improves(&self, stated: &[[u32; 3]], near: &Near<'_>) -> bool {
         let changed = || stated.iter().zip(&self.mesh.triangles).filter(|(old, new)| old != new);
-        let deviation = |t: [u32; 3]| near.surface.deviation(self.mesh, t);
-        let before = changed().map(|(old, _)| deviation(*old)).fold(near.chord, f64::max);
-        changed().all(|(_, new)| *new == GONE || deviation(*new) <= before)
+        is_less(self.wrong(changed().map(|(_, new)| *new)), self.wrong(changed().map(|(old, _)| *old)))
+            && self.is_as_near(changed(), near)
             && self.covers(changed(), near.chord)
-            && is_less(self.wrong(changed().map(|(_, new)| *new)), self.wrong(changed().map(|(old, _)| *old)))
+    }
+
+    /// Whether the new triangles deviate no further than the old ones or the chord.
+    fn is_as_near<'a>(
+        &self,
+        changed: impl Iterator<Item = (&'a [u32; 3], &'a [u32; 3])> + Clone,
+        near: &Near<'_>,
+    ) -> bool {
+        let deviation = |t: &[u32; 3]| near.surface.deviation(self.mesh, *t);
+        let of_old = LazyCell::new(|| changed.clone().map(|(old, _)| deviation(old)).fold(0.0, f64::max));
+        let new = changed.clone().map(|(_, new)| new).filter(|new| **new != GONE);
+        new.map(deviation).all(|new| new <= near.chord || new <= *of_old)
     }
 
     /// Whether the middles of the new triangles' sides are within a distance of the old triangles. The converse is not
@@ -188,73 +204,83 @@ impl Web<'_> {
         new.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]).all(near)
     }
 
-    /// Twice the area of steep and inward-facing triangles, negated, and the least height. Larger is better.
-    fn score(&self, triangles: impl Iterator<Item = [u32; 3]>) -> (f64, f64) {
-        triangles
-            .filter(|t| *t != GONE)
-            .map(|t| TriangleShape::of(self.mesh, t))
-            .fold((0.0, f64::INFINITY), |(area, height), s| {
-                (area + s.outwards.min(0.0), height.min(s.outwards / s.longest(self.mesh)))
-            })
+    /// Changes of the same triangles.
+    fn choice(&self, changes: Vec<Change>) -> Choice {
+        let mut choice = Choice { changes, area: 0.0, has_flat: false };
+        for (t, _) in choice.changes.first().map_or(&[][..], |change| &change.triangles) {
+            let shape = TriangleShape::of(self.mesh, self.mesh.triangles[*t]);
+            choice.area += shape.outwards.min(0.0);
+            choice.has_flat |= shape.is_flat(self.mesh);
+        }
+        choice
     }
 
     /// The change that most reduces the inward-facing area, among those that leave at most `share` of it. Ties go to
     /// the change with the widest triangles.
-    fn best<'a>(&self, changes: impl Iterator<Item = &'a Change>, share: f64, near: &Near<'_>) -> Option<&'a Change> {
+    fn best<'a>(&self, choices: impl Iterator<Item = &'a Choice>, share: f64, near: &Near<'_>) -> Option<&'a Change> {
         let mut best: Option<((f64, f64), &Change)> = None;
-        for change in changes.filter(|change| near.weighs(change)) {
-            let before = self.score(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t])).0;
-            let (after, height) = self.score(change.triangles.iter().map(|(_, corners)| *corners));
-            let score = (after - before, height);
+        let places = (&self.mesh.positions[..], &self.mesh.normals[..]);
+        let changes = choices.flat_map(|choice| choice.changes.iter().map(move |change| (choice, change)));
+        for (Choice { area: before, has_flat, .. }, change) in changes.filter(|(_, change)| near.weighs(change)) {
             // Flat triangles do not show in the sums. Removing one is an improvement if nothing folds.
-            let flat = change
-                .triangles
-                .iter()
-                .any(|(t, _)| TriangleShape::of(self.mesh, self.mesh.triangles[*t]).is_flat(self.mesh));
-            let better = (after > share * before || flat && after >= before) && best.is_none_or(|(s, _)| score > s);
-            if better && self.stays(change, near) {
+            let is_enough = |after: f64| {
+                (after > share * before || *has_flat && after >= *before)
+                    && best.is_none_or(|((gain, _), _)| after - before >= gain)
+            };
+            // The sum only falls. Most merges fold too much within a few triangles.
+            let mut after = 0.0;
+            let is_better = is_enough(after)
+                && change.made().all(|t| {
+                    TriangleShape::is_clearly_right(places, t, near.clear_area) || {
+                        let shape = TriangleShape::of(self.mesh, t);
+                        after += shape.outwards.min(0.0);
+                        !shape.is_flat(self.mesh) && is_enough(after)
+                    }
+                });
+            if !is_better {
+                continue;
+            }
+            let shapes = change.made().map(|t| TriangleShape::of(self.mesh, t));
+            let heights = shapes.map(|shape| shape.outwards / shape.longest(self.mesh));
+            let score = (after - before, heights.fold(f64::INFINITY, f64::min));
+            if best.is_none_or(|(s, _)| score > s) && self.stays(change, near) {
                 best = Some((score, change));
             }
         }
         best.map(|(_, change)| change)
     }
 
-    /// Whether the new triangles keep the outline, are not flat, and stay within the tolerance of the surface and the
-    /// old ones.
+    /// Whether the new triangles keep the outline, and stay within the tolerance of the surface and the old ones.
     fn stays(&self, change: &Change, to: &Near<'_>) -> bool {
-        let flat = |t: [u32; 3]| t != GONE && TriangleShape::of(self.mesh, t).is_flat(self.mesh);
-        if change.triangles.iter().any(|(_, t)| flat(*t)) || !self.keeps_outline(change) {
+        if !self.keeps_outline(change) {
             return false;
         }
-        let deviation = |t: [u32; 3]| to.surface.deviation(self.mesh, t);
-        let all = change.triangles.iter();
-        let before = all.clone().map(|(t, _)| deviation(self.mesh.triangles[*t])).fold(to.chord, f64::max);
-        if all.clone().any(|(_, t)| *t != GONE && deviation(*t) > before) {
-            return false;
-        }
-        let pairs: Vec<([u32; 3], [u32; 3])> = all.map(|(t, new)| (self.mesh.triangles[*t], *new)).collect();
-        self.covers(pairs.iter().map(|(old, new)| (old, new)), to.chord)
+        let pairs: Vec<([u32; 3], [u32; 3])> =
+            change.triangles.iter().map(|(t, new)| (self.mesh.triangles[*t], *new)).collect();
+        let changed = || pairs.iter().map(|(old, new)| (old, new));
+        to.chord == f64::INFINITY || self.is_as_near(changed(), to) && self.covers(changed(), to.chord)
     }
 
     /// Merges of each lattice point of triangle `t` into each of its neighbours.
-    fn merges(&self, t: usize) -> Vec<Change> {
-        let mut changes = Vec::new();
-        for v in self.mesh.triangles[t] {
-            if !matches!(self.mesh.origins[v as usize], Origin::Lattice { .. }) {
-                continue;
-            }
-            if let Some(fan) = self.fan(t, v) {
-                changes.extend(fan.iter().filter_map(|&(_, to)| self.merge(v, to, &fan)));
-            }
-        }
-        changes
+    fn merges(&self, t: usize) -> Vec<Choice> {
+        let corners = self.mesh.triangles[t].into_iter();
+        let inner = corners.filter(|v| matches!(self.mesh.origins[*v as usize], Origin::Lattice { .. }));
+        inner.filter_map(|v| Some(self.choice(self.merges_of(v, &self.fan(t, v)?)))).collect()
     }
 
-    /// The merge of `v` into `to`. `None` if an edge would get more than two triangles.
-    fn merge(&self, v: u32, to: u32, fan: &[(usize, u32)]) -> Option<Change> {
-        let one = self.one(to);
-        let common = fan.iter().filter(|&&(_, w)| self.one(w) != one && self.has_edge(w, to)).count();
-        (common == 2).then(|| {
+    /// Merges of `v` into each point of its fan, unless an edge would get more than two triangles.
+    fn merges_of(&self, v: u32, fan: &[(usize, u32)]) -> Vec<Change> {
+        let mut common = [0; MOST_AROUND];
+        for (j, &(_, b)) in fan.iter().enumerate() {
+            for (i, &(_, a)) in fan[..j].iter().enumerate() {
+                if self.one(a) != self.one(b) && self.has_edge(a, b) {
+                    common[i] += 1;
+                    common[j] += 1;
+                }
+            }
+        }
+        let merge = |to: u32| {
+            let one = self.one(to);
             let moved = |t: usize| {
                 let corners = self.mesh.triangles[t];
                 if corners.iter().any(|&c| self.one(c) == one) {
@@ -264,8 +290,18 @@ impl Web<'_> {
                 }
             };
             Change { triangles: fan.iter().map(|&(t, _)| (t, moved(t))).collect() }
-        })
+        };
+        fan.iter().zip(common).filter(|(_, common)| *common == 2).map(|(&(_, to), _)| merge(to)).collect()
     }
+}
+
+/// Changes of the same triangles, of which one may be applied.
+struct Choice {
+    changes: Vec<Change>,
+    /// Twice the area of these triangles that are steep or face inwards, negated.
+    area: f64,
+    /// Whether one of them is flat.
+    has_flat: bool,
 }
 
 /// Folded triangles that nothing helps, until a triangle at one of the points around them changes.

@@ -18,7 +18,7 @@ const STEEP: f64 = 0.05;
 const ROOM: f64 = 2.0;
 
 /// Points with more triangles than this are neither merged nor removed.
-const MOST_AROUND: usize = 64;
+pub(crate) const MOST_AROUND: usize = 64;
 
 /// Marks a removed triangle.
 pub(crate) const GONE: [u32; 3] = [u32::MAX; 3];
@@ -92,6 +92,13 @@ pub(crate) struct Change {
     pub(crate) triangles: Vec<(usize, [u32; 3])>,
 }
 
+impl Change {
+    /// The triangles that it makes.
+    pub(crate) fn made(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        self.triangles.iter().map(|(_, corners)| *corners).filter(|corners| *corners != GONE)
+    }
+}
+
 /// Triangles with adjacency.
 pub(crate) struct Web<'a> {
     pub(crate) mesh: &'a mut TileMesh,
@@ -135,10 +142,7 @@ impl<'a> Web<'a> {
             let [p, q, r] = self.mesh.triangles[t as usize].map(|v| self.one(v));
             [(p, q), (q, r), (r, p)].contains(&edge)
         };
-        // Both ends list the edge's triangles, but a pole may list thousands of others.
-        let [here, there] = [edge.0, edge.1].map(|v| self.around.at(v));
-        let fewer = if there.len() < here.len() { there } else { here };
-        fewer.iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
+        self.around_fewer(edge.0, edge.1).iter().rev().find(|&&t| runs(t)).map(|&t| t as usize)
     }
 
     /// The corner of triangle `t` that is neither `a` nor `b`.
@@ -205,8 +209,25 @@ impl<'a> Web<'a> {
         None
     }
 
+    /// Whether there is a triangle left of an edge, in either direction.
     pub(crate) fn has_edge(&self, a: u32, b: u32) -> bool {
-        self.left_of(a, b).is_some() || self.left_of(b, a).is_some()
+        let (a, b) = (self.one(a), self.one(b));
+        let [there, back] = [(a, b), (b, a)].map(|edge| self.changed.get(&edge));
+        if [there, back].into_iter().flatten().any(Option::is_some) {
+            return true;
+        }
+        let runs = |t: &u32| {
+            let [p, q, r] = self.mesh.triangles[*t as usize].map(|v| self.one(v));
+            let has = |edge| [(p, q), (q, r), (r, p)].contains(&edge);
+            there.is_none() && has((a, b)) || back.is_none() && has((b, a))
+        };
+        self.around_fewer(a, b).iter().any(runs)
+    }
+
+    /// The triangles, before any change, around that end of an edge that has fewer. A pole may have thousands.
+    fn around_fewer(&self, a: u32, b: u32) -> &[u32] {
+        let [here, there] = [a, b].map(|v| self.around.at(v));
+        if there.len() < here.len() { there } else { here }
     }
 
     /// The flips of the edges of triangle `t`.
