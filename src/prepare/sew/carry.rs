@@ -8,6 +8,9 @@ use crate::prepare::uv::uv_curve::UvSample;
 /// Tolerance of the cubic pieces, as a share of the pcurve's extent.
 const FIT: f64 = 1e-8;
 
+/// Share of a curve's length within which control points are the same.
+const ROUNDING: f64 = 1e-9;
+
 /// Maximum halvings between two samples.
 const MAX_DEPTH: u32 = 7;
 
@@ -20,17 +23,18 @@ pub(crate) fn samples_within(samples: &[UvSample], [from, to]: [f64; 2]) -> Vec<
     out
 }
 
-/// Reparametrizes a pcurve from the curve `own` to `kept`, which coincides with it within `tolerance`; `against`: in
-/// the opposite direction. The ends keep their (u,v) to the bit.
+/// Reparametrizes a pcurve from the curve `own` to `kept`, which coincides with it within `width`; `against`: in the
+/// opposite direction. The ends keep their (u,v) to the bit.
 pub(crate) fn carry(
     samples: &[UvSample],
     own: &CurveQuery,
     kept: &CurveQuery,
     against: bool,
-    tolerance: f64,
+    width: f64,
 ) -> Vec<UvSample> {
     let ([a, b], [from, to]) = (own.range(), kept.range());
-    if own.same_net(kept, tolerance).is_some_and(|(_, turned)| turned == against) {
+    let is_same = |tolerance: f64| own.same_net(kept, tolerance).is_some_and(|(_, turned)| turned == against);
+    if is_same(width) || is_same(width + ROUNDING * own.length()) {
         // The parameters differ by a linear map only.
         let rate = (to - from) / (b - a) * if against { -1.0 } else { 1.0 };
         let moved = |s: &UvSample| {

@@ -27,7 +27,9 @@ impl Runs {
     /// Cost: about logarithmic in their number, unless the curve runs around `p`.
     pub(crate) fn nearest(&self, points: &[(f64, DVec3)], p: DVec3) -> usize {
         let mut best = (f64::INFINITY, 0);
-        let mut open = vec![(0.0, self.0.len() - 1, 0)];
+        // All of a run are opened at once, mostly one run per level.
+        let mut open = Vec::with_capacity(RUN * self.0.len());
+        open.push((0.0, self.0.len() - 1, 0));
         while let Some((off, level, run)) = open.pop() {
             if off > best.0 {
                 continue;

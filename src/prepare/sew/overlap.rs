@@ -10,6 +10,7 @@ use crate::math::boxes::{Aabb, around};
 use crate::model::{Edge, NurbsCurve3};
 use crate::prepare::surface::decompose::BezierSpline3;
 use glam::{DVec3, DVec4};
+use std::sync::OnceLock;
 
 /// Largest tolerance, as a share of the shorter curve's length: a larger one would merge neighbours.
 const SHORT: f64 = 0.125;
@@ -35,13 +36,34 @@ const LEAST_PLACES: usize = 5;
 /// An edge's curve over its range, with samples for nearest-point queries.
 pub(crate) struct CurveQuery {
     spline: BezierSpline3,
-    /// Parameters and points, in order.
-    seeds: Vec<(f64, DVec3)>,
-    runs: Runs,
     /// The box around the control points.
     hull: Aabb,
-    /// Length of the polyline through the seeds.
-    pub(crate) length: f64,
+    /// Made at the first query. Curves with the same control points are compared without them.
+    seeds: OnceLock<Seeds>,
+}
+
+/// Samples of a curve.
+struct Seeds {
+    /// Parameters and points, in order.
+    all: Vec<(f64, DVec3)>,
+    runs: Runs,
+    /// Length of the polyline through them.
+    length: f64,
+}
+
+impl Seeds {
+    fn of(spline: &BezierSpline3) -> Self {
+        let each = SEEDS.max(LEAST_SEEDS.div_ceil(spline.segments()));
+        let mut all: Vec<(f64, DVec3)> = Vec::with_capacity(each * spline.segments() + 1);
+        for w in spline.breaks.windows(2) {
+            let at = |k: usize| w[0] + (w[1] - w[0]) * k as f64 / each as f64;
+            all.extend((0..each).map(at).map(|t| (t, spline.point(t))));
+        }
+        let end = spline.range().1;
+        all.push((end, spline.point(end)));
+        let length = all.windows(2).map(|w| w[0].1.distance(w[1].1)).sum();
+        Self { runs: Runs::new(&all), all, length }
+    }
 }
 
 /// A stretch that two curves have in common.
@@ -63,18 +85,17 @@ impl CurveQuery {
 
     pub(crate) fn over(curve: &NurbsCurve3, range: (f64, f64)) -> Self {
         let spline = BezierSpline3::new(curve, range);
-        let each = SEEDS.max(LEAST_SEEDS.div_ceil(spline.segments()));
-        let mut seeds: Vec<(f64, DVec3)> = Vec::with_capacity(each * spline.segments() + 1);
-        for w in spline.breaks.windows(2) {
-            let at = |k: usize| w[0] + (w[1] - w[0]) * k as f64 / each as f64;
-            seeds.extend((0..each).map(at).map(|t| (t, spline.point(t))));
-        }
-        let end = spline.range().1;
-        seeds.push((end, spline.point(end)));
-        let length = seeds.windows(2).map(|w| w[0].1.distance(w[1].1)).sum();
-        let runs = Runs::new(&seeds);
         let hull = around(spline.control.iter().map(|c| c.truncate() / c.w));
-        Self { spline, seeds, runs, hull, length }
+        Self { spline, hull, seeds: OnceLock::new() }
+    }
+
+    fn seeds(&self) -> &Seeds {
+        self.seeds.get_or_init(|| Seeds::of(&self.spline))
+    }
+
+    /// Its length, along chords.
+    pub(crate) fn length(&self) -> f64 {
+        self.seeds().length
     }
 
     pub(crate) fn range(&self) -> [f64; 2] {
@@ -87,7 +108,7 @@ impl CurveQuery {
 
     /// Points along it, ends included.
     pub(crate) fn samples(&self) -> impl Iterator<Item = DVec3> {
-        self.seeds.iter().map(|seed| seed.1)
+        self.seeds().all.iter().map(|seed| seed.1)
     }
 
     pub(crate) fn slope(&self, t: f64) -> DVec3 {
@@ -97,10 +118,11 @@ impl CurveQuery {
 
     /// The parameter of the point nearest to `p`, and its distance.
     pub(crate) fn foot(&self, p: DVec3) -> (f64, f64) {
-        let (k, last) = (self.runs.nearest(&self.seeds, p), self.seeds.len() - 1);
+        let Seeds { all, runs, length } = self.seeds();
+        let (k, last) = (runs.nearest(all, p), all.len() - 1);
         let found = self.foot_from(k, p);
         // A closed curve is as near at its end as at its start.
-        let closed = || self.seeds[0].1.distance(self.seeds[last].1) <= ROUNDING * self.length;
+        let closed = || all[0].1.distance(all[last].1) <= ROUNDING * length;
         if (k == 0 || k == last) && closed() {
             let other = self.foot_from(last - k, p);
             return if other.1 < found.1 { other } else { found };
@@ -110,10 +132,10 @@ impl CurveQuery {
 
     /// The foot between the neighbours of seed `k`.
     fn foot_from(&self, k: usize, p: DVec3) -> (f64, f64) {
-        let seeds = &self.seeds;
+        let seeds = &self.seeds().all;
         let (low, high) = (seeds[k.saturating_sub(1)].0, seeds[(k + 1).min(seeds.len() - 1)].0);
         let (mut t, mut best) = (seeds[k].0, (seeds[k].0, seeds[k].1.distance(p)));
-        for _ in 0..STEPS {
+        for _ in 0..=STEPS {
             let [point, slope] = self.spline.tangent(t);
             let off = point.distance(p);
             if off < best.1 {
@@ -127,8 +149,7 @@ impl CurveQuery {
             }
             t = next;
         }
-        let off = self.point(t).distance(p);
-        if off < best.1 { (t, off) } else { best }
+        best
     }
 
     /// Whether the curve between two parameters is no more than a point.
@@ -164,9 +185,14 @@ impl CurveQuery {
             let (from, to) = s.range();
             (s.breaks[k] - from) / (to - from)
         };
-        let point = |c: DVec4| c.truncate() / c.w;
+        let distance = |(p, q): (DVec4, DVec4)| (p.truncate() / p.w).distance(q.truncate() / q.w);
         [false, true].into_iter().find_map(|against| {
-            let last = a.segments();
+            let (last, count) = (a.segments(), a.control.len());
+            let pair = |k: usize| (a.control[k], b.control[if against { count - 1 - k } else { k }]);
+            // Most curves that are compared start elsewhere.
+            if distance(pair(0)) > tolerance {
+                return None;
+            }
             let alike = (0..=last).all(|k| {
                 let of_b = if against { 1.0 - share(b, last - k) } else { share(b, k) };
                 (share(a, k) - of_b).abs() <= 1e-12
@@ -174,15 +200,13 @@ impl CurveQuery {
             if !alike {
                 return None;
             }
-            let count = a.control.len();
-            let pair = |k: usize| (a.control[k], b.control[if against { count - 1 - k } else { k }]);
             // Weights may differ by a factor per piece. If their ratios differ, so do the parameters.
             let per = a.degree + 1;
             let ratios_alike = (0..count).all(|k| {
                 let ((p, q), (p0, q0)) = (pair(k), pair(k - k % per));
                 (p.w * q0.w - q.w * p0.w).abs() <= 1e-12 * (p.w * q0.w).abs()
             });
-            let off = (0..count).map(pair).fold(0.0, |most: f64, (p, q)| most.max(point(p).distance(point(q))));
+            let off = (0..count).map(pair).map(distance).fold(0.0, f64::max);
             (ratios_alike && off <= tolerance).then_some((off, against))
         })
     }
@@ -190,7 +214,7 @@ impl CurveQuery {
     /// The stretches in common with another curve that are longer than 4 tolerances. The tolerance is at most an eighth
     /// of either curve's length.
     pub(crate) fn common(&self, other: &Self, tolerance: f64) -> Vec<Overlap> {
-        let tolerance = tolerance.min(SHORT * self.length.min(other.length));
+        let tolerance = tolerance.min(SHORT * self.length().min(other.length()));
         if let Some((width, against)) = self.same_net(other, tolerance) {
             let [from, to] = other.range();
             let b = if against { [to, from] } else { [from, to] };

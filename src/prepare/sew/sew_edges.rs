@@ -208,7 +208,7 @@ fn cuts<'c>(count: usize, contacts: &[Contact], course: &impl Fn(usize) -> &'c C
 fn add_cut(cuts: &mut Vec<f64>, course: &CurveQuery, t: f64, tolerance: f64) -> bool {
     let k = cuts.partition_point(|&c| c < t);
     let beside = [k.checked_sub(1), Some(k)].into_iter().flatten().filter_map(|k| cuts.get(k));
-    if beside.into_iter().any(|&c| course.one_place(c, t, tolerance.min(course.length / 8.0))) {
+    if beside.into_iter().any(|&c| course.one_place(c, t, tolerance.min(course.length() / 8.0))) {
         return false;
     }
     cuts.insert(k, t);
@@ -462,13 +462,11 @@ fn replace(call: Call<'_>, part: &mut Part, free: &mut FreeFaces, replaced: &[Op
 
 /// The part of a loop's piece along one piece of its edge, moved to the edge that replaces it.
 fn moved(edges: &[Edge], piece: &Piece, old: u32, r: &Replacement) -> Piece {
-    /// Share of an edge's length within which control points are the same.
-    const ROUNDING: f64 = 1e-9;
     let mut samples = samples_within(&piece.samples, r.range);
     if !r.own {
         let own = CurveQuery::over(&edges[old as usize].curve, (r.range[0], r.range[1]));
         let kept = CurveQuery::new(&edges[r.edge as usize]);
-        samples = carry(&samples, &own, &kept, r.against, r.width + ROUNDING * own.length);
+        samples = carry(&samples, &own, &kept, r.against, r.width);
     }
     Piece { along: Along::Edge(r.edge), reversed: piece.reversed != r.against, samples }
 }

@@ -45,7 +45,7 @@ impl<'a> SliverCheck<'a> {
         let (part, free) = (self.part, self.free);
         let rim = self.rims.entry(face).or_insert_with(|| Rim::new(part, free, face, reach));
         let of_pair = || rim.edges.iter().filter(|e| pair.contains(&e.0)).map(|e| &e.1);
-        let coincide = of_pair().all(|course| width <= ROUNDING * course.length);
+        let coincide = of_pair().all(|course| width <= ROUNDING * course.length());
         let goes_away = || {
             let others = rim.edges.iter().filter(|e| !pair.contains(&e.0));
             others.flat_map(|e| e.1.samples()).any(|p| of_pair().all(|course| course.foot(p).1 > reach))

@@ -123,24 +123,12 @@ impl BezierSpline3 {
     /// `C`, `C'`, `C''` by the curve's parameter. At a break they are those of the segment that starts there.
     #[must_use]
     pub fn derivatives(&self, t: f64) -> CurveDerivatives<DVec3> {
-        self.orders::<3>(t)
-    }
-
-    /// `C` and `C'`, bit-identical to those of [`derivatives`](Self::derivatives).
-    pub(crate) fn tangent(&self, t: f64) -> [DVec3; 2] {
-        let CurveDerivatives { point, d1, .. } = self.orders::<2>(t);
-        [point, d1]
-    }
-
-    /// The point and the derivatives of orders below `ROWS`, 2 or 3; the rest are meaningless.
-    #[inline]
-    fn orders<const ROWS: usize>(&self, t: f64) -> CurveDerivatives<DVec3> {
         let (i, x) = locate(&self.breaks, t);
         let per = 1.0 / (self.breaks[i + 1] - self.breaks[i]);
         bernstein::with_rows(self.degree, |rows| {
             bernstein::basis_with_derivatives(self.degree, x, rows);
             let mut orders = [DVec4::ZERO; 3];
-            for (order, row) in orders.iter_mut().zip(rows.chunks_exact(self.degree + 1)).take(ROWS) {
+            for (order, row) in orders.iter_mut().zip(rows.chunks_exact(self.degree + 1)) {
                 *order = dot(row, self.segment(i));
             }
             let (p, p1, p2) = (orders[0], orders[1] * per, orders[2] * (per * per));
@@ -149,6 +137,25 @@ impl BezierSpline3 {
             let d2 = (p2.truncate() - d1 * (2.0 * p1.w) - point * p2.w) / p.w;
             CurveDerivatives { point, d1, d2 }
         })
+    }
+
+    /// `C` and `C'`, bit-identical to those of [`derivatives`](Self::derivatives).
+    pub(crate) fn tangent(&self, t: f64) -> [DVec3; 2] {
+        let (i, x) = locate(&self.breaks, t);
+        let per = 1.0 / (self.breaks[i + 1] - self.breaks[i]);
+        let segment = self.segment(i);
+        let [p, p1] = match self.degree {
+            1 => sums::<2>(x, segment),
+            2 => sums::<3>(x, segment),
+            3 => sums::<4>(x, segment),
+            _ => bernstein::with_rows(self.degree, |rows| {
+                bernstein::basis_with_derivatives(self.degree, x, rows);
+                let (n, d) = rows.split_at(self.degree + 1);
+                [dot(n, segment), dot(d, segment)]
+            }),
+        };
+        let (p1, point) = (p1 * per, p.truncate() / p.w);
+        [point, (p1.truncate() - point * p1.w) / p.w]
     }
 }
 
@@ -388,6 +395,14 @@ fn sum<const N: usize>(x: f64, segment: &[DVec4]) -> DVec4 {
     let mut n = [0.0; N];
     bernstein::basis(x, &mut n);
     dot(&n, &segment[..N])
+}
+
+/// Like [`sum`], with the sum for the first derivative.
+#[inline]
+fn sums<const N: usize>(x: f64, segment: &[DVec4]) -> [DVec4; 2] {
+    let mut rows = [[0.0; N]; 3];
+    bernstein::basis_with_derivatives(N - 1, x, rows.as_flattened_mut());
+    [dot(&rows[0], &segment[..N]), dot(&rows[1], &segment[..N])]
 }
 
 #[inline]
