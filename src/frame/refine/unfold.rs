@@ -40,7 +40,7 @@ pub(crate) fn unfold(mesh: &mut TileMesh, doubtful: &[usize], chord: f64, weighe
     }
     let stated = mesh.triangles.clone();
     let mut left = weighed;
-    let clear_area = TriangleShape::clear_area(mesh);
+    let clear_area = TriangleShape::clear_area(&mesh.positions);
     for least in [f64::INFINITY, chord] {
         let mut web = Web::new(mesh);
         let near = Near { surface, chord: least, clear_area, left: Cell::new(left) };
