@@ -14,7 +14,7 @@ pub struct SessionOptions {
     /// cost less than expected takes another worker, or one on one thread. Workers in excess of the tiles stay idle.
     /// [`tessellate`](super::tessellate) ignores it.
     pub workers: usize,
-    /// Whether sinks get the polylines of B-rep edges too.
+    /// Whether sinks get the polylines of B-rep edges too. Frames of views have those of parts that a view has shown.
     pub edge_lines: bool,
     /// Options of the planner, for frames of views.
     pub planner: PlannerOptions,

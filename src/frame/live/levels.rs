@@ -50,7 +50,7 @@ impl Levels {
     /// Returns the model with up to `most` LODs for each part that has several instances. Further LODs are appended
     /// after the model's parts and share their data.
     ///
-    /// Memory: in a planner, about 200 bytes per tile and edge of each LOD.
+    /// Memory: in a planner, about 200 bytes per tile and edge of each LOD that a view has shown.
     #[must_use]
     pub fn of(prepared: &Arc<Prepared>, most: usize) -> (Arc<Prepared>, Self) {
         let mut placed = vec![0_usize; prepared.parts.len()];

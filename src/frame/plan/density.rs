@@ -84,7 +84,7 @@ impl Density<'_> {
     /// are together: 1 for each gap but the last, which counts by its fullness. Beyond `limit`, the rest counts by its
     /// integral.
     fn filled(&self, a: f64, b: f64, scale: f64, limit: usize) -> (usize, f64) {
-        let mut strides = Strides::new(*self, a, scale);
+        let mut strides = Strides::new(self, a, scale);
         let mut x = a;
         for n in 0..limit {
             let from = x;
@@ -147,7 +147,7 @@ impl Density<'_> {
             filled = tried.1;
             if tried.0 <= n { low = scale } else { high = scale }
         }
-        let mut strides = Strides::new(*self, a, low);
+        let mut strides = Strides::new(self, a, low);
         let mut x = a;
         for _ in 1..n {
             let before = x;
@@ -171,7 +171,7 @@ fn even_gaps(most: f64, a: f64, b: f64) -> f64 {
 
 /// Steps along a density, each as long as the largest density on the way, times `scale`, allows.
 struct Strides<'a> {
-    density: Density<'a>,
+    density: &'a Density<'a>,
     scale: f64,
     x: f64,
     /// The strip of `x`, or one before it.
@@ -182,7 +182,7 @@ struct Strides<'a> {
 }
 
 impl<'a> Strides<'a> {
-    fn new(density: Density<'a>, from: f64, scale: f64) -> Self {
+    fn new(density: &'a Density<'a>, from: f64, scale: f64) -> Self {
         let mut new = Self { density, scale, x: from, at: 0, border: 0.0, step: 0.0 };
         new.enter(density.strip(from));
         new
@@ -193,8 +193,7 @@ impl<'a> Strides<'a> {
     }
 
     fn border(&self, k: usize) -> f64 {
-        let inner = &self.density.breaks[1..self.density.rates.len()];
-        inner.get(k).copied().unwrap_or(f64::INFINITY)
+        if k + 1 == self.density.rates.len() { f64::INFINITY } else { self.density.breaks[k + 1] }
     }
 
     fn enter(&mut self, k: usize) {
@@ -210,7 +209,6 @@ impl<'a> Strides<'a> {
         self.x
     }
 
-    #[inline]
     fn over_borders(&mut self, end: f64) -> f64 {
         let x = self.x;
         // A step below the spacing of floats goes to the next float: every stride advances.
