@@ -14,7 +14,7 @@ use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SceneInstance, SinkError, TileMemory, VertexLayout, WrittenTile,
 };
 use trimtess::model::PartId;
-use trimtess::parallel::{Session, SessionOptions};
+use trimtess::parallel::{Session, SessionMemory, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare};
 use trimtess::view::{CameraPath, Picture, View};
 
@@ -226,7 +226,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let prepared = Arc::new(prepared);
     let still = vec![views[0]; frames];
-    println!("{}: {} tiles", prepared.scene.name, prepared.tiles().count());
+    let tiles = prepared.tiles().count();
+    println!("{}: {tiles} tiles", prepared.scene.name);
     let start = || Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_edge_lines(false));
     for (name, views) in [("flight", &views), ("still", &still)] {
         let mut session = start()?;
@@ -234,6 +235,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut session = start()?;
         session.write_into(VertexLayout::COMPACT, Arc::new(Ring::new(session.workers())));
         Spent::flight(&mut session, &mut Hears::default(), views)?.print(&format!("{name}, tiles written"));
+        let SessionMemory { plans, scene, .. } = session.memory()?;
+        println!(
+            "{name}: {:.1} bytes of plans and {:.1} of the scene per tile",
+            plans as f64 / tiles as f64,
+            scene as f64 / tiles as f64
+        );
     }
     Ok(())
 }

@@ -73,6 +73,16 @@ pub(super) enum Feed<'a> {
     },
 }
 
+impl Feed<'_> {
+    /// Whether the sink is to be given more.
+    fn goes_on(self) -> Result<(), FrameError> {
+        match self {
+            Self::All(control, _) if control.is_cancelled() => Err(FrameError::Cancelled),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// What a sink is fed. Kept from frame to frame for its room.
 #[derive(Default)]
 pub(super) struct Rows {
@@ -183,27 +193,22 @@ impl Rows {
             _ => sink.begin_changes(scene),
         }
         .map_err(FrameError::Sink)?;
-        let goes_on = || match feed {
-            Feed::All(control, _) if control.is_cancelled() => Err(FrameError::Cancelled),
-            _ => Ok(()),
-        };
         let mut gone = match feed {
             Feed::Views { forgotten, .. } => forgotten,
             Feed::All(..) => &[],
         };
         for seat in seats {
-            goes_on()?;
             match writer {
-                Some(writer) => self.send_written(*seat, whole, (&mut gone, writer), sink)?,
-                None => self.send_batches(*seat, whole, &mut gone, sink)?,
+                Some(writer) => self.send_written(*seat, (whole, feed), (&mut gone, writer), sink)?,
+                None => self.send_batches(*seat, (whole, feed), &mut gone, sink)?,
             }
         }
         evict(gone, writer, sink)?;
         for line in self.lines.drain(..) {
-            goes_on()?;
+            feed.goes_on()?;
             sink.edge_line(line).map_err(FrameError::Sink)?;
         }
-        goes_on()?;
+        feed.goes_on()?;
         if let Feed::Views { drawn, .. } = feed {
             sink.drawn(drawn).map_err(FrameError::Sink)?;
         }
@@ -215,11 +220,12 @@ impl Rows {
     fn send_written(
         &mut self,
         seat: Seat,
-        whole: bool,
+        (whole, feed): (bool, Feed<'_>),
         (gone, writer): (&mut Gone<'_>, &Writer),
         sink: &mut dyn MeshSink,
     ) -> Result<(), FrameError> {
         for tile in &self.written[seat.worker as usize][seat.rows()] {
+            feed.goes_on()?;
             if !gone.is_empty() {
                 evict(before(gone, (tile.part, tile.tile)), Some(writer), sink)?;
             }
@@ -235,7 +241,7 @@ impl Rows {
     fn send_batches(
         &mut self,
         seat: Seat,
-        whole: bool,
+        (whole, feed): (bool, Feed<'_>),
         gone: &mut Gone<'_>,
         sink: &mut dyn MeshSink,
     ) -> Result<(), FrameError> {
@@ -248,6 +254,7 @@ impl Rows {
             };
             black_box(batches.iter().fold(0, fetch));
             for batch in batches {
+                feed.goes_on()?;
                 if !gone.is_empty() {
                     evict(before(gone, (batch.part, batch.tile)), None, sink)?;
                 }

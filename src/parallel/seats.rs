@@ -17,10 +17,8 @@ pub(super) struct Seat {
 impl Seat {
     /// Appends a tile, which `worker` makes as its tile `row`.
     pub(super) fn push(seats: &mut Vec<Self>, worker: u32, row: u32) {
-        /// Most tiles of a seat: a commit looks for a cancel once per seat.
-        const MOST: u32 = 32;
         match seats.last_mut() {
-            Some(last) if last.worker == worker && last.first + last.count == row && last.count < MOST => {
+            Some(last) if last.worker == worker && last.first + last.count == row => {
                 last.count += 1;
             }
             _ => seats.push(Self { worker, first: row, count: 1 }),
