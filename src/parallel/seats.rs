@@ -2,7 +2,7 @@
 
 use super::handoff::Hand;
 use crate::mesh::Scene;
-use crate::model::{FaceId, PartId, TileId};
+use crate::model::{FaceId, PartId};
 use std::ops::Range;
 
 /// Where tiles that follow each other in a frame are made, and then found.
@@ -42,11 +42,11 @@ pub(super) struct Seats {
 
 impl Seats {
     pub(super) fn of(hands: &[Hand]) -> Self {
-        let mut tiles: Vec<((PartId, TileId), FaceId, (u32, u32))> = Vec::new();
-        for (worker, hand) in (0..).zip(hands) {
-            let rows = (0..).zip(&hand.tiles);
-            tiles.extend(rows.map(|(row, &(part, tile, face))| ((part, tile), face, (worker, row))));
-        }
+        let of_hand = |(worker, hand): (u32, &Hand)| {
+            let rows = (0_u32..).zip(hand.tiles.clone());
+            rows.map(move |(row, (part, tile, face))| ((part, tile), face, (worker, row)))
+        };
+        let mut tiles: Vec<_> = (0..).zip(hands).flat_map(of_hand).collect();
         // Hands are ascending: a stable sort merges them.
         tiles.sort();
         let mut all = Self::default();
@@ -94,6 +94,7 @@ impl Seats {
 mod tests {
     use super::*;
     use crate::mesh::ScenePart;
+    use crate::model::TileId;
 
     #[test]
     fn seats_are_in_the_order_of_tiles_and_count_those_of_faces() {
