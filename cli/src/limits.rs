@@ -1,7 +1,7 @@
 //! `--max-…` on the command line -> the limits of each stage, and messages that name the option to raise.
 
 use crate::Failure;
-use trimtess::frame::{Plan, PlanLimits};
+use trimtess::frame::{Plan, PlanLimits, Shortfall};
 use trimtess::import::step::StepOptions;
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions};
 
@@ -69,12 +69,12 @@ impl LimitArgs {
 
     /// Returns the plan, or an error if the limits made it coarser without `--coarsen`.
     pub(crate) fn accept(&self, plan: Plan) -> Result<Plan, Failure> {
-        self.check(&plan).map(|()| plan)
+        self.check(plan.shortfall.as_ref()).map(|()| plan)
     }
 
-    /// Fails if the limits made the plan coarser without `--coarsen`.
-    pub(crate) fn check(&self, plan: &Plan) -> Result<(), Failure> {
-        let short = plan.shortfall.as_ref().filter(|shortfall| shortfall.by_limits() && !self.coarsen);
+    /// Fails if the limits made a plan coarser without `--coarsen`.
+    pub(crate) fn check(&self, shortfall: Option<&Shortfall>) -> Result<(), Failure> {
+        let short = shortfall.filter(|shortfall| shortfall.by_limits() && !self.coarsen);
         short.map_or(Ok(()), |shortfall| {
             let raise = "use a larger tolerance, raise --max-triangles, --max-tile-triangles or --max-memory, or \
                          accept a coarser mesh with --coarsen";

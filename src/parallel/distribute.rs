@@ -46,11 +46,11 @@ const WINDOW: usize = 4;
 /// Most tiles of a run. Longer ones gain little, and a small view would load fewer workers.
 const RUN: usize = 32;
 /// Several tiles are a run only if they weigh no more than a worker's share divided by this.
-const RUNS_PER_WORKER: f64 = 8.0;
+const RUNS_PER_WORKER: f64 = 16.0;
 
 /// Deals tiles to workers: element `w` of the result holds worker `w`'s indices into `loads`, ascending.
 ///
-/// Every index is dealt exactly once. The workers' total weights differ by at most the largest weight, or an eighth
+/// Every index is dealt exactly once. The workers' total weights differ by at most the largest weight, or a sixteenth
 /// of their mean if that is more. Deterministic. `O(n (log n + workers))`. 0 `workers` are treated as 1.
 #[must_use]
 pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {

@@ -152,8 +152,7 @@ mod tests {
             assert_eq!(owners.parts == before, frame < 3);
         }
         let [a, b] = [0, 1].map(|worker| load(&owners, worker).as_secs_f64());
-        // A run is up to an eighth of a worker's share.
-        assert!((a / b - 1.0).abs() < 0.125, "{a} {b}");
+        assert!((a / b - 1.0).abs() < 0.05, "{a} {b}");
         let (hands, seats) = owners.share(&prepared, &all_due(&prepared));
         let found = seats.iter().flat_map(|seat| &hands[seat.worker as usize].tiles[seat.rows()]).copied();
         assert!(found.eq(prepared.tiles().map(|(part, tile, row)| (part, tile, row.face))));

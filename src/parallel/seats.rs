@@ -42,11 +42,11 @@ pub(super) struct Seats {
 
 impl Seats {
     pub(super) fn of(hands: &[Hand]) -> Self {
-        let of_hand = |(worker, hand): (u32, &Hand)| {
-            let rows = (0_u32..).zip(hand.tiles.clone());
-            rows.map(move |(row, (part, tile, face))| ((part, tile), face, (worker, row)))
-        };
-        let mut tiles: Vec<_> = (0..).zip(hands).flat_map(of_hand).collect();
+        let tiles = (0..).zip(hands).flat_map(|(worker, hand): (u32, &Hand)| {
+            let rows = (0_u32..).zip(&hand.tiles);
+            rows.map(move |(row, &(part, tile, face))| ((part, tile), face, (worker, row)))
+        });
+        let mut tiles: Vec<_> = tiles.collect();
         // Hands are ascending: a stable sort merges them.
         tiles.sort();
         let mut all = Self::default();

@@ -13,7 +13,7 @@ use super::options::SessionOptions;
 use crate::control::{Control, Jobs, StartError, Threads};
 use crate::frame::internals::completed;
 use crate::frame::internals::{InstanceLook, Levels};
-use crate::frame::{Attributes, Plan, PlanLimits, Tolerance, plan_for_view_on, plan_on};
+use crate::frame::{Attributes, Plan, PlanLimits, Shortfall, Tolerance, plan_for_view_on, plan_on};
 use crate::mesh::{MeshSink, Scene, SceneInstance, TileMemory, VertexLayout};
 use crate::model::{PartId, not_rigid};
 use crate::prepare::Prepared;
@@ -181,6 +181,12 @@ impl Session {
     #[must_use]
     pub fn plan(&self) -> Option<Arc<Plan>> {
         self.plan.as_ref().map(|plan| completed(&*self.jobs, plan, &self.prepared, &self.limits))
+    }
+
+    /// What limits made coarser in the last frame of views that was made; `None` if nothing, and before the first.
+    #[must_use]
+    pub fn shortfall(&self) -> Option<&Shortfall> {
+        self.plan.as_ref()?.shortfall.as_ref()
     }
 
     /// The degraded tiles that the sink of frames of views has, ascending by (part, tile), numbered as the sink does.

@@ -183,7 +183,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
                 session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?
             };
             let frame = begun.elapsed();
-            session.plan().map_or(Ok(()), |plan| common.limits.check(&plan))?;
+            common.limits.check(session.shortfall())?;
             let times = Times::of(&report, frame, workers);
             let made = FrameOutput { tiles: report.tiles as u64, uploaded: sink.uploaded, held: sink.held() };
             if round == 0 {
@@ -213,7 +213,7 @@ pub(super) fn anew(
     let begun = Instant::now();
     let plan = tracing::debug_span!("plan").in_scope(|| session.plan_for_view(view, &common.limits.plan()));
     let planned_in = begun.elapsed();
-    common.limits.check(&plan)?;
+    common.limits.check(plan.shortfall.as_ref())?;
     let mut report = session.frame(plan, sink).map_err(|e| Failure::Cannot(e.to_string()))?;
     report.planned_in = planned_in;
     Ok(report)

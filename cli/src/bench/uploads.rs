@@ -18,7 +18,7 @@ pub(super) struct Size {
     pub(super) bytes: u64,
 }
 
-/// Staging memory, as a renderer has it: a block per worker, written anew in each frame.
+/// Staging memory of a renderer: one block per worker. Each frame overwrites it.
 struct Staging(Vec<Mutex<Block>>);
 
 #[derive(Default)]

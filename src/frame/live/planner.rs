@@ -486,6 +486,7 @@ fn own<T>(shared: &mut Arc<T>) -> &mut T {
 mod tests {
     use super::*;
     use crate::frame::plan::limits::PlanLimits;
+    use crate::frame::plan::make::completed;
     use crate::model::{ModelBuilder, shapes};
     use crate::prepare::{PrepareOptions, prepare};
     use crate::view::{Camera, CameraPath, Picture};
@@ -555,5 +556,35 @@ mod tests {
         compare(&prepared, &options.with_budget(Some(Duration::from_micros(20))), &flight[..200]);
         compare(&prepared, &options.with_limits(PlanLimits::DEFAULT.with_triangles(2000)), &flight[..200]);
         compare(&prepared, &options.with_cull_back_faces(true), &flight[..200]);
+    }
+
+    #[test]
+    fn parts_are_planned_once_a_view_shows_them() {
+        const PICTURE: Picture = Picture { size: (800, 600), deviation_px: 0.5, size_px: None, angle: 0.5 };
+        let prepared = rows();
+        let all = CameraPath::Orbit.views(prepared.bounds.expect("a placed model"), 1, &PICTURE)[0];
+        // Along the first row of parts, away from the others.
+        let camera =
+            Camera { eye: DVec3::new(0.0, -40.0, 0.0), forward: DVec3::new(-0.3, 1.0, 0.0).normalize(), ..all.camera };
+        let few = View { camera, ..all };
+        let mut placed = PlacedInstances::of(&prepared);
+        let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
+        let mut known = Vec::new();
+        for (view, are_all) in [(few, false), (few, false), (all, true), (few, true)] {
+            planner.plan(&mut placed, &[view]);
+            let new = &planner.changes().parts;
+            assert!(new.iter().all(|part| !known.contains(part)), "{new:?}, {known:?}");
+            known.extend(new);
+            let plan = Arc::clone(planner.last());
+            for (row, (plan, part)) in plan.parts.iter().zip(&prepared.parts).enumerate() {
+                assert!(plan.is_of(part) || plan.tiles.is_empty() && plan.edges.is_empty());
+                assert_eq!(plan.is_of(part), known.contains(&PartId::new(row)), "part {row}");
+            }
+            assert!(!known.is_empty() && (known.len() == prepared.parts.len()) == are_all, "{known:?}");
+            let whole = completed(&Alone, &plan, &prepared, &PlanLimits::DEFAULT);
+            assert!(whole.parts.iter().zip(&prepared.parts).all(|(plan, part)| plan.is_of(part)));
+            assert!(known.iter().all(|part| whole.parts[part.index()] == plan.parts[part.index()]));
+            assert_eq!(Arc::ptr_eq(&whole, &plan), are_all);
+        }
     }
 }

@@ -246,7 +246,7 @@ struct UsedCorners<'a> {
 }
 
 impl UsedCorners<'_> {
-    /// The vertex of a corner, which is where `place` says. The slot has it, or [`NONE`] if there is none yet.
+    /// The vertex of the lattice point `place`. Makes one if the slot of that point is [`NONE`].
     #[inline(always)]
     fn vertex(&mut self, slot: &mut u32, place: impl FnOnce() -> [u32; 2]) -> u32 {
         if *slot == NONE {

@@ -99,7 +99,7 @@ impl TrimInput<'_> {
         if self.points.iter().fold(true, |all, p| all & inside(p)) {
             return Ok(());
         }
-        let index = self.points.iter().position(|p| !inside(p)).unwrap_or(0);
+        let Some(index) = self.points.iter().position(|p| !inside(p)) else { return Ok(()) };
         Err(TrimInputError::PointOutside { index: index as u32, point: self.points[index], cells: self.cells })
     }
 

@@ -237,7 +237,8 @@ impl PatchPlace {
         [self.outer.locals(at[0]), self.inner.locals(at[1])]
     }
 
-    /// Calls `put` with the first `count` of these points, and with normals that are limits where there is none.
+    /// Calls `put` with the first `count` points and their normals. A singular point has the limit of the normals
+    /// around it.
     #[inline(always)]
     fn evaluate<const L: usize>(
         &self,

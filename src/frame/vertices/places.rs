@@ -27,7 +27,7 @@ pub(crate) fn evaluate_vertices(
     let Scratch { uvs, corners, evaluate, .. } = s;
     let (tessellants, side) = (mesh.positions.len(), if face.reversed { -1.0 } else { 1.0 });
     let TileMesh { positions, normals, .. } = mesh;
-    // Each is evaluated below. One that was not would be seen by any check.
+    // All are evaluated below. A position that stays NaN fails every check.
     positions.resize(uvs.len(), DVec3::NAN);
     if let Some(normal) = face.plane_normal {
         normals.resize(uvs.len(), (normal * side).as_vec3());
