@@ -1,6 +1,6 @@
 //! A density of lines along a parameter -> the fewest lines that meet it, spaced as evenly as it allows.
 
-use crate::math::order::larger;
+use crate::math::order::{larger, smaller};
 use std::ops::Range;
 
 /// A piecewise constant density of lines along one parameter.
@@ -82,8 +82,9 @@ impl Density<'_> {
 
     /// Counts the fewest gaps from `a` to `b` that meet the density times `scale`, up to `limit` + 1, and how full they
     /// are together: 1 for each gap but the last, which counts by its fullness. Beyond `limit`, the rest counts by its
-    /// integral.
-    fn filled(&self, a: f64, b: f64, scale: f64, limit: usize) -> (usize, f64) {
+    /// integral. Calls `line` for the end of each gap before `b`.
+    #[inline(always)]
+    fn filled(&self, a: f64, b: f64, scale: f64, limit: usize, mut line: impl FnMut(f64)) -> (usize, f64) {
         let mut strides = Strides::new(self, a, scale);
         let mut x = a;
         for n in 0..limit {
@@ -92,6 +93,7 @@ impl Density<'_> {
             if x >= b {
                 return (n + 1, n as f64 + (scale * self.most(from, b) * (b - from)).min(1.0));
             }
+            line(x);
         }
         (limit + 1, limit as f64 + scale * self.mass(x, b))
     }
@@ -101,7 +103,7 @@ impl Density<'_> {
     pub(crate) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
         let most = self.most(a, b);
         let even = even_gaps(most, a, b).min(limit as f64) as usize;
-        if self.is_even(most, a, b) { even } else { self.filled(a, b, 1.0, limit).0.min(even) }
+        if self.is_even(most, a, b) { even } else { self.filled(a, b, 1.0, limit, |_| ()).0.min(even) }
     }
 
     /// Whether even gaps are the fewest, given the largest density `most`.
@@ -121,11 +123,17 @@ impl Density<'_> {
             evenly(a, b, even.min(limit as f64) as usize, out);
             return even <= limit as f64;
         }
-        let (asked, filled) = self.filled(a, b, 1.0, limit);
+        let first = out.len();
+        let lines_at = |scale: f64, limit: usize, out: &mut Vec<f64>| {
+            out.truncate(first);
+            self.filled(a, b, scale, limit, |x| out.push(x))
+        };
+        let (asked, mut filled) = lines_at(1.0, limit, out);
         let (n, kept) = (asked.min(limit), asked <= limit);
         let (strips, mass) = (self.strips(a, b).count() as f64, self.mass(a, b));
         // Even gaps are as few, or the density is infinite.
         if kept && n as f64 >= even || !mass.is_finite() {
+            out.truncate(first);
             // Strides accumulate rounding and may be one more.
             evenly(a, b, n.min(even as usize), out);
             return kept && n as f64 >= even;
@@ -135,7 +143,7 @@ impl Density<'_> {
         let full = n as f64;
         let mut low = if kept { 1.0 } else { ((full - strips - 1.0) / mass).max(0.5 / (most * (b - a))) };
         let mut high = if kept { (full / mass).clamp(1.0, 2.0) } else { (full / mass).max(low) };
-        let (mut scale, mut filled) = (1.0, filled);
+        let mut scale = 1.0;
         for _ in 0..TRIALS {
             if scale == low && filled >= full - SHORT {
                 break;
@@ -143,22 +151,18 @@ impl Density<'_> {
             // Spreads the missing fullness over all gaps; exact if no strip border lies between.
             let next = scale + (full - 0.5 * SHORT - filled) / mass;
             scale = if low < next && next < high { next } else { 0.5 * (low + high) };
-            let tried = self.filled(a, b, scale, n);
-            filled = tried.1;
-            if tried.0 <= n { low = scale } else { high = scale }
+            let gaps;
+            (gaps, filled) = lines_at(scale, n, out);
+            if gaps <= n { low = scale } else { high = scale }
         }
-        let mut strides = Strides::new(self, a, low);
-        let mut x = a;
-        for _ in 1..n {
-            let before = x;
-            x = strides.next(b);
-            // A line a hair before the end is only rounding: the rest holds at most a millionth of a line.
-            let hair = b - x <= 1e-6 * (x - before) && self.mass(x, b) <= HAIR;
-            if x >= b || hair {
-                break;
-            }
-            out.push(x);
+        if scale != low {
+            lines_at(low, n - 1, out);
         }
+        // A line a hair before the end is only rounding: the rest holds at most a millionth of a line.
+        let mut before = a;
+        let is_hair = |x: f64, before: f64| b - x <= 1e-6 * (x - before) && self.mass(x, b) <= HAIR;
+        let end = out[first..].iter().position(|&x| is_hair(x, std::mem::replace(&mut before, x)));
+        out.truncate(end.map_or(out.len(), |end| first + end));
         out.push(b);
         kept
     }
@@ -188,16 +192,12 @@ impl<'a> Strides<'a> {
         new
     }
 
-    fn rate(&self, k: usize) -> f64 {
-        self.density.rates[k] * self.scale
-    }
-
-    fn border(&self, k: usize) -> f64 {
-        if k + 1 == self.density.rates.len() { f64::INFINITY } else { self.density.breaks[k + 1] }
-    }
-
+    /// Goes to strip `k`.
     fn enter(&mut self, k: usize) {
-        (self.at, self.border, self.step) = (k, self.border(k), self.rate(k).recip());
+        let Density { breaks, rates } = *self.density;
+        self.at = k;
+        self.border = if k + 1 == rates.len() { f64::INFINITY } else { breaks[k + 1] };
+        self.step = (rates[k] * self.scale).recip();
     }
 
     /// Moves to the furthest `x ≤ end` with `(x − before)·ρ ≤ 1` for the largest ρ on the way, but always past
@@ -205,7 +205,7 @@ impl<'a> Strides<'a> {
     #[inline]
     fn next(&mut self, end: f64) -> f64 {
         let to = self.x + self.step;
-        self.x = if to <= self.border && to > self.x { to.min(end) } else { self.over_borders(end) };
+        self.x = if to <= self.border && to > self.x { smaller(to, end) } else { self.over_borders(end) };
         self.x
     }
 
@@ -222,23 +222,20 @@ impl<'a> Strides<'a> {
                 f64::INFINITY
             }
         };
+        let Density { breaks, rates } = *self.density;
+        // All strips but the last have a border where they end.
+        let borders = &breaks[1..rates.len()];
         if self.border <= x {
-            let mut at = self.at + 1;
-            while self.border(at) <= x {
-                at += 1;
-            }
-            self.enter(at);
+            let passed = borders[self.at..].iter().take_while(|&&border| border <= x).count();
+            self.enter(self.at + passed);
         }
-        let mut k = self.at;
-        let mut most = self.rate(k);
+        let mut most = rates[self.at] * self.scale;
         let mut to = reach(most);
-        loop {
-            let border = self.border(k);
+        for (&border, rate) in borders[self.at..].iter().zip(&rates[self.at + 1..]) {
             if to <= border || border >= end {
-                return to.min(end);
+                break;
             }
-            k += 1;
-            let rate = self.rate(k);
+            let rate = rate * self.scale;
             // Most strips are not the densest so far, and leave the reach as it is.
             if rate > most {
                 (most, to) = (rate, reach(rate));
@@ -248,6 +245,7 @@ impl<'a> Strides<'a> {
                 }
             }
         }
+        smaller(to, end)
     }
 }
 
