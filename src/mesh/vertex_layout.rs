@@ -132,6 +132,7 @@ impl VertexLayout {
 }
 
 /// Encodes a direction in four bytes, with an error below 0.01 degrees. Zero and NaN become +z.
+#[inline(always)]
 pub(crate) fn octahedral(normal: Vec3) -> [i16; 2] {
     let sum = normal.abs().element_sum();
     let unfolded = match sum > 0.0 && sum.is_finite() {

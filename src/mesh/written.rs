@@ -3,6 +3,7 @@
 use super::vertex_layout::{NormalFormat, PositionFormat, VertexLayout, octahedral};
 use super::{Origin, SinkError, TileMesh};
 use crate::math::Elementary as _;
+use crate::math::lanes::widest;
 use crate::model::{FaceId, PartId, TileId};
 use glam::{DVec3, Vec2, Vec3};
 use std::fmt;
@@ -179,8 +180,13 @@ impl WrittenTile {
         let place = memory.write(&self, &mut |vertices, indices| {
             let fits = (vertices.len(), indices.len()) == (self.vertex_bytes(), self.index_bytes());
             if fits {
-                self.vertices_to(mesh, grid, tangent, vertices);
-                self.indices_to(mesh, indices);
+                widest(
+                    #[inline(always)]
+                    || {
+                        self.vertices_to(mesh, grid, tangent, vertices);
+                        self.indices_to(mesh, indices);
+                    },
+                );
             }
             written = Some(fits);
         });
@@ -194,57 +200,89 @@ impl WrittenTile {
         Err(NotWritten::Sink(SinkError { context: "room of another size, or none, for a tile".into(), cause }))
     }
 
+    /// Writes the vertices by a loop for their formats of position and normal.
+    #[inline(always)]
     fn vertices_to(&self, mesh: &TileMesh, part: &PartGrid, tangent: &dyn Fn(Vec2) -> Vec3, bytes: &mut [u8]) {
         let corner = self.grid.map_or(DVec3::ZERO, |grid| DVec3::from(grid.corner.map(f64::from)));
-        for (k, (&position, vertex)) in
-            mesh.positions.iter().zip(bytes.chunks_exact_mut(self.layout.stride())).enumerate()
-        {
-            let mut rest = vertex;
-            match self.layout.position {
-                PositionFormat::F64 => position.to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes())),
-                PositionFormat::F32 => {
-                    (position - part.centre).as_vec3().to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
-                }
-                PositionFormat::Grid => {
-                    let [x, y, z] = (part.steps(position) - corner).to_array().map(|x| x as u16);
-                    [x, y, z, 0].iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
-                }
+        let bytes = (bytes, mesh, tangent);
+        match self.layout.position {
+            PositionFormat::F64 => self.with_positions(bytes, |p| {
+                let [x, y, z] = p.to_array().map(f64::to_bits);
+                [x as u32, (x >> 32) as u32, y as u32, (y >> 32) as u32, z as u32, (z >> 32) as u32]
+            }),
+            PositionFormat::F32 => {
+                self.with_positions(bytes, |p| (p - part.centre).as_vec3().to_array().map(f32::to_bits));
             }
-            let normal = mesh.normals.get(k).copied().unwrap_or_default();
-            match self.layout.normal {
-                NormalFormat::None => {}
-                NormalFormat::F32 => normal.to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes())),
-                NormalFormat::Octahedral => octahedral(normal).iter().for_each(|x| put(&mut rest, x.to_le_bytes())),
-            }
+            PositionFormat::Grid => self.with_positions(bytes, |p| {
+                let [x, y, z] = (part.steps(p) - corner).to_array().map(|x| u32::from(x as u16));
+                [x | y << 16, z]
+            }),
+        }
+    }
+
+    #[inline(always)]
+    fn with_positions<const N: usize>(
+        &self,
+        bytes: (&mut [u8], &TileMesh, &dyn Fn(Vec2) -> Vec3),
+        position: impl Fn(DVec3) -> [u32; N],
+    ) {
+        match self.layout.normal {
+            NormalFormat::None => self.vertex_by_vertex(bytes, position, |_| []),
+            NormalFormat::F32 => self.vertex_by_vertex(bytes, position, |n| n.to_array().map(f32::to_bits)),
+            NormalFormat::Octahedral => self.vertex_by_vertex(bytes, position, |n| {
+                let [x, y] = octahedral(n).map(|x| u32::from(x.cast_unsigned()));
+                [x | y << 16]
+            }),
+        }
+    }
+
+    #[inline(always)]
+    fn vertex_by_vertex<const N: usize, const M: usize>(
+        &self,
+        (bytes, mesh, tangent): (&mut [u8], &TileMesh, &dyn Fn(Vec2) -> Vec3),
+        position: impl Fn(DVec3) -> [u32; N],
+        normal: impl Fn(Vec3) -> [u32; M],
+    ) {
+        let VertexLayout { uv: with_uv, tangent: with_tangent, origin: with_origin, .. } = self.layout;
+        let words = bytes.as_chunks_mut().0;
+        let vertices = words.chunks_exact_mut(self.layout.stride() / 4);
+        for (k, (mut rest, (&at, &outwards))) in vertices.zip(mesh.positions.iter().zip(&mesh.normals)).enumerate() {
+            put(&mut rest, position(at));
+            put(&mut rest, normal(outwards));
             let uv = mesh.uvs.get(k).copied().unwrap_or_default();
-            if self.layout.uv {
-                uv.to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
+            if with_uv {
+                put(&mut rest, uv.to_array().map(f32::to_bits));
             }
-            if self.layout.tangent {
-                tangent(uv).to_array().iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
+            if with_tangent {
+                put(&mut rest, tangent(uv).to_array().map(f32::to_bits));
             }
-            if self.layout.origin {
-                let words = mesh.origins.get(k).map_or([u32::MAX; 3], Origin::words);
-                words.iter().for_each(|x| put(&mut rest, x.to_le_bytes()));
+            if with_origin {
+                put(&mut rest, mesh.origins.get(k).map_or([u32::MAX; 3], Origin::words));
             }
         }
     }
 
-    fn indices_to(&self, mesh: &TileMesh, mut bytes: &mut [u8]) {
-        for &corner in mesh.triangles.iter().flatten() {
-            if self.wide {
-                put(&mut bytes, corner.to_le_bytes());
-            } else {
-                put(&mut bytes, (corner as u16).to_le_bytes());
-            }
+    #[inline(always)]
+    fn indices_to(&self, mesh: &TileMesh, bytes: &mut [u8]) {
+        let corners = mesh.triangles.as_flattened();
+        if self.wide {
+            bytes.as_chunks_mut().0.iter_mut().zip(corners).for_each(|(to, corner)| *to = corner.to_le_bytes());
+        } else {
+            bytes
+                .as_chunks_mut()
+                .0
+                .iter_mut()
+                .zip(corners)
+                .for_each(|(to, corner)| *to = (*corner as u16).to_le_bytes());
         }
     }
 }
 
-/// Writes the next bytes.
-fn put<const N: usize>(rest: &mut &mut [u8], value: [u8; N]) {
+/// Writes the next words.
+#[inline(always)]
+fn put<const N: usize>(rest: &mut &mut [[u8; 4]], values: [u32; N]) {
     if let Some((head, tail)) = std::mem::take(rest).split_first_chunk_mut::<N>() {
-        *head = value;
+        *head = values.map(u32::to_le_bytes);
         *rest = tail;
     }
 }

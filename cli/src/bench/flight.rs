@@ -6,6 +6,7 @@ use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::frame::{LinePlacement, PlannerOptions, SplitRule};
+use trimtess::mesh::VertexLayout;
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
@@ -168,7 +169,11 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
     let workers = session.workers();
     let mut flight = Flight { workers, coherence: order.coherence, follow: order.follow, ..Flight::default() };
-    let mut sink = if order.written { Uploads::written_by(&mut session) } else { Uploads::of(session.prepared()) };
+    let mut sink = if order.written {
+        Uploads::written_by(&mut session, VertexLayout::COMPACT)
+    } else {
+        Uploads::of(session.prepared())
+    };
     for round in 0..order.rounds {
         session.forget();
         for (k, view) in order.views.iter().enumerate() {

@@ -5,6 +5,7 @@
 //! (docs/benchmarks.md: libGLU).
 
 use super::flight::ms;
+use super::uploads::Uploads;
 use crate::input::read_at_most;
 use crate::limits::unprepared;
 use crate::tessellate::positive;
@@ -18,7 +19,7 @@ use trimtess::control::{Alone, Control};
 use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::frame::{Plan, plan_for_view};
 use trimtess::glam::{DAffine3, DVec2, DVec3};
-use trimtess::mesh::{MemorySink, MeshLists};
+use trimtess::mesh::{MeshLists, NormalFormat, VertexLayout};
 use trimtess::model::{
     FreeTrims, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule,
 };
@@ -27,6 +28,8 @@ use trimtess::prepare::{Prepared, prepare, prepare_on};
 use trimtess::view::{Camera, Projection, View};
 
 const SIZE: (u32, u32) = (1920, 1080);
+/// What the other program stores: position, normal and (u,v), 32 bytes.
+const LAYOUT: VertexLayout = VertexLayout::COMPACT.with_normal(NormalFormat::F32).with_uv(true);
 /// Millimetres per unit of the published teapot. The camera path is defined in these units.
 const UNIT: f64 = 20.0;
 const VIEWS: usize = 4;
@@ -184,14 +187,15 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
     let options = SessionOptions::DEFAULT.with_workers(1).with_edge_lines(false);
     for coherent in [false, true] {
         let mut least = Duration::MAX;
-        let (mut triangles, mut tiles) = (0, 0);
+        let (mut triangles, mut tiles) = (0_u64, 0_u64);
         for _ in 0..ROUNDS {
             let mut session = Session::start_on(Arc::new(Alone), Arc::clone(prepared), &options);
-            let mut sink = MemorySink::default();
+            let mut sink = Uploads::written_by(&mut session, LAYOUT);
             let mut took = Duration::ZERO;
             (triangles, tiles) = (0, 0);
             for k in 0..FRAMES {
                 let view = PathCamera::on_path(k, FRAMES).view(px);
+                sink.next_frame();
                 let begun = time();
                 let report = if coherent {
                     session.view(&[view], &mut sink)
@@ -200,8 +204,8 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
                 };
                 let report = report.map_err(cannot)?;
                 took += time() - begun;
-                tiles += report.tiles;
-                triangles += sink.batches.iter().map(|batch| batch.mesh.triangles.len()).sum::<usize>();
+                tiles += report.tiles as u64;
+                triangles += sink.held().triangles;
             }
             least = least.min(took);
         }

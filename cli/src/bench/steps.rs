@@ -20,6 +20,7 @@ use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::{Layer, registry};
 use trimtess::control::{Job, Jobs, Priority};
 use trimtess::frame::PlannerOptions;
+use trimtess::mesh::VertexLayout;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
@@ -222,7 +223,7 @@ impl Column {
         let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
         let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
         let mut session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
-        let sink = Uploads::written_by(&mut session);
+        let sink = Uploads::written_by(&mut session, VertexLayout::COMPACT);
         dispatcher::with_default(&spans, || recorder.calibrate());
         Self { recorder, spans, session, sink, frames: Vec::new() }
     }

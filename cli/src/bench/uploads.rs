@@ -74,10 +74,10 @@ impl Uploads {
         Self { starts, held, staging: None, sent: Vec::new(), uploaded: 0 }
     }
 
-    /// Creates a sink for frames of a session whose workers write vertices of 16 bytes into its memory.
-    pub(super) fn written_by(session: &mut Session) -> Self {
+    /// Creates a sink for frames of a session whose workers write vertices of this layout into its memory.
+    pub(super) fn written_by(session: &mut Session, layout: VertexLayout) -> Self {
         let staging = Arc::new(Staging((0..session.workers()).map(|_| Mutex::default()).collect()));
-        session.write_into(VertexLayout::COMPACT, Arc::<Staging>::clone(&staging));
+        session.write_into(layout, Arc::<Staging>::clone(&staging));
         Self { staging: Some(staging), ..Self::of(session.prepared()) }
     }
 

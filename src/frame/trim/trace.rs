@@ -256,7 +256,7 @@ impl Trace {
             self.crossed_v.set(edge.column, edge.row)
         };
         let index = self.crossings.len() as u32;
-        let mut crossing = Crossing {
+        self.crossings.push(Crossing {
             position,
             segment: segment.first,
             snap,
@@ -267,13 +267,12 @@ impl Trace {
             cell: [i as u16, j as u16],
             side,
             wraps: false,
-        };
+        });
         if seen {
-            self.insert(segment.tile, &mut crossing, index, edge.index);
+            self.insert(segment.tile, index, edge.index);
         } else {
             self.lists[edge.index] = EdgeList { first: index, last: index, recent: index };
         }
-        self.crossings.push(crossing);
         // Border corners are never kept, and all crossings on the border lie on one: they must not reach the slow path.
         let (line, at) = nearest_line(position);
         let distance = (position - at).abs();
@@ -286,28 +285,30 @@ impl Trace {
         snap
     }
 
+    /// Puts the last crossing in order along its lattice edge.
     #[inline(always)]
-    fn insert(&mut self, tile: &TrimInput<'_>, crossing: &mut Crossing, index: u32, edge: usize) {
+    fn insert(&mut self, tile: &TrimInput<'_>, index: u32, edge: usize) {
         let EdgeList { first, last, recent } = self.lists[edge];
         let (mut below, mut above) = (recent, self.crossings[recent as usize].above);
-        if self.less(tile, crossing, recent) {
-            while below != NONE && self.less(tile, crossing, below) {
+        if self.less(tile, index, recent) {
+            while below != NONE && self.less(tile, index, below) {
                 above = below;
                 below = self.crossings[below as usize].below;
             }
         } else {
-            while above != NONE && !self.less(tile, crossing, above) {
+            while above != NONE && !self.less(tile, index, above) {
                 below = above;
                 above = self.crossings[above as usize].above;
             }
         }
-        (crossing.below, crossing.above) = (below, above);
         if below != NONE {
             self.crossings[below as usize].above = index;
         }
         if above != NONE {
             self.crossings[above as usize].below = index;
         }
+        let crossing = &mut self.crossings[index as usize];
+        (crossing.below, crossing.above) = (below, above);
         self.lists[edge] = EdgeList {
             first: if below == NONE { index } else { first },
             last: if above == NONE { index } else { last },
@@ -316,17 +317,17 @@ impl Trace {
     }
 
     #[inline(always)]
-    fn less(&self, tile: &TrimInput<'_>, crossing: &Crossing, other: u32) -> bool {
-        let difference = crossing.position - self.crossings[other as usize].position;
-        if difference.abs() > DOUBTFUL { difference < 0.0 } else { self.less_exact(tile, crossing, other) }
+    fn less(&self, tile: &TrimInput<'_>, index: u32, other: u32) -> bool {
+        let difference = self.crossings[index as usize].position - self.crossings[other as usize].position;
+        if difference.abs() > DOUBTFUL { difference < 0.0 } else { self.less_exact(tile, index, other) }
     }
 
     /// Orders two crossings that rounding cannot separate, by the segment that lies entirely on one side of the other
     /// segment's line. Simple loops always have one.
     #[cold]
     #[inline(never)]
-    fn less_exact(&self, tile: &TrimInput<'_>, crossing: &Crossing, other: u32) -> bool {
-        let other = &self.crossings[other as usize];
+    fn less_exact(&self, tile: &TrimInput<'_>, index: u32, other: u32) -> bool {
+        let [crossing, other] = [index, other].map(|k| &self.crossings[k as usize]);
         let ends = |c: &Crossing| {
             let end = tile.loop_starts[c.loop_index as usize + 1];
             let next = if c.segment + 1 == end { tile.loop_starts[c.loop_index as usize] } else { c.segment + 1 };
