@@ -98,7 +98,9 @@ fn a_point_has_the_same_bits_in_any_company() {
         }
         let single: Vec<_> = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v))).collect();
         let (mut p, mut n) = none(single.len());
-        evaluate_points(&patches, &single, &mut |k, position, normal| (p[k], n[k]) = (position, normal));
+        evaluate_points(&patches, &single, &mut |first, points| {
+            (first..).zip(points.iter()).for_each(|(k, point)| (p[k], n[k]) = point);
+        });
         assert_eq!((&p, &n), (&positions, &normals));
     }
 }

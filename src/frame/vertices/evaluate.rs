@@ -112,10 +112,14 @@ pub fn evaluate_lattice(
                 let basis = &scratch.outer[o * 2 * n..(o + 1) * 2 * n];
                 let mut contracted = usize::MAX;
                 for (k, block) in scratch.blocks.iter().enumerate() {
-                    let mut wanted = [UNWANTED; LANES];
                     let here = places[o * row + block.first * step..].iter().step_by(step);
-                    wanted[..block.count].iter_mut().zip(here).for_each(|(at, place)| *at = *place);
-                    if wanted == [UNWANTED; LANES] {
+                    let (mut wanted, mut all) = ([UNWANTED; LANES], UNWANTED);
+                    for (at, &place) in wanted[..block.count].iter_mut().zip(here) {
+                        *at = place;
+                        all &= place;
+                    }
+                    // One by one: numbers that were stored one by one are slow to load together.
+                    if all == UNWANTED {
                         continue;
                     }
                     if contracted != block.patch {
@@ -123,16 +127,16 @@ pub fn evaluate_lattice(
                         contracted = block.patch;
                     }
                     let lanes = &scratch.inner[k * 2 * m..(k + 1) * 2 * m];
-                    let points = evaluate_block(patches.rational, roles.inner_is_v, &scratch.curve, lanes);
+                    let mut points = evaluate_block(patches.rational, roles.inner_is_v, &scratch.curve, lanes);
+                    for (lane, _) in wanted.iter().enumerate().filter(|&(_, &at)| at != UNWANTED) {
+                        if !points.regular[lane] {
+                            let patch = [patch_outer, block.patch];
+                            let place = LinePlace { patch, outer: x, inner: block.places[lane] };
+                            points.set_normal(lane, limit_normal(patches, roles, place, &mut lost));
+                        }
+                    }
                     for (lane, &at) in wanted.iter().enumerate().filter(|&(_, &at)| at != UNWANTED) {
-                        let normal = if points.regular[lane] {
-                            points.normal(lane)
-                        } else {
-                            let place =
-                                LinePlace { patch: [patch_outer, block.patch], outer: x, inner: block.places[lane] };
-                            limit_normal(patches, roles, place, &mut lost)
-                        };
-                        put(at as usize, points.position(lane), normal);
+                        put(at as usize, points.position(lane), points.normal(lane));
                     }
                 }
             }
@@ -141,18 +145,45 @@ pub fn evaluate_lattice(
     lost
 }
 
-/// Calls `put` with the points and unit normals at single parameters, in order. Same bits, limits and result as
-/// [`evaluate_lattice`].
+/// Up to four points and their unit normals.
+///
+/// Handed over together: numbers that are stored one by one and loaded together at once make the processor wait.
+pub struct PointBlock {
+    count: usize,
+    position: [[f64; LANES]; 3],
+    normal: [[f64; LANES]; 3],
+}
+
+impl PointBlock {
+    /// The points with their normals, in order.
+    #[inline(always)]
+    pub fn iter(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+        let at = |rows: &[[f64; LANES]; 3], lane: usize| DVec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
+        (0..self.count.min(LANES)).map(move |lane| (at(&self.position, lane), at(&self.normal, lane)))
+    }
+
+    #[inline(always)]
+    fn load<const L: usize>(&mut self, points: &Points<L>) {
+        for c in 0..3 {
+            self.position[c][..L].copy_from_slice(&points.position[c]);
+            self.normal[c][..L].copy_from_slice(&points.normal[c]);
+        }
+    }
+}
+
+/// Calls `put` with the points and unit normals at single parameters, in order, and the index of the first of them.
+/// Same bits, limits and result as [`evaluate_lattice`].
 ///
 /// Up to degree (3, 3) about 40 ns per point if neighbours are in the same patch, else 100 ns.
 // Not generic: the loops for all degrees and registers take 300 KB of code, which would be there for each caller.
-pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMut(usize, DVec3, DVec3)) -> usize {
+pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMut(usize, &PointBlock)) -> usize {
     let roles = Roles::of(patches);
     let mut lost = 0;
     widest(
         #[inline(always)]
         || {
             let mut place = PatchPlace::of(patches, roles, at.first().copied().unwrap_or_default());
+            let mut block = PointBlock { count: 0, position: [[0.0; LANES]; 3], normal: [[0.0; LANES]; 3] };
             let mut done = 0;
             while let Some(&first) = at.get(done) {
                 if !place.contains(roles, first) {
@@ -165,13 +196,14 @@ pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMu
                     [outer[count], inner[count]] = roles.split(at[done + count]);
                     count += 1;
                 }
-                let mut put_lane = |lane: usize, position: DVec3, normal: DVec3| put(done + lane, position, normal);
+                block.count = count;
                 // One lane is faster than four copies of it.
                 if count == 1 {
-                    place.evaluate(patches, roles, [[outer[0]], [inner[0]]], 1, &mut lost, &mut put_lane);
+                    block.load(&place.evaluate(patches, roles, [[outer[0]], [inner[0]]], 1, &mut lost));
                 } else {
-                    place.evaluate(patches, roles, [outer, inner], count, &mut lost, &mut put_lane);
+                    block.load(&place.evaluate(patches, roles, [outer, inner], count, &mut lost));
                 }
+                put(done, &block);
                 done += count;
             }
         },
@@ -237,8 +269,7 @@ impl PatchPlace {
         [self.outer.locals(at[0]), self.inner.locals(at[1])]
     }
 
-    /// Calls `put` with the first `count` points and their normals. A singular point has the limit of the normals
-    /// around it.
+    /// The points; the first `count` of them have the limit of the normals around them where they are singular.
     #[inline(always)]
     fn evaluate<const L: usize>(
         &self,
@@ -247,18 +278,16 @@ impl PatchPlace {
         at: [[f64; L]; 2],
         count: usize,
         lost: &mut usize,
-        put: &mut impl FnMut(usize, DVec3, DVec3),
-    ) {
-        let points = self.points(patches, roles, at);
+    ) -> Points<L> {
+        let mut points = self.points(patches, roles, at);
         for lane in 0..count {
-            let normal = if points.regular[lane] {
-                points.normal(lane)
-            } else {
+            if !points.regular[lane] {
                 let [[outer], [inner]] = self.locals(at.map(|lanes| [lanes[lane]]));
-                limit_normal(patches, roles, LinePlace { patch: self.indices(), outer, inner }, lost)
-            };
-            put(lane, points.position(lane), normal);
+                let place = LinePlace { patch: self.indices(), outer, inner };
+                points.set_normal(lane, limit_normal(patches, roles, place, lost));
+            }
         }
+        points
     }
 }
 
@@ -359,6 +388,11 @@ impl<const L: usize> Points<L> {
     #[inline(always)]
     fn normal(&self, lane: usize) -> DVec3 {
         DVec3::new(self.normal[0][lane], self.normal[1][lane], self.normal[2][lane])
+    }
+
+    #[inline(always)]
+    fn set_normal(&mut self, lane: usize, normal: DVec3) {
+        self.normal.iter_mut().zip(normal.to_array()).for_each(|(row, x)| row[lane] = x);
     }
 }
 

@@ -33,14 +33,18 @@ pub(crate) fn evaluate_vertices(
         normals.resize(uvs.len(), (normal * side).as_vec3());
         if let others @ [_, ..] = &uvs[tessellants..] {
             let positions = &mut positions[tessellants..];
-            evaluate_points(&face.patches, others, &mut |k, position, _| positions[k] = position);
+            evaluate_points(&face.patches, others, &mut |first, points| {
+                positions[first..].iter_mut().zip(points.iter()).for_each(|(to, (position, _))| *to = position);
+            });
         }
         return;
     }
     normals.resize(uvs.len(), Vec3::Z);
     let (positions, normals) = (&mut positions[tessellants..], &mut normals[..]);
     let normal = |n: DVec3| (n * side).as_vec3();
-    evaluate_points(&face.patches, &uvs[..tessellants], &mut |k, _, n| normals[k] = normal(n));
+    evaluate_points(&face.patches, &uvs[..tessellants], &mut |first, points| {
+        normals[first..].iter_mut().zip(points.iter()).for_each(|(to, (_, n))| *to = normal(n));
+    });
     let normals = &mut normals[tessellants..];
     let mut put = |k: usize, position: DVec3, n: DVec3| {
         positions[k] = position;
@@ -56,5 +60,7 @@ pub(crate) fn evaluate_vertices(
         });
         (first, rest) = (corners_used, &rest[corners_used..]);
     }
-    evaluate_points(&face.patches, rest, &mut |k, position, normal| put(first + k, position, normal));
+    evaluate_points(&face.patches, rest, &mut |k, points| {
+        (first + k..).zip(points.iter()).for_each(|(at, (position, normal))| put(at, position, normal));
+    });
 }
