@@ -1,6 +1,6 @@
 //! What a flight costs the thread that calls a session: the time of `begin` and of `finish` once the frame is made, and
 //! allocations on that thread. By what the sink does: batches that it copies into vertices of 16 bytes, or the same
-//! vertices written into its memory by the workers.
+//! vertices written into its memory by the workers. By the pace, hence the number of tiles that change in a frame.
 //!
 //! `cargo bench --bench caller -- FILE [FRAMES [COPIES]]`. Without a file, the brake assembly. Copies of its parts stand
 //! above the picture, out of sight.
@@ -225,11 +225,17 @@ fn main() -> Result<(), Box<dyn Error>> {
         }));
     }
     let prepared = Arc::new(prepared);
-    let still = vec![views[0]; frames];
+    let pace = |times: usize| views.iter().step_by(times).copied().collect();
+    let flights: [(_, Vec<View>); 4] = [
+        ("flight", pace(1)),
+        ("4 times as fast", pace(4)),
+        ("16 times as fast", pace(16)),
+        ("still", vec![views[0]; frames]),
+    ];
     let tiles = prepared.tiles().count();
-    println!("{}: {tiles} tiles", prepared.scene.name);
+    println!("{}: {tiles} tiles, {} instances", prepared.scene.name, prepared.scene.instances.len());
     let start = || Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_edge_lines(false));
-    for (name, views) in [("flight", &views), ("still", &still)] {
+    for (name, views) in &flights {
         let mut session = start()?;
         Spent::flight(&mut session, &mut Copies::default(), views)?.print(&format!("{name}, batches copied"));
         let mut session = start()?;

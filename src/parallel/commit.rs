@@ -83,6 +83,9 @@ impl Feed<'_> {
     }
 }
 
+/// Seats of which the tiles are fetched at a time.
+const FETCHED: usize = 8;
+
 /// What a sink is fed. Kept from frame to frame for its room.
 #[derive(Default)]
 pub(super) struct Rows {
@@ -197,10 +200,13 @@ impl Rows {
             Feed::Views { forgotten, .. } => forgotten,
             Feed::All(..) => &[],
         };
-        for seat in seats {
-            match writer {
-                Some(writer) => self.send_written(*seat, (whole, feed), (&mut gone, writer), sink)?,
-                None => self.send_batches(*seat, (whole, feed), &mut gone, sink)?,
+        for seats in seats.chunks(FETCHED) {
+            self.fetch(seats);
+            for seat in seats {
+                match writer {
+                    Some(writer) => self.send_written(*seat, (whole, feed), (&mut gone, writer), sink)?,
+                    None => self.send_batches(*seat, (whole, feed), &mut gone, sink)?,
+                }
             }
         }
         evict(gone, writer, sink)?;
@@ -213,6 +219,22 @@ impl Rows {
             sink.drawn(drawn).map_err(FrameError::Sink)?;
         }
         sink.end().map_err(FrameError::Sink)
+    }
+
+    /// Reads the tiles of some seats: the processor waits for many at the same time here, and for one at a time in the
+    /// sink.
+    fn fetch(&self, seats: &[Seat]) {
+        let read = |seat: &Seat| {
+            let (worker, rows) = (seat.worker as usize, seat.rows());
+            let written = self.written[worker].get(rows.clone()).unwrap_or_default();
+            let batches = self.batches[worker].get(rows).unwrap_or_default();
+            let written = written.iter().map(|tile| tile.tile.0 as usize ^ tile.triangles as usize);
+            let of_mesh = |mesh: &TileMesh| mesh.positions.len() ^ mesh.triangles.len();
+            written
+                .chain(batches.iter().map(|batch| batch.tile.0 as usize ^ of_mesh(&batch.mesh)))
+                .fold(0, |a, b| a ^ b)
+        };
+        black_box(seats.iter().map(read).fold(0, |a, b| a ^ b));
     }
 
     /// Gives the sink the tiles of a seat, and those that are gone before them. A whole frame has no need of tiles
@@ -245,22 +267,13 @@ impl Rows {
         gone: &mut Gone<'_>,
         sink: &mut dyn MeshSink,
     ) -> Result<(), FrameError> {
-        /// Batches that are fetched at a time.
-        const FETCHED: usize = 16;
-        for batches in self.batches[seat.worker as usize][seat.rows()].chunks_mut(FETCHED) {
-            // The processor waits for many at the same time here, and for one at a time in the sink.
-            let fetch = |sum: usize, Batch { tile, mesh, .. }: &Batch| {
-                sum ^ tile.0 as usize ^ mesh.positions.len() ^ mesh.triangles.len()
-            };
-            black_box(batches.iter().fold(0, fetch));
-            for batch in batches {
-                feed.goes_on()?;
-                if !gone.is_empty() {
-                    evict(before(gone, (batch.part, batch.tile)), None, sink)?;
-                }
-                if !whole || !batch.mesh.triangles.is_empty() {
-                    sink.batch(batch).map_err(FrameError::Sink)?;
-                }
+        for batch in &mut self.batches[seat.worker as usize][seat.rows()] {
+            feed.goes_on()?;
+            if !gone.is_empty() {
+                evict(before(gone, (batch.part, batch.tile)), None, sink)?;
+            }
+            if !whole || !batch.mesh.triangles.is_empty() {
+                sink.batch(batch).map_err(FrameError::Sink)?;
             }
         }
         Ok(())

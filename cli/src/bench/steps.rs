@@ -12,12 +12,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-use tracing::span::Id;
-use tracing::{Dispatch, Subscriber, dispatcher};
-use tracing_subscriber::filter::filter_fn;
-use tracing_subscriber::layer::{Context, SubscriberExt};
-use tracing_subscriber::registry::LookupSpan;
-use tracing_subscriber::{Layer, registry};
+use tracing::span::{Attributes, Id, Record as Values};
+use tracing::{Dispatch, Event, Metadata, Subscriber, dispatcher};
 use trimtess::control::{Job, Jobs, Priority};
 use trimtess::frame::PlannerOptions;
 use trimtess::mesh::VertexLayout;
@@ -25,9 +21,9 @@ use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
 
-/// Spans of a frame's steps, in their order. A loop and its calls are spans within them.
-const STEPS: [&str; 11] =
-    ["show", "plan", "see", "look", "defer", "lattices", "tessellants", "owe", "tiles", "commit", "free"];
+/// Spans of a frame's steps, in their order; then those of a loop and its calls, within them.
+const STEPS: [&str; 13] =
+    ["show", "plan", "see", "look", "defer", "lattices", "tessellants", "owe", "tiles", "commit", "free", LOOP, CALL];
 const LOOP: &str = "loop";
 const CALL: &str = "call";
 /// What is in no step.
@@ -106,7 +102,7 @@ struct Record {
 }
 
 impl Recorder {
-    fn record(&self) -> MutexGuard<'_, Record> {
+    fn open(&self) -> MutexGuard<'_, Record> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -119,13 +115,13 @@ impl Recorder {
             });
             self.take(Duration::ZERO)[REST].alone / CALLS
         };
-        self.record().per_call = (0..5).map(|_| empty()).min().unwrap_or_default();
+        self.open().per_call = (0..5).map(|_| empty()).min().unwrap_or_default();
     }
 
     /// What was recorded since the last call, with `whole` as the time of all of it.
     fn take(&self, whole: Duration) -> Frame {
         let (mut frame, per_call) = {
-            let mut record = self.record();
+            let mut record = self.open();
             (std::mem::take(&mut record.frame), record.per_call)
         };
         let of_step = |step: &Step| -> Duration {
@@ -161,16 +157,30 @@ impl Record {
     }
 }
 
-impl<S: Subscriber + for<'a> LookupSpan<'a>> Layer<S> for Recorder {
-    fn on_enter(&self, id: &Id, context: Context<'_, S>) {
-        if let Some(span) = context.metadata(id) {
-            self.record().enter(span.name());
-        }
+/// Keeps no list of spans: to look one up, between calls that fill the caches, takes longer than what is measured.
+impl Subscriber for Recorder {
+    fn enabled(&self, of: &Metadata<'_>) -> bool {
+        of.is_span() && STEPS.contains(&of.name())
     }
 
-    fn on_exit(&self, _: &Id, _: Context<'_, S>) {
-        self.record().exit();
+    fn new_span(&self, span: &Attributes<'_>) -> Id {
+        let name = span.metadata().name();
+        Id::from_u64(STEPS.iter().position(|step| *step == name).map_or(1, |place| place as u64 + 1))
     }
+
+    fn enter(&self, span: &Id) {
+        self.open().enter(STEPS[span.into_u64() as usize - 1]);
+    }
+
+    fn exit(&self, _: &Id) {
+        self.open().exit();
+    }
+
+    fn record(&self, _: &Id, _: &Values<'_>) {}
+
+    fn record_follows_from(&self, _: &Id, _: &Id) {}
+
+    fn event(&self, _: &Event<'_>) {}
 }
 
 /// Cuts work for many threads, and has the caller do all of it.
@@ -218,8 +228,7 @@ struct Column {
 impl Column {
     fn of(prepared: &Arc<Prepared>, threads: usize, common: &Common) -> Self {
         let recorder = Recorder::default();
-        let seen = filter_fn(|of| of.is_span() && (STEPS.contains(&of.name()) || [LOOP, CALL].contains(&of.name())));
-        let spans = Dispatch::new(registry().with(recorder.clone().with_filter(seen)));
+        let spans = Dispatch::new(recorder.clone());
         let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
         let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
         let mut session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
@@ -371,7 +380,7 @@ mod tests {
     #[test]
     fn spans_are_added_up_by_step() {
         let recorder = Recorder::default();
-        let spans = Dispatch::new(registry().with(recorder.clone()));
+        let spans = Dispatch::new(recorder.clone());
         dispatcher::with_default(&spans, || {
             tracing::trace_span!("plan").in_scope(|| {
                 tracing::trace_span!("look").in_scope(|| {
@@ -388,6 +397,6 @@ mod tests {
         assert_eq!(frame["look"].loops.iter().map(Vec::len).collect::<Vec<_>>(), [2, 3]);
         let all: Duration = frame.values().map(|step| step.on(1)).sum();
         assert_eq!(all, Duration::from_secs(1));
-        assert!(recorder.take(Duration::ZERO).len() == 1 && recorder.record().open.is_empty());
+        assert!(recorder.take(Duration::ZERO).len() == 1 && recorder.open().open.is_empty());
     }
 }

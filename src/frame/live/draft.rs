@@ -7,7 +7,7 @@ use super::rate::{Rate, Step};
 use crate::frame::plan::lattice::DensityMet;
 use crate::frame::plan::output::{EdgePolyline, Plan, TileLattice};
 use crate::frame::tolerance::part_camera::PixelScale;
-use crate::model::RowId;
+use crate::model::{PartId, RowId, TileId};
 use std::sync::Arc;
 
 /// Off-screen, or culled.
@@ -58,6 +58,8 @@ pub(super) struct SeenRange {
     pub(super) whole: u32,
     /// Groups with drawn tiles whose rates may change, a bit each.
     pub(super) open: u32,
+    /// Number of cells of the drawn tiles.
+    pub(super) cells: u64,
 }
 
 /// What the views show of the tiles of a part.
@@ -235,14 +237,78 @@ impl PlanDraft {
     }
 
     /// The finished plan, and what changed.
-    pub(super) fn finish(self) -> (Arc<Plan>, PlanChanges) {
-        let mut changes = self.changes;
-        for list in [&mut changes.tiles, &mut changes.lattices] {
-            list.sort_unstable();
-            list.dedup();
+    pub(super) fn finish(self, changed: &mut ChangedRows) -> (Arc<Plan>, PlanChanges) {
+        let ChangedRows { tiles, lattices, edges } = changed;
+        let (tiles, lattices) = (tiles.take(TileId::new), lattices.take(TileId::new));
+        (self.page, PlanChanges { tiles, lattices, edges: edges.take(RowId::new), ..self.changes })
+    }
+}
+
+/// What a frame changes. Empty between frames.
+#[derive(Default)]
+pub(super) struct ChangedRows {
+    pub(super) tiles: RowSet,
+    pub(super) lattices: RowSet,
+    pub(super) edges: RowSet,
+}
+
+/// Tiles or edges of parts, as bits: a tile is added for each of its edges, and nothing has to be sorted.
+#[derive(Default)]
+pub(super) struct RowSet {
+    /// By part, a bit for each row.
+    words: Vec<Vec<u64>>,
+    /// Parts that have any.
+    parts: Vec<usize>,
+}
+
+impl RowSet {
+    pub(super) fn add(&mut self, part: usize, row: usize) {
+        if self.words.len() <= part {
+            self.words.resize(part + 1, Vec::new());
         }
-        changes.edges.sort_unstable();
-        changes.edges.dedup();
-        (self.page, changes)
+        let words = &mut self.words[part];
+        if words.len() <= row / 64 {
+            words.resize(row / 64 + 1, 0);
+        }
+        words[row / 64] |= 1 << (row % 64);
+        if self.parts.last() != Some(&part) {
+            self.parts.push(part);
+        }
+    }
+
+    /// All rows by part and `id`, ascending; empties the set.
+    fn take<T>(&mut self, id: fn(usize) -> T) -> Vec<(PartId, T)> {
+        self.parts.sort_unstable();
+        self.parts.dedup();
+        let mut rows = Vec::new();
+        for part in self.parts.drain(..) {
+            for (k, word) in self.words[part].iter_mut().enumerate() {
+                while *word != 0 {
+                    rows.push((PartId::new(part), id(64 * k + word.trailing_zeros() as usize)));
+                    *word &= *word - 1;
+                }
+            }
+        }
+        rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::random::SplitMix;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn rows_are_taken_once_and_ascending() {
+        let (mut draw, mut set) = (SplitMix(3), RowSet::default());
+        for count in [0, 1, 5, 300] {
+            let mut pick = |most: u64| usize::try_from(draw.below(most)).expect("small");
+            let rows: Vec<_> = (0..count).map(|_| (pick(4), pick(200))).collect();
+            rows.iter().for_each(|&(part, row)| set.add(part, row));
+            let distinct: BTreeSet<_> = rows.into_iter().collect();
+            let expected = distinct.into_iter().map(|(part, row)| (PartId::new(part), TileId::new(row)));
+            assert!(set.take(TileId::new).into_iter().eq(expected), "{count}");
+        }
     }
 }

@@ -7,8 +7,8 @@
 use super::culling::{PartBoxes, WORDS};
 use super::defer;
 use super::draft::{
-    BESIDE_NEW, CellsAt, GroupBand, NewTessellants, PLANNED, PlanDraft, REPLACED, RateChanges, SeenRange, SeenTiles,
-    Sights, TessellantUpdate, Touched, VisibleTiles, WantedRate,
+    BESIDE_NEW, CellsAt, ChangedRows, GroupBand, NewTessellants, PLANNED, PlanDraft, REPLACED, RateChanges, SeenRange,
+    SeenTiles, Sights, TessellantUpdate, Touched, VisibleTiles, WantedRate,
 };
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages, renewed};
@@ -40,6 +40,7 @@ pub struct Planner {
     changes: PlanChanges,
     limited: Limited,
     touched: Touched,
+    changed: ChangedRows,
     /// Views of the last plan, and the version of the instances.
     seen: Vec<View>,
     placed: u64,
@@ -98,6 +99,7 @@ impl Planner {
             changes: PlanChanges::default(),
             limited: Limited::default(),
             touched: Touched::default(),
+            changed: ChangedRows::default(),
             seen: Vec::new(),
             placed: 0,
             unfinished: true,
@@ -276,7 +278,7 @@ impl Planner {
             }
         }
         own(&mut draft.page).shortfall = self.shortfall(unusable);
-        let (page, changes) = draft.finish();
+        let (page, changes) = draft.finish(&mut self.changed);
         self.unfinished |= changes.deferred > 0;
         self.pages.turn(page, &changes);
         self.changes = changes;
@@ -377,7 +379,7 @@ impl Planner {
             let made = |wanted: WantedRate| (rates.new_lattice(&wanted, &page, &mut lattices), wanted);
             wanted.into_iter().map(made).collect()
         });
-        let Self { rates, touched, limited, .. } = self;
+        let Self { rates, touched, limited, changed, .. } = self;
         let Rates { prepared, parts, term, .. } = own(rates);
         let page = own(&mut draft.page);
         for (new, wanted) in made.into_iter().flatten() {
@@ -389,10 +391,10 @@ impl Planner {
             mark(&mut limited.lines, id, !new.kept.lines);
             let why = if new.made.is_some() { BESIDE_NEW } else { 0 };
             if let Some(made) = new.made {
-                rates.cells[t] = cells(&made);
+                rates.set_cells(t, cells(&made));
                 page.parts[p].tiles[t] = made;
-                draft.changes.lattices.push(id);
-                draft.changes.tiles.push(id);
+                changed.lattices.add(p, t);
+                changed.tiles.add(p, t);
             }
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, *term);
             let with_it = |e: RowId| replace && owner(&part.edges[e.index()], |t| rates.seen.shows(t)) == Some(t);
@@ -418,7 +420,7 @@ impl Planner {
             };
             edges.into_iter().map(of_edge).collect()
         });
-        let Self { rates, limited, .. } = self;
+        let Self { rates, limited, changed, .. } = self;
         let Rates { prepared, parts, term, .. } = own(rates);
         let page = own(&mut draft.page);
         for ((p, e), new) in made.into_iter().flatten() {
@@ -431,9 +433,9 @@ impl Planner {
             mark(&mut limited.edges, (id, e), !kept);
             if let Some(line) = line {
                 page.parts[p].edges[k] = line;
-                draft.changes.edges.push((id, e));
+                changed.edges.add(p, k);
                 let uses = &prepared.parts[p].edges[k].uses;
-                draft.changes.tiles.extend(uses.iter().map(|place| (id, place.tile)));
+                uses.iter().for_each(|place| changed.tiles.add(p, place.tile.index()));
             }
         }
     }

@@ -53,6 +53,17 @@ pub(super) struct PartRates {
     pub(super) seen: SeenTiles,
 }
 
+impl PartRates {
+    /// Sets the number of cells of a tile, which may be drawn.
+    pub(super) fn set_cells(&mut self, tile: usize, cells: u64) {
+        let before = std::mem::replace(&mut self.cells[tile], cells);
+        if self.seen.shows(tile) {
+            let range = &mut self.seen.0[tile / RANGE];
+            range.cells = range.cells + cells - before;
+        }
+    }
+}
+
 /// State of a planner that its jobs read.
 pub(super) struct Rates {
     pub(super) prepared: Arc<Prepared>,
@@ -73,8 +84,8 @@ impl Rates {
     /// tiles, these are not looked at one by one: none of them would change.
     pub(super) fn see(&self, tiles: &mut VisibleTiles, sights: &Sights) {
         let VisibleTiles { part, range, seen, sights: with_any, bits } = tiles;
-        let SeenRange { any, scales, whole, open } = seen;
-        let PartRates { boxes, groups, .. } = &self.parts[*part];
+        let SeenRange { any, scales, whole, open, cells } = seen;
+        let PartRates { boxes, groups, cells: of_tiles, .. } = &self.parts[*part];
         let (sights, cull) = (sights.of_part(*part), self.options.cull_back_faces);
         // Groups that any camera sees, and those that one sees in part.
         let (mut in_any, mut in_part) = (0, 0);
@@ -124,6 +135,8 @@ impl Rates {
         *whole = others.fold(kept, |whole, group| whole | 1 << group);
         *open = in_any & !kept;
         *any = !with_any.is_empty();
+        let drawn = scales.iter().zip(&of_tiles[RANGE * *range..]).filter(|(scale, _)| scale.most >= 0.0);
+        *cells = if *any { drawn.map(|(_, cells)| cells).sum() } else { 0 };
     }
 
     /// Whether all tiles of a group keep their rates if their scales are within these.
@@ -318,15 +331,7 @@ impl Rates {
 
     /// Number of cells of the drawn tiles.
     pub(super) fn cells_drawn(&self) -> u64 {
-        let of_part = |part: &PartRates| -> u64 {
-            let ranges = part.seen.0.iter().zip(part.cells.chunks(RANGE)).filter(|(range, _)| range.any);
-            let of_range = |(range, cells): (&SeenRange, &[u64])| -> u64 {
-                let drawn = range.scales.iter().zip(cells).filter(|(scale, _)| scale.most >= 0.0);
-                drawn.map(|(_, cells)| cells).sum()
-            };
-            ranges.map(of_range).sum()
-        };
-        self.shown.iter().map(|&part| of_part(&self.parts[part])).sum()
+        self.shown.iter().flat_map(|&part| &self.parts[part].seen.0).map(|range| range.cells).sum()
     }
 }
 

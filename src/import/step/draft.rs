@@ -1,10 +1,11 @@
 //! Edges before their vertices have ids: ends and the piece of the curve between them.
 
 use super::curve::{BoundedCurve, Ends};
-use super::loops::VertexKey;
+use super::loops::{EdgeKey, VertexKey};
 use super::table::{Read, Trouble};
 use super::units::Units;
-use crate::model::{StepCause, StepTrouble};
+use super::values::Map;
+use crate::model::{EdgeId, StepCause, StepTrouble};
 use glam::DVec3;
 
 /// An edge before its vertices have ids.
@@ -13,6 +14,8 @@ pub(super) struct EdgeDraft {
     pub(super) points: [DVec3; 2],
     /// The corners of both ends, or others merged with them; `None` until the first look-up.
     pub(super) corners: Option<[usize; 2]>,
+    /// The edge of the part that the curve has moved to.
+    pub(super) id: Option<EdgeId>,
     /// `None` for an edge without length, and after the curve has moved to the part.
     pub(super) curve: Option<BoundedCurve>,
     /// Ends of the curve; those of the vertices for an edge without length.
@@ -27,6 +30,24 @@ pub(super) struct EdgeDraft {
     pub(super) straightened: Option<StepCause>,
     pub(super) units: Units,
     pub(super) entity: u64,
+}
+
+/// The edges of a part, in the order in which its faces use them first.
+#[derive(Default)]
+pub(super) struct EdgeDrafts {
+    /// Places in `drafts`, which may still be empty.
+    pub(super) places: Map<EdgeKey, usize>,
+    pub(super) drafts: Vec<Read<EdgeDraft>>,
+}
+
+impl EdgeDrafts {
+    pub(super) fn get(&self, key: EdgeKey) -> Option<&Read<EdgeDraft>> {
+        self.drafts.get(*self.places.get(&key)?)
+    }
+
+    pub(super) fn get_mut(&mut self, key: EdgeKey) -> Option<&mut Read<EdgeDraft>> {
+        self.drafts.get_mut(*self.places.get(&key)?)
+    }
 }
 
 impl EdgeDraft {
@@ -52,6 +73,7 @@ impl EdgeDraft {
             ends,
             points,
             corners: None,
+            id: None,
             empty: curve.is_none(),
             curve,
             tips,

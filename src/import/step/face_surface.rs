@@ -2,9 +2,9 @@
 
 use super::budget::Net;
 use super::contents::{ShellUse, Source};
-use super::draft::EdgeDraft;
+use super::draft::EdgeDrafts;
 use super::face_location::{FaceLocation, Stated};
-use super::loops::{Bound, EdgeKey, StatedFace};
+use super::loops::{Bound, StatedFace};
 use super::place::Geometry;
 use super::reader::Reader;
 use super::revolution::one_sheet;
@@ -26,7 +26,7 @@ impl Reader<'_> {
         &self,
         jobs: &[FaceJob<'_>],
         stated: &[Read<StatedFace>],
-        edges: &Map<EdgeKey, Read<EdgeDraft>>,
+        edges: &EdgeDrafts,
     ) -> Vec<Option<Read<Stated>>> {
         let mut groups: Vec<Vec<usize>> = Vec::with_capacity(jobs.len());
         let mut known: Map<u64, usize> = Map::default();
@@ -98,7 +98,7 @@ fn settled(face: &StatedFace, surface: Read<Stated>, on: impl FnOnce() -> Vec<DV
 }
 
 /// Points of the face's boundary.
-fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<EdgeDraft>>) -> FaceLocation {
+fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &EdgeDrafts) -> FaceLocation {
     let mut reached = FaceLocation::default();
     for bound in &face.bounds {
         match bound {
@@ -108,7 +108,7 @@ fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<E
                 reached.on.extend(vertex);
             }
             Bound::Edges(uses) => {
-                for draft in uses.iter().filter_map(|edge| edges.get(&edge.edge)?.as_ref().ok()) {
+                for draft in uses.iter().filter_map(|edge| edges.get(edge.edge)?.as_ref().ok()) {
                     reached.hull.extend(draft.curve.iter().flat_map(|bounded| &bounded.curve.points));
                     reached.on.extend(draft.samples());
                 }
@@ -119,13 +119,13 @@ fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<E
 }
 
 /// The plane of the bounds of a face without surface. The bounds run counterclockwise about its normal.
-fn implied_plane(geometry: &Geometry<'_>, face: &StatedFace, edges: &Map<EdgeKey, Read<EdgeDraft>>) -> Read<Stated> {
+fn implied_plane(geometry: &Geometry<'_>, face: &StatedFace, edges: &EdgeDrafts) -> Read<Stated> {
     let (mut points, mut bounds) = (Vec::new(), Vec::new());
     for bound in &face.bounds {
         let Bound::Edges(uses) = bound else { continue };
         let start = points.len();
         for edge in uses {
-            let draft = match edges.get(&edge.edge) {
+            let draft = match edges.get(edge.edge) {
                 Some(Ok(draft)) => draft,
                 Some(Err(trouble)) => return Err(trouble.clone()),
                 None => continue,

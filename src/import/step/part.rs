@@ -6,7 +6,7 @@ use super::budget::Net;
 use super::contents::{PartContents, ShellUse, Source, distinct};
 use super::corners::{Corners, head_to_tail};
 use super::curve::{BoundedCurve, Carrier, Ends, Whole, straight};
-use super::draft::EdgeDraft;
+use super::draft::{EdgeDraft, EdgeDrafts};
 use super::face_location::Stated;
 use super::face_surface::FaceJob;
 use super::loops::{Bound, EdgeKey, StatedFace, StatedUse, VertexKey};
@@ -16,6 +16,7 @@ use super::spline;
 use super::table::{Read, Trouble, missing};
 use super::units::Units;
 use super::values::{Map, Set};
+use crate::control::Call;
 use crate::math::boxes::around;
 use crate::model::{
     Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, StepCause,
@@ -47,24 +48,29 @@ impl Reader<'_> {
             // The whole result will be discarded.
             return <(Part, Vec<Diagnostic>)>::default();
         }
-        let stated: Vec<Read<StatedFace>> =
-            self.call.each(16, &jobs, |(_, shell, source, _)| self.geometry(shell.units).stated_face(*source));
-        let edges = self.edges(&jobs, &stated);
         let stopped = || self.call.is_cancelled();
+        let stated: Vec<Read<StatedFace>> = self.call.each(16, &jobs, |(_, shell, source, _)| {
+            if stopped() {
+                return Err(Trouble::new(source.id(), StepTrouble::Unread { what: "the face" }));
+            }
+            self.geometry(shell.units).stated_face(*source)
+        });
+        let edges = self.edges(&jobs, &stated);
         if stopped() {
             return <(Part, Vec<Diagnostic>)>::default();
         }
-        let mut assembly = Assembly::new(name, shells, distinct, colour, edges);
-        stated.iter().flatten().for_each(|face| assembly.meet(face));
+        let mut assembly = Assembly::new(self.call, name, shells, distinct, colour, edges);
+        stated.iter().flatten().take_while(|_| !stopped()).for_each(|face| assembly.meet(face));
         for id in assembly.run_against(&stated) {
-            let Some(Ok(draft)) = assembly.edges.get(&EdgeKey::Curve(id)) else { continue };
+            let Some(Ok(draft)) = assembly.edges.get_mut(EdgeKey::Curve(id)) else { continue };
             let Some(exchanged) = self.exchanged(id, draft) else { continue };
-            assembly.edges.insert(EdgeKey::Curve(id), Ok(exchanged));
-            let place = assembly.edges.get(&EdgeKey::Curve(id)).and_then(|e| Some(e.as_ref().ok()?.points[0]));
+            *draft = exchanged;
+            let place = Some(draft.points[0]);
             assembly.say(Severity::Warning, id, place, StepOutcome::VerticesExchanged);
         }
         assembly.settle_closed(&stated);
         let surfaces = self.surfaces(&jobs, &stated, &assembly.edges);
+        assembly.part.faces.reserve_exact(jobs.len());
         let faces = jobs.into_iter().zip(stated).zip(surfaces);
         for (((shell_index, shell, source, turned), face), surface) in faces.take_while(|_| !stopped()) {
             let geometry = self.geometry(shell.units);
@@ -121,16 +127,16 @@ impl Reader<'_> {
     }
 
     /// Reads every edge that the faces use, once.
-    fn edges(&self, jobs: &[FaceJob<'_>], stated: &[Read<StatedFace>]) -> Map<EdgeKey, Read<EdgeDraft>> {
-        let mut known: Map<EdgeKey, usize> = Map::default();
+    fn edges(&self, jobs: &[FaceJob<'_>], stated: &[Read<StatedFace>]) -> EdgeDrafts {
+        let mut places: Map<EdgeKey, usize> = Map::default();
         let mut order: Vec<(EdgeKey, Units, u64, Whole)> = Vec::new();
-        for ((_, shell, ..), face) in jobs.iter().zip(stated) {
+        for ((_, shell, ..), face) in jobs.iter().zip(stated).take_while(|_| !self.call.is_cancelled()) {
             let Ok(face) = face else { continue };
             for bound in &face.bounds {
                 let Bound::Edges(uses) = bound else { continue };
                 let whole = self.geometry(shell.units).whole(uses);
                 for edge in uses {
-                    let at = *known.entry(edge.edge).or_insert(order.len());
+                    let at = *places.entry(edge.edge).or_insert(order.len());
                     match order.get_mut(at) {
                         None => order.push((edge.edge, shell.units, face.surface, whole)),
                         Some((.., known)) => *known = whole.max(*known),
@@ -142,19 +148,17 @@ impl Reader<'_> {
         let uses: usize = uses.map(|bound| if let Bound::Edges(uses) = bound { uses.len() } else { 0 }).sum();
         let bytes = order.len().saturating_mul(BYTES_PER_EDGE) + uses.saturating_mul(BYTES_PER_USE);
         if !self.table.budget.spend(bytes) {
-            return Map::default();
+            return EdgeDrafts::default();
         }
         let shared = self.shared_carriers(&order);
-        let read = self
-            .call
-            .each(32, order, |(key, units, surface, whole)| (key, self.edge(key, units, surface, whole, &shared)));
-        read.into_iter().collect()
+        let edge = |(key, units, surface, whole)| self.edge(key, units, surface, whole, &shared);
+        EdgeDrafts { places, drafts: self.call.each(32, order, edge) }
     }
 
     /// Reads the curves that several edges share.
     fn shared_carriers(&self, edges: &[(EdgeKey, Units, u64, Whole)]) -> Carriers {
         let mut uses: Map<u64, (Units, usize)> = Map::default();
-        for (key, units, ..) in edges {
+        for (key, units, ..) in edges.iter().take_while(|_| !self.call.is_cancelled()) {
             let EdgeKey::Curve(id) = key else { continue };
             let Ok((curve, _)) = self.geometry(*units).edge_curve(*id) else { continue };
             uses.entry(curve).or_insert((*units, 0)).1 += 1;
@@ -202,7 +206,7 @@ impl Reader<'_> {
             EdgeDraft::new(id, ends, at, along, units)
         };
         read().or_else(|trouble| {
-            if at.start.distance(at.end) <= units.tolerance {
+            if at.start.distance(at.end) <= units.tolerance || self.call.is_cancelled() {
                 return Err(trouble);
             }
             let cause = trouble.seen_from(id);
@@ -239,12 +243,13 @@ const CORNER: f64 = 10.0;
 const PULLED: f64 = 3e-5;
 
 /// A part under construction.
-struct Assembly {
+struct Assembly<'a> {
+    /// Once it is cancelled, what is left of a loop is skipped, and the part is not looked at.
+    call: Call<'a>,
     part: Part,
     /// Diagonal of the box of all curves' control points.
     size: f64,
-    edges: Map<EdgeKey, Read<EdgeDraft>>,
-    edge_ids: Map<EdgeKey, EdgeId>,
+    edges: EdgeDrafts,
     corners: Corners,
     vertex_ids: Map<usize, VertexId>,
     diagnostics: Vec<Diagnostic>,
@@ -261,23 +266,27 @@ struct OffVertex {
     place: Option<DVec3>,
 }
 
-impl Assembly {
+impl<'a> Assembly<'a> {
     fn new(
+        call: Call<'a>,
         name: String,
         uses: &[ShellUse],
         shells: Vec<Shell>,
         colour: Option<Colour>,
-        edges: Map<EdgeKey, Read<EdgeDraft>>,
+        edges: EdgeDrafts,
     ) -> Self {
         let tolerance = uses.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
-        let curves = edges.values().flatten().filter_map(|draft| draft.curve.as_ref());
+        let drafts = edges.drafts.iter().take_while(|_| !call.is_cancelled());
+        let curves = drafts.flatten().filter_map(|draft| draft.curve.as_ref());
         let points = curves.flat_map(|bounded| bounded.curve.points.iter().copied());
         let [low, high] = around(points);
+        // A part moves when it grows: ten milliseconds for the largest, where memory is cleared meanwhile.
+        let most = edges.drafts.len();
         Self {
-            part: Part { name, shells, colour, tolerance, ..Part::default() },
+            call,
+            part: Part { name, shells, colour, tolerance, edges: Vec::with_capacity(most), ..Part::default() },
             size: (high - low).max(DVec3::ZERO).length(),
             edges,
-            edge_ids: Map::default(),
             corners: Corners::default(),
             vertex_ids: Map::default(),
             diagnostics: Vec::new(),
@@ -313,7 +322,7 @@ impl Assembly {
             let Bound::Edges(uses) = bound else { continue };
             let mut ends = Vec::with_capacity(uses.len());
             for edge in uses {
-                let Some(Ok(draft)) = self.edges.get_mut(&edge.edge) else { continue };
+                let Some(Ok(draft)) = self.edges.get_mut(edge.edge) else { continue };
                 let (tail, head) = self.corners.ends(draft, edge.reversed);
                 if draft.empty {
                     self.corners.unite(tail, head);
@@ -338,12 +347,14 @@ impl Assembly {
     /// two edges between the same two vertices.
     fn run_against(&mut self, stated: &[Read<StatedFace>]) -> Vec<u64> {
         let mut directed: Vec<(EdgeKey, bool)> = Vec::new();
-        let bounds = stated.iter().flatten().flat_map(|face| &face.bounds);
+        let call = self.call;
+        let faces = stated.iter().take_while(|_| !call.is_cancelled());
+        let bounds = faces.flatten().flat_map(|face| &face.bounds);
         for uses in bounds.filter_map(|bound| if let Bound::Edges(uses) = bound { Some(uses) } else { None }) {
             let mut keys = Vec::with_capacity(uses.len());
             let mut ends = Vec::with_capacity(uses.len());
             for edge in uses {
-                let Some(Ok(draft)) = self.edges.get_mut(&edge.edge) else { continue };
+                let Some(Ok(draft)) = self.edges.get_mut(edge.edge) else { continue };
                 if !draft.empty {
                     ends.push(self.corners.ends(draft, edge.reversed));
                     keys.push(edge.edge);
@@ -369,7 +380,9 @@ impl Assembly {
     /// Moves vertices that belong to one closed edge alone onto the edge's curve. Nothing else meets there.
     fn settle_closed(&mut self, stated: &[Read<StatedFace>]) {
         let mut uses: Map<usize, usize> = Map::default();
-        for draft in self.edges.values_mut().flatten().filter(|draft| !draft.empty) {
+        let call = self.call;
+        let goes_on = || !call.is_cancelled();
+        for draft in self.edges.drafts.iter_mut().take_while(|_| goes_on()).flatten().filter(|draft| !draft.empty) {
             let (start, end) = self.corners.ends(draft, false);
             *uses.entry(start).or_default() += 1;
             *uses.entry(end).or_default() += usize::from(start != end);
@@ -380,7 +393,7 @@ impl Assembly {
         for corner in lone {
             *uses.entry(corner).or_default() += 1;
         }
-        for draft in self.edges.values_mut().flatten() {
+        for draft in self.edges.drafts.iter_mut().take_while(|_| goes_on()).flatten() {
             let (start, end) = self.corners.ends(draft, false);
             let [first, last] = draft.tips;
             if !draft.empty
@@ -400,7 +413,7 @@ impl Assembly {
         let mut chain = Vec::with_capacity(uses.len());
         let mut ends = Vec::with_capacity(uses.len());
         for edge in uses {
-            match self.edges.get_mut(&edge.edge) {
+            match self.edges.get_mut(edge.edge) {
                 Some(Ok(draft)) if !draft.empty => {
                     ends.push(self.corners.ends(draft, edge.reversed));
                     chain.push(edge);
@@ -503,21 +516,20 @@ impl Assembly {
     }
 
     fn coedges(&mut self, uses: Vec<StatedUse>) -> Vec<Coedge> {
-        uses.into_iter()
-            .filter_map(|edge| {
-                let id = match self.edge_ids.get(&edge.edge) {
-                    Some(id) => *id,
-                    None => self.edge(edge.edge)?,
-                };
-                Some(Coedge { edge: id, reversed: edge.reversed, pcurve: None })
-            })
-            .collect()
+        let coedge =
+            |edge: StatedUse| Some(Coedge { edge: self.edge(edge.edge)?, reversed: edge.reversed, pcurve: None });
+        uses.into_iter().filter_map(coedge).collect()
     }
 
-    /// Moves an edge into the part. `None` for an edge that was not read, which `chain` refuses before.
+    /// Moves an edge into the part, once. `None` for an edge that was not read, which `chain` refuses before.
     fn edge(&mut self, key: EdgeKey) -> Option<EdgeId> {
-        let draft = self.edges.get_mut(&key)?.as_mut().ok()?;
+        let draft = self.edges.get_mut(key)?.as_mut().ok()?;
+        if draft.id.is_some() {
+            return draft.id;
+        }
         let BoundedCurve { mut curve, mut range, kind } = draft.curve.take()?;
+        let id = EdgeId::new(self.part.edges.len());
+        draft.id = Some(id);
         let straightened = draft.straightened.take();
         let EdgeDraft { entity, gap, moved, tips, units: Units { tolerance, .. }, .. } = *draft;
         let near = CORNER * tolerance;
@@ -549,9 +561,7 @@ impl Assembly {
             self.gaps = Some((count + 1, worst));
         }
         let edge = Edge { curve, range, start: self.vertex(start), end: self.vertex(end), kind, entity };
-        let id = EdgeId::new(self.part.edges.len());
         self.part.edges.push(edge);
-        self.edge_ids.insert(key, id);
         Some(id)
     }
 

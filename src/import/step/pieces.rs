@@ -50,22 +50,30 @@ pub(super) fn data(
     });
     let mut data = Data { pieces: Vec::new(), faults: Vec::new(), end: start };
     let mut reach = Reach::Next;
+    // Nearly all files are in order.
+    let (mut is_in_order, mut last) = (true, None);
     for piece in guessed {
+        proceed(call.control)?;
         let mut piece = piece?;
         if reach != Reach::Next || piece.range.end <= data.end {
             continue;
         }
         if piece.range.start != data.end || !piece.faults.is_empty() {
-            proceed(call.control)?;
             piece = parse(text, data.end..piece.range.end, most_faults.saturating_sub(data.faults.len()));
         }
         (data.end, reach) = (piece.stop, piece.reach);
         data.faults.append(&mut piece.faults);
         let index = u32::try_from(data.pieces.len()).unwrap_or(u32::MAX);
-        piece.rows.iter_mut().for_each(|row| row.piece = index);
+        for row in &mut piece.rows {
+            row.piece = index;
+            is_in_order &= last < Some(row.id);
+            last = Some(row.id);
+        }
         data.pieces.push(piece);
     }
-    data.drop_repeated(text, most_faults);
+    if !is_in_order {
+        data.drop_repeated(text, most_faults);
+    }
     Ok(data)
 }
 
@@ -93,13 +101,9 @@ fn ranges(text: &[u8], start: usize, size: usize) -> Vec<Range<usize>> {
 impl Data {
     /// Leaves out instances whose number an earlier one has. Reports no more of them than it takes to refuse the text.
     fn drop_repeated(&mut self, text: &[u8], most_faults: usize) {
-        let rows = || self.pieces.iter().flat_map(|piece| &piece.rows);
-        // Nearly all files are in order.
-        if rows().is_sorted_by(|a, b| a.id < b.id) {
-            return;
-        }
         let place = |row: &Row| self.pieces[row.piece as usize].range.start + row.at as usize;
-        let mut order: Vec<(u64, usize)> = rows().map(|row| (row.id, place(row))).collect();
+        let mut order: Vec<(u64, usize)> =
+            self.pieces.iter().flat_map(|piece| &piece.rows).map(|row| (row.id, place(row))).collect();
         order.sort_unstable();
         let mut repeated = Vec::new();
         let mut first: Option<(u64, usize)> = None;

@@ -132,7 +132,7 @@ fn model_of(
     within(table, options)?;
     let mut model = Model { millimetres_per_unit, instances: tree.instances, ..Model::default() };
     let mut centres = Vec::with_capacity(read.len());
-    for (mut part, mut found) in read.into_iter().flatten() {
+    for (mut part, mut found) in read.into_iter().flatten().take_while(|_| !control.is_cancelled()) {
         let id = Some(PartId::new(model.parts.len()));
         centres.push(about_its_centre(&mut part, &mut found));
         diagnostics.extend(found.into_iter().map(|d| Diagnostic { part: id, ..d }));

@@ -59,15 +59,17 @@ pub(super) struct Table {
 
 impl Table {
     /// The instances of pieces of a text, no two of which may have the same number. `elsewhere`: places of instances
-    /// defined in other files.
+    /// defined in other files. Some of them once reading is cancelled.
     pub(super) fn new(
-        pieces: impl Iterator<Item = (Vec<Row>, Types, Values)>,
+        pieces: Vec<(Vec<Row>, Types, Values)>,
         elsewhere: BTreeMap<u64, String>,
         budget: ReadBudget,
     ) -> Self {
+        let goes_on = || !budget.is_cancelled();
         let mut types = Types::default();
-        let (mut rows, mut values) = (Vec::new(), Vec::new());
-        for (of_piece, named, mut of_rows) in pieces {
+        let mut rows = Vec::with_capacity(pieces.iter().map(|(rows, ..)| rows.len()).sum());
+        let mut values = Vec::with_capacity(pieces.len());
+        for (of_piece, named, mut of_rows) in pieces.into_iter().take_while(|_| goes_on()) {
             let indices: Vec<u32> = named.names.iter().map(|name| types.index(name.as_bytes())).collect();
             let kind = |kind: u32| indices.get(kind as usize).copied().unwrap_or(COMPLEX);
             of_piece.iter().filter(|row| row.kind == COMPLEX).for_each(|row| of_rows.rename(row.attributes, kind));
@@ -86,7 +88,7 @@ impl Table {
             && u32::try_from(rows.len()).is_ok_and(|n| n < u32::MAX)
         {
             dense.resize(last + 1, 0);
-            for (row, number) in rows.iter().zip(1u32..) {
+            for (row, number) in rows.iter().take_while(|_| goes_on()).zip(1u32..) {
                 if let Some(slot) = usize::try_from(row.id).ok().and_then(|id| dense.get_mut(id)) {
                     *slot = number;
                 }
@@ -94,7 +96,7 @@ impl Table {
         }
         let mut of_type = vec![Vec::new(); types.names.len()];
         let mut combinations: Map<Vec<u32>, usize> = Map::default();
-        for (row, number) in rows.iter().zip(0u32..) {
+        for (row, number) in rows.iter().take_while(|_| goes_on()).zip(0u32..) {
             let kind = if row.kind == COMPLEX {
                 let parts = List::new(&values[row.piece as usize], row.attributes).parts();
                 *combinations.entry(parts.map(|(kind, _)| kind).collect()).or_insert_with(|| {

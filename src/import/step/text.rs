@@ -85,7 +85,8 @@ pub(super) fn parse(
         tell(Severity::Note, StepOutcome::MoreRepairs { count: more });
     }
     let budget = ReadBudget::new(bytes.len(), needed, options.max_memory, control);
-    Ok(Table::new(pieces.into_iter().map(|piece| (piece.rows, piece.types, piece.values)), elsewhere, budget))
+    let pieces = pieces.into_iter().map(|piece| (piece.rows, piece.types, piece.values));
+    Ok(Table::new(pieces.collect(), elsewhere, budget))
 }
 
 fn placed(text: &[u8], at: usize, what: SyntaxFault) -> SyntaxError {

@@ -3,6 +3,7 @@
 //! Neighbours that run along their common edge in opposite directions are oriented alike. That determines each
 //! connected group up to a sign. The volume decides the sign of groups that bound a solid, the file that of others.
 
+use crate::control::Call;
 use crate::model::{Part, ShellKind};
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
@@ -25,11 +26,16 @@ pub(crate) struct Orientation {
 /// volume are appended to `told`.
 ///
 /// Loops already run counter-clockwise in (u,v). Two faces are oriented alike exactly when, once flipped, they run
-/// along their common edge in opposite directions.
-pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<Orientation>) -> Vec<bool> {
+/// along their common edge in opposite directions. Once the call is cancelled, the result means nothing.
+pub(crate) fn orient(
+    call: Call<'_>,
+    part: &Part,
+    drafts: &[Option<FaceDraft>],
+    told: &mut Vec<Orientation>,
+) -> Vec<bool> {
     let mut reversed: Vec<bool> = part.faces.iter().map(|f| f.reversed).collect();
     let mut uses: Vec<SmallVec<[(usize, bool); 2]>> = vec![SmallVec::new(); part.edges.len()];
-    for (k, draft) in drafts.iter().enumerate() {
+    for (k, draft) in drafts.iter().enumerate().take_while(|_| !call.is_cancelled()) {
         let Some(draft) = draft else { continue };
         // Each direction once, however many pieces the edge was cut into.
         for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
@@ -88,7 +94,7 @@ pub(crate) fn orient(part: &Part, drafts: &[Option<FaceDraft>], told: &mut Vec<O
         };
         // Only a group without free edges has a volume.
         let closed = group.iter().all(|(face, _)| whole[*face]);
-        if closed && let Some(volume) = wrong_volume(drafts, &group, &reversed, wanted) {
+        if closed && let Some(volume) = wrong_volume(call, drafts, &group, &reversed, wanted) {
             let volume = (volume != 0.0).then_some(volume);
             told.push(Orientation { face: start, faces: group.len(), volume });
             for (face, _) in group.iter().filter(|_| volume.is_some()) {
@@ -108,6 +114,7 @@ const DECISIVE: f64 = 0.3;
 /// First sums the cones over the boundaries. That costs next to nothing and has the right sign for all but strongly
 /// curved shapes. Where it does not confirm the sign, integrates over the surfaces.
 pub(crate) fn wrong_volume(
+    call: Call<'_>,
     drafts: &[Option<FaceDraft>],
     group: &[(usize, bool)],
     reversed: &[bool],
@@ -119,7 +126,8 @@ pub(crate) fn wrong_volume(
     const CLEAR: f64 = 1e-3;
     const FEW: Sampling = Sampling { lattice: 4, outline: 8 };
     const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };
-    let faces = || group.iter().filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face])));
+    let group = || group.iter().take_while(|_| !call.is_cancelled());
+    let faces = || group().filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face])));
     let sign = |reversed: bool| if reversed { -1.0 } else { 1.0 };
     let polygons: Vec<(Vec<DVec3>, f64)> = faces()
         .flat_map(|(draft, reversed)| draft.tiles.iter().flat_map(|t| &t.loops).map(move |l| (draft, l, reversed)))

@@ -198,13 +198,15 @@ impl PartPreparation<'_> {
         };
         let drafted = self.call.each(1, part.faces.iter().zip(&self.free).enumerate(), draft);
         let cost = drafted.iter().fold(PartCost::default(), |sum, (_, cost)| sum.plus(*cost));
-        let mut out = Drafts { results: Vec::with_capacity(drafted.len()), cost, kept: Vec::new() };
-        for (drafted, _) in drafted {
-            let (result, kept) = drafted.map_or((None, None), |(result, kept)| (Some(result), kept));
-            out.results.push(result);
-            out.kept.extend(kept);
-        }
-        out
+        // Collected in place, here and when they are filled: drafts are large.
+        let mut all_kept = Vec::new();
+        let result = |(drafted, _): (Option<(_, Option<KeptFace>)>, _)| {
+            let (result, kept) = drafted?;
+            all_kept.extend(kept);
+            Some(result)
+        };
+        let results = drafted.into_iter().map(result).collect();
+        Drafts { results, cost, kept: all_kept }
     }
 
     /// A face's loops as edges.
@@ -224,18 +226,17 @@ impl PartPreparation<'_> {
     /// Fills the faces that could not be drafted. Skips faces without edges, and those without area or refused by the
     /// reader whose edges cancel.
     fn fill(&mut self, results: Vec<Option<Result<FaceDraft, FaceError>>>) -> Faces {
-        let mut faces = Faces { drafts: Vec::with_capacity(results.len()), causes: BTreeMap::new() };
-        for (k, result) in results.into_iter().enumerate() {
-            faces.drafts.push(match result {
-                None => None,
-                Some(Ok(draft)) => Some(draft),
-                Some(Err(e)) => {
-                    let harmless = matches!(e, FaceError::NoArea { .. } | FaceError::NothingKept);
-                    faces.causes.insert(k, OpenCause { error: e, harmless });
-                    None
-                }
-            });
-        }
+        let mut causes = BTreeMap::new();
+        let draft = |(k, result): (usize, Option<Result<FaceDraft, FaceError>>)| match result? {
+            Ok(draft) => Some(draft),
+            Err(error) => {
+                let harmless = matches!(error, FaceError::NoArea { .. } | FaceError::NothingKept);
+                causes.insert(k, OpenCause { error, harmless });
+                None
+            }
+        };
+        let drafts = results.into_iter().enumerate().map(draft).collect();
+        let mut faces = Faces { drafts, causes };
         for (&k, OpenCause { error: e, harmless }) in &mut faces.causes {
             let boundary = self.boundary(k);
             // Edges that cancel do not show what lies between them: a sphere's only edge is its seam.
@@ -262,7 +263,7 @@ impl PartPreparation<'_> {
     /// Orients the faces outwards. If a shell's faces do not cancel then, but do with its loops as stated, takes those.
     fn direct(&self, faces: &mut Faces) -> Orientations {
         let mut turned = Vec::new();
-        let oriented = guarded(|| Ok(orient(&self.part, &faces.drafts, &mut turned)));
+        let oriented = guarded(|| Ok(orient(self.call, &self.part, &faces.drafts, &mut turned)));
         let mut reversed = oriented.unwrap_or_else(|_| self.part.faces.iter().map(|face| face.reversed).collect());
         let mut sums = self.sums(&faces.drafts, &reversed);
         if !sums.is_empty() {
@@ -347,7 +348,7 @@ impl PartPreparation<'_> {
             _ => return,
         };
         let group: Vec<(usize, bool)> = of_shell().map(|k| (k, reversed[k])).collect();
-        if wrong_volume(&faces.drafts, &group, reversed, wanted).is_some_and(|volume| volume != 0.0) {
+        if wrong_volume(self.call, &faces.drafts, &group, reversed, wanted).is_some_and(|volume| volume != 0.0) {
             group.iter().for_each(|&(k, _)| reversed[k] = !reversed[k]);
         }
     }

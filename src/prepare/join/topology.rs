@@ -49,7 +49,7 @@ pub(crate) fn assemble(
     refill: impl Fn(usize, &Chain) -> Option<FaceDraft>,
     told: &mut Vec<(usize, ClosingOutcome)>,
 ) -> PreparedPart {
-    let mut edges = brep_edges(part, finely_cut, &drafts);
+    let mut edges = brep_edges(call, part, finely_cut, &drafts);
     let mut out = PreparedPart { brep_edges: part.edges.len(), ..PreparedPart::default() };
     out.tiles.reserve(drafts.iter().flatten().map(|draft| draft.tiles.len()).sum());
     out.faces.reserve(drafts.len());
@@ -254,7 +254,7 @@ fn id(index: usize) -> u32 {
 }
 
 /// The edges of a part, with the breaks and joints of all its faces, and room for the faces' borders.
-fn brep_edges(part: &Part, finely_cut: usize, drafts: &[Option<FaceDraft>]) -> Vec<PreparedEdge> {
+fn brep_edges(call: Call<'_>, part: &Part, finely_cut: usize, drafts: &[Option<FaceDraft>]) -> Vec<PreparedEdge> {
     let faces = || drafts.iter().flatten();
     let mut wanted: Vec<Vec<f64>> = vec![Vec::new(); part.edges.len()];
     for (edge, t) in faces().flat_map(|d| &d.breaks) {
@@ -263,7 +263,12 @@ fn brep_edges(part: &Part, finely_cut: usize, drafts: &[Option<FaceDraft>]) -> V
     let used = used_edges(part.edges.len(), drafts);
     let borders: usize = faces().map(|draft| draft.borders.len()).sum();
     let mut edges: Vec<PreparedEdge> = Vec::with_capacity(part.edges.len() + borders);
-    edges.extend(part.edges.iter().zip(wanted).zip(used).map(|((e, ts), used)| brep_edge(part, e, ts, used)));
+    let goes_on = |_: &_| !call.is_cancelled();
+    let stated = part.edges.iter().take_while(goes_on).zip(wanted).zip(used);
+    edges.extend(stated.map(|((e, ts), used)| brep_edge(part, e, ts, used)));
+    if call.is_cancelled() {
+        return edges;
+    }
     for edge in edges.iter_mut().skip(finely_cut) {
         edge.bounds = edge.bounds.merged();
     }

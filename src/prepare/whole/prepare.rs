@@ -134,7 +134,8 @@ enum Source {
 /// Finds the parts of `model` among those `before`.
 fn compare(call: Call<'_>, before: &[Arc<PreparedPart>], model: &Model, options: &PrepareOptions) -> Vec<Source> {
     let old: Vec<ContentHash> = before.iter().map(|part| part.facts.hash).collect();
-    let new = call.each(1, &model.parts, |part| ContentHash::of(part, options.border_tolerance));
+    let hash = |part: &Part| ContentHash::of(part, options.border_tolerance);
+    let new = call.each(1, &model.parts, |part| if call.is_cancelled() { ContentHash::default() } else { hash(part) });
     let rows = matched(&old, &new);
     let source = |((row, hash), part): ((Option<usize>, ContentHash), &Part)| {
         let same = row.and_then(|row| before[row].renumbered(entities(part)));
