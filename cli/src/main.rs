@@ -103,6 +103,7 @@ impl Common {
 }
 
 #[derive(Subcommand)]
+#[command(defer = true)]
 enum Command {
     /// Print what is in a file: parts, instances, faces by kind, units, bounding box, closedness, diagnostics.
     Info(info::InfoArgs),
