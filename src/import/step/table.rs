@@ -61,12 +61,13 @@ impl Table {
     /// The instances of pieces of a text, no two of which may have the same number. `elsewhere`: places of instances
     /// defined in other files.
     pub(super) fn new(
-        pieces: impl Iterator<Item = (Vec<Row>, Types, Values)>,
+        mut pieces: impl Iterator<Item = (Vec<Row>, Types, Values)>,
         elsewhere: BTreeMap<u64, String>,
         budget: ReadBudget,
     ) -> Self {
-        let mut types = Types::default();
-        let (mut rows, mut values) = (Vec::new(), Vec::new());
+        // Types keep the indices that they have in the first piece, which is the only one of a small file.
+        let (mut rows, mut types, values) = pieces.next().unwrap_or_default();
+        let mut values = vec![values];
         for (of_piece, named, mut of_rows) in pieces {
             let indices: Vec<u32> = named.names.iter().map(|name| types.index(name.as_bytes())).collect();
             let kind = |kind: u32| indices.get(kind as usize).copied().unwrap_or(COMPLEX);
