@@ -215,7 +215,6 @@ fn main() {
         Ok(trace) => trace,
         Err(failure) => leave(Err(failure)),
     };
-    signals::watch();
     leave(run(cli, laps).and_then(|(done, mut outputs)| {
         trace.map_or(Ok(()), |trace| trace.finish(&mut outputs))?;
         outputs.publish().map(|()| done)
