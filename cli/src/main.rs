@@ -103,6 +103,7 @@ impl Common {
 }
 
 #[derive(Subcommand)]
+#[command(defer = true)]
 enum Command {
     /// Print what is in a file: parts, instances, faces by kind, units, bounding box, closedness, diagnostics.
     Info(info::InfoArgs),
@@ -214,7 +215,6 @@ fn main() {
         Ok(trace) => trace,
         Err(failure) => leave(Err(failure)),
     };
-    signals::watch();
     leave(run(cli, laps).and_then(|(done, mut outputs)| {
         trace.map_or(Ok(()), |trace| trace.finish(&mut outputs))?;
         outputs.publish().map(|()| done)

@@ -1,6 +1,6 @@
 //! The files of one run: refused before reading where two are the same, written together or not at all.
 
-use crate::Failure;
+use crate::{Failure, signals};
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -9,7 +9,8 @@ use trimtess::out;
 /// What a run writes: files, then text to standard output.
 #[derive(Default)]
 pub(crate) struct Outputs {
-    pub(crate) files: out::Outputs,
+    files: out::Outputs,
+    is_watched: bool,
     text: String,
 }
 
@@ -20,7 +21,17 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
-        self.files.write(path, write).map(drop).map_err(|e| Failure::Cannot(e.to_string()))
+        self.files().write(path, write).map(drop).map_err(|e| Failure::Cannot(e.to_string()))
+    }
+
+    /// The files that appear when the run succeeds. Signals are watched from now on: before there is a temporary file, the
+    /// thread for that would only compete with the work.
+    pub(crate) fn files(&mut self) -> &mut out::Outputs {
+        if !self.is_watched {
+            signals::watch();
+            self.is_watched = true;
+        }
+        &mut self.files
     }
 
     /// Prints to standard output once all files are there.

@@ -201,9 +201,9 @@ pub(crate) fn run(
     let written = tracing::info_span!("write").in_scope(|| match format {
         Format::Glb(options) => {
             let coarser: Vec<GlbLevel<'_>> = levels.iter().map(Level::as_glb_level).collect();
-            out::save_levels((&frame, tolerance.chord), &coarser, &args.output, (options, most), &mut outputs.files)
+            out::save_levels((&frame, tolerance.chord), &coarser, &args.output, (options, most), outputs.files())
         }
-        _ => out::save_pending(&frame, &args.output, format, most, &mut outputs.files)
+        _ => out::save_pending(&frame, &args.output, format, most, outputs.files())
             .map(|(rounding, pending)| (vec![rounding], pending)),
     });
     let (roundings, pending) = match written {

@@ -64,7 +64,9 @@ impl SceneInstance {
     /// Uniform scale of the transform: the cube root of its determinant's absolute value.
     #[must_use]
     pub fn scale(&self) -> f64 {
-        self.transform.matrix3.determinant().abs().cube_root()
+        let volume = self.transform.matrix3.determinant().abs();
+        // Most instances. The first cube root asks the processor what it can do, which virtual machines are slow to tell.
+        if volume == 1.0 { 1.0 } else { volume.cube_root() }
     }
 }
 

@@ -170,9 +170,6 @@ impl Glb {
         (part, numbers): (&ScenePart, PointNumbers),
         (batches, lines): &PartRows<'_>,
     ) -> io::Result<PartShape> {
-        let round = |points: &[DVec3]| -> Result<Vec<Vec3>, BeyondSingle> {
-            points.iter().map(|&point| numbers.local(part, point)).collect()
-        };
         let mut groups: Vec<(Option<Colour>, Vec<&BatchView<'_>>)> = Vec::new();
         let mut of_colour = HashMap::new();
         for batch in batches {
@@ -185,33 +182,39 @@ impl Glb {
         }
         let mut faces = Vec::new();
         for (colour, batches) in groups {
-            let mut vertices = Vertices { step: numbers.step, ..Vertices::default() };
-            let mut normals = Vec::new();
+            let sizes = batches.iter().map(|batch| (batch.mesh.positions.len(), 3 * batch.mesh.triangles.len()));
+            let mut vertices = Vertices::with_room(numbers, sizes);
+            let mut normals = Vec::with_capacity(vertices.positions.capacity());
             for batch in batches {
-                let base = vertices.positions.len() as u32;
-                let rounded = round(batch.mesh.positions)?;
-                let kept = vertices.indices.len();
-                vertices.indices.extend(distinct(&batch.mesh, &rounded).flatten().map(|corner| base + corner));
-                if vertices.indices.len() > kept {
-                    normals.extend((0..rounded.len()).map(|index| {
-                        let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
-                        normal.as_dvec3().normalize_or(DVec3::Z).as_vec3()
-                    }));
-                    vertices.add(&rounded, batch.face.0);
+                let base = vertices.round(part, batch.mesh.positions)?;
+                let Vertices { positions, indices, .. } = &mut vertices;
+                let kept = indices.len();
+                for corners in distinct(&batch.mesh, &positions[base..]) {
+                    indices.extend(corners.map(|corner| base as u32 + corner));
                 }
+                if indices.len() == kept {
+                    positions.truncate(base);
+                    continue;
+                }
+                normals.extend((0..positions.len() - base).map(|index| {
+                    let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
+                    normal.as_dvec3().normalize_or(DVec3::Z).as_vec3()
+                }));
+                vertices.end(base, batch.face.0);
             }
             if !vertices.indices.is_empty() {
                 let normals = Some(normals.as_slice());
                 faces.push((colour, self.primitive(&vertices, normals, Mode::Triangles, "face")?));
             }
         }
-        let mut vertices = Vertices { step: numbers.step, ..Vertices::default() };
+        let sizes = lines.iter().map(|line| (line.points.len(), 2 * line.points.len().saturating_sub(1)));
+        let mut vertices = Vertices::with_room(numbers, sizes);
         for line in lines {
-            let base = vertices.positions.len() as u32;
-            let rounded = round(&line.points)?;
-            let segments = (1..rounded.len()).filter(|&end| rounded[end - 1] != rounded[end]);
-            vertices.indices.extend(segments.flat_map(|end| [base + end as u32 - 1, base + end as u32]));
-            vertices.add(&rounded, line.edge.0);
+            let base = vertices.round(part, &line.points)?;
+            let Vertices { positions, indices, .. } = &mut vertices;
+            let segments = (base + 1..positions.len()).filter(|&end| positions[end - 1] != positions[end]);
+            indices.extend(segments.flat_map(|end| [end as u32 - 1, end as u32]));
+            vertices.end(base, line.edge.0);
         }
         let edges = if vertices.indices.is_empty() {
             None
@@ -230,14 +233,14 @@ impl Glb {
     ) -> io::Result<Primitive> {
         let count = vertices.positions.len();
         let mut attributes = BTreeMap::from([(Valid(Semantic::Positions), self.positions(vertices))]);
-        let short = self.options.quantized && vertices.features.iter().all(|&feature| feature <= u32::from(u16::MAX));
-        let ids = vertices.features.iter();
+        let short = self.options.quantized && vertices.runs.iter().all(|&(feature, _)| feature <= u32::from(u16::MAX));
+        let ids = vertices.runs.iter().flat_map(|&(feature, count)| std::iter::repeat_n(feature, count));
         let ids = if short {
-            let bytes = ids.flat_map(|&id| (id as u16 as u32).to_le_bytes());
-            self.buffers.push(&mut self.root, Stream::ShortFeatures, count, bytes)
+            let ids = ids.map(|id| (id as u16 as u32).to_le_bytes());
+            self.buffers.push(&mut self.root, Stream::ShortFeatures, count, ids)
         } else {
-            let bytes = ids.flat_map(|&id| (id as f32).to_le_bytes());
-            self.buffers.push(&mut self.root, Stream::Features, count, bytes)
+            let ids = ids.map(|id| (id as f32).to_le_bytes());
+            self.buffers.push(&mut self.root, Stream::Features, count, ids)
         };
         attributes.insert(Valid(Semantic::Extras("FEATURE_ID_0".into())), ids);
         if let Some(normals) = normals {
@@ -248,14 +251,14 @@ impl Glb {
         let apart = self.options.is_compressed() && mode == Mode::Lines;
         let indices = if count <= SHORT_VERTICES {
             let stream = if apart { Stream::ShortLines } else { Stream::ShortIndices };
-            let bytes = indices.iter().flat_map(|&index| (index as u16).to_le_bytes());
-            self.buffers.push(&mut self.root, stream, indices.len(), bytes)
+            let indices = indices.iter().map(|&index| (index as u16).to_le_bytes());
+            self.buffers.push(&mut self.root, stream, indices.len(), indices)
         } else {
             let stream = if apart { Stream::LongLines } else { Stream::LongIndices };
-            let bytes = indices.iter().flat_map(|&index| index.to_le_bytes());
-            self.buffers.push(&mut self.root, stream, indices.len(), bytes)
+            let indices = indices.iter().map(|&index| index.to_le_bytes());
+            self.buffers.push(&mut self.root, stream, indices.len(), indices)
         };
-        let mut distinct = vertices.features.clone();
+        let mut distinct: Vec<u32> = vertices.runs.iter().map(|&(feature, _)| feature).collect();
         distinct.sort_unstable();
         distinct.dedup();
         let extensions = gltf_json::deserialize::from_str(&format!(
@@ -279,17 +282,17 @@ impl Glb {
         let bounds = |points: &mut dyn Iterator<Item = Vec3>| {
             points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
         };
-        let (accessor, (low, high)) = if let Some(step) = vertices.step {
+        let (accessor, (low, high)) = if let Some(step) = vertices.numbers.step {
             uses.integers = true;
             let integers = || points.iter().map(|&point| PointNumbers::integers(step, point));
-            let bytes = integers().flat_map(|[x, y, z]| [x, y, z, 0]).flat_map(i16::to_le_bytes);
-            let accessor = buffers.push(root, Stream::ShortVectors, points.len(), bytes);
+            let numbers = integers().flat_map(|[x, y, z]| [x, y, z, 0]).map(i16::to_le_bytes);
+            let accessor = buffers.push(root, Stream::ShortVectors, points.len(), numbers);
             (accessor, bounds(&mut integers().map(|integers| Vec3::from_array(integers.map(f32::from)))))
         } else {
             let accessor = buffers.push(root, Stream::Vectors, points.len(), floats(points));
             (accessor, bounds(&mut points.iter().copied()))
         };
-        let value = |corner: Vec3| match vertices.step {
+        let value = |corner: Vec3| match vertices.numbers.step {
             Some(_) => Value::from(corner.to_array().map(|x| x as i64).to_vec()),
             None => Value::from(corner.to_array().to_vec()),
         };
@@ -306,12 +309,12 @@ impl Glb {
         uses.integers = true;
         #[cfg(feature = "meshopt")]
         if options.compressed {
-            let bytes = filtered(normals.iter().map(Vec3::to_array)).into_iter().flatten().flat_map(i16::to_le_bytes);
-            return buffers.push(root, Stream::ShortNormals, normals.len(), bytes);
+            let numbers = filtered(normals.iter().map(Vec3::to_array)).into_iter().flatten().map(i16::to_le_bytes);
+            return buffers.push(root, Stream::ShortNormals, normals.len(), numbers);
         }
         let short = |x: f32| (x * f32::from(i16::MAX)).round() as i16;
         let rows = normals.iter().flat_map(|normal| [short(normal.x), short(normal.y), short(normal.z), 0]);
-        buffers.push(root, Stream::ShortNormals, normals.len(), rows.flat_map(i16::to_le_bytes))
+        buffers.push(root, Stream::ShortNormals, normals.len(), rows.map(i16::to_le_bytes))
     }
 
     fn material(&mut self, colour: Colour) -> Index<Material> {
@@ -395,13 +398,13 @@ impl Glb {
             })
         };
         let [to, by] = *listed.get_or_insert_with(|| {
-            let centres = group.places.iter().flat_map(|(_, place)| place.centre.to_array()).flat_map(f32::to_le_bytes);
+            let centres = group.places.iter().flat_map(|(_, place)| place.centre.to_array()).map(f32::to_le_bytes);
             let to = buffers.push(root, Stream::Translations, count, centres);
-            let turned = turns().flat_map(|(rotation, _)| rotation).flat_map(f32::to_le_bytes);
+            let turned = turns().flat_map(|(rotation, _)| rotation).map(f32::to_le_bytes);
             let by = buffers.push(root, Stream::Rotations, count, turned);
             [to.value(), by.value()]
         });
-        let scales = turns().flat_map(|(_, scale)| [scale; 3]).flat_map(f32::to_le_bytes);
+        let scales = turns().flat_map(|(_, scale)| [scale; 3]).map(f32::to_le_bytes);
         let scales = buffers.push(root, Stream::Scales, count, scales).value();
         let attributes = format!(r#"{{"TRANSLATION":{to},"ROTATION":{by},"SCALE":{scales}}}"#);
         format!(r#""EXT_mesh_gpu_instancing":{{"attributes":{attributes}}}"#)
@@ -452,19 +455,34 @@ impl Glb {
 }
 
 /// One primitive's vertices.
-#[derive(Default)]
 struct Vertices {
-    /// Size of an integer's step, if positions are integers.
-    step: Option<f32>,
+    numbers: PointNumbers,
     positions: Vec<Vec3>,
-    features: Vec<u32>,
+    /// Faces or edges, each with its number of vertices.
+    runs: Vec<(u32, usize)>,
     indices: Vec<u32>,
 }
 
 impl Vertices {
-    fn add(&mut self, positions: &[Vec3], feature: u32) {
-        self.positions.extend_from_slice(positions);
-        self.features.resize(self.positions.len(), feature);
+    /// Nothing yet. `sizes`: the most vertices and indices of each face or edge.
+    fn with_room(numbers: PointNumbers, sizes: impl ExactSizeIterator<Item = (usize, usize)>) -> Self {
+        let runs = Vec::with_capacity(sizes.len());
+        let (vertices, indices) = sizes.fold((0, 0), |(vertices, indices), add| (vertices + add.0, indices + add.1));
+        Self { numbers, positions: Vec::with_capacity(vertices), runs, indices: Vec::with_capacity(indices) }
+    }
+
+    /// Appends rounded positions. Returns the index of the first.
+    fn round(&mut self, part: &ScenePart, points: &[DVec3]) -> Result<usize, BeyondSingle> {
+        let base = self.positions.len();
+        for &point in points {
+            self.positions.push(self.numbers.local(part, point)?);
+        }
+        Ok(base)
+    }
+
+    /// Names the positions from `base` on.
+    fn end(&mut self, base: usize, feature: u32) {
+        self.runs.push((feature, self.positions.len() - base));
     }
 }
 
@@ -491,8 +509,8 @@ fn matrix([x, y, z]: [Vec3; 3], centre: Vec3) -> [f32; 16] {
     columns
 }
 
-fn floats(vectors: &[Vec3]) -> impl Iterator<Item = u8> {
-    vectors.iter().flat_map(Vec3::to_array).flat_map(f32::to_le_bytes)
+fn floats(vectors: &[Vec3]) -> impl Iterator<Item = [u8; 4]> {
+    vectors.iter().flat_map(Vec3::to_array).map(f32::to_le_bytes)
 }
 
 fn named(name: &str) -> Option<String> {

@@ -25,21 +25,29 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    /// Appends `count` values, and returns their accessor. [`finish`](Self::finish) sets its view.
-    pub(super) fn push(
+    /// Appends `count` values of `stride` bytes, given by their numbers. Returns their accessor; [`finish`](Self::finish)
+    /// sets its view.
+    pub(super) fn push<const N: usize>(
         &mut self,
         root: &mut Root,
         stream: Stream,
         count: usize,
-        bytes: impl Iterator<Item = u8>,
+        numbers: impl Iterator<Item = [u8; N]>,
     ) -> Index<Accessor> {
         let pool = self.streams.entry(stream).or_default();
-        let offset = pool.bytes.len() as u64;
-        pool.bytes.extend(bytes);
+        let offset = pool.bytes.len();
+        pool.bytes.resize(offset + count * stream.layout().2, 0);
+        let mut places = pool.bytes[offset..].as_chunks_mut().0.iter_mut();
+        // Not `zip`, which would ask flattened numbers for one after the other.
+        numbers.for_each(|bytes| {
+            if let Some(place) = places.next() {
+                *place = bytes;
+            }
+        });
         let (component, kind, _) = stream.layout();
         let accessor = root.push(Accessor {
             buffer_view: None,
-            byte_offset: Some(USize64(offset)),
+            byte_offset: Some(USize64(offset as u64)),
             count: USize64(count as u64),
             component_type: Valid(GenericComponentType(component)),
             extensions: None,

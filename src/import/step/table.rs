@@ -66,10 +66,13 @@ impl Table {
         budget: ReadBudget,
     ) -> Self {
         let goes_on = || !budget.is_cancelled();
-        let mut types = Types::default();
-        let mut rows = Vec::with_capacity(pieces.iter().map(|(rows, ..)| rows.len()).sum());
-        let mut values = Vec::with_capacity(pieces.len());
-        for (of_piece, named, mut of_rows) in pieces.into_iter().take_while(|_| goes_on()) {
+        let count: usize = pieces.iter().map(|(rows, ..)| rows.len()).sum();
+        let mut pieces = pieces.into_iter();
+        // Types keep the indices that they have in the first piece, which is the only one of a small file.
+        let (mut rows, mut types, values) = pieces.next().unwrap_or_default();
+        rows.reserve_exact(count - rows.len());
+        let mut values = vec![values];
+        for (of_piece, named, mut of_rows) in pieces.take_while(|_| goes_on()) {
             let indices: Vec<u32> = named.names.iter().map(|name| types.index(name.as_bytes())).collect();
             let kind = |kind: u32| indices.get(kind as usize).copied().unwrap_or(COMPLEX);
             of_piece.iter().filter(|row| row.kind == COMPLEX).for_each(|row| of_rows.rename(row.attributes, kind));
