@@ -244,7 +244,7 @@ const PULLED: f64 = 3e-5;
 
 /// A part under construction.
 struct Assembly<'a> {
-    /// Once it is cancelled, what is left of a loop is skipped, and the part is not looked at.
+    /// Loops over rows end early once it is cancelled. The part is then discarded.
     call: Call<'a>,
     part: Part,
     /// Diagonal of the box of all curves' control points.
