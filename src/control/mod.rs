@@ -13,6 +13,8 @@ pub use threads::{Rayon, StartError, Threads};
 
 mod progress;
 pub(crate) use progress::Counter;
+#[cfg(test)]
+pub(crate) use progress::looks::assert_each_cancels;
 pub use progress::{Control, Progress, Stage};
 
 mod call;

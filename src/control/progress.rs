@@ -61,6 +61,8 @@ pub struct Control(Arc<Shared>);
 struct Shared {
     cancelled: AtomicBool,
     observer: Option<Observer>,
+    #[cfg(test)]
+    looks: looks::Looks,
 }
 
 impl Control {
@@ -80,6 +82,8 @@ impl Control {
     /// Whether the work was asked to stop.
     #[must_use]
     pub fn is_cancelled(&self) -> bool {
+        #[cfg(test)]
+        self.0.looks.count(self);
         self.0.cancelled.load(Ordering::Relaxed)
     }
 }
@@ -138,6 +142,46 @@ impl Drop for Telling<'_> {
 impl fmt::Debug for Control {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Control").field("cancelled", &self.is_cancelled()).finish_non_exhaustive()
+    }
+}
+
+/// Cancels at each place of the code that looks for one.
+#[cfg(test)]
+pub(crate) mod looks {
+    use super::{Control, Shared};
+    use std::panic::{AssertUnwindSafe, catch_unwind};
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    /// How often somebody has looked for a cancel, and the look that finds the first one.
+    #[derive(Default)]
+    pub(super) struct Looks {
+        so_far: AtomicU64,
+        cancel_at: Option<u64>,
+    }
+
+    impl Looks {
+        pub(super) fn count(&self, control: &Control) {
+            if Some(self.so_far.fetch_add(1, Ordering::Relaxed)) == self.cancel_at {
+                control.cancel();
+            }
+        }
+    }
+
+    /// Asserts that `work`, which returns whether it was cancelled, is so wherever it looks for a cancel, and does not
+    /// panic. Work of more than `count` looks is cancelled at so many of them, the last ones included.
+    pub(crate) fn assert_each_cancels(name: &str, count: u64, work: impl Fn(&Control) -> bool) {
+        let whole = Control::default();
+        assert!(!work(&whole), "{name}: nobody cancels");
+        let total = whole.0.looks.so_far.load(Ordering::Relaxed);
+        assert!(total > 0, "{name}: nobody looks");
+        let step = usize::try_from(total.div_ceil(count)).expect("few looks");
+        for look in (0..total).step_by(step).chain(total.saturating_sub(50)..total) {
+            let looks = Looks { cancel_at: Some(look), ..Looks::default() };
+            let control = Control(Arc::new(Shared { looks, ..Shared::default() }));
+            let cancelled = catch_unwind(AssertUnwindSafe(|| work(&control)));
+            assert!(cancelled.is_ok_and(|cancelled| cancelled), "{name}: cancelled at look {look} of {total}");
+        }
     }
 }
 

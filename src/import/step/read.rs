@@ -138,6 +138,8 @@ fn model_of(
         diagnostics.extend(found.into_iter().map(|d| Diagnostic { part: id, ..d }));
         model.parts.push(part);
     }
+    // Instances name parts that a cancel has left out.
+    proceed(control)?;
     for Instance { part, transform, .. } in &mut model.instances {
         if let Some(centre) = centres[part.index()] {
             *transform *= DAffine3::from_translation(centre);

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::read_in_pieces;
-use crate::control::{Call, Control, Threads};
-use crate::import::step::StepOptions;
+use crate::control::{Alone, Call, Control, Threads, assert_each_cancels};
+use crate::import::step::{StepError, StepOptions};
 use crate::sequence::random::SplitMix;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -184,5 +184,17 @@ fn pieces_agree_on_repeated_numbers_and_the_fault_that_is_one_too_many() {
         "#1=A();END-ISO-10303-21;\n#2=A();".to_owned(),
     ] {
         pools.assert_same(format!("{head}{data}ENDSEC;END-ISO-10303-21;").as_bytes(), &data);
+    }
+}
+
+#[test]
+fn reads_are_cancelled_wherever_they_look() {
+    for (path, text) in texts("tests/data").iter().chain(&texts("tests/fuzz/seeds")) {
+        for piece in [1000, super::PIECE] {
+            assert_each_cancels(&path.display().to_string(), 200, |control| {
+                let read = read_in_pieces(Call::new(&Alone, control), text, &StepOptions::DEFAULT, piece);
+                matches!(read, Err(StepError::Cancelled))
+            });
+        }
     }
 }
