@@ -150,23 +150,21 @@ pub fn evaluate_lattice(
 /// Handed over together: numbers that are stored one by one and loaded together at once make the processor wait.
 pub struct PointBlock {
     count: usize,
-    position: [[f64; LANES]; 3],
-    normal: [[f64; LANES]; 3],
+    points: Points<LANES>,
 }
 
 impl PointBlock {
     /// The points with their normals, in order.
     #[inline(always)]
     pub fn iter(&self) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
-        let at = |rows: &[[f64; LANES]; 3], lane: usize| DVec3::new(rows[0][lane], rows[1][lane], rows[2][lane]);
-        (0..self.count.min(LANES)).map(move |lane| (at(&self.position, lane), at(&self.normal, lane)))
+        (0..self.count.min(LANES)).map(|lane| (self.points.position(lane), self.points.normal(lane)))
     }
 
     #[inline(always)]
     fn load<const L: usize>(&mut self, points: &Points<L>) {
         for c in 0..3 {
-            self.position[c][..L].copy_from_slice(&points.position[c]);
-            self.normal[c][..L].copy_from_slice(&points.normal[c]);
+            self.points.position[c][..L].copy_from_slice(&points.position[c]);
+            self.points.normal[c][..L].copy_from_slice(&points.normal[c]);
         }
     }
 }
@@ -183,7 +181,7 @@ pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMu
         #[inline(always)]
         || {
             let mut place = PatchPlace::of(patches, roles, at.first().copied().unwrap_or_default());
-            let mut block = PointBlock { count: 0, position: [[0.0; LANES]; 3], normal: [[0.0; LANES]; 3] };
+            let mut block = PointBlock { count: 0, points: Points::ZERO };
             let mut done = 0;
             while let Some(&first) = at.get(done) {
                 if !place.contains(roles, first) {
@@ -201,7 +199,7 @@ pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMu
                 if count == 1 {
                     block.load(&place.evaluate(patches, roles, [[outer[0]], [inner[0]]], 1, &mut lost));
                 } else {
-                    block.load(&place.evaluate(patches, roles, [outer, inner], count, &mut lost));
+                    block.points = place.evaluate(patches, roles, [outer, inner], count, &mut lost);
                 }
                 put(done, &block);
                 done += count;
@@ -380,6 +378,8 @@ struct Points<const L: usize> {
 }
 
 impl<const L: usize> Points<L> {
+    const ZERO: Self = Self { position: [[0.0; L]; 3], normal: [[0.0; L]; 3], regular: [false; L] };
+
     #[inline(always)]
     fn position(&self, lane: usize) -> DVec3 {
         DVec3::new(self.position[0][lane], self.position[1][lane], self.position[2][lane])
@@ -451,7 +451,7 @@ fn points<const L: usize, const RATIONAL: bool>(
     out: &[[f64; L]; 4],
     inn: &[[f64; L]; 4],
 ) -> Points<L> {
-    let mut points = Points { position: [[0.0; L]; 3], normal: [[0.0; L]; 3], regular: [false; L] };
+    let mut points = Points::ZERO;
     for l in 0..L {
         let mut p = [f[0][l], f[1][l], f[2][l]];
         // Derivatives up to the common positive factor 1/w.
