@@ -8,6 +8,7 @@ use crate::frame::plan::lattice::DensityMet;
 use crate::frame::plan::output::{EdgePolyline, Plan, TileLattice};
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::model::{PartId, RowId, TileId};
+use smallvec::SmallVec;
 use std::sync::Arc;
 
 /// Off-screen, or culled.
@@ -186,6 +187,8 @@ pub(super) struct NewLattice {
     pub(super) kept: DensityMet,
     /// Whether its lines follow those of the old one.
     pub(super) follows: bool,
+    /// Edges of the tile to plan, and why.
+    pub(super) touches: SmallVec<[(RowId, u8); 6]>,
 }
 
 /// Tessellants for a touched edge, or a rate at which the old ones hold.

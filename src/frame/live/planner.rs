@@ -7,15 +7,15 @@
 use super::culling::{PartBoxes, WORDS};
 use super::defer;
 use super::draft::{
-    BESIDE_NEW, CellsAt, ChangedRows, GroupBand, NewTessellants, PLANNED, PlanDraft, REPLACED, RateChanges, SeenRange,
-    SeenTiles, Sights, TessellantUpdate, Touched, VisibleTiles, WantedRate,
+    CellsAt, ChangedRows, GroupBand, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, SeenTiles, Sights,
+    TessellantUpdate, Touched, VisibleTiles, WantedRate,
 };
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages, renewed};
 use super::placed::{PlacedInstances, Shown};
 use super::rate::{Rate, Terms};
 use super::rates::{PartRates, Rates};
-use super::resync::{LineHistory, Turns, owner};
+use super::resync::{LineHistory, Turns};
 use crate::control::{Alone, Jobs, chunks, map};
 use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::lattice::Lattices;
@@ -383,13 +383,12 @@ impl Planner {
         let Rates { prepared, parts, term, .. } = own(rates);
         let page = own(&mut draft.page);
         for (new, wanted) in made.into_iter().flatten() {
-            let WantedRate { part: p, tile: t, rate, band, replace, .. } = wanted;
-            let (part, rates) = (&prepared.parts[p], &mut parts[p]);
+            let WantedRate { part: p, tile: t, rate, band, .. } = wanted;
+            let rates = &mut parts[p];
             let id = (PartId::new(p), TileId(t as u32));
             (rates.kept.tiles[t], rates.kept.due[t]) = (new.follows, false);
             mark(&mut limited.tiles, id, !new.kept.cells);
             mark(&mut limited.lines, id, !new.kept.lines);
-            let why = if new.made.is_some() { BESIDE_NEW } else { 0 };
             if let Some(made) = new.made {
                 rates.set_cells(t, cells(&made));
                 page.parts[p].tiles[t] = made;
@@ -397,10 +396,7 @@ impl Planner {
                 changed.tiles.add(p, t);
             }
             (rates.tiles[t], rates.bands[t], rates.tile_terms[t]) = (rate, band, *term);
-            let with_it = |e: RowId| replace && owner(&part.edges[e.index()], |t| rates.seen.shows(t)) == Some(t);
-            for u in part.tiles[t].loops.iter().flatten() {
-                touched.add(p, u.edge, why | if with_it(u.edge) { REPLACED } else { 0 });
-            }
+            new.touches.into_iter().for_each(|(edge, why)| touched.add(p, edge, why));
         }
         for (p, t) in draft.near.drain(..) {
             let uses = prepared.parts[p].tiles[t].loops.iter().flatten();

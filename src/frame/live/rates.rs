@@ -8,7 +8,7 @@ use super::draft::{
 };
 use super::options::PlannerOptions;
 use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
-use super::resync::{LineHistory, Turns};
+use super::resync::{LineHistory, Turns, owner};
 use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::density::FollowLines;
 use crate::frame::plan::lattice::{LatticeRequest, Lattices, places};
@@ -260,7 +260,7 @@ impl Rates {
         LatticeRequest { face, tile, need, factor: 1.0, most_cells, before }
     }
 
-    /// The lattice of a tile at the rate that it should have.
+    /// The lattice of a tile at the rate that it should have, and the edges that follow.
     pub(super) fn new_lattice(&self, wanted: &WantedRate, page: &Plan, lattices: &mut Lattices) -> NewLattice {
         let WantedRate { part: p, tile: t, rate, chord, replace, .. } = wanted;
         let (part, rates) = (&self.prepared.parts[*p], &self.parts[*p]);
@@ -278,7 +278,11 @@ impl Rates {
         // chord will do.
         let holds = old.chord <= made.chord || is_plane && old.chord.is_finite();
         let as_before = old.us == made.us && old.vs == made.vs && holds;
-        NewLattice { made: (!as_before).then(|| Arc::new(made)), kept, follows: before.is_some() }
+        let why = if as_before { 0 } else { BESIDE_NEW };
+        let with_it = |e: RowId| *replace && owner(&part.edges[e.index()], |t| rates.seen.shows(t)) == Some(*t);
+        let uses = tile.loops.iter().flatten();
+        let touches = uses.map(|u| (u.edge, why | if with_it(u.edge) { REPLACED } else { 0 })).collect();
+        NewLattice { made: (!as_before).then(|| Arc::new(made)), kept, follows: before.is_some(), touches }
     }
 
     /// `None` if the old tessellants hold at the old rate.
