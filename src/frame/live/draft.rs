@@ -180,10 +180,19 @@ impl GroupBand {
     }
 }
 
+/// A row for two plans, so that the thread that stores it need not look at it.
+pub(super) type Pair<T> = [Arc<T>; 2];
+
+/// A [`Pair`] of a new row.
+pub(super) fn pair<T>(row: T) -> Pair<T> {
+    let row = Arc::new(row);
+    [Arc::clone(&row), row]
+}
+
 /// A lattice for a [`WantedRate`].
 pub(super) struct NewLattice {
-    /// `None` if the old one holds.
-    pub(super) made: Option<Arc<TileLattice>>,
+    /// With the number of its cells. `None` if the old one holds.
+    pub(super) made: Option<(u64, Pair<TileLattice>)>,
     pub(super) kept: DensityMet,
     /// Whether its lines follow those of the old one.
     pub(super) follows: bool,
@@ -198,8 +207,8 @@ pub(super) struct NewTessellants {
 }
 
 pub(super) struct TessellantUpdate {
-    /// `None` if they equal the old ones.
-    pub(super) line: Option<Arc<EdgePolyline>>,
+    /// With the tiles beside them. `None` if they equal the old ones.
+    pub(super) line: Option<(Pair<EdgePolyline>, SmallVec<[TileId; 4]>)>,
     pub(super) kept: bool,
     /// Whether they follow the old ones.
     pub(super) follows: bool,

@@ -1,6 +1,7 @@
 //! Consecutive plans -> their differences, and a buffer that holds two of them.
 
-use crate::frame::plan::output::Plan;
+use crate::control::{Jobs, chunks, map};
+use crate::frame::plan::output::{EdgePolyline, Plan, TileLattice};
 use crate::model::{PartId, RowId, TileId};
 use std::sync::Arc;
 
@@ -25,33 +26,40 @@ pub(super) fn renewed<T: Default>(mut old: Vec<T>, from: &[Option<PartId>]) -> V
     from.iter().map(|from| from.map_or_else(T::default, |from| std::mem::take(&mut old[from.index()]))).collect()
 }
 
+/// Rows that took the place of others, by part and row, in the order in which they did.
+#[derive(Default)]
+pub(super) struct NewRows {
+    pub(super) lattices: Vec<(usize, usize, Arc<TileLattice>)>,
+    pub(super) edges: Vec<(usize, usize, Arc<EdgePolyline>)>,
+}
+
 /// Double-buffered plans. The older one is updated and reused, so that a frame costs as much as it changes.
 #[derive(Default)]
 pub(super) struct PlanPages {
     pub(super) last: Arc<Plan>,
     pub(super) spare: Option<Arc<Plan>>,
-    /// Differences between the two.
+    /// Differences between the two: parts that are new, and rows.
     pub(super) parts: Vec<PartId>,
-    pub(super) lattices: Vec<(PartId, TileId)>,
-    pub(super) edges: Vec<(PartId, RowId)>,
+    pub(super) new: NewRows,
 }
 
 impl PlanPages {
     /// A copy of the last plan with a single owner. Reuses the spare one unless someone still holds it.
-    pub(super) fn next(&mut self) -> Arc<Plan> {
+    pub(super) fn next(&mut self, jobs: &dyn Jobs) -> Arc<Plan> {
+        /// Rows that a call frees.
+        const FREED: usize = 64;
+        let NewRows { lattices, edges } = std::mem::take(&mut self.new);
         let mut spare = self.spare.take();
         let Some(page) = spare.as_mut().and_then(Arc::get_mut) else { return Arc::new(Plan::clone(&self.last)) };
         for &part in &self.parts {
             page.parts[part.index()].clone_from(&self.last.parts[part.index()]);
         }
-        for &(part, tile) in &self.lattices {
-            let (part, tile) = (part.index(), tile.0 as usize);
-            page.parts[part].tiles[tile] = Arc::clone(&self.last.parts[part].tiles[tile]);
-        }
-        for &(part, edge) in &self.edges {
-            let (part, edge) = (part.index(), edge.index());
-            page.parts[part].edges[edge] = Arc::clone(&self.last.parts[part].edges[edge]);
-        }
+        let replaced = lattices.into_iter().map(|(p, row, new)| std::mem::replace(&mut page.parts[p].tiles[row], new));
+        let tiles = chunks(jobs, replaced.collect(), FREED).into_iter().map(|rows| (rows, Vec::new()));
+        let replaced = edges.into_iter().map(|(p, row, new)| std::mem::replace(&mut page.parts[p].edges[row], new));
+        let edges = chunks(jobs, replaced.collect(), FREED).into_iter().map(|rows| (Vec::new(), rows));
+        // Each of them is elsewhere in memory.
+        map(jobs, tiles.chain(edges).collect(), drop);
         spare.unwrap_or_default()
     }
 
@@ -65,8 +73,6 @@ impl PlanPages {
 
     pub(super) fn turn(&mut self, next: Arc<Plan>, changes: &PlanChanges) {
         self.parts.clone_from(&changes.parts);
-        self.lattices.clone_from(&changes.lattices);
-        self.edges.clone_from(&changes.edges);
         self.spare = Some(std::mem::replace(&mut self.last, next));
     }
 }

@@ -264,7 +264,7 @@ impl Planner {
         let unusable = shown.views < views.len();
         let part_of = |instance: usize| placed.instances()[instance].part.index();
         let sights = Sights::of(shown.sights, self.rates.parts.len(), part_of);
-        let mut draft = PlanDraft::new(self.pages.next(), sights);
+        let mut draft = PlanDraft::new(self.pages.next(jobs), sights);
         self.begin(jobs, &mut draft);
         loop {
             own(&mut draft.page).drawn.reset(views.len());
@@ -379,7 +379,7 @@ impl Planner {
             let made = |wanted: WantedRate| (rates.new_lattice(&wanted, &page, &mut lattices), wanted);
             wanted.into_iter().map(made).collect()
         });
-        let Self { rates, touched, limited, changed, .. } = self;
+        let Self { rates, pages, touched, limited, changed, .. } = self;
         let Rates { prepared, parts, term, .. } = own(rates);
         let page = own(&mut draft.page);
         for (new, wanted) in made.into_iter().flatten() {
@@ -389,9 +389,10 @@ impl Planner {
             (rates.kept.tiles[t], rates.kept.due[t]) = (new.follows, false);
             mark(&mut limited.tiles, id, !new.kept.cells);
             mark(&mut limited.lines, id, !new.kept.lines);
-            if let Some(made) = new.made {
-                rates.set_cells(t, cells(&made));
+            if let Some((cells, [made, again])) = new.made {
+                rates.set_cells(t, cells);
                 page.parts[p].tiles[t] = made;
+                pages.new.lattices.push((p, t, again));
                 changed.lattices.add(p, t);
                 changed.tiles.add(p, t);
             }
@@ -416,8 +417,8 @@ impl Planner {
             };
             edges.into_iter().map(of_edge).collect()
         });
-        let Self { rates, limited, changed, .. } = self;
-        let Rates { prepared, parts, term, .. } = own(rates);
+        let Self { rates, pages, limited, changed, .. } = self;
+        let Rates { parts, term, .. } = own(rates);
         let page = own(&mut draft.page);
         for ((p, e), new) in made.into_iter().flatten() {
             let Some(NewTessellants { rate, made }) = new else { continue };
@@ -427,11 +428,11 @@ impl Planner {
             (rates.kept.edges[k], rates.edge_terms[k]) = (follows, *term);
             let id = PartId::new(p);
             mark(&mut limited.edges, (id, e), !kept);
-            if let Some(line) = line {
+            if let Some(([line, again], beside)) = line {
                 page.parts[p].edges[k] = line;
+                pages.new.edges.push((p, k, again));
                 changed.edges.add(p, k);
-                let uses = &prepared.parts[p].edges[k].uses;
-                uses.iter().for_each(|place| changed.tiles.add(p, place.tile.index()));
+                beside.into_iter().for_each(|tile| changed.tiles.add(p, tile.index()));
             }
         }
     }

@@ -4,7 +4,7 @@
 use super::culling::{GROUP, GROUPS, InstanceSight, PartBoxes, RANGE, WORDS};
 use super::draft::{
     BESIDE_NEW, CellsAt, GroupBand, NewLattice, NewTessellants, REPLACED, RateChanges, SeenRange, SeenTiles, Sights,
-    TessellantUpdate, UNSEEN, VisibleTiles, WantedRate,
+    TessellantUpdate, UNSEEN, VisibleTiles, WantedRate, pair,
 };
 use super::options::PlannerOptions;
 use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
@@ -282,7 +282,7 @@ impl Rates {
         let with_it = |e: RowId| *replace && owner(&part.edges[e.index()], |t| rates.seen.shows(t)) == Some(*t);
         let uses = tile.loops.iter().flatten();
         let touches = uses.map(|u| (u.edge, why | if with_it(u.edge) { REPLACED } else { 0 })).collect();
-        NewLattice { made: (!as_before).then(|| Arc::new(made)), kept, follows: before.is_some(), touches }
+        NewLattice { made: (!as_before).then(|| (cells(&made), pair(made))), kept, follows: before.is_some(), touches }
     }
 
     /// `None` if the old tessellants hold at the old rate.
@@ -329,7 +329,7 @@ impl Rates {
         let before = self.turns.follow(&*page.edges[k], replace || rates.edge_terms[k] != self.term);
         let (line, kept) =
             tessellants.polyline(edge, &page.tiles, &need, 1.0, before.as_ref().map(|b| b as &dyn FollowLines));
-        let line = (*page.edges[k] != line).then(|| Arc::new(line));
+        let line = (*page.edges[k] != line).then(|| (pair(line), edge.uses.iter().map(|place| place.tile).collect()));
         Some(NewTessellants { rate, made: Some(TessellantUpdate { line, kept, follows: before.is_some() }) })
     }
 
