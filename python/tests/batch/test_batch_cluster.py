@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from trimtess.batch import cluster as clusters
 from trimtess.batch import drive, task
 from trimtess.batch.catalogue import read
 from trimtess.batch.drive import Driver
@@ -103,3 +104,19 @@ def test_a_retry_goes_to_another_node():
     assert strategy.node_id == nodes[1]["NodeID"] and strategy.soft
     nodes[1]["Alive"] = False
     assert Driver.elsewhere(driver, bundle) == {}
+
+
+@pytest.mark.skipif(not os.path.exists("/proc"), reason="processes are found in /proc")
+def test_a_folder_is_removed_once_no_worker_can_make_it_anew(tmp_path):
+    """As a worker does that was starting when its driver was killed."""
+    folder = tmp_path / f"{clusters.FOLDER}of-a-killed-run"
+    folder.mkdir()
+    late = f"import os, time; time.sleep(1); os.makedirs({str(folder / 'logs')!r}, exist_ok=True)"
+    words = [sys.executable, "-c", late, "/x/ray/_private/workers/default_worker.py", f"--temp-dir={folder}"]
+    with subprocess.Popen(words) as worker:
+        while not clusters.has_workers(str(folder)):
+            assert worker.poll() is None
+            time.sleep(0.01)
+        assert not clusters.has_workers(str(folder) + "-other")
+        clusters.remove_folders([str(folder)])
+        assert worker.wait() == 0 and not folder.exists()

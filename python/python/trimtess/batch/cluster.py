@@ -10,6 +10,7 @@ import pathlib
 import secrets
 import socket
 import tempfile
+import time
 from typing import Any, Iterable, Iterator, Optional
 
 from .errors import BatchError, UsageError
@@ -21,6 +22,9 @@ OBJECT_STORE = 80 << 20
 
 #: Seconds to wait for a cluster to answer.
 CONNECT_SECONDS = 5.0
+
+#: Seconds to wait for the processes of a Ray whose driver was killed.
+END_SECONDS = 10.0
 
 #: Start of the names of folders that an embedded Ray writes to.
 FOLDER = "trimtess-ray-"
@@ -128,11 +132,30 @@ def new_folder() -> str:
 
 
 def remove_folders(folders: Iterable[str]) -> None:
-    """Removes what embedded Rays wrote. `folders`: as `new_folder` made them. The processes of a Ray whose driver was
-    killed end within seconds; some of its agents within two minutes, but those write no new files."""
+    """Removes what embedded Rays wrote. `folders`: as `new_folder` made them.
+
+    A worker that was just starting when its driver was killed makes the folder anew. So this waits, for a few seconds, until
+    there is none. Some agents of Ray end within two minutes only, but those write no new files."""
     for folder in folders:
         if pathlib.Path(folder).name.startswith(FOLDER):
+            until = time.monotonic() + END_SECONDS
+            while has_workers(folder) and time.monotonic() < until:
+                time.sleep(0.05)
             remove_tree(folder)
+
+
+def has_workers(folder: str) -> bool:
+    """Whether an embedded Ray that writes to `folder` has workers that start, or its process that starts them. `False` where
+    the system has no /proc."""
+    for path in pathlib.Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            words = path.read_bytes().split(b"\0")
+        except OSError:  # It has ended.
+            continue
+        is_of_ray = words[0].endswith(b"/raylet") or any(b"/ray/_private/workers/" in word for word in words)
+        if is_of_ray and any(os.fsencode(folder) in word for word in words):
+            return True
+    return False
 
 
 def usable_cores() -> int:
