@@ -168,8 +168,8 @@ pub(crate) mod looks {
         }
     }
 
-    /// Asserts that `work`, which returns whether it was cancelled, is so wherever it looks for a cancel, and does not
-    /// panic. Work of more than `count` looks is cancelled at so many of them, the last ones included.
+    /// Cancels `work` at one of its looks after another. Asserts that it then returns `true`, for cancelled, and does not
+    /// panic. If it looks more than `count` times: at about so many looks, evenly spread, and at each of the last 50.
     pub(crate) fn assert_each_cancels(name: &str, count: u64, work: impl Fn(&Control) -> bool) {
         let whole = Control::default();
         assert!(!work(&whole), "{name}: nobody cancels");

@@ -43,6 +43,17 @@ pub fn by_name(name: &str) -> Option<Model> {
     Some(model.finish().expect(SOUND))
 }
 
+/// A model of all shapes: the first part of each, placed once.
+#[cfg(test)]
+pub(crate) fn all() -> Model {
+    let mut model = ModelBuilder::new("shapes");
+    for name in NAMES {
+        let part = model.part(by_name(name).expect("a name of a shape").parts.swap_remove(0));
+        model.place(part, DAffine3::IDENTITY);
+    }
+    model.finish().expect(SOUND)
+}
+
 /// A plane square of side 20 about the origin with a hole of radius 6.
 #[must_use]
 pub fn square() -> Part {

@@ -67,59 +67,22 @@ mod tests {
     use super::*;
     use crate::control::assert_each_cancels;
     use crate::frame::{Tolerance, plan};
-    use crate::mesh::{Batch, EdgeLine, Scene, SinkError};
-    use crate::model::{ModelBuilder, shapes};
+    use crate::mesh::MemorySink;
+    use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
-    use glam::DAffine3;
-
-    /// Whether a frame was begun, and how it ended.
-    #[derive(Default)]
-    struct Heard {
-        begun: bool,
-        ended: bool,
-        aborted: bool,
-    }
-
-    impl MeshSink for Heard {
-        fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
-            self.begun = true;
-            Ok(())
-        }
-
-        fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
-            Ok(())
-        }
-
-        fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-            Ok(())
-        }
-
-        fn end(&mut self) -> Result<(), SinkError> {
-            self.ended = true;
-            Ok(())
-        }
-
-        fn abort(&mut self) {
-            self.aborted = true;
-        }
-    }
 
     #[test]
     fn frames_are_cancelled_wherever_they_look() {
-        let mut model = ModelBuilder::new("shapes");
-        for name in shapes::NAMES {
-            let part = model.part(shapes::by_name(name).expect("a shape").parts.swap_remove(0));
-            model.place(part, DAffine3::IDENTITY);
-        }
-        let prepared = prepare(model.finish().expect("a model"), &PrepareOptions::DEFAULT).expect("within the limits");
+        let prepared = prepare(shapes::all(), &PrepareOptions::DEFAULT).expect("within the limits");
         let tolerance = Tolerance { chord: 0.01, angle: 0.5, max_edge: None };
         let plan = Arc::new(plan(&prepared, &tolerance));
         let prepared = Arc::new(prepared);
         assert_each_cancels("shapes", 1000, |control| {
-            let mut heard = Heard::default();
-            let frame = tessellate_on(&Alone, &prepared, &plan, true, control, &mut heard);
+            let mut sink = MemorySink::default();
+            let frame = tessellate_on(&Alone, &prepared, &plan, true, control, &mut sink);
             let cancelled = matches!(frame, Err(FrameError::Cancelled));
-            assert_eq!((heard.aborted, heard.ended), (cancelled && heard.begun, !cancelled));
+            // An aborted sink is empty.
+            assert_eq!(sink.batches.is_empty() && sink.scene.parts.is_empty(), cancelled);
             cancelled
         });
     }

@@ -251,17 +251,11 @@ fn scene(model: &Model, prepared: &[Arc<PreparedPart>]) -> Scene {
 mod tests {
     use super::*;
     use crate::control::{Alone, assert_each_cancels};
-    use crate::model::{ModelBuilder, shapes};
-    use glam::DAffine3;
+    use crate::model::shapes;
 
     #[test]
     fn prepares_are_cancelled_wherever_they_look() {
-        let mut model = ModelBuilder::new("shapes");
-        for name in shapes::NAMES {
-            let part = model.part(shapes::by_name(name).expect("a shape").parts.swap_remove(0));
-            model.place(part, DAffine3::IDENTITY);
-        }
-        let model = model.finish().expect("a model");
+        let model = shapes::all();
         assert_each_cancels("shapes", 300, |control| {
             let prepared = prepare_on(&Alone, &model, &PrepareOptions::DEFAULT, control);
             matches!(prepared, Err(PrepareError::Cancelled))
