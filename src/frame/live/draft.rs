@@ -207,7 +207,7 @@ pub(super) struct NewTessellants {
 }
 
 pub(super) struct TessellantUpdate {
-    /// With the tiles beside them. `None` if they equal the old ones.
+    /// And the tiles that use the edge. `None` if the tessellants equal the old ones.
     pub(super) line: Option<(Pair<EdgePolyline>, SmallVec<[TileId; 4]>)>,
     pub(super) kept: bool,
     /// Whether they follow the old ones.

@@ -58,7 +58,7 @@ impl PlanPages {
         let tiles = chunks(jobs, replaced.collect(), FREED).into_iter().map(|rows| (rows, Vec::new()));
         let replaced = edges.into_iter().map(|(p, row, new)| std::mem::replace(&mut page.parts[p].edges[row], new));
         let edges = chunks(jobs, replaced.collect(), FREED).into_iter().map(|rows| (Vec::new(), rows));
-        // On all threads: each of them is elsewhere in memory, so that freeing it waits for that.
+        // On all threads: each row is elsewhere in memory, and to free it takes a miss of the caches.
         map(jobs, tiles.chain(edges).collect(), drop);
         spare.unwrap_or_default()
     }

@@ -428,11 +428,11 @@ impl Planner {
             (rates.kept.edges[k], rates.edge_terms[k]) = (follows, *term);
             let id = PartId::new(p);
             mark(&mut limited.edges, (id, e), !kept);
-            if let Some(([line, again], beside)) = line {
+            if let Some(([line, again], tiles)) = line {
                 page.parts[p].edges[k] = line;
                 pages.new.edges.push((p, k, again));
                 changed.edges.add(p, k);
-                beside.into_iter().for_each(|tile| changed.tiles.add(p, tile.index()));
+                tiles.into_iter().for_each(|tile| changed.tiles.add(p, tile.index()));
             }
         }
     }

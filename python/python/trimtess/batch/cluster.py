@@ -134,8 +134,8 @@ def new_folder() -> str:
 def remove_folders(folders: Iterable[str]) -> None:
     """Removes what embedded Rays wrote. `folders`: as `new_folder` made them.
 
-    A worker that was just starting when its driver was killed makes the folder anew. So this waits, for a few seconds, until
-    there is none. Some agents of Ray end within two minutes only, but those write no new files."""
+    If a driver is killed while one of its workers starts, that worker still creates the folder. So this first waits until such
+    workers have ended, for at most `END_SECONDS`. Agents of Ray may run for two more minutes. They write no new files."""
     for folder in folders:
         if pathlib.Path(folder).name.startswith(FOLDER):
             until = time.monotonic() + END_SECONDS

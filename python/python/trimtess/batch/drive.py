@@ -96,7 +96,7 @@ def convert(arguments: Iterable[str], out: "os.PathLike[str] | str", options: Op
                 seconds = convert_all(todo, out, run, options, settings, catalogue, statuses, left)
         finally:
             store.clear()
-            # Again: a worker that took longer to start makes Ray's folder anew.
+            # Again, for a worker that outlived the wait.
             clusters.remove_folders(left)
         return Summary(len(found), known, dict(statuses), seconds)
 
