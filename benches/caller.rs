@@ -7,6 +7,7 @@
 
 use glam::{DAffine3, DVec3};
 use std::error::Error;
+use std::slice::Iter;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::import::step::{self, StepOptions};
@@ -117,8 +118,8 @@ impl MeshSink for Hears {
         Ok(())
     }
 
-    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
-        self.bytes += tile.vertex_bytes();
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        self.bytes += tiles.map(WrittenTile::vertex_bytes).sum::<usize>();
         Ok(())
     }
 

@@ -6,6 +6,7 @@
 use glam::{DAffine3, DVec3};
 use std::collections::BTreeMap;
 use std::error::Error;
+use std::slice::Iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use trimtess::control::{Control, Job, Jobs, Priority};
@@ -111,10 +112,12 @@ impl MeshSink for Drawables {
     }
 
     /// One row per tile that has changed: the vertices are there already.
-    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
-        let key = (tile.part, tile.tile);
-        let old = if tile.triangles > 0 { self.tiles.insert(key, *tile) } else { self.tiles.remove(&key) };
-        old.iter().for_each(|old| self.memory.release(old));
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        for tile in tiles {
+            let key = (tile.part, tile.tile);
+            let old = if tile.triangles > 0 { self.tiles.insert(key, *tile) } else { self.tiles.remove(&key) };
+            old.iter().for_each(|old| self.memory.release(old));
+        }
         Ok(())
     }
 

@@ -339,6 +339,24 @@ fn a_sink_that_refuses_a_written_tile_gets_a_whole_frame_next() {
     }
 }
 
+#[test]
+fn rooms_that_a_sink_leaves_are_given_back() {
+    let prepared = shape("brake-hub");
+    let path = views(&prepared, 2);
+    for (most, bad) in
+        [Refusal::Error, Refusal::Panic, Refusal::Nothing].into_iter().flat_map(|bad| [(0, bad), (2, bad)])
+    {
+        let (mut session, mut sink) = writing(&prepared, 1, VertexLayout::COMPACT);
+        session.view(&path[..1], &mut sink).unwrap();
+        sink.takes = Some((most, bad));
+        let error = session.view(&path[1..], &mut sink).unwrap_err();
+        assert!(sink.takes.is_none() && matches!(error, FrameError::Sink(_)), "{bad:?}: {error}");
+        assert_eq!((sink.aborts, sink.memory.used()), (1, sink.tiles.len()), "{most} taken, then {bad:?}");
+        assert!(session.view(&path[1..], &mut sink).unwrap().whole);
+        assert_eq!(sink.memory.used(), sink.tiles.len());
+    }
+}
+
 /// Memory that panics where it is given a room back.
 struct Greedy(Arc<Blocks>);
 

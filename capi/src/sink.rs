@@ -8,6 +8,7 @@ use crate::status::Failure;
 use crate::version::TT_NONE;
 use std::ffi::c_void;
 use std::ptr::null;
+use std::slice::Iter;
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, WrittenTile};
 use trimtess::model::PartId;
 
@@ -193,8 +194,8 @@ impl MeshSink for Sink<'_> {
         took("tt_sink.tile", (self.tile)(self.user.get(), &tile))
     }
 
-    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
-        took("tt_sink.tile", (self.tile)(self.user.get(), &written(tile)))
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        tiles.try_for_each(|tile| took("tt_sink.tile", (self.tile)(self.user.get(), &written(tile))))
     }
 
     fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {

@@ -3,13 +3,14 @@
 use super::{Batch, DrawnTiles, EdgeLine, MeshLists, Scene, SinkError, WrittenTile};
 use crate::model::PartId;
 use std::collections::BTreeMap;
+use std::slice::Iter;
 
 /// Receives frames of triangles.
 ///
 /// Call order: `begin`, `begin_changes` or `begin_update`, `batch`*, `edge_line`*, `drawn`, then `end` or `abort`, all
 /// on the render thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers. A
 /// session that [writes into the sink's memory](crate::parallel::Session::write_into) calls `written` instead of
-/// `batch`.
+/// `batch`, each time for tiles that follow each other.
 ///
 /// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {
@@ -24,7 +25,7 @@ pub trait MeshSink: Send {
         MeshLists::ALL
     }
 
-    /// Starts a whole frame, which replaces everything sent before. Tiles without triangles are not sent.
+    /// Starts a whole frame, which replaces everything sent before. It has no batches without triangles.
     ///
     /// # Errors
     /// When the sink cannot take the frame; `abort` follows.
@@ -64,13 +65,15 @@ pub trait MeshSink: Send {
     /// When the sink cannot take the batch; `abort` follows.
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError>;
 
-    /// Receives a tile that is in its memory already, instead of a [`batch`](Self::batch). One without triangles removes
-    /// the tile. From this call on the room is the sink's, also if it refuses.
+    /// Receives tiles that are in its memory already, instead of [`batch`](Self::batch)es: at least one. One without
+    /// triangles removes the tile, if there is one. The room of each tile that the sink takes from `tiles` is the
+    /// sink's, also if it then refuses. The room of those that it leaves there is given back.
     ///
     /// # Errors
-    /// When the sink cannot take it; `abort` follows. The provided implementation always fails.
-    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
-        let context = format!("part {}, tile {}, written for a sink that takes meshes", tile.part.0, tile.tile.0);
+    /// When the sink cannot take all of them; `abort` follows. To leave some is an error too. The provided
+    /// implementation always fails.
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        let context = format!("{} tiles written for a sink that takes meshes", tiles.len());
         Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
     }
 
@@ -121,8 +124,8 @@ impl<S: MeshSink + ?Sized> MeshSink for Box<S> {
         (**self).batch(batch)
     }
 
-    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
-        (**self).written(tile)
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        (**self).written(tiles)
     }
 
     fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {

@@ -14,6 +14,7 @@ use std::any::Any;
 use std::cmp::Reverse;
 use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::slice::Iter;
 use std::time::Duration;
 
 /// Report of a committed frame.
@@ -96,8 +97,8 @@ pub(super) struct Rows {
     lines: Vec<EdgeLine>,
     /// The tiles that were made, by delivery.
     pub(super) made: Vec<Vec<MadeTile>>,
-    /// Tiles that the sink was given, of those that were written.
-    given: usize,
+    /// Tiles that the sink took, of those that were written.
+    taken: usize,
     rungs: Vec<FaceRung>,
     fills: Vec<(TileId, FaceFill)>,
 }
@@ -147,7 +148,7 @@ pub(super) fn commit(
     if let Err(error) = fed {
         if let Some(writer) = writer {
             let all = seats.iter().flat_map(|seat| &rows.written[seat.worker as usize][seat.rows()]);
-            let left = all.skip(rows.given);
+            let left = all.skip(rows.taken);
             // The sink must hear of the end whatever its memory does.
             let _ = catch_unwind(AssertUnwindSafe(|| writer.release(left)));
         }
@@ -167,7 +168,7 @@ impl Rows {
         self.made.clear();
         self.rungs.clear();
         self.fills.clear();
-        self.given = 0;
+        self.taken = 0;
     }
 
     /// Takes what is fed of a delivery. Those of workers with smaller numbers come before it.
@@ -204,7 +205,7 @@ impl Rows {
             self.fetch(seats);
             for seat in seats {
                 match writer {
-                    Some(writer) => self.send_written(*seat, (whole, feed), (&mut gone, writer), sink)?,
+                    Some(writer) => self.send_written(*seat, feed, (&mut gone, writer), sink)?,
                     None => self.send_batches(*seat, (whole, feed), &mut gone, sink)?,
                 }
             }
@@ -237,29 +238,30 @@ impl Rows {
         black_box(seats.iter().map(read).fold(0, |a, b| a ^ b));
     }
 
-    /// Gives the sink the tiles of a seat, and those that are gone before them. A whole frame has no need of tiles
-    /// without triangles.
+    /// Gives the sink the tiles of a seat, and those that are gone before them.
     fn send_written(
         &mut self,
         seat: Seat,
-        (whole, feed): (bool, Feed<'_>),
+        feed: Feed<'_>,
         (gone, writer): (&mut Gone<'_>, &Writer),
         sink: &mut dyn MeshSink,
     ) -> Result<(), FrameError> {
-        for tile in &self.written[seat.worker as usize][seat.rows()] {
+        let mut tiles = &self.written[seat.worker as usize][seat.rows()];
+        while let Some(first) = tiles.first() {
             feed.goes_on()?;
-            if !gone.is_empty() {
-                evict(before(gone, (tile.part, tile.tile)), Some(writer), sink)?;
-            }
-            self.given += 1;
-            if !whole || tile.triangles > 0 {
-                sink.written(tile).map_err(FrameError::Sink)?;
-            }
+            evict(before(gone, (first.part, first.tile)), Some(writer), sink)?;
+            let until = gone.first().map_or(tiles.len(), |&(part, gone, _)| {
+                tiles.partition_point(|tile| (tile.part, tile.tile) <= (part, gone))
+            });
+            let given;
+            (given, tiles) = tiles.split_at(until);
+            give(given, &mut self.taken, sink)?;
         }
         Ok(())
     }
 
-    /// As [`send_written`](Self::send_written), for batches.
+    /// Gives the sink the batches of a seat, and the tiles that are gone before them. A whole frame has no need of
+    /// batches without triangles.
     fn send_batches(
         &mut self,
         seat: Seat,
@@ -291,14 +293,43 @@ fn before<'a>(gone: &mut Gone<'a>, tile: (PartId, TileId)) -> Gone<'a> {
     before
 }
 
+/// Tiles that a sink takes. Counts them, also if it panics.
+struct Taking<'a> {
+    left: Iter<'a, WrittenTile>,
+    taken: &'a mut usize,
+}
+
+impl Drop for Taking<'_> {
+    fn drop(&mut self) {
+        *self.taken -= self.left.len();
+    }
+}
+
+/// Gives the sink written tiles. Adds those that it takes to `taken`.
+fn give(tiles: &[WrittenTile], taken: &mut usize, sink: &mut dyn MeshSink) -> Result<(), FrameError> {
+    *taken += tiles.len();
+    let mut taking = Taking { left: tiles.iter(), taken };
+    sink.written(&mut taking.left).map_err(FrameError::Sink)?;
+    match taking.left.len() {
+        0 => Ok(()),
+        left => {
+            let context = format!("{left} of {} written tiles were left by the sink", tiles.len());
+            Err(FrameError::Sink(SinkError { context, cause: std::io::ErrorKind::InvalidInput.into() }))
+        }
+    }
+}
+
 /// Tells the sink that tiles are gone.
 fn evict(tiles: Gone<'_>, writer: Option<&Writer>, sink: &mut dyn MeshSink) -> Result<(), FrameError> {
     for &(part, tile, face) in tiles {
         match writer {
-            Some(writer) => sink.written(&WrittenTile::gone((part, face, tile), writer.layout())),
-            None => sink.batch(&mut Batch { part, face, tile, worker: 0, mesh: TileMesh::default() }),
+            // It has no room that could be given back.
+            Some(writer) => give(&[WrittenTile::gone((part, face, tile), writer.layout())], &mut 0, sink)?,
+            None => {
+                let mut batch = Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
+                sink.batch(&mut batch).map_err(FrameError::Sink)?;
+            }
         }
-        .map_err(FrameError::Sink)?;
     }
     Ok(())
 }

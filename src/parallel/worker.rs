@@ -72,7 +72,7 @@ impl<S: Stages> Worker<'_, S> {
         let tiles = &hand.tiles[..hand.tiles.partition_point(|(part, _, _)| part.index() < parts)];
         let edges = &hand.edges[..hand.edges.partition_point(|(part, _)| part.index() < parts)];
         let _span = tracing::debug_span!("worker", number = self.number).entered();
-        let mut delivery = Delivery { written: Rooms::of(writer.as_ref()), ..Delivery::default() };
+        let mut delivery = Delivery { written: Rooms::of(writer.as_ref(), tiles.len()), ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
         delivery.made.reserve_exact(tiles.len());

@@ -88,9 +88,9 @@ pub(super) struct Rooms {
 }
 
 impl Rooms {
-    /// None yet, for tiles of `writer`.
-    pub(super) fn of(writer: Option<&Arc<Writer>>) -> Self {
-        Self { writer: writer.cloned(), tiles: Vec::new() }
+    /// None yet, for up to `most` tiles of `writer`.
+    pub(super) fn of(writer: Option<&Arc<Writer>>, most: usize) -> Self {
+        Self { writer: writer.cloned(), tiles: Vec::with_capacity(if writer.is_some() { most } else { 0 }) }
     }
 
     pub(super) fn push(&mut self, tile: WrittenTile) {

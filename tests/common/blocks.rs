@@ -1,6 +1,7 @@
 //! A sink whose memory is one block of vertices and one of indices per tile. Blocks are used again.
 
 use std::collections::BTreeMap;
+use std::slice::Iter;
 use std::sync::{Arc, Mutex};
 use trimtess::mesh::{DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, WrittenTile};
 use trimtess::model::{PartId, TileId};
@@ -106,6 +107,8 @@ pub(crate) struct BlockSink {
     pub(crate) aborts: usize,
     /// Refuses the call with this number, counted from now.
     pub(crate) refuse: Option<usize>,
+    /// Takes so many written tiles of the next call, and then does this.
+    pub(crate) takes: Option<(usize, Refusal)>,
     new: Vec<WrittenTile>,
     whole: bool,
 }
@@ -155,9 +158,19 @@ impl MeshSink for BlockSink {
         panic!("tiles are written into memory")
     }
 
-    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
-        self.new.push(*tile);
-        self.call()
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        if let Some((most, bad)) = self.takes.take() {
+            self.new.extend(tiles.take(most));
+            return match bad {
+                Refusal::Error => Err(refused()),
+                Refusal::Panic => panic!("no more tiles"),
+                Refusal::Short | Refusal::Nothing => Ok(()),
+            };
+        }
+        tiles.try_for_each(|tile| {
+            self.new.push(*tile);
+            self.call()
+        })
     }
 
     fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {

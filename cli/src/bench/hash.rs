@@ -3,6 +3,7 @@
 
 use crate::Failure;
 use std::collections::BTreeMap;
+use std::slice::Iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{PartId, TileId};
@@ -81,10 +82,12 @@ impl MeshSink for Pictures {
         Ok(())
     }
 
-    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
-        let key = (tile.part, tile.tile);
-        let old = if tile.triangles > 0 { self.tiles.insert(key, *tile) } else { self.tiles.remove(&key) };
-        old.iter().for_each(|old| self.memory.release(old));
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        for tile in tiles {
+            let key = (tile.part, tile.tile);
+            let old = if tile.triangles > 0 { self.tiles.insert(key, *tile) } else { self.tiles.remove(&key) };
+            old.iter().for_each(|old| self.memory.release(old));
+        }
         Ok(())
     }
 

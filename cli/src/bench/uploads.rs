@@ -1,5 +1,6 @@
 //! Tiles -> the bytes that a renderer would upload and hold. Stores sizes, not meshes.
 
+use std::slice::Iter;
 use std::sync::{Arc, Mutex, PoisonError};
 use trimtess::mesh::{Batch, EdgeLine, MeshLists, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{PartId, TileId};
@@ -133,9 +134,11 @@ impl MeshSink for Uploads {
         Ok(())
     }
 
-    fn written(&mut self, tile: &WrittenTile) -> Result<(), SinkError> {
-        let bytes = (tile.vertex_bytes() + tile.index_bytes()) as u64;
-        self.hold(tile.part, tile.tile, Size { triangles: u64::from(tile.triangles), bytes });
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        for tile in tiles {
+            let bytes = (tile.vertex_bytes() + tile.index_bytes()) as u64;
+            self.hold(tile.part, tile.tile, Size { triangles: u64::from(tile.triangles), bytes });
+        }
         Ok(())
     }
 

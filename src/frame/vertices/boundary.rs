@@ -41,7 +41,7 @@ pub(crate) fn trace_loops(
             for l in &tile.loops {
                 for u in l {
                     trace_use((part, plan), u, &mut s.ts, mesh);
-                    u.uv.points(&s.ts, &mut s.uvs);
+                    u.uv.points(&s.ts, u.piece, &mut s.uvs);
                 }
                 s.loop_starts.push(s.uvs.len() as u32);
             }
@@ -70,9 +70,13 @@ pub(crate) fn trace_use((part, plan): (&PreparedPart, &PartPlan), u: &EdgeUse, t
             ts.push(all[k]);
             origins.push(origin(part, u.edge, k as u32));
         }
-        match &edge.shape {
-            EdgeShape::Curve(curve) => curve.points(&ts[first + 1..], positions),
-            EdgeShape::Point(p) => ts[first + 1..].iter().for_each(|_| positions.push(*p)),
+        // Most stretches are straight: their shape is not read, since it is in no cache.
+        let between = &ts[first + 1..];
+        if !between.is_empty() {
+            match &edge.shape {
+                EdgeShape::Curve(curve) => curve.points(between, positions),
+                EdgeShape::Point(p) => between.iter().for_each(|_| positions.push(*p)),
+            }
         }
         from = to;
     }

@@ -203,8 +203,8 @@ impl Closer<'_> {
         self.added.place.get_or_insert(a.0);
         let d = b.1 - a.1;
         let uv = UvCurve::Hermite([(0.0, a.1), (1.0, b.1)].map(|(t, uv)| UvSample { t, uv, d }).into());
-        let [from, to] = if reversed { [1, 0] } else { [0, 1] };
-        EdgeUse { edge: RowId(edge), from, to, uv }
+        let ends = if reversed { [1, 0] } else { [0, 1] };
+        EdgeUse::new(RowId(edge), &self.edges[edge as usize].breaks, ends, uv)
     }
 
     /// Whether as many runs enter each point as leave it.
@@ -262,7 +262,7 @@ impl Closer<'_> {
             });
             place = uv.point(breaks[to as usize].t, &mut 0);
             self.added.place.get_or_insert(breaks[from as usize].point);
-            l.push(EdgeUse { edge: RowId(edge), from, to, uv });
+            l.push(EdgeUse::new(RowId(edge), breaks, [from, to], uv));
         }
         self.added.loops += 1;
         self.join(&mut l);
@@ -303,7 +303,8 @@ mod tests {
         let chain: Chain = (0..4).map(|edge| (edge, 1)).collect();
         let edge_use = |(edge, from, to): (u32, u32, u32)| {
             let sample = |t: f64| UvSample { t, uv: DVec2::ZERO, d: DVec2::ZERO };
-            EdgeUse { edge: RowId(edge), from, to, uv: UvCurve::Hermite([sample(0.0), sample(1.0)].into()) }
+            let uv = UvCurve::Hermite([sample(0.0), sample(1.0)].into());
+            EdgeUse::new(RowId(edge), &edges[edge as usize].breaks, [from, to], uv)
         };
         let loops = [[(0, 0, 1), (2, 1, 2), (3, 0, 1)], [(2, 1, 0), (1, 1, 0), (0, 2, 1)]];
         let mut tiles = [Tile {

@@ -107,6 +107,15 @@ pub struct EdgeUse {
     pub to: u32,
     /// The pcurve in the tile's (u,v). It may extend beyond the stretch.
     pub uv: UvCurve,
+    /// The piece of the pcurve where the stretch starts.
+    pub piece: u32,
+}
+
+impl EdgeUse {
+    /// Creates the use of a stretch of `edge`, which has these breaks, from one of them to another.
+    pub(crate) fn new(edge: RowId, breaks: &[Break], [from, to]: [u32; 2], uv: UvCurve) -> Self {
+        Self { edge, from, to, piece: uv.piece(breaks[from as usize].t), uv }
+    }
 }
 
 /// A rectangle of a face's parameter plane with its trim loops.

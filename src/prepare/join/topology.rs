@@ -172,7 +172,7 @@ fn number_tiles(
             };
             let breaks = &edges[edge].breaks;
             let (from, to) = (nearest_break(breaks, u.from), nearest_break(breaks, u.to));
-            (from != to).then_some(EdgeUse { edge: RowId(id(edge)), from: id(from), to: id(to), uv: u.uv })
+            (from != to).then(|| EdgeUse::new(RowId(id(edge)), breaks, [from, to].map(id), u.uv))
         };
         let loops = t.loops.into_iter().map(|l| l.into_iter().filter_map(edge_use).collect::<Vec<_>>());
         let loops = loops.filter(|l| !l.is_empty()).collect();

@@ -136,16 +136,25 @@ impl UvCurve {
         }
     }
 
-    /// Appends [`point`](Self::point) of each parameter. Fastest if each is near the one before.
+    /// The piece that contains `t`: the first one before the pcurve, the last one beyond it. 0 of a line.
+    pub(crate) fn piece(&self, t: f64) -> u32 {
+        match self {
+            Self::Iso { .. } => 0,
+            Self::Hermite(samples) => (samples.partition_point(|s| s.t <= t).clamp(1, samples.len() - 1) - 1) as u32,
+        }
+    }
+
+    /// Appends [`point`](Self::point) of each parameter. Fastest if the first is on or near `piece`, and each near the
+    /// one before.
     // By `push`: the standard library does not inline `extend`, and most uses of edges have few tessellants.
     #[inline(always)]
-    pub(crate) fn points(&self, ts: &[f64], out: &mut Vec<DVec2>) {
+    pub(crate) fn points(&self, ts: &[f64], piece: u32, out: &mut Vec<DVec2>) {
         match self {
             Self::Iso { axis: 0, at } => ts.iter().for_each(|&t| out.push(DVec2::new(*at, t))),
             Self::Iso { at, .. } => ts.iter().for_each(|&t| out.push(DVec2::new(t, *at))),
             Self::Hermite(samples) => {
-                let first = ts.first().map_or(0.0, |&t| t);
-                let mut i = samples.partition_point(|s| s.t <= first).clamp(1, samples.len() - 1) - 1;
+                // A search reads samples all over the pcurve, and most are in no cache.
+                let mut i = (piece as usize).min(samples.len() - 2);
                 let (mut a, mut b) = (&samples[i], &samples[i + 1]);
                 for &t in ts {
                     if t < a.t || t >= b.t {
