@@ -70,7 +70,7 @@ pub(crate) fn trace_use((part, plan): (&PreparedPart, &PartPlan), u: &EdgeUse, t
             ts.push(all[k]);
             origins.push(origin(part, u.edge, k as u32));
         }
-        // Most stretches are straight: their shape is not read, since it is in no cache.
+        // The shape may be in no cache: it is not read where nothing is between the breaks.
         let between = &ts[first + 1..];
         if !between.is_empty() {
             match &edge.shape {

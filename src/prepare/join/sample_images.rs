@@ -28,7 +28,7 @@ impl EdgeImages {
             let used = &tile.loops[l as usize][u as usize];
             let (from, to) = (edge.breaks[used.from as usize].t, edge.breaks[used.to as usize].t);
             let ends = [from.min(to), from.max(to)];
-            let mut hint = 0;
+            let mut hint = used.piece as usize;
             let mut place = |t: f64| {
                 let share = (used.uv.point(t, &mut hint) - tile.min) / (tile.max - tile.min);
                 share.as_vec2().to_array()

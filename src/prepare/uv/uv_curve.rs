@@ -181,3 +181,30 @@ fn piece_near(samples: &[UvSample], t: f64, i: usize) -> usize {
     }
     i
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_the_same_from_any_piece() {
+        let sample = |k: i32| {
+            let t = f64::from(k * k) / 25.0;
+            UvSample { t, uv: DVec2::new(t, t * t), d: DVec2::new(1.0, 2.0 * t + f64::from(k)) }
+        };
+        let uv = UvCurve::Hermite((0..=5).map(sample).collect());
+        let rising: Vec<f64> = (-1..=21).map(|k| 0.05 * f64::from(k)).collect();
+        let falling: Vec<f64> = rising.iter().rev().copied().collect();
+        for ts in [rising, falling, Vec::new()] {
+            let expected: Vec<DVec2> = ts.iter().map(|&t| uv.point(t, &mut 0)).collect();
+            for piece in 0..9 {
+                let mut points = Vec::new();
+                uv.points(&ts, piece, &mut points);
+                assert_eq!(points, expected, "from piece {piece}");
+            }
+        }
+        assert_eq!([-1.0, 0.0, 0.039, 0.04, 0.99, 1.0, 2.0].map(|t| uv.piece(t)), [0, 0, 0, 1, 4, 4, 4]);
+        let line = UvCurve::Iso { axis: 1, at: 3.0 };
+        assert_eq!((line.piece(0.5), line.point(0.5, &mut 7)), (0, DVec2::new(0.5, 3.0)));
+    }
+}
