@@ -251,9 +251,9 @@ impl<'a> Strides<'a> {
 
 /// Appends `n` even gaps, fewer where floats are not that fine.
 fn evenly(a: f64, b: f64, n: usize, out: &mut Vec<f64>) {
-    let mut last = a;
+    let (mut last, n) = (a, n as u32);
     for k in 1..n {
-        let x = a + (b - a) * (k as f64 / n as f64);
+        let x = a + (b - a) * (f64::from(k) / f64::from(n));
         if x > last && x < b {
             out.push(x);
             last = x;

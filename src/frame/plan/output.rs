@@ -40,7 +40,7 @@ pub(crate) fn is_even(lines: &[f64]) -> bool {
     let last = lines.len() - 1;
     let (from, width) = (lines[0], lines[last] - lines[0]);
     let gap = width / last as f64;
-    (1..last).all(|k| (lines[k] - from - gap * k as f64).abs() <= ROUNDING * width)
+    (1..).zip(&lines[1..last]).all(|(k, line)| (line - from - gap * f64::from(k)).abs() <= ROUNDING * width)
 }
 
 /// Converts a parameter to cells: the integer part is the index of the line below, the fraction is linear to the next
@@ -61,8 +61,9 @@ pub fn cell_coordinate(lines: &[f64], x: f64) -> f64 {
 /// [`cell_coordinate`] of parameters that are near the ones before: walks along the lines instead of searching.
 pub(crate) struct CellWalk<'a> {
     lines: &'a [f64],
-    /// The line below the last parameter, and the parameters of that line and the next.
-    at: usize,
+    /// The line below the last parameter, and the parameters of that line and the next. A `u32` since a `usize` takes
+    /// ten instructions to become an `f64`.
+    at: u32,
     ends: [f64; 2],
 }
 
@@ -77,7 +78,7 @@ impl<'a> CellWalk<'a> {
     }
 
     fn from_line(lines: &'a [f64], at: usize) -> Self {
-        Self { lines, at, ends: [lines[at], lines[at + 1]] }
+        Self { lines, at: at as u32, ends: [lines[at], lines[at + 1]] }
     }
 
     /// Returns the same number as [`cell_coordinate`].
@@ -95,14 +96,14 @@ impl<'a> CellWalk<'a> {
             // At most one of the loops runs. NaN runs neither.
             while x >= ends[1] {
                 *at += 1;
-                *ends = [ends[1], lines[*at + 1]];
+                *ends = [ends[1], lines[*at as usize + 1]];
             }
             while x < ends[0] {
                 *at -= 1;
-                *ends = [lines[*at], ends[0]];
+                *ends = [lines[*at as usize], ends[0]];
             }
         }
-        *at as f64 + (x - ends[0]) / (ends[1] - ends[0])
+        f64::from(*at) + (x - ends[0]) / (ends[1] - ends[0])
     }
 
     /// [`Self::cell`] of the parameter at `share` of the way from the first to the last line.
