@@ -1,6 +1,7 @@
 //! Loops over numbers, compiled for the registers that the processor has (on x86-64 with AVX2 or without), chosen at run
 //! time.
 
+use std::ops::{Add, Div, Mul, Sub};
 #[cfg(not(target_arch = "wasm32"))]
 use std::sync::LazyLock;
 
@@ -21,4 +22,143 @@ pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
     return ARCH.dispatch(work);
     #[cfg(target_arch = "wasm32")]
     work()
+}
+
+/// `L` numbers. Each goes the way that it would go alone: no operation here rounds twice or fuses.
+pub(crate) trait Lanes<const L: usize>:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// `x` in each lane.
+    fn splat(self, x: f64) -> Self;
+    /// The numbers of an array.
+    fn load(self, x: &[f64; L]) -> Self;
+    fn to_array(self) -> [f64; L];
+    fn sqrt(self) -> Self;
+    /// The lanes that are less than those of `other`, a bit each.
+    fn below(self, other: Self) -> u32;
+}
+
+/// Lanes in plain Rust.
+#[derive(Clone, Copy)]
+pub(crate) struct Plain<const L: usize>(pub(crate) [f64; L]);
+
+impl<const L: usize> Plain<L> {
+    #[inline(always)]
+    fn with(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        for l in 0..L {
+            self.0[l] = f(self.0[l], other.0[l]);
+        }
+        self
+    }
+}
+
+impl<const L: usize> Lanes<L> for Plain<L> {
+    #[inline(always)]
+    fn splat(self, x: f64) -> Self {
+        Self([x; L])
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f64; L]) -> Self {
+        Self(*x)
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f64; L] {
+        self.0
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f64::sqrt))
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        (0..L).fold(0, |bits, l| bits | u32::from(self.0[l] < other.0[l]) << l)
+    }
+}
+
+/// Four lanes in one register of AVX2.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+pub(crate) struct Wide(pulp::x86::V3, std::arch::x86_64::__m256d);
+
+#[cfg(target_arch = "x86_64")]
+impl Lanes<4> for Wide {
+    #[inline(always)]
+    fn splat(self, x: f64) -> Self {
+        Self(self.0, self.0.avx._mm256_set1_pd(x))
+    }
+
+    #[inline(always)]
+    fn load(self, x: &[f64; 4]) -> Self {
+        Self(self.0, pulp::cast(*x))
+    }
+
+    #[inline(always)]
+    fn to_array(self) -> [f64; 4] {
+        pulp::cast(self.1)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0, self.0.avx._mm256_sqrt_pd(self.1))
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        self.0
+            .avx
+            ._mm256_movemask_pd(self.0.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_LT_OQ }>(self.1, other.1))
+            .cast_unsigned()
+    }
+}
+
+macro_rules! operator {
+    ($name:ident, $method:ident, $of_four:ident) => {
+        impl<const L: usize> $name for Plain<L> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                self.with(other, f64::$method)
+            }
+        }
+
+        #[cfg(target_arch = "x86_64")]
+        impl $name for Wide {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0, self.0.avx.$of_four(self.1, other.1))
+            }
+        }
+    };
+}
+operator!(Add, add, _mm256_add_pd);
+operator!(Sub, sub, _mm256_sub_pd);
+operator!(Mul, mul, _mm256_mul_pd);
+operator!(Div, div, _mm256_div_pd);
+
+/// Work on lanes.
+pub(crate) trait Work {
+    type Output;
+    /// Does it in lanes like `zero`.
+    fn run<F: Lanes<4>>(self, zero: F) -> Self::Output;
+}
+
+/// Does `work` in the widest registers.
+#[inline(always)]
+pub(crate) fn in_fours<W: Work>(work: W) -> W::Output {
+    #[cfg(target_arch = "x86_64")]
+    if let pulp::Arch::V3(simd) = *ARCH {
+        return simd.vectorize(
+            #[inline(always)]
+            || work.run(Wide(simd, simd.avx._mm256_setzero_pd())),
+        );
+    }
+    widest(
+        #[inline(always)]
+        || work.run(Plain([0.0; 4])),
+    )
 }

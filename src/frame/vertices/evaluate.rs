@@ -1,74 +1,58 @@
-//! Lattice lines and single parameters -> surface points and unit normals, four at a time.
+//! Single parameters -> surface points and unit normals, four at a time, and what lattices share with them.
 //!
-//! Per outer line the patch is contracted to a curve and its cross derivative, then that curve is evaluated at blocks
-//! of inner lines (tensor-product evaluation as in Kumar & Manocha 1995, §3.3, with the basis of a line computed once
-//! per lattice). Every lane does the same arithmetic in the same order, so the bits of a point do not depend on the
-//! other lanes.
+//! Every lane does the same arithmetic in the same order, so the bits of a point do not depend on the other lanes.
+
+pub use super::lattice::{EvaluateScratch, UNWANTED, evaluate_lattice};
 
 use crate::math::bernstein;
-use crate::math::lanes::widest;
-use crate::prepare::internals::decompose::{BezierPatches, Piece, locate};
+use crate::math::lanes::{Lanes, Plain, widest};
+use crate::prepare::internals::decompose::{BezierPatches, Piece};
 use glam::{DVec2, DVec3, DVec4};
 
 /// Inner lines per block. 8 wastes half of the lanes on the short runs that patches of real models have; 2 leaves the
 /// divisions unpaired.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 /// Ratio of squared lengths below which a derivative counts as vanishing, or two derivatives as parallel.
 const DEGENERATE: f64 = 1e-20;
-
-/// The place of lattice points that [`evaluate_lattice`] leaves out.
-pub const UNWANTED: u32 = u32::MAX;
-
-/// Buffers that the evaluators reuse. They do not affect results.
-#[derive(Default, Debug)]
-pub struct EvaluateScratch {
-    /// Basis row and derivative row of each outer line.
-    outer: Vec<f64>,
-    /// Patch index of each outer line, and its parameter in the patch.
-    places: Vec<(usize, f64)>,
-    blocks: Vec<Block>,
-    /// Per block the basis of its lanes, then its derivative, `inner degree + 1` rows each.
-    inner: Vec<[f64; LANES]>,
-    /// The contracted curve and its cross derivative.
-    curve: Vec<[f64; 4]>,
-}
-
-/// Up to [`LANES`] neighbouring inner lines of one patch.
-#[derive(Clone, Copy, Debug)]
-struct Block {
-    patch: usize,
-    first: usize,
-    count: usize,
-    places: [f64; LANES],
-}
 
 /// How u and v map to the kernel's outer and inner direction. The higher degree is inside, where more lines are
 /// expected. Depends on the surface alone, so that bits do not depend on the lattice.
 #[derive(Clone, Copy)]
-struct Roles {
-    inner_is_v: bool,
-    outer_points: usize,
-    inner_points: usize,
-    stride_outer: usize,
-    stride_inner: usize,
+pub(super) struct Roles {
+    pub(super) inner_is_v: bool,
+    pub(super) outer_points: usize,
+    pub(super) inner_points: usize,
+    pub(super) stride_outer: usize,
+    pub(super) stride_inner: usize,
+    /// Of the normal: -1 where the cross product of outer and inner derivative points against it.
+    pub(super) sign: f64,
 }
 
 impl Roles {
     /// Degree 1 in u and 2 in v, and the reverse: parts of cylinders and cones.
-    const WIDE: Self = Self { inner_is_v: true, outer_points: 2, inner_points: 3, stride_outer: 3, stride_inner: 1 };
-    const TALL: Self = Self { inner_is_v: false, outer_points: 2, inner_points: 3, stride_outer: 1, stride_inner: 2 };
+    const WIDE: Self =
+        Self { inner_is_v: true, outer_points: 2, inner_points: 3, stride_outer: 3, stride_inner: 1, sign: 1.0 };
+    const TALL: Self =
+        Self { inner_is_v: false, outer_points: 2, inner_points: 3, stride_outer: 1, stride_inner: 2, sign: -1.0 };
 
     /// As many control points in u as in v.
     const fn square(n: usize) -> Self {
-        Self { inner_is_v: true, outer_points: n, inner_points: n, stride_outer: n, stride_inner: 1 }
+        Self { inner_is_v: true, outer_points: n, inner_points: n, stride_outer: n, stride_inner: 1, sign: 1.0 }
     }
 
-    fn of(patches: &BezierPatches) -> Self {
+    pub(super) fn of(patches: &BezierPatches) -> Self {
         let (nu, nv) = (patches.degree_u + 1, patches.degree_v + 1);
         if patches.degree_v >= patches.degree_u {
-            Self { inner_is_v: true, outer_points: nu, inner_points: nv, stride_outer: nv, stride_inner: 1 }
+            Self { inner_is_v: true, outer_points: nu, inner_points: nv, stride_outer: nv, stride_inner: 1, sign: 1.0 }
         } else {
-            Self { inner_is_v: false, outer_points: nv, inner_points: nu, stride_outer: 1, stride_inner: nv }
+            Self {
+                inner_is_v: false,
+                outer_points: nv,
+                inner_points: nu,
+                stride_outer: 1,
+                stride_inner: nv,
+                sign: -1.0,
+            }
         }
     }
 
@@ -77,72 +61,6 @@ impl Roles {
     fn split(&self, p: DVec2) -> [f64; 2] {
         if self.inner_is_v { [p.x, p.y] } else { [p.y, p.x] }
     }
-}
-
-/// Calls `put` with the points and unit normals (along `S_u × S_v`) at the crossings of the lines `us` and `vs`
-/// (non-decreasing), in any order. The first argument is the place of the point at `us[i]` and `vs[j]`, which is
-/// `places[j * us.len() + i]`, and [`UNWANTED`] for points to leave out.
-///
-/// At poles and collapsed borders the normal is its limit from inside the patch. Returns the number of normals that do
-/// not exist even there; they are +z. 5-15 ns per point up to degree (3, 3); allocates only to grow the buffers.
-pub fn evaluate_lattice(
-    patches: &BezierPatches,
-    us: &[f64],
-    vs: &[f64],
-    places: &[u32],
-    scratch: &mut EvaluateScratch,
-    mut put: impl FnMut(usize, DVec3, DVec3),
-) -> usize {
-    let roles = Roles::of(patches);
-    let (outer, outer_breaks, inner, inner_breaks) = if roles.inner_is_v {
-        (us, &patches.breaks_u, vs, &patches.breaks_v)
-    } else {
-        (vs, &patches.breaks_v, us, &patches.breaks_u)
-    };
-    let (row, step) = if roles.inner_is_v { (1, us.len()) } else { (us.len(), 1) };
-    let (n, m) = (roles.outer_points, roles.inner_points);
-    let mut lost = 0;
-    widest(
-        #[inline(always)]
-        || {
-            scratch.outer_lines(roles.outer_points - 1, outer_breaks, outer);
-            scratch.inner_lines(roles.inner_points - 1, inner_breaks, inner);
-            for o in 0..outer.len() {
-                let (patch_outer, x) = scratch.places[o];
-                let basis = &scratch.outer[o * 2 * n..(o + 1) * 2 * n];
-                let mut contracted = usize::MAX;
-                for (k, block) in scratch.blocks.iter().enumerate() {
-                    let here = places[o * row + block.first * step..].iter().step_by(step);
-                    let (mut wanted, mut all) = ([UNWANTED; LANES], UNWANTED);
-                    for (at, &place) in wanted[..block.count].iter_mut().zip(here) {
-                        *at = place;
-                        all &= place;
-                    }
-                    // One by one: numbers that were stored one by one are slow to load together.
-                    if all == UNWANTED {
-                        continue;
-                    }
-                    if contracted != block.patch {
-                        contract(patches, roles, patch_outer, block.patch, basis, &mut scratch.curve);
-                        contracted = block.patch;
-                    }
-                    let lanes = &scratch.inner[k * 2 * m..(k + 1) * 2 * m];
-                    let mut points = evaluate_block(patches.rational, roles.inner_is_v, &scratch.curve, lanes);
-                    for (lane, _) in wanted.iter().enumerate().filter(|&(_, &at)| at != UNWANTED) {
-                        if !points.regular[lane] {
-                            let patch = [patch_outer, block.patch];
-                            let place = LinePlace { patch, outer: x, inner: block.places[lane] };
-                            points.set_normal(lane, limit_normal(patches, roles, place, &mut lost));
-                        }
-                    }
-                    for (lane, &at) in wanted.iter().enumerate().filter(|&(_, &at)| at != UNWANTED) {
-                        put(at as usize, points.position(lane), points.normal(lane));
-                    }
-                }
-            }
-        },
-    );
-    lost
 }
 
 /// Up to four points and their unit normals.
@@ -213,7 +131,7 @@ pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMu
 pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3, DVec3); 3] {
     let roles = Roles::of(patches);
     let of = |points: &Points<4>, lane: usize| {
-        let normal = if points.regular[lane] { points.normal(lane) } else { DVec3::ZERO };
+        let normal = if points.is_regular(lane) { points.normal(lane) } else { DVec3::ZERO };
         (points.position(lane), normal)
     };
     let together = |place: PatchPlace, [a, b, c]: [DVec2; 3]| {
@@ -279,7 +197,7 @@ impl PatchPlace {
     ) -> Points<L> {
         let mut points = self.points(patches, roles, at);
         for lane in 0..count {
-            if !points.regular[lane] {
+            if !points.is_regular(lane) {
                 let [[outer], [inner]] = self.locals(at.map(|lanes| [lanes[lane]]));
                 let place = LinePlace { patch: self.indices(), outer, inner };
                 points.set_normal(lane, limit_normal(patches, roles, place, lost));
@@ -291,102 +209,58 @@ impl PatchPlace {
 
 /// A point of the domain: its patch, and its parameters in the patch, 0 to 1.
 #[derive(Clone, Copy)]
-struct LinePlace {
+pub(super) struct LinePlace {
     /// Patch index in the outer and in the inner direction.
-    patch: [usize; 2],
-    outer: f64,
-    inner: f64,
+    pub(super) patch: [usize; 2],
+    pub(super) outer: f64,
+    pub(super) inner: f64,
 }
 
-impl EvaluateScratch {
-    /// Sets places and bases of the outer lines.
-    #[inline(always)]
-    fn outer_lines(&mut self, degree: usize, breaks: &[f64], lines: &[f64]) {
-        self.places.clear();
-        self.outer.clear();
-        for &t in lines {
-            let place = locate(breaks, t);
-            self.places.push(place);
-            bernstein::with_lanes(
-                degree,
-                #[inline(always)]
-                |rows| {
-                    bernstein::basis_and_slopes(degree, [place.1], rows);
-                    self.outer.extend_from_slice(rows.as_flattened());
-                },
-            );
-        }
-    }
-
-    /// Groups inner lines into blocks and sets their bases. Blocks end where the patch changes; short ones repeat their
-    /// last line.
-    #[inline(always)]
-    fn inner_lines(&mut self, degree: usize, breaks: &[f64], lines: &[f64]) {
-        self.blocks.clear();
-        self.inner.clear();
-        for (i, &t) in lines.iter().enumerate() {
-            let (patch, x) = locate(breaks, t);
-            match self.blocks.last_mut() {
-                Some(block) if block.patch == patch && block.count < LANES => {
-                    block.places[block.count..].fill(x);
-                    block.count += 1;
-                }
-                _ => self.blocks.push(Block { patch, first: i, count: 1, places: [x; LANES] }),
-            }
-        }
-        let size = 2 * (degree + 1);
-        for block in &self.blocks {
-            let start = self.inner.len();
-            self.inner.resize(start + size, [0.0; LANES]);
-            bernstein::basis_and_slopes(degree, block.places, &mut self.inner[start..]);
-        }
-    }
+/// Points and normals in registers.
+pub(super) struct Found<F> {
+    pub(super) position: [F; 3],
+    pub(super) normal: [F; 3],
+    pub(super) regular: u32,
 }
 
-/// Contracts a patch along the outer direction: the curve's control points, then those of its outer derivative.
-#[inline(always)]
-fn contract(
-    patches: &BezierPatches,
-    roles: Roles,
-    outer: usize,
-    inner: usize,
-    basis: &[f64],
-    curve: &mut Vec<[f64; 4]>,
-) {
-    let patch = if roles.inner_is_v { patches.patch(outer, inner) } else { patches.patch(inner, outer) };
-    let (n, m) = (roles.outer_points, roles.inner_points);
-    curve.clear();
-    curve.resize(2 * m, [0.0; 4]);
-    let (value, slope) = curve.split_at_mut(m);
-    for a in 0..n {
-        let (f, d) = (basis[a], basis[n + a]);
-        for (b, (q, dq)) in value.iter_mut().zip(slope.iter_mut()).enumerate() {
-            let c = patch[a * roles.stride_outer + b * roles.stride_inner].to_array();
-            for k in 0..4 {
-                q[k] += f * c[k];
-                dq[k] += d * c[k];
-            }
+impl<F> Found<F> {
+    #[inline(always)]
+    pub(super) fn to_points<const L: usize>(&self) -> Points<L>
+    where
+        F: Lanes<L>,
+    {
+        let ([x, y, z], [a, b, c]) = (self.position, self.normal);
+        Points {
+            position: [x.to_array(), y.to_array(), z.to_array()],
+            normal: [a.to_array(), b.to_array(), c.to_array()],
+            regular: self.regular,
         }
     }
 }
 
 /// Results of a block, lane by lane.
-struct Points<const L: usize> {
-    position: [[f64; L]; 3],
-    normal: [[f64; L]; 3],
-    regular: [bool; L],
+pub(super) struct Points<const L: usize> {
+    pub(super) position: [[f64; L]; 3],
+    pub(super) normal: [[f64; L]; 3],
+    /// Bit by lane, whether the normal exists.
+    pub(super) regular: u32,
 }
 
 impl<const L: usize> Points<L> {
-    const ZERO: Self = Self { position: [[0.0; L]; 3], normal: [[0.0; L]; 3], regular: [false; L] };
+    const ZERO: Self = Self { position: [[0.0; L]; 3], normal: [[0.0; L]; 3], regular: 0 };
 
     #[inline(always)]
-    fn position(&self, lane: usize) -> DVec3 {
+    fn is_regular(&self, lane: usize) -> bool {
+        self.regular >> lane & 1 == 1
+    }
+
+    #[inline(always)]
+    pub(super) fn position(&self, lane: usize) -> DVec3 {
         DVec3::new(self.position[0][lane], self.position[1][lane], self.position[2][lane])
     }
 
     #[inline(always)]
-    fn normal(&self, lane: usize) -> DVec3 {
+    pub(super) fn normal(&self, lane: usize) -> DVec3 {
         DVec3::new(self.normal[0][lane], self.normal[1][lane], self.normal[2][lane])
     }
 
@@ -396,89 +270,40 @@ impl<const L: usize> Points<L> {
     }
 }
 
-/// Evaluates the contracted curve at the inner lanes. Degrees 1 to 3 get loops of constant length, with the same sums.
+/// Points and normals from components of homogeneous values, outer and inner derivatives.
 #[inline(always)]
-fn evaluate_block<const L: usize>(
-    rational: bool,
-    inner_is_v: bool,
-    curve: &[[f64; 4]],
-    lanes: &[[f64; L]],
-) -> Points<L> {
-    match (rational, curve.len()) {
-        (false, 4) => kernel::<L, false>(inner_is_v, &curve[..4], &lanes[..4], 2),
-        (false, 6) => kernel::<L, false>(inner_is_v, &curve[..6], &lanes[..6], 3),
-        (false, 8) => kernel::<L, false>(inner_is_v, &curve[..8], &lanes[..8], 4),
-        (false, n) => kernel::<L, false>(inner_is_v, curve, lanes, n / 2),
-        (true, 4) => kernel::<L, true>(inner_is_v, &curve[..4], &lanes[..4], 2),
-        (true, 6) => kernel::<L, true>(inner_is_v, &curve[..6], &lanes[..6], 3),
-        (true, 8) => kernel::<L, true>(inner_is_v, &curve[..8], &lanes[..8], 4),
-        (true, n) => kernel::<L, true>(inner_is_v, curve, lanes, n / 2),
-    }
-}
-
-#[inline(always)]
-fn kernel<const L: usize, const RATIONAL: bool>(
-    inner_is_v: bool,
-    curve: &[[f64; 4]],
-    lanes: &[[f64; L]],
-    m: usize,
-) -> Points<L> {
-    // Homogeneous value, outer derivative, inner derivative.
-    let mut f = [[0.0; L]; 4];
-    let mut out = [[0.0; L]; 4];
-    let mut inn = [[0.0; L]; 4];
-    let components = if RATIONAL { 4 } else { 3 };
-    let (value, slope) = curve.split_at(m);
-    let (basis, rate) = lanes.split_at(m);
-    for c in 0..components {
-        for k in 0..m {
-            let (q, dq) = (value[k][c], slope[k][c]);
-            for l in 0..L {
-                f[c][l] += q * basis[k][l];
-                out[c][l] += dq * basis[k][l];
-                inn[c][l] += q * rate[k][l];
-            }
-        }
-    }
-    points::<L, RATIONAL>(inner_is_v, &f, &out, &inn)
-}
-
-/// Points and normals from homogeneous values, outer and inner derivatives.
-#[inline(always)]
-fn points<const L: usize, const RATIONAL: bool>(
-    inner_is_v: bool,
-    f: &[[f64; L]; 4],
-    out: &[[f64; L]; 4],
-    inn: &[[f64; L]; 4],
-) -> Points<L> {
-    let mut points = Points::ZERO;
-    for l in 0..L {
-        let mut p = [f[0][l], f[1][l], f[2][l]];
-        // Derivatives up to the common positive factor 1/w.
-        let mut a = [out[0][l], out[1][l], out[2][l]];
-        let mut b = [inn[0][l], inn[1][l], inn[2][l]];
-        if RATIONAL {
-            let per = 1.0 / f[3][l];
-            for c in 0..3 {
-                p[c] *= per;
-                a[c] -= p[c] * out[3][l];
-                b[c] -= p[c] * inn[3][l];
-            }
-        }
-        let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-        let aa = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
-        let bb = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
-        let nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-        let sign = if inner_is_v { 1.0 } else { -1.0 };
-        let unit = sign / nn.sqrt();
+pub(super) fn points<const L: usize, F: Lanes<L>, const RATIONAL: bool>(
+    zero: F,
+    sign: f64,
+    component: impl Fn(usize) -> [F; 3],
+) -> Found<F> {
+    // Derivatives up to the common positive factor 1/w.
+    let (mut p, mut a, mut b) = ([zero; 3], [zero; 3], [zero; 3]);
+    if RATIONAL {
+        // The quotient takes longest, so it comes first.
+        let [w, out, inn] = component(3);
+        let per = zero.splat(1.0) / w;
         for c in 0..3 {
-            points.position[c][l] = p[c];
-            points.normal[c][l] = n[c] * unit;
+            let [f, x, y] = component(c);
+            p[c] = f * per;
+            (a[c], b[c]) = (x - p[c] * out, y - p[c] * inn);
         }
-        points.regular[l] =
-            (nn > DEGENERATE * aa * bb) & (aa > DEGENERATE * bb) & (bb > DEGENERATE * aa) & (nn < f64::INFINITY);
+    } else {
+        for c in 0..3 {
+            [p[c], a[c], b[c]] = component(c);
+        }
     }
-    points
+    let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let nn = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+    let unit = zero.splat(sign) / nn.sqrt();
+    let aa = a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+    let bb = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
+    let degenerate = zero.splat(DEGENERATE);
+    let regular = (degenerate * aa * bb).below(nn)
+        & (degenerate * bb).below(aa)
+        & (degenerate * aa).below(bb)
+        & nn.below(zero.splat(f64::INFINITY));
+    Found { position: p, normal: [n[0] * unit, n[1] * unit, n[2] * unit], regular }
 }
 
 /// Evaluates points in one patch, one per lane, at parameters of the outer and of the inner direction.
@@ -542,39 +367,42 @@ fn in_patch<const L: usize, const RATIONAL: bool>(
     (values, slopes): (&[[f64; L]], &[[f64; L]]),
     (basis, rates): (&[[f64; L]], &[[f64; L]]),
 ) -> Points<L> {
-    let components = if RATIONAL { 4 } else { 3 };
-    let (mut f, mut out, mut inn) = ([[0.0; L]; 4], [[0.0; L]; 4], [[0.0; L]; 4]);
-    for k in 0..components {
-        for b in 0..basis.len() {
-            // These sums begin with their first product instead of zero. Only the sign of a zero may differ, which is
-            // lost in the sums below.
-            let (mut q, mut dq) = ([0.0; L], [0.0; L]);
-            for a in 0..values.len() {
-                let control: &[f64; 4] = patch[a * roles.stride_outer + b * roles.stride_inner].as_ref();
-                let c = control[k];
-                for l in 0..L {
-                    let (value, slope) = (values[a][l] * c, slopes[a][l] * c);
-                    (q[l], dq[l]) = if a == 0 { (value, slope) } else { (q[l] + value, dq[l] + slope) };
+    let zero = Plain([0.0; L]);
+    points::<L, _, RATIONAL>(
+        zero,
+        roles.sign,
+        #[inline(always)]
+        |k| {
+            let (mut f, mut out, mut inn) = (zero, zero, zero);
+            for b in 0..basis.len() {
+                // These sums begin with their first product instead of zero. Only the sign of a zero may differ, which is
+                // lost in the sums below.
+                let (mut q, mut dq) = (zero, zero);
+                for a in 0..values.len() {
+                    let control: &[f64; 4] = patch[a * roles.stride_outer + b * roles.stride_inner].as_ref();
+                    let c = zero.splat(control[k]);
+                    let (value, slope) = (zero.load(&values[a]) * c, zero.load(&slopes[a]) * c);
+                    (q, dq) = if a == 0 { (value, slope) } else { (q + value, dq + slope) };
                 }
+                let (basis, rate) = (zero.load(&basis[b]), zero.load(&rates[b]));
+                f = f + q * basis;
+                out = out + dq * basis;
+                inn = inn + q * rate;
             }
-            for l in 0..L {
-                f[k][l] += q[l] * basis[b][l];
-                out[k][l] += dq[l] * basis[b][l];
-                inn[k][l] += q[l] * rates[b][l];
-            }
-        }
-    }
-    points::<L, RATIONAL>(roles.inner_is_v, &f, &out, &inn)
+            [f, out, inn]
+        },
+    )
+    .to_points()
 }
 
 /// The normal where derivatives vanish or are parallel: that of the first regular point, of four, on the way to the
 /// middle of the patch. If there is none, +z, which `lost` counts.
 #[cold]
-fn limit_normal(patches: &BezierPatches, roles: Roles, at: LinePlace, lost: &mut usize) -> DVec3 {
+pub(super) fn limit_normal(patches: &BezierPatches, roles: Roles, at: LinePlace, lost: &mut usize) -> DVec3 {
     let towards = |x: f64, step: f64| x + (0.5 - x) * step;
     let found = [1e-6, 1e-4, 1e-2, 0.3].into_iter().find_map(|step| {
         let points = evaluate_lanes(patches, roles, at.patch, [[towards(at.outer, step)], [towards(at.inner, step)]]);
-        points.regular[0].then(|| points.normal(0))
+        points.is_regular(0).then(|| points.normal(0))
     });
     found.unwrap_or_else(|| {
         *lost += 1;

@@ -3,6 +3,8 @@
 /// Points and normals of lattices and tessellants.
 pub mod evaluate;
 
+mod lattice;
+
 pub(super) mod scratch;
 
 pub(super) mod boundary;
