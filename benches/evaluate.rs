@@ -34,16 +34,10 @@ fn lattice(c: &mut Criterion) {
             let kind = if rational { "rational" } else { "polynomial" };
             group.bench_function(BenchmarkId::new(format!("{kind} {degree_u}x{degree_v}"), n), |b| {
                 b.iter(|| {
-                    evaluate_lattice(
-                        &patches,
-                        &lines,
-                        black_box(&lines),
-                        &places,
-                        &mut scratch,
-                        |k, position, normal| {
-                            (p[k], q[k]) = (position, normal);
-                        },
-                    )
+                    let (p, q) = (&mut p[..], &mut q[..]);
+                    // Owns its slices, as the closure of tiles does.
+                    let put = move |k: usize, position, normal| (p[k], q[k]) = (position, normal);
+                    evaluate_lattice(&patches, &lines, black_box(&lines), &places, &mut scratch, put)
                 });
             });
         }

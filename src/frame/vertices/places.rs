@@ -41,26 +41,30 @@ pub(crate) fn evaluate_vertices(
     }
     normals.resize(uvs.len(), Vec3::Z);
     let (positions, normals) = (&mut positions[tessellants..], &mut normals[..]);
-    let normal = |n: DVec3| (n * side).as_vec3();
+    let normal = move |n: DVec3| (n * side).as_vec3();
     evaluate_points(&face.patches, &uvs[..tessellants], &mut |first, points| {
         normals[first..].iter_mut().zip(points.iter()).for_each(|(to, (_, n))| *to = normal(n));
     });
     let normals = &mut normals[tessellants..];
-    let mut put = |k: usize, position: DVec3, n: DVec3| {
-        positions[k] = position;
-        normals[k] = normal(n);
-    };
     let mut rest = &uvs[tessellants..];
     let mut first = 0;
     if corners_used >= LATTICE_FROM && corners_used * LATTICE_SHARE >= corners.len() {
         // A corner without a vertex is unwanted.
         const { assert!(NONE == UNWANTED) };
-        evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, corners, evaluate, |vertex, position, normal| {
-            put(vertex - tessellants, position, normal);
-        });
+        let (positions, normals) = (&mut *positions, &mut *normals);
+        // Owns its slices: what it refers to would be loaded anew for each point.
+        let put = move |vertex: usize, position: DVec3, n: DVec3| {
+            let k = vertex - tessellants;
+            positions[k] = position;
+            normals[k] = normal(n);
+        };
+        evaluate_lattice(&face.patches, &lattice.us, &lattice.vs, corners, evaluate, put);
         (first, rest) = (corners_used, &rest[corners_used..]);
     }
     evaluate_points(&face.patches, rest, &mut |k, points| {
-        (first + k..).zip(points.iter()).for_each(|(at, (position, normal))| put(at, position, normal));
+        for (k, (position, n)) in (first + k..).zip(points.iter()) {
+            positions[k] = position;
+            normals[k] = normal(n);
+        }
     });
 }
