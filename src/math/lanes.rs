@@ -1,6 +1,8 @@
 //! Loops over numbers, compiled for the registers that the processor has (on x86-64 with AVX2 or without), chosen at run
 //! time.
 
+#[cfg(target_arch = "x86_64")]
+use std::arch::x86_64;
 use std::ops::{Add, Div, Mul, Sub};
 #[cfg(not(target_arch = "wasm32"))]
 use std::sync::LazyLock;
@@ -24,13 +26,13 @@ pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
     work()
 }
 
-/// `L` numbers. Each goes the way that it would go alone: no operation here rounds twice or fuses.
+/// `L` numbers. Each gets the bits that it would get alone, in every type: no operation is fused or approximate.
 pub(crate) trait Lanes<const L: usize>:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
-    /// `x` in each lane.
+    /// `x` in each lane. `self` only says in which registers.
     fn splat(self, x: f64) -> Self;
-    /// The numbers of an array.
+    /// The numbers of an array. `self` only says in which registers.
     fn load(self, x: &[f64; L]) -> Self;
     fn to_array(self) -> [f64; L];
     fn sqrt(self) -> Self;
@@ -79,10 +81,10 @@ impl<const L: usize> Lanes<L> for Plain<L> {
     }
 }
 
-/// Four lanes in one register of AVX2.
+/// Four lanes in one register of AVX2, with the proof that the processor has it.
 #[cfg(target_arch = "x86_64")]
 #[derive(Clone, Copy)]
-pub(crate) struct Wide(pulp::x86::V3, std::arch::x86_64::__m256d);
+pub(crate) struct Wide(pulp::x86::V3, x86_64::__m256d);
 
 #[cfg(target_arch = "x86_64")]
 impl Lanes<4> for Wide {
@@ -108,10 +110,8 @@ impl Lanes<4> for Wide {
 
     #[inline(always)]
     fn below(self, other: Self) -> u32 {
-        self.0
-            .avx
-            ._mm256_movemask_pd(self.0.avx._mm256_cmp_pd::<{ std::arch::x86_64::_CMP_LT_OQ }>(self.1, other.1))
-            .cast_unsigned()
+        let less = self.0.avx._mm256_cmp_pd::<{ x86_64::_CMP_LT_OQ }>(self.1, other.1);
+        self.0.avx._mm256_movemask_pd(less).cast_unsigned()
     }
 }
 
@@ -140,23 +140,28 @@ operator!(Sub, sub, _mm256_sub_pd);
 operator!(Mul, mul, _mm256_mul_pd);
 operator!(Div, div, _mm256_div_pd);
 
-/// Work on lanes.
+/// Work on four lanes. A closure cannot be generic over their type.
 pub(crate) trait Work {
     type Output;
-    /// Does it in lanes like `zero`.
+    /// Does the work in lanes of the type of `zero`.
     fn run<F: Lanes<4>>(self, zero: F) -> Self::Output;
 }
 
-/// Does `work` in the widest registers.
+/// Does `work` like [`widest`], in registers by name where they are AVX2's.
+///
+/// The compiler finds lanes in plain loops too, but not always those that are meant: it may compute the components of a
+/// point together, and exchange them for lanes afterwards.
 #[inline(always)]
 pub(crate) fn in_fours<W: Work>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
-    if let pulp::Arch::V3(simd) = *ARCH {
-        return simd.vectorize(
+    return match *ARCH {
+        pulp::Arch::V3(simd) => simd.vectorize(
             #[inline(always)]
             || work.run(Wide(simd, simd.avx._mm256_setzero_pd())),
-        );
-    }
+        ),
+        _ => work.run(Plain([0.0; 4])),
+    };
+    #[cfg(not(target_arch = "x86_64"))]
     widest(
         #[inline(always)]
         || work.run(Plain([0.0; 4])),

@@ -5,7 +5,7 @@
 pub use super::lattice::{EvaluateScratch, UNWANTED, evaluate_lattice};
 
 use crate::math::bernstein;
-use crate::math::lanes::{Lanes, Plain, widest};
+use crate::math::lanes::{Lanes, Plain, Work, in_fours, widest};
 use crate::prepare::internals::decompose::{BezierPatches, Piece};
 use glam::{DVec2, DVec3, DVec4};
 
@@ -90,41 +90,54 @@ impl PointBlock {
 /// Calls `put` with the points and unit normals at single parameters, in order, and the index of the first of them.
 /// Same bits, limits and result as [`evaluate_lattice`].
 ///
-/// Up to degree (3, 3) about 40 ns per point if neighbours are in the same patch, else 100 ns.
+/// Up to degree (3, 3) about 30 ns per point if neighbours are in the same patch, else 100 ns.
 // Not generic: the loops for all degrees and registers take 300 KB of code, which would be there for each caller.
 pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMut(usize, &PointBlock)) -> usize {
-    let roles = Roles::of(patches);
-    let mut lost = 0;
-    widest(
-        #[inline(always)]
-        || {
-            let mut place = PatchPlace::of(patches, roles, at.first().copied().unwrap_or_default());
-            let mut block = PointBlock { count: 0, points: Points::ZERO };
-            let mut done = 0;
-            while let Some(&first) = at.get(done) {
-                if !place.contains(roles, first) {
-                    place = PatchPlace::of(patches, roles, first);
-                }
-                let [outer, inner] = roles.split(first);
-                let (mut outer, mut inner) = ([outer; LANES], [inner; LANES]);
-                let mut count = 1;
-                while count < LANES && at.get(done + count).is_some_and(|&p| place.contains(roles, p)) {
-                    [outer[count], inner[count]] = roles.split(at[done + count]);
-                    count += 1;
-                }
-                block.count = count;
-                // One lane is faster than four copies of it.
-                if count == 1 {
-                    block.load(&place.evaluate(patches, roles, [[outer[0]], [inner[0]]], 1, &mut lost));
-                } else {
-                    block.points = place.evaluate(patches, roles, [outer, inner], count, &mut lost);
-                }
-                put(done, &block);
-                done += count;
+    in_fours(SinglePoints { patches, at, put })
+}
+
+/// What [`evaluate_points`] does.
+struct SinglePoints<'a> {
+    patches: &'a BezierPatches,
+    at: &'a [DVec2],
+    put: &'a mut dyn FnMut(usize, &PointBlock),
+}
+
+impl Work for SinglePoints<'_> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn run<F: Lanes<LANES>>(self, zero: F) -> usize {
+        let Self { patches, at, put } = self;
+        let roles = Roles::of(patches);
+        let mut lost = 0;
+        let mut place = PatchPlace::of(patches, roles, at.first().copied().unwrap_or_default());
+        let mut block = PointBlock { count: 0, points: Points::ZERO };
+        let mut done = 0;
+        while let Some(&first) = at.get(done) {
+            if !place.contains(roles, first) {
+                place = PatchPlace::of(patches, roles, first);
             }
-        },
-    );
-    lost
+            let [outer, inner] = roles.split(first);
+            let (mut outer, mut inner) = ([outer; LANES], [inner; LANES]);
+            let mut count = 1;
+            while count < LANES && at.get(done + count).is_some_and(|&p| place.contains(roles, p)) {
+                [outer[count], inner[count]] = roles.split(at[done + count]);
+                count += 1;
+            }
+            block.count = count;
+            // One lane is faster than four copies of it.
+            if count == 1 {
+                let at = [[outer[0]], [inner[0]]];
+                block.load(&place.evaluate(Plain([0.0]), patches, roles, at, 1, &mut lost));
+            } else {
+                block.points = place.evaluate(zero, patches, roles, [outer, inner], count, &mut lost);
+            }
+            put(done, &block);
+            done += count;
+        }
+        lost
+    }
 }
 
 /// Points at three parameters with their unit normals, zero where there is none. Same bits as [`evaluate_points`].
@@ -138,7 +151,7 @@ pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3
         let [[a, x], [b, y], [c, z]] = [a, b, c].map(|p| roles.split(p));
         widest(
             #[inline(always)]
-            || place.points(patches, roles, [[a, b, c, c], [x, y, z, z]]),
+            || place.points(Plain([0.0; LANES]), patches, roles, [[a, b, c, c], [x, y, z, z]]),
         )
     };
     let place = PatchPlace::of(patches, roles, at[0]);
@@ -171,8 +184,14 @@ impl PatchPlace {
 
     /// Points at parameters of the outer and of the inner direction.
     #[inline(always)]
-    fn points<const L: usize>(&self, patches: &BezierPatches, roles: Roles, at: [[f64; L]; 2]) -> Points<L> {
-        evaluate_lanes(patches, roles, self.indices(), self.locals(at))
+    fn points<const L: usize, F: Lanes<L>>(
+        &self,
+        zero: F,
+        patches: &BezierPatches,
+        roles: Roles,
+        at: [[f64; L]; 2],
+    ) -> Points<L> {
+        evaluate_lanes(zero, patches, roles, self.indices(), self.locals(at))
     }
 
     #[inline(always)]
@@ -187,15 +206,16 @@ impl PatchPlace {
 
     /// The points; the first `count` of them have the limit of the normals around them where they are singular.
     #[inline(always)]
-    fn evaluate<const L: usize>(
+    fn evaluate<const L: usize, F: Lanes<L>>(
         &self,
+        zero: F,
         patches: &BezierPatches,
         roles: Roles,
         at: [[f64; L]; 2],
         count: usize,
         lost: &mut usize,
     ) -> Points<L> {
-        let mut points = self.points(patches, roles, at);
+        let mut points = self.points(zero, patches, roles, at);
         for lane in 0..count {
             if !points.is_regular(lane) {
                 let [[outer], [inner]] = self.locals(at.map(|lanes| [lanes[lane]]));
@@ -308,7 +328,8 @@ pub(super) fn points<const L: usize, F: Lanes<L>, const RATIONAL: bool>(
 
 /// Evaluates points in one patch, one per lane, at parameters of the outer and of the inner direction.
 #[inline(always)]
-fn evaluate_lanes<const L: usize>(
+fn evaluate_lanes<const L: usize, F: Lanes<L>>(
+    zero: F,
     patches: &BezierPatches,
     roles: Roles,
     [outer, inner]: [usize; 2],
@@ -317,12 +338,12 @@ fn evaluate_lanes<const L: usize>(
     let patch = if roles.inner_is_v { patches.patch(outer, inner) } else { patches.patch(inner, outer) };
     // Constant sizes, so that the compiler unrolls the loops. Where degrees are equal, v is inside.
     match (patches.rational, roles.outer_points, roles.inner_points) {
-        (false, 2, 2) => in_constant_patch::<L, false, 2, 2>(patch, Roles::square(2), at),
-        (false, 4, 4) => in_constant_patch::<L, false, 4, 4>(patch, Roles::square(4), at),
-        (true, 3, 3) => in_constant_patch::<L, true, 3, 3>(patch, Roles::square(3), at),
-        (true, 4, 4) => in_constant_patch::<L, true, 4, 4>(patch, Roles::square(4), at),
-        (true, 2, 3) if roles.inner_is_v => in_constant_patch::<L, true, 2, 3>(patch, Roles::WIDE, at),
-        (true, 2, 3) => in_constant_patch::<L, true, 2, 3>(patch, Roles::TALL, at),
+        (false, 2, 2) => in_constant_patch::<L, F, false, 2, 2>(zero, patch, Roles::square(2), at),
+        (false, 4, 4) => in_constant_patch::<L, F, false, 4, 4>(zero, patch, Roles::square(4), at),
+        (true, 3, 3) => in_constant_patch::<L, F, true, 3, 3>(zero, patch, Roles::square(3), at),
+        (true, 4, 4) => in_constant_patch::<L, F, true, 4, 4>(zero, patch, Roles::square(4), at),
+        (true, 2, 3) if roles.inner_is_v => in_constant_patch::<L, F, true, 2, 3>(zero, patch, Roles::WIDE, at),
+        (true, 2, 3) => in_constant_patch::<L, F, true, 2, 3>(zero, patch, Roles::TALL, at),
         (rational, n, m) => bernstein::with_lanes(
             n - 1,
             #[inline(always)]
@@ -335,9 +356,9 @@ fn evaluate_lanes<const L: usize>(
                         bernstein::basis_and_slopes(m - 1, at[1], inner);
                         let (outer, inner) = (outer.split_at(n), inner.split_at(m));
                         if rational {
-                            in_patch::<L, true>(patch, roles, outer, inner)
+                            in_patch::<L, F, true>(zero, patch, roles, outer, inner)
                         } else {
-                            in_patch::<L, false>(patch, roles, outer, inner)
+                            in_patch::<L, F, false>(zero, patch, roles, outer, inner)
                         }
                     },
                 )
@@ -348,35 +369,36 @@ fn evaluate_lanes<const L: usize>(
 
 /// [`in_patch`] for a patch of `N` × `M` control points.
 #[inline(always)]
-fn in_constant_patch<const L: usize, const RATIONAL: bool, const N: usize, const M: usize>(
+fn in_constant_patch<const L: usize, F: Lanes<L>, const RATIONAL: bool, const N: usize, const M: usize>(
+    zero: F,
     patch: &[DVec4],
     roles: Roles,
     at: [[f64; L]; 2],
 ) -> Points<L> {
     let [values, slopes] = bernstein::constant_basis_and_slopes::<N, L>(at[0]);
     let [basis, rates] = bernstein::constant_basis_and_slopes::<M, L>(at[1]);
-    in_patch::<L, RATIONAL>(&patch[..N * M], roles, (&values, &slopes), (&basis, &rates))
+    in_patch::<L, F, RATIONAL>(zero, &patch[..N * M], roles, (&values, &slopes), (&basis, &rates))
 }
 
 /// Evaluates a patch at the lanes of both directions, given by basis and slopes. The sums are those of [`contract`] and
 /// [`kernel`], component by component, so that few numbers are alive at a time.
 #[inline(always)]
-fn in_patch<const L: usize, const RATIONAL: bool>(
+fn in_patch<const L: usize, F: Lanes<L>, const RATIONAL: bool>(
+    zero: F,
     patch: &[DVec4],
     roles: Roles,
     (values, slopes): (&[[f64; L]], &[[f64; L]]),
     (basis, rates): (&[[f64; L]], &[[f64; L]]),
 ) -> Points<L> {
-    let zero = Plain([0.0; L]);
-    points::<L, _, RATIONAL>(
+    points::<L, F, RATIONAL>(
         zero,
         roles.sign,
         #[inline(always)]
         |k| {
             let (mut f, mut out, mut inn) = (zero, zero, zero);
             for b in 0..basis.len() {
-                // These sums begin with their first product instead of zero. Only the sign of a zero may differ, which is
-                // lost in the sums below.
+                // These sums begin with their first product instead of zero. Only the sign of a zero may differ, which
+                // is lost in the sums below.
                 let (mut q, mut dq) = (zero, zero);
                 for a in 0..values.len() {
                     let control: &[f64; 4] = patch[a * roles.stride_outer + b * roles.stride_inner].as_ref();
@@ -401,7 +423,13 @@ fn in_patch<const L: usize, const RATIONAL: bool>(
 pub(super) fn limit_normal(patches: &BezierPatches, roles: Roles, at: LinePlace, lost: &mut usize) -> DVec3 {
     let towards = |x: f64, step: f64| x + (0.5 - x) * step;
     let found = [1e-6, 1e-4, 1e-2, 0.3].into_iter().find_map(|step| {
-        let points = evaluate_lanes(patches, roles, at.patch, [[towards(at.outer, step)], [towards(at.inner, step)]]);
+        let points = evaluate_lanes(
+            Plain([0.0]),
+            patches,
+            roles,
+            at.patch,
+            [[towards(at.outer, step)], [towards(at.inner, step)]],
+        );
         points.is_regular(0).then(|| points.normal(0))
     });
     found.unwrap_or_else(|| {

@@ -270,7 +270,7 @@ impl Stretch<'_> {
     }
 
     /// A block's normals, with limits in place of those that do not exist.
-    // Does not put the points: what `put` refers to would be loaded anew for each point if another function could write it.
+    // Does not put the points: if another function could write what `put` owns, each point would load that anew.
     #[cold]
     #[inline(never)]
     fn limit_normals(
