@@ -3,7 +3,8 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use glam::{DVec2, DVec3};
 use std::hint::black_box;
-use trimtess::frame::internals::evaluate::{EvaluateScratch, evaluate_lattice, evaluate_points};
+use trimtess::frame::internals::evaluate::evaluate_points;
+use trimtess::frame::internals::lattice::{EvaluateScratch, evaluate_lattice};
 use trimtess::model::NurbsSurface;
 use trimtess::prepare::internals::BezierPatches;
 

@@ -3,7 +3,8 @@
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
-use trimtess::frame::internals::evaluate::{EvaluateScratch, UNWANTED, evaluate_lattice, evaluate_points};
+use trimtess::frame::internals::evaluate::evaluate_points;
+use trimtess::frame::internals::lattice::{EvaluateScratch, UNWANTED, evaluate_lattice};
 use trimtess::model::{Frame3, NurbsSurface, Surface};
 use trimtess::prepare::internals::BezierPatches;
 

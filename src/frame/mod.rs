@@ -44,8 +44,8 @@ pub mod internals {
     pub use super::tile::outcome::TileOutcome;
     pub use super::tile::record::{TileRecord, record_tile};
     pub use super::vertices::boundary::edge_line;
-    pub use super::vertices::evaluate;
     pub use super::vertices::scratch::Scratch;
+    pub use super::vertices::{evaluate, lattice};
 
     /// Trim triangulation of one tile in cell units.
     pub mod trim {

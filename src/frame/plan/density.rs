@@ -212,8 +212,8 @@ impl<'a> Strides<'a> {
     fn over_borders(&mut self, end: f64) -> f64 {
         let x = self.x;
         // A step below the spacing of floats goes to the next float: every stride advances.
-        let reach = |rate: f64| {
-            let to = x + 1.0 / rate;
+        let reach = |rate: f64, step: f64| {
+            let to = x + step;
             if to > x {
                 to
             } else if rate > 0.0 {
@@ -230,7 +230,7 @@ impl<'a> Strides<'a> {
             self.enter(self.at + passed);
         }
         let mut most = rates[self.at] * self.scale;
-        let mut to = reach(most);
+        let mut to = reach(most, self.step);
         for (&border, rate) in borders[self.at..].iter().zip(&rates[self.at + 1..]) {
             if to <= border || border >= end {
                 break;
@@ -238,7 +238,7 @@ impl<'a> Strides<'a> {
             let rate = rate * self.scale;
             // Most strips are not the densest so far, and leave the reach as it is.
             if rate > most {
-                (most, to) = (rate, reach(rate));
+                (most, to) = (rate, reach(rate, rate.recip()));
                 // The strip is too dense to enter from here: the gap ends at the border.
                 if to <= border {
                     return border;

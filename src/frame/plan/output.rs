@@ -65,6 +65,8 @@ pub(crate) struct CellWalk<'a> {
     /// ten instructions to become an `f64`.
     at: u32,
     ends: [f64; 2],
+    /// From the first line to the last.
+    width: f64,
 }
 
 impl<'a> CellWalk<'a> {
@@ -78,13 +80,13 @@ impl<'a> CellWalk<'a> {
     }
 
     fn from_line(lines: &'a [f64], at: usize) -> Self {
-        Self { lines, at: at as u32, ends: [lines[at], lines[at + 1]] }
+        Self { lines, at: at as u32, ends: [lines[at], lines[at + 1]], width: lines[lines.len() - 1] - lines[0] }
     }
 
     /// Returns the same number as [`cell_coordinate`].
     #[inline(always)]
     pub(crate) fn cell(&mut self, x: f64) -> f64 {
-        let Self { lines, at, ends } = self;
+        let Self { lines, at, ends, .. } = self;
         if !(ends[0] <= x && x < ends[1]) {
             let last = lines.len() - 1;
             if x <= lines[0] {
@@ -107,10 +109,9 @@ impl<'a> CellWalk<'a> {
     }
 
     /// [`Self::cell`] of the parameter at `share` of the way from the first to the last line.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn at_share(&mut self, share: f64) -> f64 {
-        let (first, last) = (self.lines[0], self.lines[self.lines.len() - 1]);
-        self.cell(first + share * (last - first))
+        self.cell(self.lines[0] + share * self.width)
     }
 }
 

@@ -5,7 +5,7 @@ use super::output::{CellWalk, EdgePolyline, MAX_LINES, TileLattice, is_even};
 use super::rows::PlanRows;
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, most_touched};
 use crate::frame::tolerance::object_tolerance::Tolerance;
-use crate::math::order::larger;
+use crate::math::order::{larger, smaller};
 use crate::model::TileId;
 use crate::prepare::internals::EdgeImage;
 use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
@@ -172,6 +172,12 @@ fn refine(of: &[f64], rates: &[f64], into: &[f64], out: &mut Vec<f64>) {
     }));
 }
 
+/// A place in a tile, by its shares of the way across: in cells along u and along v.
+#[inline(always)]
+fn cells_at([along_u, along_v]: &mut [CellWalk<'_>; 2], [u, v]: [f32; 2]) -> (f64, f64) {
+    (along_u.at_share(f64::from(u)), along_v.at_share(f64::from(v)))
+}
+
 /// Raises `rates` so that a segment spans at most one cell of `lattice` in each direction.
 ///
 /// An image that runs back and forth over the lattice far more often than any real edge is noise. It gets as many
@@ -200,25 +206,23 @@ fn limit_to_cells(
     let Some((start, strips)) = image.steps() else { return };
     wanted.clear();
     let mut total = 0.0;
-    let (mut along_u, mut along_v) =
-        (CellWalk::from_share(&lattice.us, start[0]), CellWalk::from_share(&lattice.vs, start[1]));
-    let mut at = |[u, v]: [f32; 2]| (along_u.at_share(f64::from(u)), along_v.at_share(f64::from(v)));
-    let mut from = at(start);
+    let mut along = [CellWalk::from_share(&lattice.us, start[0]), CellWalk::from_share(&lattice.vs, start[1])];
+    let mut from = cells_at(&mut along, start);
     for (steps, ends) in strips.zip(breaks[image.strip..].windows(2)) {
         let mut most = 0.0_f64;
         for &place in steps {
-            let to = at(place);
+            let to = cells_at(&mut along, place);
             most = larger((to.1 - from.1).abs(), larger((to.0 - from.0).abs(), most));
             from = to;
         }
         let cells = image.steps as f64 * most;
-        wanted.push(cells / (ends[1].min(image.ends[1]) - ends[0].max(image.ends[0])));
+        wanted.push(cells / (smaller(ends[1], image.ends[1]) - larger(ends[0], image.ends[0])));
         total += cells;
     }
     let share = (TRAVERSALS * (nu + nv) / total).min(1.0);
     for rates in rates {
         for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
-            *rate = rate.max(*wanted * share);
+            *rate = larger(*wanted * share, *rate);
         }
     }
 }

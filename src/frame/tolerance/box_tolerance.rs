@@ -2,6 +2,7 @@
 
 use super::object_tolerance::Tolerance;
 use super::part_camera::{PartCamera, PixelScale};
+use crate::math::order::larger;
 use crate::prepare::internals::BoundingBox;
 
 /// Tolerances of boxes that are at least this fraction of each other count as equal: the number of lines differs by a
@@ -79,10 +80,10 @@ impl PartTolerance {
         let PixelScale { mut most, least } = scales.fold(PixelScale { most: 0.0, least: 0.0 }, PixelScale::max);
         if least < SAME * most {
             let nearest = |place: &BoundingBox| {
-                self.seen.iter().map(|camera| camera.pixels_per_length(place)).fold(0.0, f64::max)
+                self.seen.iter().map(|camera| camera.pixels_per_length(place)).fold(0.0, |most, x| larger(x, most))
             };
             shares.extend(places.map(nearest));
-            most = shares.iter().copied().fold(0.0, f64::max);
+            most = shares.iter().fold(0.0, |most, &x| larger(x, most));
             if shares.iter().all(|&pixels| pixels >= ALIKE * most) {
                 shares.clear();
             }
@@ -109,7 +110,7 @@ pub(crate) fn dilate(of: &[f64], columns: usize, reach: usize, out: &mut Vec<f64
         out.extend_from_slice(of);
         return;
     }
-    let largest = |of: &[f64]| of.iter().copied().fold(0.0, f64::max);
+    let largest = |of: &[f64]| of.iter().fold(0.0, |most, &x| larger(x, most));
     if columns == 1 {
         out.extend((0..of.len()).map(|k| largest(&of[k.saturating_sub(reach)..(k + reach + 1).min(of.len())])));
         return;
@@ -118,7 +119,7 @@ pub(crate) fn dilate(of: &[f64], columns: usize, reach: usize, out: &mut Vec<f64
     let window = |k: usize, n: usize| k.saturating_sub(reach)..(k + reach + 1).min(n);
     let most = |i: usize, j: usize| {
         let near = window(i, rows).flat_map(|i| &of[i * columns..][window(j, columns)]);
-        near.copied().fold(0.0, f64::max)
+        near.fold(0.0, |most, &x| larger(x, most))
     };
     out.extend((0..of.len()).map(|k| most(k / columns, k % columns)));
 }

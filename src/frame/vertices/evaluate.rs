@@ -2,8 +2,6 @@
 //!
 //! Every lane does the same arithmetic in the same order, so the bits of a point do not depend on the other lanes.
 
-pub use super::lattice::{EvaluateScratch, UNWANTED, evaluate_lattice};
-
 use crate::math::bernstein;
 use crate::math::lanes::{Lanes, Plain, Work, in_fours, widest};
 use crate::prepare::internals::decompose::{BezierPatches, Piece};
@@ -88,7 +86,7 @@ impl PointBlock {
 }
 
 /// Calls `put` with the points and unit normals at single parameters, in order, and the index of the first of them.
-/// Same bits, limits and result as [`evaluate_lattice`].
+/// Same bits, limits and result as [`evaluate_lattice`](super::lattice::evaluate_lattice).
 ///
 /// Up to degree (3, 3) about 30 ns per point if neighbours are in the same patch, else 100 ns.
 // Not generic: the loops for all degrees and registers take 300 KB of code, which would be there for each caller.

@@ -1,9 +1,10 @@
 //! A tile's loops and lattice -> vertices: tessellants, positions, normals.
 
-/// Points and normals of lattices and tessellants.
+/// Points and normals of tessellants, and what lattices share with them.
 pub mod evaluate;
 
-mod lattice;
+/// Points and normals of lattices.
+pub mod lattice;
 
 pub(super) mod scratch;
 

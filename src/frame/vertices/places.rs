@@ -1,6 +1,7 @@
 //! Parameters of a tile's vertices -> positions and normals.
 
-use super::evaluate::{UNWANTED, evaluate_lattice, evaluate_points};
+use super::evaluate::evaluate_points;
+use super::lattice::{UNWANTED, evaluate_lattice};
 use super::scratch::Scratch;
 use crate::frame::plan::output::TileLattice;
 use crate::frame::trim::input::NONE;

@@ -1,6 +1,6 @@
 //! Buffers that a worker reuses for all its tiles.
 
-use super::evaluate::EvaluateScratch;
+use super::lattice::EvaluateScratch;
 use crate::frame::trim::climb::TrimScratch;
 use crate::frame::trim::output::TrimOutput;
 use crate::mesh::TileMesh;
