@@ -53,7 +53,7 @@ pub(crate) fn evaluate_vertices(
         // A corner without a vertex is unwanted.
         const { assert!(NONE == UNWANTED) };
         let (positions, normals) = (&mut *positions, &mut *normals);
-        // Owns its slices: what it refers to would be loaded anew for each point.
+        // Owns its slices: if it referred to them, they would be loaded again for each point.
         let put = move |vertex: usize, position: DVec3, n: DVec3| {
             let k = vertex - tessellants;
             positions[k] = position;
