@@ -153,7 +153,7 @@ impl UvCurve {
             Self::Iso { axis: 0, at } => ts.iter().for_each(|&t| out.push(DVec2::new(*at, t))),
             Self::Iso { at, .. } => ts.iter().for_each(|&t| out.push(DVec2::new(t, *at))),
             Self::Hermite(samples) => {
-                // A search reads samples all over the pcurve, and most are in no cache.
+                // A search would read samples all over the pcurve.
                 let mut i = (piece as usize).min(samples.len() - 2);
                 let (mut a, mut b) = (&samples[i], &samples[i + 1]);
                 for &t in ts {
