@@ -218,7 +218,7 @@ impl PatchPlace {
             if !points.is_regular(lane) {
                 let [[outer], [inner]] = self.locals(at.map(|lanes| [lanes[lane]]));
                 let place = LinePlace { patch: self.indices(), outer, inner };
-                points.set_normal(lane, limit_normal(patches, roles, place, lost));
+                set_lane(&mut points.normal, lane, limit_normal(patches, roles, place, lost));
             }
         }
         points
@@ -281,11 +281,12 @@ impl<const L: usize> Points<L> {
     pub(super) fn normal(&self, lane: usize) -> DVec3 {
         DVec3::new(self.normal[0][lane], self.normal[1][lane], self.normal[2][lane])
     }
+}
 
-    #[inline(always)]
-    fn set_normal(&mut self, lane: usize, normal: DVec3) {
-        self.normal.iter_mut().zip(normal.to_array()).for_each(|(row, x)| row[lane] = x);
-    }
+/// Writes a vector to one lane of its components.
+#[inline(always)]
+pub(super) fn set_lane<const L: usize>(components: &mut [[f64; L]; 3], lane: usize, x: DVec3) {
+    components.iter_mut().zip(x.to_array()).for_each(|(row, x)| row[lane] = x);
 }
 
 /// Points and normals from components of homogeneous values, outer and inner derivatives.

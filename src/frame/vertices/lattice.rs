@@ -4,7 +4,7 @@
 //! of inner lines (tensor-product evaluation as in Kumar & Manocha 1995, §3.3, with the basis of a line computed once
 //! per lattice).
 
-use super::evaluate::{Found, LANES, LinePlace, Points, Roles, limit_normal, points};
+use super::evaluate::{Found, LANES, LinePlace, Points, Roles, limit_normal, points, set_lane};
 use crate::math::bernstein;
 use crate::math::lanes::{Lanes, Work, in_fours};
 use crate::prepare::internals::decompose::{BezierPatches, Piece};
@@ -270,7 +270,7 @@ impl Stretch<'_> {
     }
 
     /// A block's normals, with limits in place of those that do not exist.
-    // Does not put the points: if another function could write what `put` owns, each point would load that anew.
+    // Not given `put`: slices that a call could change are loaded again for each point.
     #[cold]
     #[inline(never)]
     fn limit_normals(
@@ -286,7 +286,7 @@ impl Stretch<'_> {
             let patch = [outer.patch, block.patch];
             let place = LinePlace { patch, outer: outer.places[outer_lane], inner: block.places[lane] };
             let normal = limit_normal(self.patches, self.roles, place, lost);
-            normals.iter_mut().zip(normal.to_array()).for_each(|(row, x)| row[lane] = x);
+            set_lane(&mut normals, lane, normal);
         }
         normals
     }
