@@ -72,7 +72,7 @@ impl Level {
         let plan = common.limits.accept(frame::plan_within(prepared, &tolerance, &common.limits.plan()))?;
         let mut frame = MemorySink::default();
         let plan = Arc::new(plan);
-        let made = made::make(prepared, &plan, common, true, &mut frame)?;
+        let made = made::make(prepared, &plan, true, &mut frame)?;
         let mut report = Report::of(&frame, prepared, &made);
         plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
         report.diagonal_mm = prepared.diagonal;

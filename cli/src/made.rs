@@ -1,26 +1,24 @@
 //! One mesh of a prepared model: made on the threads that a run has, and checked.
 
+use crate::Failure;
 use crate::closedness::Closedness;
 use crate::report::Report;
-use crate::{Common, Failure};
 use std::sync::Arc;
 use trimtess::audit;
-use trimtess::control::Control;
+use trimtess::control::{Control, Rayon};
 use trimtess::frame;
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::parallel::{self, FrameReport, SessionOptions, balance};
+use trimtess::parallel::{self, FrameReport, balance};
 use trimtess::prepare::{Prepared, Shells};
 
-/// Tessellates one frame on the threads that `common` asks for.
+/// Tessellates one frame on the program's threads.
 pub(crate) fn make(
     prepared: &Arc<Prepared>,
     plan: &Arc<frame::Plan>,
-    common: &Common,
     edge_lines: bool,
     sink: &mut MemorySink,
 ) -> Result<FrameReport, Failure> {
-    let options = SessionOptions::DEFAULT.with_threads(common.workers()).with_edge_lines(edge_lines);
-    let made = parallel::tessellate(prepared, plan, &options, &Control::default(), sink);
+    let made = parallel::tessellate_on(&Rayon, prepared, plan, edge_lines, &Control::default(), sink);
     let made = made.map_err(|e| Failure::Cannot(e.to_string()))?;
     tracing::info!(
         triangles = made.triangles,
@@ -58,7 +56,7 @@ mod tests {
     use super::*;
     use trimtess::frame::Tolerance;
     use trimtess::model::shapes;
-    use trimtess::parallel::Session;
+    use trimtess::parallel::{Session, SessionOptions};
     use trimtess::prepare::{PrepareOptions, prepare};
 
     /// Errors that `check` reports for a shape after `tamper` changed its mesh or shells.

@@ -72,7 +72,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &
     let view = args.picture.view(&camera, args.size);
     let plan = Arc::new(common.limits.accept(frame::plan_for_view_within(&prepared, &view, &common.limits.plan()))?);
     let mut frame = MemorySink::default();
-    let made = make(&prepared, &plan, common, args.picture.edges, &mut frame)?;
+    let made = make(&prepared, &plan, args.picture.edges, &mut frame)?;
     let mut report = Report::of(&frame, &prepared, &made);
     plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
     let tessellate = laps.lap();

@@ -173,7 +173,7 @@ pub(crate) fn run(
     progress.stage("tessellating");
     let plan = Arc::new(common.limits.accept(frame::plan_within(&prepared, &tolerance, &common.limits.plan()))?);
     let mut frame = MemorySink::default();
-    let made = make(&prepared, &plan, common, matches!(format, Format::Glb(_)) || args.check, &mut frame)?;
+    let made = make(&prepared, &plan, matches!(format, Format::Glb(_)) || args.check, &mut frame)?;
     let mut report = Report::of(&frame, &prepared, &made);
     plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
     let mut levels = Vec::new();

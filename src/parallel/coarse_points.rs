@@ -1,7 +1,7 @@
 //! Prepared model -> points all over it, to fit cameras to.
 
 use super::error::FrameError;
-use super::once::tessellate;
+use super::once::{jobs_of, tessellate_on};
 use super::options::SessionOptions;
 use crate::control::Control;
 use crate::frame::{self, PlanLimits, Tolerance};
@@ -26,9 +26,10 @@ pub fn coarse_points(
     control: &Control,
 ) -> Result<Vec<DVec3>, FrameError> {
     let tolerance = Tolerance { chord: CHORD_REL * prepared.diagonal, angle: View::ANGLE, max_edge: None };
-    let plan = Arc::new(frame::plan_within(prepared, &tolerance, limits));
+    let jobs = jobs_of(options)?;
+    let plan = Arc::new(frame::plan_on(&*jobs, prepared, &tolerance, limits));
     let mut coarse = PackedFrame::default();
-    tessellate(prepared, &plan, &options.clone().with_edge_lines(false), control, &mut coarse)?;
+    tessellate_on(&*jobs, prepared, &plan, false, control, &mut coarse)?;
     let mut points = Vec::new();
     for instance in &coarse.scene.instances {
         let of_part = coarse.parts.get(instance.part.index()).into_iter().flat_map(|part| &part.positions);

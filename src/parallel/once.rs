@@ -37,12 +37,17 @@ pub fn tessellate(
     control: &Control,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
+    let jobs = jobs_of(options)?;
+    tessellate_on(&*jobs, prepared, plan, options.edge_lines, control, sink)
+}
+
+/// Threads of a call's own.
+pub(super) fn jobs_of(options: &SessionOptions) -> Result<Box<dyn Jobs>, FrameError> {
     if options.threads == 1 {
         // Another thread would only be waited for.
-        return tessellate_on(&Alone, prepared, plan, options.edge_lines, control, sink);
+        return Ok(Box::new(Alone));
     }
-    let threads = Threads::start(options.threads, options.pin).map_err(FrameError::Start)?;
-    tessellate_on(&threads, prepared, plan, options.edge_lines, control, sink)
+    Ok(Box::new(Threads::start(options.threads, options.pin).map_err(FrameError::Start)?))
 }
 
 /// As [`tessellate`], on the threads of `jobs`.

@@ -3,7 +3,7 @@
 use super::limits::PlanLimits;
 use super::make::plan_parts;
 use super::output::Plan;
-use crate::control::{Alone, Jobs};
+use crate::control::{Jobs, Rayon};
 use crate::frame::tolerance::box_tolerance::PartTolerance;
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::frame::tolerance::part_camera::PartCamera;
@@ -29,7 +29,7 @@ use crate::view::View;
 ///
 /// An invalid view (not finite, no direction, no size) gives the coarsest plan, and [`Plan::shortfall`] reports it.
 ///
-/// Cost: that of [`plan`](crate::frame::plan()), plus about 20 ns for each box of each instance.
+/// Cost: that of [`plan`](crate::frame::plan()), plus about 20 ns for each box of each instance. Runs on [`Rayon`]'s threads.
 #[must_use]
 pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
     plan_for_view_within(prepared, view, &PlanLimits::DEFAULT)
@@ -38,7 +38,7 @@ pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
 /// As [`plan_for_view`], within the limits of the caller.
 #[must_use]
 pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
-    plan_for_view_on(&Alone, prepared, view, limits)
+    plan_for_view_on(&Rayon, prepared, view, limits)
 }
 
 /// As [`plan_for_view_within`], on the threads of `jobs`. The plan does not depend on their number.

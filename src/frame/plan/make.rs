@@ -6,7 +6,7 @@ use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, PartPlan, Plan, TileLattice};
 use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{Tessellants, bare};
-use crate::control::{Alone, Jobs, map};
+use crate::control::{Jobs, Rayon, map};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, PartTolerance};
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::{DrawnTiles, ScenePart};
@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// tolerance requires more, or has unusable values (see [`Tolerance`]), the plan is coarser and reports it in
 /// [`Plan::shortfall`]; [`Plan::require_full`] turns that into an error.
 ///
-/// Cost: about 1 µs per tile and per edge.
+/// Cost: about 1 µs per tile and per edge. Runs on [`Rayon`]'s threads.
 #[must_use]
 pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
     plan_within(prepared, tolerance, &PlanLimits::DEFAULT)
@@ -33,7 +33,7 @@ pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
 /// As [`plan`], within the limits of the caller.
 #[must_use]
 pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
-    plan_on(&Alone, prepared, tolerance, limits)
+    plan_on(&Rayon, prepared, tolerance, limits)
 }
 
 /// As [`plan_within`], on the threads of `jobs`. The plan does not depend on their number.
