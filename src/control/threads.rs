@@ -95,7 +95,8 @@ impl Jobs for Rayon {
     }
 
     fn for_each(&self, count: usize, body: &(dyn Fn(usize) + Sync)) {
-        (0..count).into_par_iter().for_each(body);
+        // Any call may be taken over by a thread without work.
+        (0..count).into_par_iter().with_max_len(1).for_each(body);
     }
 }
 

@@ -61,6 +61,11 @@ impl PartContents {
         self.shells.is_empty() && self.bodies.is_empty()
     }
 
+    /// Faces and bodies.
+    pub(super) fn size(&self) -> usize {
+        self.shells.iter().map(|shell| shell.faces.len()).sum::<usize>() + self.bodies.len()
+    }
+
     /// Units of the first shell or body.
     pub(super) fn units(&self) -> Option<Units> {
         self.shells.first().map(|shell| shell.units).or(self.bodies.first().map(|body| body.units))

@@ -123,11 +123,15 @@ fn model_of(
     let millimetres_per_unit = first.unwrap_or(contexts.first).length;
     let planned = std::mem::take(&mut tree.planned);
     let counter = Counter::start(control, Stage::Read, planned.len() as u64);
-    let read: Vec<Option<(Part, Vec<Diagnostic>)>> = call.each(1, planned, |plan| {
-        let part = (!control.is_cancelled()).then(|| reader.part(plan.name, &plan.gathered, plan.colour))?;
-        counter.advance();
-        Some(part)
-    });
+    let read: Vec<Option<(Part, Vec<Diagnostic>)>> = call.each_by_size(
+        planned,
+        |plan| plan.gathered.size(),
+        |plan| {
+            let part = (!control.is_cancelled()).then(|| reader.part(plan.name, &plan.gathered, plan.colour))?;
+            counter.advance();
+            Some(part)
+        },
+    );
     proceed(control)?;
     within(table, options)?;
     let mut model = Model { millimetres_per_unit, instances: tree.instances, ..Model::default() };

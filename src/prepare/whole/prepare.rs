@@ -135,7 +135,11 @@ enum Source {
 fn compare(call: Call<'_>, before: &[Arc<PreparedPart>], model: &Model, options: &PrepareOptions) -> Vec<Source> {
     let old: Vec<ContentHash> = before.iter().map(|part| part.facts.hash).collect();
     let hash = |part: &Part| ContentHash::of(part, options.border_tolerance);
-    let new = call.each(1, &model.parts, |part| if call.is_cancelled() { ContentHash::default() } else { hash(part) });
+    let new = call.each_by_size(
+        &model.parts,
+        |part| part.faces.len(),
+        |part| if call.is_cancelled() { ContentHash::default() } else { hash(part) },
+    );
     let rows = matched(&old, &new);
     let source = |((row, hash), part): ((Option<usize>, ContentHash), &Part)| {
         let same = row.and_then(|row| before[row].renumbered(entities(part)));
@@ -180,7 +184,8 @@ fn update(
             Arc::new(new_part(call, outcome, (hash, entities(part))))
         }
     };
-    let mut parts = call.each(1, model.parts.iter().zip(sources).enumerate(), of_part);
+    let faces = |(_, (part, _)): &(usize, (&Part, Source))| part.faces.len();
+    let mut parts = call.each_by_size(model.parts.iter().zip(sources).enumerate(), faces, of_part);
     if budget.exceeded() {
         discard(call, parts);
         return Err(budget.error(model));
