@@ -1,7 +1,7 @@
 //! Batches to a file: collects a frame, writes it when the frame is complete.
 
 #[cfg(feature = "glb")]
-use super::glb::write_glb_within;
+use super::glb::Glb;
 #[cfg(feature = "glb")]
 use super::glb_levels::GlbLevel;
 #[cfg(feature = "glb")]
@@ -9,6 +9,8 @@ use super::glb_options::GlbOptions;
 use super::pending::{Outputs, PendingFile};
 use super::rounding::Rounding;
 use super::{Format, UnknownFormat};
+#[cfg(feature = "glb")]
+use crate::control::{Call, Control, Rayon};
 use crate::mesh::{Batch, EdgeLine, FrameView, MemorySink, MeshLists, MeshSink, Scene, SinkError, TileMesh};
 use std::path::{Path, PathBuf};
 
@@ -49,9 +51,14 @@ pub fn save_pending<'a>(
 ) -> Result<(Rounding, PathBuf), SinkError> {
     let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
     let frame = frame.into();
+    #[cfg(feature = "glb")]
+    if let Format::Glb(options) = format {
+        let (mut roundings, temporary) = save_glb(&frame, &[], path, (options, most), outputs)?;
+        return Ok((roundings.remove(0), temporary));
+    }
     let rounding = Rounding::of(&frame, format, most).map_err(|beyond| context(beyond.into()))?;
     rounding.within(most).map_err(|too_far| context(too_far.into()))?;
-    let temporary = outputs.write(path, |mut file| format.write(&frame, most, &mut file))?;
+    let temporary = outputs.write(path, |mut file| format.write(&frame, &mut file))?;
     Ok((rounding, temporary))
 }
 
@@ -76,14 +83,25 @@ pub fn save_levels<'a>(
     let frame = frame.into();
     super::glb_levels::check(frame.scene, chord, coarser)
         .map_err(|unfit| context(std::io::Error::new(std::io::ErrorKind::InvalidInput, unfit)))?;
-    let levels = std::iter::once(&frame).chain(coarser.iter().map(|level| &level.frame));
-    let mut roundings = Vec::new();
-    for frame in levels {
-        let rounding = Rounding::of(frame, Format::Glb(options), most).map_err(|beyond| context(beyond.into()))?;
-        rounding.within(most).map_err(|too_far| context(too_far.into()))?;
-        roundings.push(rounding);
+    save_glb(&frame, coarser, path, (options, most), outputs)
+}
+
+/// Writes a GLB whose levels fit each other, on [`Rayon`]'s threads.
+#[cfg(feature = "glb")]
+fn save_glb(
+    frame: &FrameView<'_>,
+    coarser: &[GlbLevel<'_>],
+    path: &Path,
+    with: (GlbOptions, f64),
+    outputs: &mut Outputs,
+) -> Result<(Vec<Rounding>, PathBuf), SinkError> {
+    let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
+    let control = Control::default();
+    let (glb, roundings) = Glb::of(Call::new(&Rayon, &control), frame, coarser, with).map_err(context)?;
+    for rounding in &roundings {
+        rounding.within(with.1).map_err(|too_far| context(too_far.into()))?;
     }
-    let temporary = outputs.write(path, |mut file| write_glb_within(&frame, coarser, (options, most), &mut file))?;
+    let temporary = outputs.write(path, |mut file| glb.write(&mut file))?;
     Ok((roundings, temporary))
 }
 
@@ -141,7 +159,7 @@ impl MeshSink for FileSink {
             Some(pending) => pending,
             None => PendingFile::create(&self.path)?,
         };
-        pending.publish(|file| self.format.write(&(&self.frame).into(), f64::INFINITY, file))?;
+        pending.publish(|file| self.format.write(&(&self.frame).into(), file))?;
         self.frame = MemorySink::default();
         Ok(())
     }

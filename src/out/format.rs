@@ -1,10 +1,12 @@
 //! File extensions to formats, and formats to their writers.
 
 #[cfg(feature = "glb")]
-use super::glb::write_glb_within;
+use super::glb::Glb;
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
 use super::{write_obj, write_ply, write_stl};
+#[cfg(feature = "glb")]
+use crate::control::{Alone, Call, Control};
 use crate::mesh::FrameView;
 use std::fmt;
 use std::io::{self, Write};
@@ -44,14 +46,14 @@ impl Format {
         known.map(|(_, format)| *format).ok_or(UnknownFormat { extension })
     }
 
-    /// Writes `frame`. `most` is the largest distance in millimetres that rounding may move a node of a GLB by: nodes
-    /// beyond are nested, so that their translations add up to more digits.
-    pub(super) fn write(self, frame: &FrameView<'_>, most: f64, file: &mut impl Write) -> io::Result<()> {
-        #[cfg(not(feature = "glb"))]
-        let _ = most;
+    /// Writes `frame` on the caller's thread.
+    pub(super) fn write(self, frame: &FrameView<'_>, file: &mut impl Write) -> io::Result<()> {
         match self {
             #[cfg(feature = "glb")]
-            Self::Glb(options) => write_glb_within(frame, &[], (options, most), file),
+            Self::Glb(options) => {
+                let control = Control::default();
+                Glb::of(Call::new(&Alone, &control), frame, &[], (options, f64::INFINITY))?.0.write(file)
+            }
             Self::Stl => write_stl(frame, file),
             Self::Ply => write_ply(frame, file),
             Self::Obj => write_obj(frame, file),

@@ -6,18 +6,19 @@
 //! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge.
 
 use super::colour;
+use super::format::Format;
 use super::glb_buffers::Buffers;
-#[cfg(feature = "meshopt")]
-use super::glb_compress::filtered;
 use super::glb_levels::{Detail, GlbLevel};
+use super::glb_numbers::{Group, Numbers, bytes, numbers};
 use super::glb_options::GlbOptions;
 use super::glb_stream::Stream;
 use super::node_place::{NodeGroup, NodePlace, PointNumbers, Turn, groups};
-use super::placed::{batches_by_part, by_part, distinct, instance_name};
-use super::single::BeyondSingle;
+use super::placed::{batches_by_part, by_part, instance_name};
+use super::rounding::{Rounding, RoundingCount};
+use crate::control::Call;
 use crate::mesh::{BatchView, EdgeLine, FrameView, ScenePart};
 use crate::model::Colour;
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use gltf_json::material::{AlphaMode, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::scene::UnitQuaternion;
@@ -30,8 +31,6 @@ use std::io::{self, Write};
 const Y_UP: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 /// The colour of B-rep edges.
 const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
-/// Meshes of up to this many vertices use 16-bit indices. The largest 16-bit value is reserved for primitive restart.
-const SHORT_VERTICES: usize = 65_535;
 
 /// Writes a frame as binary glTF. Each part is stored once and placed by nodes.
 ///
@@ -42,60 +41,7 @@ const SHORT_VERTICES: usize = 65_535;
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](BeyondSingle); nothing is
 /// written then.
 pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    write_glb_within(&frame.into(), &[], (GlbOptions::PLAIN, f64::INFINITY), file)
-}
-
-/// As [`write_glb`], with options and coarser levels of detail. A node whose translation is rounded by more than half of
-/// `most` millimetres is put into others, and the translations add up to the place.
-pub(super) fn write_glb_within(
-    frame: &FrameView<'_>,
-    coarser: &[GlbLevel<'_>],
-    (options, most): (GlbOptions, f64),
-    file: &mut impl Write,
-) -> io::Result<()> {
-    let mut glb = Glb { options, ..Glb::default() };
-    let levels: Vec<&FrameView<'_>> = std::iter::once(frame).chain(coarser.iter().map(|level| &level.frame)).collect();
-    let shapes = glb.shapes(&levels, most)?;
-    let scales = frame.scene.largest_scales();
-    let mut meshes = HashMap::new();
-    let mut children = Vec::new();
-    for group in groups(frame, (options, most))? {
-        let Some((instance, place)) = group.places.first().map(|(row, place)| (&frame.scene.instances[*row], place))
-        else {
-            continue;
-        };
-        let row = instance.part.index();
-        let part = &frame.scene.parts[row];
-        let names: Vec<&str> =
-            group.places.iter().map(|(row, _)| instance_name(&part.name, &frame.scene.instances[*row])).collect();
-        let colour = instance.colour.map(|colour| colour.map(f32::to_bits));
-        let mut mesh = |glb: &mut Glb, level: usize| {
-            let made = meshes.entry((level, instance.part, colour));
-            *made.or_insert_with(|| glb.mesh(part, &shapes[level][row], instance.colour))
-        };
-        let (mut detail, mut listed) = (Detail::default(), None);
-        let finest = mesh(&mut glb, 0);
-        for (level, GlbLevel { chord, .. }) in (1..).zip(coarser).filter(|_| finest.is_some()) {
-            let mesh = mesh(&mut glb, level);
-            let with = (mesh, shapes[level][row].numbers);
-            let node = glb.node((&group, &names), with, &Detail::default(), &mut listed)?;
-            detail.add(node.value() as u32, 2.0 * part.radius * scales[row], *chord);
-        }
-        let inner = glb.node((&group, &names), (finest, shapes[0][row].numbers), &detail, &mut listed)?;
-        children.push(place.around.iter().rev().fold(inner, |inner, around| {
-            let (translation, children) = (Some(around.to_array()), Some(vec![inner]));
-            glb.root.push(Node { translation, children, ..Node::default() })
-        }));
-    }
-    let world = glb.root.push(Node {
-        name: named(&frame.scene.name),
-        matrix: Some(Y_UP),
-        children: (!children.is_empty()).then_some(children),
-        ..Node::default()
-    });
-    let scene = Scene { extensions: None, extras: None, name: named(&frame.scene.name), nodes: vec![world] };
-    glb.root.scene = Some(glb.root.push(scene));
-    glb.write(file)
+    Format::Glb(GlbOptions::PLAIN).write(&frame.into(), file)
 }
 
 /// Batches and edge lines of a part.
@@ -121,8 +67,9 @@ struct PartShape {
     edges: Option<Primitive>,
 }
 
+/// A file that is being made.
 #[derive(Default)]
-struct Glb {
+pub(super) struct Glb {
     options: GlbOptions,
     root: Root,
     materials: HashMap<[u32; 4], Index<Material>>,
@@ -139,182 +86,175 @@ struct Uses {
 }
 
 impl Glb {
-    /// The shapes of all parts in each level. Where a level has nothing coarser for a part, or no triangles, it shares the
-    /// data of the level before.
-    fn shapes(&mut self, levels: &[&FrameView<'_>], most: f64) -> io::Result<Vec<Vec<PartShape>>> {
-        let mut shapes: Vec<Vec<PartShape>> = Vec::new();
-        let mut finer: Vec<PartRows<'_>> = Vec::new();
+    /// All but the file of a frame, with options and coarser levels of detail, and what rounding costs in each level. A
+    /// node whose translation is rounded by more than half of `most` millimetres is put into others, and the translations
+    /// add up to the place.
+    ///
+    /// # Errors
+    /// If a number overflows single precision.
+    pub(super) fn of(
+        call: Call<'_>,
+        frame: &FrameView<'_>,
+        coarser: &[GlbLevel<'_>],
+        with: (GlbOptions, f64),
+    ) -> io::Result<(Self, Vec<Rounding>)> {
+        let mut glb = Self { options: with.0, ..Self::default() };
+        let levels: Vec<&FrameView<'_>> =
+            std::iter::once(frame).chain(coarser.iter().map(|level| &level.frame)).collect();
+        let (shapes, roundings) = glb.shapes(call, &levels, with.1)?;
+        let scales = frame.scene.largest_scales();
+        let mut meshes = HashMap::new();
+        let mut children = Vec::new();
+        for group in groups(frame, with)? {
+            let Some((instance, place)) =
+                group.places.first().map(|(row, place)| (&frame.scene.instances[*row], place))
+            else {
+                continue;
+            };
+            let row = instance.part.index();
+            let part = &frame.scene.parts[row];
+            let names: Vec<&str> =
+                group.places.iter().map(|(row, _)| instance_name(&part.name, &frame.scene.instances[*row])).collect();
+            let colour = instance.colour.map(|colour| colour.map(f32::to_bits));
+            let mut mesh = |glb: &mut Self, level: usize| {
+                let made = meshes.entry((level, instance.part, colour));
+                *made.or_insert_with(|| glb.mesh(part, &shapes[level][row], instance.colour))
+            };
+            let (mut detail, mut listed) = (Detail::default(), None);
+            let finest = mesh(&mut glb, 0);
+            for (level, GlbLevel { chord, .. }) in (1..).zip(coarser).filter(|_| finest.is_some()) {
+                let mesh = mesh(&mut glb, level);
+                let with = (mesh, shapes[level][row].numbers);
+                let node = glb.node((&group, &names), with, &Detail::default(), &mut listed)?;
+                detail.add(node.value() as u32, 2.0 * part.radius * scales[row], *chord);
+            }
+            let inner = glb.node((&group, &names), (finest, shapes[0][row].numbers), &detail, &mut listed)?;
+            children.push(place.around.iter().rev().fold(inner, |inner, around| {
+                let (translation, children) = (Some(around.to_array()), Some(vec![inner]));
+                glb.root.push(Node { translation, children, ..Node::default() })
+            }));
+        }
+        let world = glb.root.push(Node {
+            name: named(&frame.scene.name),
+            matrix: Some(Y_UP),
+            children: (!children.is_empty()).then_some(children),
+            ..Node::default()
+        });
+        let scene = Scene { extensions: None, extras: None, name: named(&frame.scene.name), nodes: vec![world] };
+        glb.root.scene = Some(glb.root.push(scene));
+        Ok((glb, roundings))
+    }
+
+    /// The shapes of all parts in each level, and what rounding costs. Where a level has nothing coarser for a part, or no
+    /// triangles, it shares the data of the level before.
+    fn shapes(
+        &mut self,
+        call: Call<'_>,
+        levels: &[&FrameView<'_>],
+        most: f64,
+    ) -> io::Result<(Vec<Vec<PartShape>>, Vec<Rounding>)> {
+        let (mut shapes, mut roundings) = (Vec::<Vec<PartShape>>::new(), Vec::new());
+        let (mut finer, mut counts) = (Vec::<PartRows<'_>>::new(), Vec::<RoundingCount>::new());
         for frame in levels {
             // Readers do not draw lists of lines.
             let edge_lines = if self.options.instanced { &[] } else { frame.edge_lines };
             let lines = by_part(frame, edge_lines, |line| line.part);
             let rows: Vec<PartRows<'_>> = batches_by_part(frame).into_iter().zip(lines).collect();
-            let numbers = PointNumbers::of(frame, self.options, most);
-            let mut made = Vec::with_capacity(rows.len());
-            for (row, (part, numbers)) in frame.scene.parts.iter().zip(numbers).enumerate() {
-                let before = shapes.last().map(|shapes| &shapes[row]);
-                let shape = match before.filter(|_| is_same(&finer[row], &rows[row])) {
-                    Some(before) => before.clone(),
-                    None => self.shape((part, numbers), &rows[row])?,
-                };
-                made.push(before.filter(|_| shape.faces.is_empty()).cloned().unwrap_or(shape));
-            }
-            shapes.push(made);
-            finer = rows;
-        }
-        Ok(shapes)
-    }
-
-    fn shape(
-        &mut self,
-        (part, numbers): (&ScenePart, PointNumbers),
-        (batches, lines): &PartRows<'_>,
-    ) -> io::Result<PartShape> {
-        let mut groups: Vec<(Option<Colour>, Vec<&BatchView<'_>>)> = Vec::new();
-        let mut of_colour = HashMap::new();
-        for batch in batches {
-            let colour = part.face_colours.get(batch.face.index()).copied().flatten();
-            let group = *of_colour.entry(colour.map(|colour| colour.map(f32::to_bits))).or_insert_with(|| {
-                groups.push((colour, Vec::new()));
-                groups.len() - 1
-            });
-            groups[group].1.push(batch);
-        }
-        let mut faces = Vec::new();
-        for (colour, batches) in groups {
-            let sizes = batches.iter().map(|batch| (batch.mesh.positions.len(), 3 * batch.mesh.triangles.len()));
-            let mut vertices = Vertices::with_room(numbers, sizes);
-            let mut normals = Vec::with_capacity(vertices.positions.capacity());
-            for batch in batches {
-                let base = vertices.round(part, batch.mesh.positions)?;
-                let Vertices { positions, indices, .. } = &mut vertices;
-                let kept = indices.len();
-                for corners in distinct(&batch.mesh, &positions[base..]) {
-                    indices.extend(corners.map(|corner| base as u32 + corner));
+            let of_points = PointNumbers::of(frame, self.options, most);
+            let before = shapes.last();
+            let shared: Vec<bool> =
+                (0..rows.len()).map(|row| before.is_some() && is_same(&finer[row], &rows[row])).collect();
+            let mut groups = Vec::new();
+            let mut of_part = Vec::with_capacity(rows.len());
+            for (row, (part, numbers)) in frame.scene.parts.iter().zip(&of_points).enumerate() {
+                let first = groups.len();
+                if !shared[row] {
+                    groups.extend(groups_of((part, *numbers), &rows[row]));
                 }
-                if indices.len() == kept {
-                    positions.truncate(base);
+                of_part.push(first..groups.len());
+            }
+            let mut stored = numbers(call, &groups, self.options)?.into_iter();
+            let (mut made, mut counted) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
+            for (row, of_part) in of_part.into_iter().enumerate() {
+                let before = before.map(|shapes| &shapes[row]);
+                if let (Some(before), true) = (before, shared[row]) {
+                    made.push(before.clone());
+                    counted.push(std::mem::take(&mut counts[row]));
                     continue;
                 }
-                normals.extend((0..positions.len() - base).map(|index| {
-                    let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
-                    normal.as_dvec3().normalize_or(DVec3::Z).as_vec3()
-                }));
-                vertices.end(base, batch.face.0);
+                let mut shape = PartShape { numbers: of_points[row], faces: Vec::new(), edges: None };
+                let mut count = RoundingCount::default();
+                for (group, (numbers, of_group)) in groups[of_part].iter().zip(stored.by_ref()) {
+                    count.add(of_group);
+                    if numbers.corners > 0 {
+                        let primitive = self.primitive(group, numbers)?;
+                        match group.edges.is_empty() {
+                            true => shape.faces.push((group.colour, primitive)),
+                            false => shape.edges = Some(primitive),
+                        }
+                    }
+                }
+                counted.push(count);
+                made.push(before.filter(|_| shape.faces.is_empty()).cloned().unwrap_or(shape));
             }
-            if !vertices.indices.is_empty() {
-                let normals = Some(normals.as_slice());
-                faces.push((colour, self.primitive(&vertices, normals, Mode::Triangles, "face")?));
-            }
+            (finer, counts) = (rows, counted);
+            shapes.push(made);
+            roundings.push(Rounding::of_counts(frame, &counts, (self.options, most))?);
         }
-        let sizes = lines.iter().map(|line| (line.points.len(), 2 * line.points.len().saturating_sub(1)));
-        let mut vertices = Vertices::with_room(numbers, sizes);
-        for line in lines {
-            let base = vertices.round(part, &line.points)?;
-            let Vertices { positions, indices, .. } = &mut vertices;
-            let segments = (base + 1..positions.len()).filter(|&end| positions[end - 1] != positions[end]);
-            indices.extend(segments.flat_map(|end| [end as u32 - 1, end as u32]));
-            vertices.end(base, line.edge.0);
-        }
-        let edges = if vertices.indices.is_empty() {
-            None
-        } else {
-            Some(self.primitive(&vertices, None, Mode::Lines, "edge")?)
-        };
-        Ok(PartShape { numbers, faces, edges })
+        Ok((shapes, roundings))
     }
 
-    fn primitive(
-        &mut self,
-        vertices: &Vertices,
-        normals: Option<&[Vec3]>,
-        mode: Mode,
-        label: &str,
-    ) -> io::Result<Primitive> {
-        let count = vertices.positions.len();
-        let mut attributes = BTreeMap::from([(Valid(Semantic::Positions), self.positions(vertices))]);
-        let short = self.options.quantized && vertices.runs.iter().all(|&(feature, _)| feature <= u32::from(u16::MAX));
-        let ids = vertices.runs.iter().flat_map(|&(feature, count)| std::iter::repeat_n(feature, count));
-        let ids = if short {
-            let ids = ids.map(|id| (id as u16 as u32).to_le_bytes());
-            self.buffers.push(&mut self.root, Stream::ShortFeatures, count, ids)
-        } else {
-            let ids = ids.map(|id| (id as f32).to_le_bytes());
-            self.buffers.push(&mut self.root, Stream::Features, count, ids)
-        };
+    fn primitive(&mut self, group: &Group<'_>, mut numbers: Numbers) -> io::Result<Primitive> {
+        let is_lines = !group.edges.is_empty();
+        let positions = self.positions(group.numbers.step, &mut numbers);
+        let mut attributes = BTreeMap::from([(Valid(Semantic::Positions), positions)]);
+        let Self { options, root, buffers, uses, .. } = self;
+        let Numbers { vertices, corners, features, short_ids, short_indices, normals, ids, indices, .. } = numbers;
+        let stream = if short_ids { Stream::ShortFeatures } else { Stream::Features };
+        let ids = buffers.push(root, stream, vertices, ids);
         attributes.insert(Valid(Semantic::Extras("FEATURE_ID_0".into())), ids);
-        if let Some(normals) = normals {
-            attributes.insert(Valid(Semantic::Normals), self.normals(normals));
+        if !is_lines {
+            uses.integers |= options.quantized;
+            let stream = if options.quantized { Stream::ShortNormals } else { Stream::Vectors };
+            attributes.insert(Valid(Semantic::Normals), buffers.push(root, stream, vertices, normals));
         }
-        let indices = &vertices.indices;
         // Triangles and lines are compressed differently.
-        let apart = self.options.is_compressed() && mode == Mode::Lines;
-        let indices = if count <= SHORT_VERTICES {
-            let stream = if apart { Stream::ShortLines } else { Stream::ShortIndices };
-            let indices = indices.iter().map(|&index| (index as u16).to_le_bytes());
-            self.buffers.push(&mut self.root, stream, indices.len(), indices)
-        } else {
-            let stream = if apart { Stream::LongLines } else { Stream::LongIndices };
-            let indices = indices.iter().map(|&index| index.to_le_bytes());
-            self.buffers.push(&mut self.root, stream, indices.len(), indices)
+        let stream = match (short_indices, options.is_compressed() && is_lines) {
+            (true, false) => Stream::ShortIndices,
+            (true, true) => Stream::ShortLines,
+            (false, false) => Stream::LongIndices,
+            (false, true) => Stream::LongLines,
         };
-        let mut distinct: Vec<u32> = vertices.runs.iter().map(|&(feature, _)| feature).collect();
-        distinct.sort_unstable();
-        distinct.dedup();
+        let indices = Some(buffers.push(root, stream, corners, indices));
+        let label = if is_lines { "edge" } else { "face" };
         let extensions = gltf_json::deserialize::from_str(&format!(
-            r#"{{"EXT_mesh_features":{{"featureIds":[{{"featureCount":{},"attribute":0,"label":"{label}"}}]}}}}"#,
-            distinct.len()
+            r#"{{"EXT_mesh_features":{{"featureIds":[{{"featureCount":{features},"attribute":0,"label":"{label}"}}]}}}}"#
         ))?;
+        let mode = Valid(if is_lines { Mode::Lines } else { Mode::Triangles });
         Ok(Primitive {
             attributes,
             extensions: Some(extensions),
             extras: None,
-            indices: Some(indices),
+            indices,
             material: None,
-            mode: Valid(mode),
+            mode,
             targets: None,
         })
     }
 
-    fn positions(&mut self, vertices: &Vertices) -> Index<Accessor> {
+    fn positions(&mut self, step: Option<f32>, numbers: &mut Numbers) -> Index<Accessor> {
         let Self { root, buffers, uses, .. } = self;
-        let points = &vertices.positions;
-        let bounds = |points: &mut dyn Iterator<Item = Vec3>| {
-            points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
-        };
-        let (accessor, (low, high)) = if let Some(step) = vertices.numbers.step {
-            uses.integers = true;
-            let integers = || points.iter().map(|&point| PointNumbers::integers(step, point));
-            let numbers = integers().flat_map(|[x, y, z]| [x, y, z, 0]).map(i16::to_le_bytes);
-            let accessor = buffers.push(root, Stream::ShortVectors, points.len(), numbers);
-            (accessor, bounds(&mut integers().map(|integers| Vec3::from_array(integers.map(f32::from)))))
-        } else {
-            let accessor = buffers.push(root, Stream::Vectors, points.len(), floats(points));
-            (accessor, bounds(&mut points.iter().copied()))
-        };
-        let value = |corner: Vec3| match vertices.numbers.step {
+        uses.integers |= step.is_some();
+        let stream = if step.is_some() { Stream::ShortVectors } else { Stream::Vectors };
+        let accessor = buffers.push(root, stream, numbers.vertices, std::mem::take(&mut numbers.positions));
+        let value = |corner: Vec3| match step {
             Some(_) => Value::from(corner.to_array().map(|x| x as i64).to_vec()),
             None => Value::from(corner.to_array().to_vec()),
         };
-        root.accessors[accessor.value()].min = Some(value(low));
-        root.accessors[accessor.value()].max = Some(value(high));
+        let [low, high] = numbers.bounds.map(value);
+        root.accessors[accessor.value()].min = Some(low);
+        root.accessors[accessor.value()].max = Some(high);
         accessor
-    }
-
-    fn normals(&mut self, normals: &[Vec3]) -> Index<Accessor> {
-        let Self { options, root, buffers, uses, .. } = self;
-        if !options.quantized {
-            return buffers.push(root, Stream::Vectors, normals.len(), floats(normals));
-        }
-        uses.integers = true;
-        #[cfg(feature = "meshopt")]
-        if options.compressed {
-            let numbers = filtered(normals.iter().map(Vec3::to_array)).into_iter().flatten().map(i16::to_le_bytes);
-            return buffers.push(root, Stream::ShortNormals, normals.len(), numbers);
-        }
-        let short = |x: f32| (x * f32::from(i16::MAX)).round() as i16;
-        let rows = normals.iter().flat_map(|normal| [short(normal.x), short(normal.y), short(normal.z), 0]);
-        buffers.push(root, Stream::ShortNormals, normals.len(), rows.map(i16::to_le_bytes))
     }
 
     fn material(&mut self, colour: Colour) -> Index<Material> {
@@ -399,18 +339,22 @@ impl Glb {
         };
         let [to, by] = *listed.get_or_insert_with(|| {
             let centres = group.places.iter().flat_map(|(_, place)| place.centre.to_array()).map(f32::to_le_bytes);
-            let to = buffers.push(root, Stream::Translations, count, centres);
+            let to = buffers.push(root, Stream::Translations, count, vec![bytes(3 * count, centres)]);
             let turned = turns().flat_map(|(rotation, _)| rotation).map(f32::to_le_bytes);
-            let by = buffers.push(root, Stream::Rotations, count, turned);
+            let by = buffers.push(root, Stream::Rotations, count, vec![bytes(4 * count, turned)]);
             [to.value(), by.value()]
         });
         let scales = turns().flat_map(|(_, scale)| [scale; 3]).map(f32::to_le_bytes);
-        let scales = buffers.push(root, Stream::Scales, count, scales).value();
+        let scales = buffers.push(root, Stream::Scales, count, vec![bytes(3 * count, scales)]).value();
         let attributes = format!(r#"{{"TRANSLATION":{to},"ROTATION":{by},"SCALE":{scales}}}"#);
         format!(r#""EXT_mesh_gpu_instancing":{{"attributes":{attributes}}}"#)
     }
 
-    fn write(mut self, file: &mut impl Write) -> io::Result<()> {
+    /// Writes the file.
+    ///
+    /// # Errors
+    /// I/O errors of `file`. More than 4 GiB of data; nothing is written then.
+    pub(super) fn write(mut self, file: &mut impl Write) -> io::Result<()> {
         self.root.asset =
             Asset { generator: Some(concat!("trimtess ", env!("CARGO_PKG_VERSION")).into()), ..Asset::default() };
         let pieces = self.buffers.finish(&mut self.root, self.options)?;
@@ -454,36 +398,21 @@ impl Glb {
     }
 }
 
-/// One primitive's vertices.
-struct Vertices {
-    numbers: PointNumbers,
-    positions: Vec<Vec3>,
-    /// Faces or edges, each with its number of vertices.
-    runs: Vec<(u32, usize)>,
-    indices: Vec<u32>,
-}
-
-impl Vertices {
-    /// Nothing yet. `sizes`: the most vertices and indices of each face or edge.
-    fn with_room(numbers: PointNumbers, sizes: impl ExactSizeIterator<Item = (usize, usize)>) -> Self {
-        let runs = Vec::with_capacity(sizes.len());
-        let (vertices, indices) = sizes.fold((0, 0), |(vertices, indices), add| (vertices + add.0, indices + add.1));
-        Self { numbers, positions: Vec::with_capacity(vertices), runs, indices: Vec::with_capacity(indices) }
+/// What the primitives of a part show: faces by colour, in the order of their first batches, then edges.
+fn groups_of<'a>((part, numbers): (&'a ScenePart, PointNumbers), (batches, lines): &PartRows<'a>) -> Vec<Group<'a>> {
+    let group = |colour| Group { part, numbers, colour, faces: Vec::new(), edges: Vec::new() };
+    let mut groups: Vec<Group<'a>> = Vec::new();
+    let mut of_colour = HashMap::new();
+    for batch in batches {
+        let colour = part.face_colours.get(batch.face.index()).copied().flatten();
+        let at = *of_colour.entry(colour.map(|colour| colour.map(f32::to_bits))).or_insert_with(|| {
+            groups.push(group(colour));
+            groups.len() - 1
+        });
+        groups[at].faces.push(batch);
     }
-
-    /// Appends rounded positions. Returns the index of the first.
-    fn round(&mut self, part: &ScenePart, points: &[DVec3]) -> Result<usize, BeyondSingle> {
-        let base = self.positions.len();
-        for &point in points {
-            self.positions.push(self.numbers.local(part, point)?);
-        }
-        Ok(base)
-    }
-
-    /// Names the positions from `base` on.
-    fn end(&mut self, base: usize, feature: u32) {
-        self.runs.push((feature, self.positions.len() - base));
-    }
+    groups.extend((!lines.is_empty()).then(|| Group { edges: lines.clone(), ..group(None) }));
+    groups
 }
 
 /// A node that turns and scales its mesh, whose numbers count steps.
@@ -507,10 +436,6 @@ fn matrix([x, y, z]: [Vec3; 3], centre: Vec3) -> [f32; 16] {
     let mut columns = [0.0; 16];
     columns.copy_from_slice([column(x, 0.0), column(y, 0.0), column(z, 0.0), column(centre, 1.0)].as_flattened());
     columns
-}
-
-fn floats(vectors: &[Vec3]) -> impl Iterator<Item = [u8; 4]> {
-    vectors.iter().flat_map(Vec3::to_array).map(f32::to_le_bytes)
 }
 
 fn named(name: &str) -> Option<String> {

@@ -14,7 +14,8 @@ use std::io;
 
 #[derive(Default)]
 struct Pool {
-    bytes: Vec<u8>,
+    pieces: Vec<Vec<u8>>,
+    length: usize,
     accessors: Vec<Index<Accessor>>,
 }
 
@@ -25,25 +26,18 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    /// Appends `count` values of `stride` bytes, given by their numbers. Returns their accessor; [`finish`](Self::finish)
-    /// sets its view.
-    pub(super) fn push<const N: usize>(
+    /// Appends `count` values, whose bytes are in pieces. Returns their accessor; [`finish`](Self::finish) sets its view.
+    pub(super) fn push(
         &mut self,
         root: &mut Root,
         stream: Stream,
         count: usize,
-        numbers: impl Iterator<Item = [u8; N]>,
+        pieces: Vec<Vec<u8>>,
     ) -> Index<Accessor> {
         let pool = self.streams.entry(stream).or_default();
-        let offset = pool.bytes.len();
-        pool.bytes.resize(offset + count * stream.layout().2, 0);
-        let mut places = pool.bytes[offset..].as_chunks_mut().0.iter_mut();
-        // Not `zip`, which would ask flattened numbers for one after the other.
-        numbers.for_each(|bytes| {
-            if let Some(place) = places.next() {
-                *place = bytes;
-            }
-        });
+        let offset = pool.length;
+        pool.length += pieces.iter().map(Vec::len).sum::<usize>();
+        pool.pieces.extend(pieces);
         let (component, kind, _) = stream.layout();
         let accessor = root.push(Accessor {
             buffer_view: None,
@@ -65,14 +59,14 @@ impl Buffers {
 
     /// Adds views and buffers. Returns the pieces of the binary chunk.
     pub(super) fn finish(self, root: &mut Root, options: GlbOptions) -> io::Result<Vec<Vec<u8>>> {
-        let mut pieces = Vec::new();
+        let mut stored = Vec::new();
         let mut ends = Ends::default();
-        for (stream, Pool { bytes, accessors }) in self.streams {
+        for (stream, Pool { mut pieces, mut length, accessors }) in self.streams {
             let (stride, target) = (stream.layout().2, stream.target());
             let is_attribute = matches!(target, Some(Target::ArrayBuffer));
             let mut view = View {
                 buffer: Index::new(0),
-                byte_length: USize64(bytes.len() as u64),
+                byte_length: USize64(length as u64),
                 byte_offset: Some(USize64(ends.stored)),
                 byte_stride: is_attribute.then_some(Stride(stride)),
                 name: None,
@@ -80,13 +74,17 @@ impl Buffers {
                 extensions: None,
                 extras: None,
             };
-            let bytes = if options.is_compressed() { ends.compress(stream, &bytes, &mut view)? } else { bytes };
+            if options.is_compressed() {
+                let compressed = ends.compress(stream, &pieces.concat(), &mut view)?;
+                length = compressed.len();
+                pieces = vec![compressed];
+            }
             let view = root.push(view);
             for accessor in accessors {
                 root.accessors[accessor.value()].buffer_view = Some(view);
             }
-            ends.stored += bytes.len() as u64;
-            pieces.push(bytes);
+            ends.stored += length as u64;
+            stored.append(&mut pieces);
         }
         let mut buffer = |length: u64, extensions: Option<extensions::buffer::Buffer>| {
             root.push(Buffer { byte_length: USize64(length), name: None, uri: None, extensions, extras: None });
@@ -99,7 +97,7 @@ impl Buffers {
             let fallback = r#"{"EXT_meshopt_compression":{"fallback":true}}"#;
             buffer(ends.decompressed, Some(gltf_json::deserialize::from_str(fallback)?));
         }
-        Ok(pieces)
+        Ok(stored)
     }
 }
 

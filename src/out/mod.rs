@@ -42,6 +42,9 @@ mod glb_compress;
 mod glb_buffers;
 
 #[cfg(feature = "glb")]
+mod glb_numbers;
+
+#[cfg(feature = "glb")]
 mod glb_levels;
 #[cfg(feature = "glb")]
 pub use glb_levels::{GlbLevel, UnfitLevel};

@@ -60,12 +60,14 @@ impl From<RoundedTooFar> for io::Error {
     }
 }
 
-/// What happens to one part, in its own file coordinates or as placed by one instance.
+/// What happens to one part or some of its faces, in its own file coordinates or as placed by one instance.
 #[derive(Default)]
-struct RoundingCount {
+pub(super) struct RoundingCount {
     kept: u64,
     collapsed: u64,
-    faces: Vec<FaceId>,
+    /// Faces that have triangles which are kept, and those that have others only. A face may be in both, more than once.
+    kept_faces: Vec<FaceId>,
+    other_faces: Vec<FaceId>,
     moved: f64,
     place: DVec3,
 }
@@ -114,21 +116,32 @@ impl Rounding {
     /// Points relative to the centres of parts, in nodes.
     #[cfg(feature = "glb")]
     fn of_nodes(frame: &FrameView<'_>, with: (GlbOptions, f64)) -> Result<Self, BeyondSingle> {
-        let mut tallies = Vec::with_capacity(frame.scene.parts.len());
+        let mut counts = Vec::with_capacity(frame.scene.parts.len());
         let numbers = PointNumbers::of(frame, with.0, with.1);
         for ((part, batches), numbers) in frame.scene.parts.iter().zip(batches_by_part(frame)).zip(numbers) {
-            tallies.push(RoundingCount::of(&batches, |point| {
+            counts.push(RoundingCount::of(&batches, |point| {
                 let rounded = numbers.local(part, point)?;
                 Ok((rounded, moved(part, point, rounded)))
             })?);
         }
+        Self::of_counts(frame, &counts, with)
+    }
+
+    /// The parts' counts, as nodes place the parts.
+    #[cfg(feature = "glb")]
+    pub(super) fn of_counts(
+        frame: &FrameView<'_>,
+        counts: &[RoundingCount],
+        with: (GlbOptions, f64),
+    ) -> Result<Self, BeyondSingle> {
+        let collapsed: Vec<Vec<FaceId>> = counts.iter().map(RoundingCount::collapsed_faces).collect();
         let mut out = Self::default();
         for instance in &frame.scene.instances {
             let place = instance.part.index();
-            if let (Some(part), Some(tally)) = (frame.scene.parts.get(place), tallies.get(place)) {
+            if let (Some(part), Some(count)) = (frame.scene.parts.get(place), counts.get(place)) {
                 let node = NodePlace::new(part, instance, with)?;
-                let place = instance.transform.transform_point3(tally.place);
-                out.add(instance, tally, instance.scale() * tally.moved + node.moved, place);
+                let at = instance.transform.transform_point3(count.place);
+                out.add(instance, (count, &collapsed[place]), instance.scale() * count.moved + node.moved, at);
             }
         }
         Ok(out)
@@ -141,7 +154,7 @@ impl Rounding {
         for (instance, batches) in placed(frame, &by_part) {
             let placement = Placement::new(&instance.transform);
             let arithmetic = Arithmetic::of(&instance.transform);
-            let tally = if as_single {
+            let count = if as_single {
                 RoundingCount::of(batches, |point| {
                     let exact = placement.position(point);
                     let rounded = single(exact)?;
@@ -150,16 +163,16 @@ impl Rounding {
             } else {
                 RoundingCount::of(batches, |point| Ok((placement.position(point), arithmetic.moved(point))))?
             };
-            out.add(instance, &tally, tally.moved, placement.position(tally.place));
+            out.add(instance, (&count, &count.collapsed_faces()), count.moved, placement.position(count.place));
         }
         Ok(out)
     }
 
-    fn add(&mut self, instance: &SceneInstance, tally: &RoundingCount, moved: f64, place: DVec3) {
-        self.triangles += tally.kept;
-        self.collapsed += tally.collapsed;
+    fn add(&mut self, instance: &SceneInstance, (count, faces): (&RoundingCount, &[FaceId]), moved: f64, place: DVec3) {
+        self.triangles += count.kept;
+        self.collapsed += count.collapsed;
         let number = |face: &FaceId| u64::from(instance.first_face) + u64::from(face.0);
-        self.collapsed_faces.extend(tally.faces.iter().map(number));
+        self.collapsed_faces.extend(faces.iter().map(number));
         if moved > self.moved {
             (self.moved, self.place) = (moved, place);
         }
@@ -172,34 +185,59 @@ impl RoundingCount {
         batches: &[&BatchView<'_>],
         round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle>,
     ) -> Result<Self, BeyondSingle> {
-        let mut tally = Self::default();
+        let mut count = Self::default();
         let mut rounded = Vec::new();
-        let (mut faces, mut kept_faces) = (Vec::new(), Vec::new());
         for batch in batches {
             rounded.clear();
             for &point in batch.mesh.positions {
                 let (position, moved) = round(point)?;
-                if moved > tally.moved {
-                    (tally.moved, tally.place) = (moved, point);
-                }
+                count.point(point, moved);
                 rounded.push(position);
             }
-            let kept = distinct(&batch.mesh, &rounded).count() as u64;
-            let all = batch.mesh.triangles.len() as u64;
-            tally.kept += kept;
-            tally.collapsed += all - kept;
-            if kept > 0 {
-                kept_faces.push(batch.face);
-            } else if all > 0 {
-                faces.push(batch.face);
-            }
+            let kept = distinct(&batch.mesh, &rounded).count();
+            count.triangles(batch.face, batch.mesh.triangles.len(), kept);
         }
-        kept_faces.sort_unstable();
-        faces.sort_unstable();
-        faces.dedup();
-        faces.retain(|face| kept_faces.binary_search(face).is_err());
-        tally.faces = faces;
-        Ok(tally)
+        Ok(count)
+    }
+
+    /// Counts a point that is moved so far.
+    pub(super) fn point(&mut self, point: DVec3, moved: f64) {
+        if moved > self.moved {
+            (self.moved, self.place) = (moved, point);
+        }
+    }
+
+    /// Counts triangles of a face, of which some are kept.
+    pub(super) fn triangles(&mut self, face: FaceId, all: usize, kept: usize) {
+        self.kept += kept as u64;
+        self.collapsed += (all - kept) as u64;
+        if kept > 0 {
+            self.kept_faces.push(face);
+        } else if all > 0 {
+            self.other_faces.push(face);
+        }
+    }
+
+    /// Counts what `other` has counted.
+    #[cfg(feature = "glb")]
+    pub(super) fn add(&mut self, mut other: Self) {
+        self.kept += other.kept;
+        self.collapsed += other.collapsed;
+        self.kept_faces.append(&mut other.kept_faces);
+        self.other_faces.append(&mut other.other_faces);
+        self.point(other.place, other.moved);
+    }
+
+    /// Faces all of whose triangles collapse, ascending.
+    fn collapsed_faces(&self) -> Vec<FaceId> {
+        let (mut kept, mut others) = (self.kept_faces.clone(), self.other_faces.clone());
+        if !others.is_empty() {
+            kept.sort_unstable();
+            others.sort_unstable();
+            others.dedup();
+            others.retain(|face| kept.binary_search(face).is_err());
+        }
+        others
     }
 }
 

@@ -1,0 +1,261 @@
+//! Faces of one colour, and edges, of parts -> the numbers of their primitives in a GLB, made in runs on all threads.
+
+#[cfg(feature = "meshopt")]
+use super::glb_compress::filtered;
+use super::glb_options::GlbOptions;
+use super::node_place::{PointNumbers, moved};
+use super::placed::distinct;
+use super::rounding::RoundingCount;
+use super::single::BeyondSingle;
+use crate::control::Call;
+use crate::mesh::{BatchView, EdgeLine, ScenePart};
+use crate::model::Colour;
+use glam::{DVec3, Vec3};
+
+/// Vertices of a run.
+const RUN: usize = 1 << 13;
+/// Meshes of up to this many vertices use 16-bit indices. The largest 16-bit value is reserved for primitive restart.
+const SHORT_VERTICES: usize = 65_535;
+
+/// What one primitive shows: faces of one colour, or edges.
+pub(super) struct Group<'a> {
+    pub(super) part: &'a ScenePart,
+    pub(super) numbers: PointNumbers,
+    pub(super) colour: Option<Colour>,
+    pub(super) faces: Vec<&'a BatchView<'a>>,
+    pub(super) edges: Vec<&'a EdgeLine>,
+}
+
+/// The numbers of one primitive, each kind in pieces.
+pub(super) struct Numbers {
+    pub(super) vertices: usize,
+    pub(super) corners: usize,
+    /// Different faces or edges.
+    pub(super) features: usize,
+    /// Whether ids have 16 bits.
+    pub(super) short_ids: bool,
+    /// Whether indices have 16 bits.
+    pub(super) short_indices: bool,
+    /// The corners of the box around all positions, as stored.
+    pub(super) bounds: [Vec3; 2],
+    pub(super) positions: Vec<Vec<u8>>,
+    pub(super) normals: Vec<Vec<u8>>,
+    pub(super) ids: Vec<Vec<u8>>,
+    pub(super) indices: Vec<Vec<u8>>,
+}
+
+impl Numbers {
+    const NONE: Self = Self {
+        vertices: 0,
+        corners: 0,
+        features: 0,
+        short_ids: false,
+        short_indices: false,
+        bounds: [Vec3::INFINITY, Vec3::NEG_INFINITY],
+        positions: Vec::new(),
+        normals: Vec::new(),
+        ids: Vec::new(),
+        indices: Vec::new(),
+    };
+}
+
+/// Rounds the vertices of groups, and leaves out triangles and segments whose corners coincide then. Returns the numbers
+/// of each group, empty if nothing is left, and what rounding its faces costs.
+///
+/// # Errors
+/// If a position overflows single precision.
+pub(super) fn numbers(
+    call: Call<'_>,
+    groups: &[Group<'_>],
+    options: GlbOptions,
+) -> Result<Vec<(Numbers, RoundingCount)>, BeyondSingle> {
+    let mut runs = Vec::new();
+    for (k, group) in groups.iter().enumerate() {
+        let faces = cut(&group.faces, |batch| batch.mesh.positions.len());
+        let edges = cut(&group.edges, |line| line.points.len());
+        runs.extend(faces.map(|faces| (k, Run { group, faces, edges: &[] })));
+        runs.extend(edges.map(|edges| (k, Run { group, faces: &[], edges })));
+    }
+    let made = call.each(1, runs, |(k, run)| Ok::<_, BeyondSingle>((k, run.piece(options)?)));
+    let mut out: Vec<(Numbers, RoundingCount)> =
+        groups.iter().map(|_| (Numbers::NONE, RoundingCount::default())).collect();
+    let (mut pieces, mut features) = (Vec::with_capacity(made.len()), vec![Vec::new(); groups.len()]);
+    for made in made {
+        let (k, mut piece) = made?;
+        let (numbers, count) = &mut out[k];
+        let [low, high] = numbers.bounds;
+        numbers.bounds = [low.min(piece.bounds[0]), high.max(piece.bounds[1])];
+        features[k].extend(piece.features.iter().map(|&(feature, _)| feature));
+        numbers.positions.push(std::mem::take(&mut piece.positions));
+        numbers.normals.push(std::mem::take(&mut piece.normals));
+        count.add(std::mem::take(&mut piece.count));
+        let first = numbers.vertices;
+        numbers.vertices += piece.vertices;
+        numbers.corners += piece.indices.len();
+        pieces.push((k, first, piece));
+    }
+    for ((numbers, _), features) in out.iter_mut().zip(&mut features) {
+        features.sort_unstable();
+        features.dedup();
+        numbers.features = features.len();
+        numbers.short_ids = options.quantized && features.last().is_none_or(|&last| last <= u32::from(u16::MAX));
+        numbers.short_indices = numbers.vertices <= SHORT_VERTICES;
+    }
+    let stored = call.each(1, pieces, |(k, first, piece)| (k, piece.ids(&out[k].0), piece.indices(first, &out[k].0)));
+    for (k, ids, indices) in stored {
+        out[k].0.ids.push(ids);
+        out[k].0.indices.push(indices);
+    }
+    Ok(out)
+}
+
+/// Cuts a list into runs of about [`RUN`] vertices.
+fn cut<T>(items: &[T], vertices: impl Fn(&T) -> usize) -> impl Iterator<Item = &[T]> {
+    let mut rest = items;
+    std::iter::from_fn(move || {
+        let mut count = 0;
+        let is_last = |item: &T| {
+            count += vertices(item);
+            count >= RUN
+        };
+        let length = rest.iter().position(is_last).map_or(rest.len(), |last| last + 1);
+        let (run, after) = rest.split_at(length);
+        rest = after;
+        (!run.is_empty()).then_some(run)
+    })
+}
+
+/// Some faces or edges of a group.
+struct Run<'a> {
+    group: &'a Group<'a>,
+    faces: &'a [&'a BatchView<'a>],
+    edges: &'a [&'a EdgeLine],
+}
+
+impl Run<'_> {
+    fn piece(&self, options: GlbOptions) -> Result<Piece, BeyondSingle> {
+        let Self { group: Group { part, numbers, .. }, faces, edges } = *self;
+        let vertices = faces.iter().map(|batch| batch.mesh.positions.len()).sum::<usize>();
+        let corners = faces.iter().map(|batch| 3 * batch.mesh.triangles.len()).sum::<usize>();
+        let points = edges.iter().map(|line| line.points.len()).sum::<usize>();
+        let mut piece = Piece::with_room(vertices + points, corners + 2 * points);
+        let mut normals = Vec::with_capacity(vertices);
+        let mut rounded = Vec::new();
+        let round = |points: &[DVec3], rounded: &mut Vec<Vec3>| {
+            rounded.clear();
+            points.iter().try_for_each(|&point| numbers.local(part, point).map(|position| rounded.push(position)))
+        };
+        for batch in faces {
+            round(batch.mesh.positions, &mut rounded)?;
+            for (&point, &position) in batch.mesh.positions.iter().zip(&rounded) {
+                piece.count.point(point, moved(part, point, position));
+            }
+            let (first, before) = (piece.vertices as u32, piece.indices.len());
+            let kept = distinct(&batch.mesh, &rounded);
+            piece.indices.extend(kept.flat_map(|corners| corners.map(|corner| first + corner)));
+            let kept = (piece.indices.len() - before) / 3;
+            piece.count.triangles(batch.face, batch.mesh.triangles.len(), kept);
+            if kept > 0 {
+                normals.extend((0..rounded.len()).map(|index| {
+                    let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
+                    normal.as_dvec3().normalize_or(DVec3::Z).as_vec3()
+                }));
+                piece.place(batch.face.0, &rounded, *numbers);
+            }
+        }
+        piece.normals = stored_normals(&normals, options);
+        for line in edges {
+            round(&line.points, &mut rounded)?;
+            let first = piece.vertices as u32;
+            let segments = (1..).zip(rounded.windows(2)).filter(|(_, ends)| ends[0] != ends[1]);
+            piece.indices.extend(segments.flat_map(|(end, _)| [first + end - 1, first + end]));
+            piece.place(line.edge.0, &rounded, *numbers);
+        }
+        Ok(piece)
+    }
+}
+
+/// The numbers of a run, with indices from its own first vertex on.
+struct Piece {
+    vertices: usize,
+    bounds: [Vec3; 2],
+    positions: Vec<u8>,
+    normals: Vec<u8>,
+    /// Faces or edges, each with its number of vertices.
+    features: Vec<(u32, usize)>,
+    indices: Vec<u32>,
+    count: RoundingCount,
+}
+
+impl Piece {
+    fn with_room(vertices: usize, corners: usize) -> Self {
+        Self {
+            vertices: 0,
+            bounds: Numbers::NONE.bounds,
+            positions: Vec::with_capacity(vertices * size_of::<Vec3>()),
+            normals: Vec::new(),
+            features: Vec::new(),
+            indices: Vec::with_capacity(corners),
+            count: RoundingCount::default(),
+        }
+    }
+
+    /// Appends the vertices of a face or an edge.
+    fn place(&mut self, feature: u32, rounded: &[Vec3], numbers: PointNumbers) {
+        let [mut low, mut high] = self.bounds;
+        let mut within = |stored: Vec3| (low, high) = (low.min(stored), high.max(stored));
+        for &position in rounded {
+            if let Some(step) = numbers.step {
+                let integers = PointNumbers::integers(step, position);
+                within(Vec3::from_array(integers.map(f32::from)));
+                let [x, y, z] = integers.map(i16::to_le_bytes);
+                self.positions.extend_from_slice([x, y, z, [0; 2]].as_flattened());
+            } else {
+                within(position);
+                self.positions.extend_from_slice(position.to_array().map(f32::to_le_bytes).as_flattened());
+            }
+        }
+        self.bounds = [low, high];
+        self.features.push((feature, rounded.len()));
+        self.vertices += rounded.len();
+    }
+
+    /// The ids of all vertices.
+    fn ids(&self, Numbers { short_ids, .. }: &Numbers) -> Vec<u8> {
+        let stored = |feature: u32| if *short_ids { feature.to_le_bytes() } else { (feature as f32).to_le_bytes() };
+        let of_feature = |&(feature, count): &(u32, usize)| std::iter::repeat_n(stored(feature), count);
+        bytes(self.vertices, self.features.iter().flat_map(of_feature))
+    }
+
+    /// The indices, `first` being that of the first vertex.
+    fn indices(&self, first: usize, Numbers { short_indices, .. }: &Numbers) -> Vec<u8> {
+        let indices = self.indices.iter().map(|index| first as u32 + index);
+        match short_indices {
+            true => bytes(indices.len(), indices.map(|index| (index as u16).to_le_bytes())),
+            false => bytes(indices.len(), indices.map(u32::to_le_bytes)),
+        }
+    }
+}
+
+/// The bytes of normals.
+fn stored_normals(normals: &[Vec3], options: GlbOptions) -> Vec<u8> {
+    if !options.quantized {
+        return bytes(3 * normals.len(), normals.iter().flat_map(|normal| normal.to_array().map(f32::to_le_bytes)));
+    }
+    #[cfg(feature = "meshopt")]
+    if options.compressed {
+        let rows = filtered(normals.iter().map(Vec3::to_array));
+        return bytes(4 * rows.len(), rows.into_iter().flatten().map(i16::to_le_bytes));
+    }
+    let short = |x: f32| ((x * f32::from(i16::MAX)).round() as i16).to_le_bytes();
+    let rows = normals.iter().flat_map(|normal| [short(normal.x), short(normal.y), short(normal.z), [0; 2]]);
+    bytes(4 * normals.len(), rows)
+}
+
+/// The bytes of `count` numbers.
+pub(super) fn bytes<const N: usize>(count: usize, numbers: impl Iterator<Item = [u8; N]>) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(N * count);
+    // Not a loop, which would ask flattened numbers for one after the other.
+    numbers.for_each(|number| bytes.extend_from_slice(&number));
+    bytes
+}
