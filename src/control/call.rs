@@ -82,7 +82,7 @@ impl<'a> Call<'a> {
         made.into_iter().map(|(_, result)| result).collect()
     }
 
-    /// Frees items on all threads: what a cancelled call made may be large.
+    /// Frees items on all threads.
     pub(crate) fn discard<T: Send>(&self, items: Vec<T>) {
         self.each(16, items, drop);
     }

@@ -14,20 +14,31 @@ use crate::model::{SyntaxCut, SyntaxFault};
 use std::ops::Range;
 use std::sync::Mutex;
 
-/// Length of a piece, bytes. Cancelling takes effect between pieces.
+/// Maximum length of a piece, bytes. Cancelling takes effect between pieces.
 pub(super) const PIECE: usize = 128 << 10;
+/// Length that is worth a piece of its own, bytes.
+const SHORT: usize = PIECE / 8;
 /// Pieces longer than this are parsed one at a time: the values of open lists are held twice, and the bound on memory
 /// counts that once.
 const LONG: usize = 8 * PIECE;
 
 /// What the data sections of a text state.
 pub(super) struct Data {
-    /// In the order of the text, with the indices of their pieces. No two instances have the same number.
+    /// In the order of the text. No two instances have the same number.
     pub(super) pieces: Vec<Parsed>,
+    /// Whether the numbers of instances ascend through all of them.
+    pub(super) is_in_order: bool,
     /// In the order of their records.
     pub(super) faults: Vec<Fault>,
     /// Behind the end of the file.
     pub(super) end: usize,
+}
+
+/// Length of the pieces of a text of `length` bytes: short enough that all threads end at about the same time.
+pub(super) fn piece(length: usize, threads: usize) -> usize {
+    /// Pieces that each thread gets.
+    const PIECES: usize = 32;
+    if threads == 1 { PIECE } else { (length / (PIECES * threads)).clamp(SHORT, PIECE) }
 }
 
 /// Parses the data sections from byte `start` on, in pieces of about `size` bytes.
@@ -48,10 +59,9 @@ pub(super) fn data(
         // A guess that starts in a string could read to the end of the text, and so could all others.
         Ok(parse(&text[..range.end.min(text.len())], range, 0))
     });
-    let mut data = Data { pieces: Vec::new(), faults: Vec::new(), end: start };
+    let mut data = Data { pieces: Vec::new(), is_in_order: true, faults: Vec::new(), end: start };
     let mut reach = Reach::Next;
-    // Nearly all files are in order.
-    let (mut is_in_order, mut last) = (true, None);
+    let mut last = None;
     for piece in guessed {
         proceed(call.control)?;
         let mut piece = piece?;
@@ -63,15 +73,14 @@ pub(super) fn data(
         }
         (data.end, reach) = (piece.stop, piece.reach);
         data.faults.append(&mut piece.faults);
-        let index = u32::try_from(data.pieces.len()).unwrap_or(u32::MAX);
-        for row in &mut piece.rows {
-            row.piece = index;
-            is_in_order &= last < Some(row.id);
-            last = Some(row.id);
+        if let [first, ..] = piece.rows[..] {
+            data.is_in_order &= piece.is_in_order && last < Some(first.id);
+            last = piece.rows.last().map(|row| row.id);
         }
         data.pieces.push(piece);
     }
-    if !is_in_order {
+    // Nearly all files are in order.
+    if !data.is_in_order {
         data.drop_repeated(text, most_faults);
     }
     Ok(data)
@@ -101,9 +110,10 @@ fn ranges(text: &[u8], start: usize, size: usize) -> Vec<Range<usize>> {
 impl Data {
     /// Leaves out instances whose number an earlier one has. Reports no more of them than it takes to refuse the text.
     fn drop_repeated(&mut self, text: &[u8], most_faults: usize) {
-        let place = |row: &Row| self.pieces[row.piece as usize].range.start + row.at as usize;
-        let mut order: Vec<(u64, usize)> =
-            self.pieces.iter().flat_map(|piece| &piece.rows).map(|row| (row.id, place(row))).collect();
+        let mut order: Vec<(u64, usize)> = Vec::new();
+        for Parsed { range, rows, .. } in &self.pieces {
+            order.extend(rows.iter().map(|row| (row.id, range.start + row.at as usize)));
+        }
         order.sort_unstable();
         let mut repeated = Vec::new();
         let mut first: Option<(u64, usize)> = None;

@@ -46,8 +46,10 @@ pub(super) struct Parsed {
     pub(super) stop: usize,
     pub(super) reach: Reach,
     pub(super) values: Values,
-    /// In the order of the text. Their pieces are 0.
+    /// In the order of the text.
     pub(super) rows: Vec<Row>,
+    /// Whether their numbers ascend.
+    pub(super) is_in_order: bool,
     pub(super) types: Types,
     pub(super) faults: Vec<Fault>,
     /// The first [`LISTED_REPAIRS`] of all `repaired`, with their places.
@@ -72,6 +74,7 @@ pub(super) fn parse(text: &[u8], range: Range<usize>, most_faults: usize) -> Par
             reach: Reach::Next,
             values,
             rows: Vec::with_capacity(length / BYTES_PER_ROW),
+            is_in_order: true,
             types: Types::default(),
             faults: Vec::new(),
             repairs: Vec::new(),
@@ -197,7 +200,8 @@ impl<'t> Parser<'t> {
         };
         self.tokens.expect(Token::Semicolon, "';'")?;
         let at = u32::try_from(start - self.done.range.start).map_err(|_| SyntaxFault::TooLong)?;
-        self.done.rows.push(Row { id, at, piece: 0, kind, attributes });
+        self.done.is_in_order &= self.done.rows.last().is_none_or(|last| last.id < id);
+        self.done.rows.push(Row { id, at, kind, attributes });
         Ok(After::Record)
     }
 

@@ -2,6 +2,7 @@
 
 use super::budget::ReadBudget;
 use super::values::{Attribute, COMPLEX, List, Map, Row, Types, Values};
+use crate::control::Call;
 use crate::model::{StepCause, StepTrouble};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -41,99 +42,187 @@ pub(super) fn measure(what: impl Into<Cow<'static, str>>, value: f64, unit: &'st
 /// are treated as cyclic. Real files stay below 6.
 pub(super) const MAX_DEPTH: usize = 24;
 
-/// All instances of a file, ordered by number.
+/// All instances of a file, by number.
 pub(super) struct Table {
-    rows: Vec<Row>,
+    pieces: Vec<Instances>,
+    /// Whether numbers ascend through all pieces.
+    is_in_order: bool,
     /// Names of types.
     types: Vec<String>,
-    /// Values of the pieces of the text.
-    values: Vec<Values>,
-    /// Row + 1 by instance number. Empty if the numbers are too sparse; then rows are searched.
-    dense: Vec<u32>,
-    /// Rows of the instances of each type; then those of each combination of types that complex instances have.
-    of_type: Vec<Vec<u32>>,
+    /// Code of the place of each instance, by number. Empty if the numbers are too sparse.
+    dense: Vec<u64>,
+    /// Numbers and places, ascending, if the numbers are too sparse.
+    sparse: Vec<(u64, Place)>,
+    /// Rows by piece of the instances of each type; then those of each combination of types that complex instances have.
+    of_type: Vec<Vec<(u32, Vec<u32>)>>,
     /// Places of instances that are defined in other files.
     elsewhere: BTreeMap<u64, String>,
     pub(super) budget: ReadBudget,
 }
 
+/// The instances of a piece of text, in its order.
+struct Instances {
+    rows: Vec<Row>,
+    values: Values,
+}
+
+/// A row of a piece.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    piece: u32,
+    row: u32,
+}
+
+impl Place {
+    /// A number of the place that is not 0.
+    fn code(self) -> u64 {
+        (u64::from(self.piece) << 32 | u64::from(self.row)) + 1
+    }
+
+    fn of_code(code: u64) -> Option<Self> {
+        let code = code.checked_sub(1)?;
+        Some(Self { piece: (code >> 32) as u32, row: code as u32 })
+    }
+}
+
+/// The rows of a piece by type, and by combination of types.
+type ByType = (Vec<Vec<u32>>, Map<Vec<u32>, Vec<u32>>);
+
+/// A piece that becomes part of the table.
+struct Entry<'a> {
+    piece: u32,
+    of_piece: Instances,
+    /// The index of each of its types in the table.
+    kinds: Vec<u32>,
+    /// The codes of the numbers from that of its first instance on, up to the next piece.
+    slots: &'a mut [u64],
+}
+
+impl Entry<'_> {
+    /// Gives types their indices, and instances their codes.
+    fn enter(self) -> (Instances, ByType) {
+        let Self { piece, of_piece: Instances { mut rows, mut values }, kinds, slots } = self;
+        let kind = |kind: u32| kinds.get(kind as usize).copied().unwrap_or(COMPLEX);
+        let mut by_kind = vec![Vec::new(); kinds.len()];
+        let mut by_combination: Map<Vec<u32>, Vec<u32>> = Map::default();
+        let first = rows.first().map_or(0, |row| row.id);
+        for (row, number) in rows.iter_mut().zip(0..) {
+            let slot = row.id.checked_sub(first).and_then(|k| slots.get_mut(usize::try_from(k).ok()?));
+            if let Some(slot) = slot {
+                *slot = Place { piece, row: number }.code();
+            }
+            if row.kind == COMPLEX {
+                values.rename(row.attributes, kind);
+                let parts = List::new(&values, row.attributes).parts();
+                by_combination.entry(parts.map(|(kind, _)| kind).collect()).or_default().push(number);
+            } else {
+                by_kind[row.kind as usize].push(number);
+                row.kind = kind(row.kind);
+            }
+        }
+        (Instances { rows, values }, (by_kind, by_combination))
+    }
+}
+
 impl Table {
-    /// The instances of pieces of a text, no two of which may have the same number. `elsewhere`: places of instances
-    /// defined in other files. Some of them once reading is cancelled.
+    /// The instances of pieces of a text, no two of which may have the same number. `is_in_order`: whether numbers ascend.
+    /// `elsewhere`: places of instances defined in other files. Some of them once reading is cancelled.
     pub(super) fn new(
-        pieces: Vec<(Vec<Row>, Types, Values)>,
+        call: Call<'_>,
+        (pieces, is_in_order): (Vec<(Vec<Row>, Types, Values)>, bool),
         elsewhere: BTreeMap<u64, String>,
         budget: ReadBudget,
     ) -> Self {
-        let goes_on = || !budget.is_cancelled();
-        let count: usize = pieces.iter().map(|(rows, ..)| rows.len()).sum();
-        let mut pieces = pieces.into_iter();
-        // Types keep the indices that they have in the first piece, which is the only one of a small file.
-        let (mut rows, mut types, values) = pieces.next().unwrap_or_default();
-        rows.reserve_exact(count - rows.len());
-        let mut values = vec![values];
-        for (of_piece, named, mut of_rows) in pieces.take_while(|_| goes_on()) {
-            let indices: Vec<u32> = named.names.iter().map(|name| types.index(name.as_bytes())).collect();
-            let kind = |kind: u32| indices.get(kind as usize).copied().unwrap_or(COMPLEX);
-            of_piece.iter().filter(|row| row.kind == COMPLEX).for_each(|row| of_rows.rename(row.attributes, kind));
-            rows.extend(of_piece.into_iter().map(|row| Row { kind: kind(row.kind), ..row }));
-            values.push(of_rows);
+        let mut types = Types::default();
+        let mut kinds_of = |named: Types| named.names.iter().map(|name| types.index(name.as_bytes())).collect();
+        let pieces: Vec<(Instances, Vec<u32>)> = pieces
+            .into_iter()
+            .map(|(rows, named, values)| (Instances { rows, values }, kinds_of(named)))
+            .take_while(|_| !budget.is_cancelled())
+            .collect();
+        let all = || pieces.iter().flat_map(|(of_piece, _)| &of_piece.rows);
+        let last = if is_in_order { all().next_back().map(|row| row.id) } else { all().map(|row| row.id).max() };
+        let count = pieces.iter().map(|(of_piece, _)| of_piece.rows.len()).sum();
+        let mut dense = vec![0; slots(last.unwrap_or(0), count)];
+        // If all are in order, each piece has its own part of them: from its first number to that of the next one.
+        let mut rest = if is_in_order { &mut dense[..] } else { &mut [] };
+        let mut entries = Vec::with_capacity(pieces.len());
+        for ((of_piece, kinds), piece) in pieces.into_iter().zip(0..).collect::<Vec<_>>().into_iter().rev() {
+            let first = of_piece.rows.first().and_then(|row| usize::try_from(row.id).ok());
+            let from = first.map_or(rest.len(), |first| first.min(rest.len()));
+            let (before, slots) = std::mem::take(&mut rest).split_at_mut(from);
+            rest = before;
+            entries.push(Entry { piece, of_piece, kinds, slots });
         }
-        // Nearly all files are in order.
-        if !rows.is_sorted_by_key(|row| row.id) {
-            rows.sort_unstable_by_key(|row| row.id);
+        entries.reverse();
+        let kinds: Vec<Vec<u32>> = entries.iter().map(|entry| entry.kinds.clone()).collect();
+        let entered = call.each(1, entries, Entry::enter);
+        let mut table = Self {
+            pieces: Vec::with_capacity(entered.len()),
+            is_in_order,
+            of_type: vec![Vec::new(); types.names.len()],
+            types: types.names,
+            dense,
+            sparse: Vec::new(),
+            elsewhere,
+            budget,
+        };
+        let mut combinations: Map<Vec<u32>, usize> = Map::default();
+        for ((piece, kinds), (of_piece, (by_kind, by_combination))) in (0..).zip(kinds).zip(entered) {
+            for (kind, rows) in kinds.into_iter().zip(by_kind).filter(|(_, rows)| !rows.is_empty()) {
+                table.of_type[kind as usize].push((piece, rows));
+            }
+            for (combination, rows) in by_combination {
+                let kind = *combinations.entry(combination).or_insert_with(|| {
+                    table.of_type.push(Vec::new());
+                    table.of_type.len() - 1
+                });
+                table.of_type[kind].push((piece, rows));
+            }
+            table.pieces.push(of_piece);
         }
-        let mut dense = Vec::new();
-        let last = rows.last().map_or(0, |row| row.id);
-        // Four bytes per number: worth it while the largest number is at most eight times the number of instances.
-        if let Ok(last) = usize::try_from(last)
-            && last <= rows.len().saturating_mul(8).saturating_add(1024)
-            && u32::try_from(rows.len()).is_ok_and(|n| n < u32::MAX)
-        {
-            dense.resize(last + 1, 0);
-            for (row, number) in rows.iter().take_while(|_| goes_on()).zip(1u32..) {
-                if let Some(slot) = usize::try_from(row.id).ok().and_then(|id| dense.get_mut(id)) {
-                    *slot = number;
+        table.index();
+        table
+    }
+
+    /// Finds instances whose numbers are not in order, or too sparse.
+    fn index(&mut self) {
+        if self.is_in_order && !self.dense.is_empty() {
+            return;
+        }
+        for (of_piece, piece) in self.pieces.iter().zip(0..).take_while(|_| !self.budget.is_cancelled()) {
+            for (&Row { id, .. }, row) in of_piece.rows.iter().zip(0..) {
+                let place = Place { piece, row };
+                match usize::try_from(id).ok().and_then(|id| self.dense.get_mut(id)) {
+                    Some(slot) => *slot = place.code(),
+                    None => self.sparse.push((id, place)),
                 }
             }
         }
-        let mut of_type = vec![Vec::new(); types.names.len()];
-        let mut combinations: Map<Vec<u32>, usize> = Map::default();
-        for (row, number) in rows.iter().take_while(|_| goes_on()).zip(0u32..) {
-            let kind = if row.kind == COMPLEX {
-                let parts = List::new(&values[row.piece as usize], row.attributes).parts();
-                *combinations.entry(parts.map(|(kind, _)| kind).collect()).or_insert_with(|| {
-                    of_type.push(Vec::new());
-                    of_type.len() - 1
-                })
-            } else {
-                row.kind as usize
-            };
-            of_type[kind].push(number);
-        }
-        Self { rows, types: types.names, values, dense, of_type, elsewhere, budget }
+        self.sparse.sort_unstable();
     }
 
     pub(super) fn len(&self) -> usize {
-        self.rows.len()
+        self.pieces.iter().map(|piece| piece.rows.len()).sum()
     }
 
     pub(super) fn find(&self, id: u64) -> Option<Entity<'_>> {
-        let row = if self.dense.is_empty() {
-            self.rows.binary_search_by_key(&id, |row| row.id).ok()?
+        let place = if self.dense.is_empty() {
+            let at = self.sparse.binary_search_by_key(&id, |(id, _)| *id).ok()?;
+            self.sparse.get(at)?.1
         } else {
-            let slot = *usize::try_from(id).ok().and_then(|id| self.dense.get(id))?;
-            (slot as usize).checked_sub(1)?
+            Place::of_code(*usize::try_from(id).ok().and_then(|id| self.dense.get(id))?)?
         };
-        self.rows.get(row).map(|row| self.entity(row))
+        Some(self.entity(place))
     }
 
-    fn entity<'a>(&'a self, row: &Row) -> Entity<'a> {
-        let attributes = List::new(&self.values[row.piece as usize], row.attributes);
+    fn entity(&self, Place { piece, row }: Place) -> Entity<'_> {
+        let Instances { rows, values } = &self.pieces[piece as usize];
+        let Row { id, kind, attributes, .. } = rows[row as usize];
         Entity {
-            id: row.id,
-            kind: self.types.get(row.kind as usize).map(String::as_str),
-            attributes,
+            id,
+            kind: self.types.get(kind as usize).map(String::as_str),
+            attributes: List::new(values, attributes),
             types: &self.types,
         }
     }
@@ -150,12 +239,27 @@ impl Table {
     /// per type or combination of types, since a file has 10 to 100 of them and up to millions of instances. Ends once
     /// reading is cancelled.
     pub(super) fn of_types(&self, wanted: impl Fn(Entity<'_>) -> bool) -> impl Iterator<Item = Entity<'_>> {
-        let instance = |row: u32| self.entity(&self.rows[row as usize]);
-        let of_types = self.of_type.iter().filter(|rows| rows.first().is_some_and(|first| wanted(instance(*first))));
-        let mut rows: Vec<u32> = of_types.flatten().copied().collect();
-        rows.sort_unstable();
-        rows.into_iter().take_while(|_| !self.budget.is_cancelled()).map(instance)
+        let is_wanted = |lists: &&Vec<(u32, Vec<u32>)>| {
+            let first = lists.first().and_then(|(piece, rows)| Some(Place { piece: *piece, row: *rows.first()? }));
+            first.is_some_and(|first| wanted(self.entity(first)))
+        };
+        let lists = self.of_type.iter().filter(is_wanted).flatten();
+        let mut places: Vec<Place> =
+            lists.flat_map(|&(piece, ref rows)| rows.iter().map(move |&row| Place { piece, row })).collect();
+        if self.is_in_order {
+            places.sort_unstable();
+        } else {
+            places.sort_unstable_by_key(|place| self.entity(*place).id);
+        }
+        places.into_iter().take_while(|_| !self.budget.is_cancelled()).map(|place| self.entity(place))
     }
+}
+
+/// Length of a list by number, where it is worth it: eight bytes per number, and the largest number is at most eight
+/// times the number of instances.
+fn slots(last: u64, count: usize) -> usize {
+    let most = count.saturating_mul(8).saturating_add(1024);
+    usize::try_from(last).ok().filter(|last| *last <= most).map_or(0, |last| last + 1)
 }
 
 /// One instance of the file.

@@ -45,7 +45,8 @@ pub(super) fn parse(
     let refused = |fault: Fault, repairs: usize| StepError::Syntax { error: error(fault).0, repairs };
     let Prologue { data: from, fault, mut repairs, sections, elsewhere } =
         Prologue::read(text, 0).map_err(|fault| refused(fault, 0))?;
-    let Data { pieces, mut faults, end } = pieces::data(call, text, from, piece, options.max_syntax_repairs)?;
+    let Data { pieces, is_in_order, mut faults, end } =
+        pieces::data(call, text, from, piece, options.max_syntax_repairs)?;
     faults.splice(..0, fault);
     if faults.len() > options.max_syntax_repairs {
         return Err(refused(faults.swap_remove(options.max_syntax_repairs), options.max_syntax_repairs));
@@ -86,7 +87,7 @@ pub(super) fn parse(
     }
     let budget = ReadBudget::new(bytes.len(), needed, options.max_memory, control);
     let pieces = pieces.into_iter().map(|piece| (piece.rows, piece.types, piece.values));
-    Ok(Table::new(pieces.collect(), elsewhere, budget))
+    Ok(Table::new(call, (pieces.collect(), is_in_order), elsewhere, budget))
 }
 
 fn placed(text: &[u8], at: usize, what: SyntaxFault) -> SyntaxError {

@@ -116,8 +116,6 @@ pub(super) struct Row {
     pub(super) id: u64,
     /// Where it starts, from the start of its piece of text, bytes.
     pub(super) at: u32,
-    /// Index of its piece.
-    pub(super) piece: u32,
     /// Index of its type; [`COMPLEX`] if it has several.
     pub(super) kind: u32,
     /// Its attributes; [`Value::Part`]s if it has several types.

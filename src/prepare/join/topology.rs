@@ -15,6 +15,9 @@ use crate::prepare::uv::uv_curve::SAME_SHARE;
 use crate::prepare::wires::chain::Chain;
 use glam::{DVec2, DVec3};
 
+/// Edges that a thread takes at a time: a few microseconds each.
+const SHARE: usize = 16;
+
 /// How the loops of a face were closed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ClosingOutcome {
@@ -263,14 +266,16 @@ fn brep_edges(call: Call<'_>, part: &Part, finely_cut: usize, drafts: &[Option<F
     let used = used_edges(part.edges.len(), drafts);
     let borders: usize = faces().map(|draft| draft.borders.len()).sum();
     let mut edges: Vec<PreparedEdge> = Vec::with_capacity(part.edges.len() + borders);
-    let goes_on = |_: &_| !call.is_cancelled();
-    let stated = part.edges.iter().take_while(goes_on).zip(wanted).zip(used);
-    edges.extend(stated.map(|((e, ts), used)| brep_edge(part, e, ts, used)));
+    let stated = part.edges.iter().zip(wanted).zip(used).enumerate();
+    edges.extend(call.each(SHARE, stated, |(k, ((e, ts), used))| {
+        let mut edge = brep_edge(part, e, ts, used && !call.is_cancelled());
+        if k >= finely_cut {
+            edge.bounds = edge.bounds.merged();
+        }
+        edge
+    }));
     if call.is_cancelled() {
         return edges;
-    }
-    for edge in edges.iter_mut().skip(finely_cut) {
-        edge.bounds = edge.bounds.merged();
     }
     for (edge, t, point) in faces().flat_map(|d| &d.joints) {
         let breaks = &mut edges[*edge as usize].breaks;

@@ -1,5 +1,6 @@
 //! Prepared parts and instances -> the placed model's box, from points of the trimmed surfaces, not control points.
 
+use crate::control::Call;
 use crate::math::boxes::around;
 use crate::math::lanes::widest;
 use crate::mesh::SceneInstance;
@@ -12,6 +13,9 @@ use std::sync::Arc;
 /// Samples per strip of an edge's bounds table; a tile has four times as many per Bézier piece and direction. Sixteen
 /// on a quarter turn find its extreme point to 0.1 % of the radius.
 const SAMPLES: usize = 4;
+
+/// Edges or faces that a thread takes at a time: about a microsecond each.
+const SHARE: usize = 64;
 
 /// Centre and half diagonal of the box of a part's [`cloud`]; `None` if that is empty.
 pub(crate) fn centre(cloud: &[DVec3]) -> Option<(DVec3, f64)> {
@@ -74,36 +78,41 @@ impl Hull {
 }
 
 /// Points of a part's edges and trimmed surfaces that span its box.
-pub(crate) fn cloud(part: &PreparedPart) -> Vec<DVec3> {
-    // Points of an edge besides its breaks.
-    let inner = |edge: &PreparedEdge| if edge.straight { 1 } else { SAMPLES * edge.bounds.breaks.len() };
-    let used = || part.edges.iter().filter(|e| !e.uses.is_empty());
-    let mut out = Vec::with_capacity(used().map(|edge| edge.breaks.len() + inner(edge) - 1).sum());
-    for edge in used() {
-        out.extend(edge.breaks.iter().map(|b| b.point));
-        if let (EdgeShape::Curve(curve), false) = (&edge.shape, edge.straight) {
-            let (a, b) = curve.range();
-            let n = inner(edge);
-            out.extend((1..n).map(|k| curve.point(a + (b - a) * k as f64 / n as f64)));
-        }
-    }
+pub(crate) fn cloud(call: Call<'_>, part: &PreparedPart) -> Vec<DVec3> {
+    let used = part.edges.iter().filter(|e| !e.uses.is_empty());
+    let mut out = call.each(SHARE, used, points_of).concat();
     let mut bounds = Hull::of(&out);
-    for of_face in part.tiles.chunk_by(|a, b| a.face == b.face) {
-        let face = &part.faces[part.face_of(&of_face[0])];
+    let faces = part.tiles.chunk_by(|a, b| a.face == b.face).map(|tiles| (&part.faces[part.face_of(&tiles[0])], tiles));
+    // Most faces are within the hull of the edges, and no face leaves it once it is wider.
+    let beyond = call.each(SHARE, faces, |(face, tiles)| {
         // A straight line has its extremes at its ends, which lie on edges.
         let straight = |second: fn(&BoxBounds) -> f64| face.bounds.cells.iter().all(|b| second(b) == 0.0);
-        if straight(|b| b.uu.norm) || straight(|b| b.vv.norm) {
-            continue;
-        }
-        // A piece extends the hull only if its control net reaches beyond it.
-        let size = (face.patches.degree_u + 1) * (face.patches.degree_v + 1);
-        let beyond = |net: &[DVec4]| !net.iter().all(|c| bounds.holds(c.truncate() / c.w));
-        let reaching: Vec<bool> = face.patches.control.chunks_exact(size).map(beyond).collect();
+        let is_beyond = !straight(|b| b.uu.norm) && !straight(|b| b.vv.norm) && reaching(face, &bounds).contains(&true);
+        is_beyond.then_some((face, tiles))
+    });
+    for (face, tiles) in beyond.into_iter().flatten() {
+        let reaching = reaching(face, &bounds);
         if reaching.contains(&true) {
-            of_face.iter().for_each(|tile| out.extend(interior(part, face, tile, &reaching, &mut bounds)));
+            tiles.iter().for_each(|tile| out.extend(interior(part, face, tile, &reaching, &mut bounds)));
         }
     }
     out
+}
+
+/// Breaks of an edge, and points between them if it bends.
+fn points_of(edge: &PreparedEdge) -> Vec<DVec3> {
+    let breaks = edge.breaks.iter().map(|b| b.point);
+    let (EdgeShape::Curve(curve), false) = (&edge.shape, edge.straight) else { return breaks.collect() };
+    let (a, b) = curve.range();
+    let n = SAMPLES * edge.bounds.breaks.len();
+    breaks.chain((1..n).map(|k| curve.point(a + (b - a) * k as f64 / n as f64))).collect()
+}
+
+/// Which pieces of a face may extend a hull: those whose control nets reach beyond it.
+fn reaching(face: &PreparedFace, bounds: &Hull) -> Vec<bool> {
+    let size = (face.patches.degree_u + 1) * (face.patches.degree_v + 1);
+    let beyond = |net: &[DVec4]| !net.iter().all(|c| bounds.holds(c.truncate() / c.w));
+    face.patches.control.chunks_exact(size).map(beyond).collect()
 }
 
 /// Samples inside a tile's loops and outside `bounds`, which they widen. Skips pieces that are not `reaching`.
@@ -138,6 +147,7 @@ fn polygon(part: &PreparedPart, uses: &[EdgeUse]) -> Vec<DVec2> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::{Alone, Control};
     use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
 
@@ -150,6 +160,8 @@ mod tests {
             l.reverse();
             l.iter_mut().for_each(|u| std::mem::swap(&mut u.from, &mut u.to));
         }
+        let control = Control::default();
+        let cloud = |part: &PreparedPart| cloud(Call::new(&Alone, &control), part);
         let radius = |part: &PreparedPart| centre(&cloud(part)).map(|(_, radius)| radius);
         assert_eq!(radius(&reversed), radius(&prepared.parts[0]));
     }

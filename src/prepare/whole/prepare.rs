@@ -106,7 +106,14 @@ impl Prepared {
     /// prepared.
     pub fn update(&self, mut model: Model, options: &PrepareOptions) -> Result<Self, PrepareError> {
         let diagnostics = std::mem::take(&mut model.diagnostics);
-        update(Call::new(&Rayon, &Control::default()), &self.parts, &model, diagnostics, options)
+        let control = Control::default();
+        let call = Call::new(&Rayon, &control);
+        let updated = update(call, &self.parts, &model, diagnostics, options);
+        for part in model.parts {
+            call.discard(part.faces);
+            call.discard(part.edges);
+        }
+        updated
     }
 
     /// As [`update`](Self::update), on the threads of `jobs`, with progress and cancellation, and from a model that is
@@ -212,7 +219,7 @@ fn update(
 
 fn new_part(call: Call<'_>, outcome: PartOutcome, (hash, entities): (ContentHash, Vec<u64>)) -> PreparedPart {
     let PartOutcome { mut part, diagnostics, without_area, closedness, cost, kept } = outcome;
-    let cloud = if call.is_cancelled() { Vec::new() } else { extent::cloud(&part) };
+    let cloud = if call.is_cancelled() { Vec::new() } else { extent::cloud(call, &part) };
     part.facts = PartFacts { hash, entities, diagnostics, without_area, closedness, cost, cloud, kept };
     part
 }

@@ -1,6 +1,7 @@
 //! The length of the pieces in which the syntax is parsed, and the number of threads, change nothing.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use super::super::pieces::PIECE;
 use super::read_in_pieces;
 use crate::control::{Alone, Call, Control, Threads, assert_each_cancels};
 use crate::import::step::{StepError, StepOptions};
@@ -38,7 +39,7 @@ impl Pools {
     fn assert_same(&self, text: &[u8], name: &str) {
         let [one, two] = &self.0;
         let whole = outcome(text, usize::MAX, one);
-        for (piece, pool) in [(1, two), (1000, one), (1000, two), (super::PIECE, two)] {
+        for (piece, pool) in [(1, two), (1000, one), (1000, two), (PIECE, two)] {
             let other = outcome(text, piece, pool);
             if whole != other {
                 let at = whole.bytes().zip(other.bytes()).position(|(a, b)| a != b).unwrap_or(0).saturating_sub(80);
@@ -190,7 +191,7 @@ fn pieces_agree_on_repeated_numbers_and_the_fault_that_is_one_too_many() {
 #[test]
 fn reads_are_cancelled_wherever_they_look() {
     for (path, text) in texts("tests/data").iter().chain(&texts("tests/fuzz/seeds")) {
-        for piece in [1000, super::PIECE] {
+        for piece in [1000, PIECE] {
             assert_each_cancels(&path.display().to_string(), 200, |control| {
                 let read = read_in_pieces(Call::new(&Alone, control), text, &StepOptions::DEFAULT, piece);
                 matches!(read, Err(StepError::Cancelled))
