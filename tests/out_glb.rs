@@ -12,6 +12,7 @@ use gltf_json::{Index, Root};
 use out_fixture::{box_frame, folder, play};
 use std::collections::BTreeSet;
 use trimtess::mesh::MemorySink;
+use trimtess::model::FaceId;
 use trimtess::out::{open, write_glb};
 
 struct Glb {
@@ -231,6 +232,40 @@ fn many_vertices_take_wide_indices() {
         [4, 5, 70_004],
         "batch 1 has four vertices, batch 2 the wide triangle"
     );
+}
+
+#[test]
+fn long_lists_of_batches_keep_their_corners() {
+    let (faces, corners) = (400, 64);
+    let mut frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
+    let batch = frame.batches.swap_remove(0);
+    frame.scene.parts[0].face_colours = vec![None; faces];
+    frame.batches = (0..faces)
+        .map(|face| {
+            let mut batch = batch.clone();
+            batch.face = FaceId::new(face);
+            let place = |k: usize| DVec3::new(k as f64, face as f64, (k * k % 7) as f64);
+            batch.mesh.positions = (0..corners).map(place).collect();
+            batch.mesh.normals = vec![Vec3::Z; corners];
+            // Every third face has triangles without area only, and is left out.
+            let step = u32::from(face % 3 != 1);
+            batch.mesh.triangles = (2..corners as u32).map(|k| [k, k - step, k - 2]).collect();
+            batch
+        })
+        .collect();
+    let glb = written(&frame);
+    let primitive = &glb.root.meshes[0].primitives[0];
+    let positions = glb.vectors(primitive, Semantic::Positions);
+    let ids = glb.floats(primitive, feature());
+    let kept = frame.batches.iter().filter(|batch| batch.face.0 % 3 != 1);
+    let wanted = kept.flat_map(|batch| {
+        let corner = |k: &u32| (batch.face.0 as f32, batch.mesh.positions[*k as usize]);
+        batch.mesh.triangles.iter().flatten().map(corner).collect::<Vec<_>>()
+    });
+    let centre = frame.scene.parts[0].centre;
+    let wanted: Vec<_> = wanted.map(|(face, point)| (face, ((point - centre) * 1e-3).as_vec3() + Vec3::ZERO)).collect();
+    let found: Vec<_> = glb.indices(primitive).iter().map(|&k| (ids[k as usize], positions[k as usize])).collect();
+    assert!(positions.len() > 16_000 && found == wanted);
 }
 
 #[test]

@@ -7,13 +7,13 @@ use crate::diagnostic::{self, tt_diagnostic};
 use crate::limits::{above_zero, positive, set};
 use crate::prepared::{self, tt_prepared};
 use crate::status::{Failure, tt_status};
-use crate::threads::at_most;
+use crate::threads::{Workplace, at_most};
 use std::ffi::c_char;
 use std::sync::Arc;
-use trimtess::frame::{Plan, PlanLimits, Tolerance, plan_within};
+use trimtess::frame::{Plan, PlanLimits, Tolerance, plan_on};
 use trimtess::mesh::PackedFrame;
 use trimtess::model::{Diagnostic, PartId};
-use trimtess::parallel::{FrameReport, SessionOptions, tessellate};
+use trimtess::parallel::{FrameReport, tessellate_on};
 use trimtess::prepare::Prepared;
 
 /// A mesh of a whole model, part by part. It does not change, and any number of threads may use it at the same time.
@@ -179,12 +179,13 @@ pub unsafe extern "C" fn tt_tessellate(
         let (prepared, out) = (prepared::get(prepared)?, c.out("mesh", mesh)?);
         let (tolerance, limits, coarsen) = self::tolerance(c, tolerance, prepared.diagonal)?;
         let (options, control) = (c.read_or_zeros("options", options)?, self::control(control)?);
-        let plan = allowed(plan_within(&prepared, &tolerance, &limits), coarsen)?;
-        let threads = at_most(options.threads)?;
-        let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(options.edge_lines != 0);
-        let mut frame = PackedFrame::default();
-        let report = tessellate(&prepared, &plan, &options, &control, &mut frame)?;
-        out.give(tt_mesh { id: MESHES.add(made(frame, &report, (&prepared, &plan))) });
+        let made = Workplace::Own(at_most(options.threads)?).run(|jobs| -> Result<Mesh, Failure> {
+            let plan = allowed(plan_on(jobs, &prepared, &tolerance, &limits), coarsen)?;
+            let mut frame = PackedFrame::default();
+            let report = tessellate_on(jobs, &prepared, &plan, options.edge_lines != 0, &control, &mut frame)?;
+            Ok(made(frame, &report, (&prepared, &plan)))
+        })??;
+        out.give(tt_mesh { id: MESHES.add(made) });
         Ok(())
     })
 }

@@ -9,9 +9,10 @@ use crate::view::View;
 use pyo3::prelude::*;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
+use trimtess::control::Rayon;
 use trimtess::frame::{PlanLimits, PlannerOptions, Tolerance, plan_within};
 use trimtess::mesh::PackedFrame;
-use trimtess::parallel::{SessionOptions, coarse_points, tessellate};
+use trimtess::parallel::{SessionOptions, coarse_points, tessellate_on};
 use trimtess::prepare::{self, Shells};
 use trimtess::view::{self, ViewPoint};
 
@@ -110,15 +111,14 @@ impl Prepared {
             .with_triangles(max_triangles.unwrap_or(limits.triangles))
             .with_triangles_per_tile(max_tile_triangles.unwrap_or(limits.triangles_per_tile));
         let workers = workers.unwrap_or(0);
-        let job = Job { py, stage: "tessellate", progress, workers: 1 };
+        let job = Job { py, stage: "tessellate", progress, workers };
         let made = job.run(|control| {
             let plan = Arc::new(plan_within(&self.prepared, &tolerance, &limits));
             if let Some(short) = plan.shortfall.as_ref().filter(|short| short.by_limits() && !coarsen) {
                 return Err(short.clone());
             }
-            let options = SessionOptions::DEFAULT.with_threads(workers);
             let mut frame = PackedFrame::default();
-            let made = tessellate(&self.prepared, &plan, &options, control, &mut frame);
+            let made = tessellate_on(&Rayon, &self.prepared, &plan, true, control, &mut frame);
             Ok(made.map(|report| {
                 let diagnostics = report.diagnostics(&frame, &self.prepared);
                 (frame, diagnostics, plan.shortfall.as_ref().map(ToString::to_string))

@@ -14,7 +14,8 @@ use crate::control::{Call, Control, Rayon};
 use crate::mesh::{Batch, EdgeLine, FrameView, MemorySink, MeshLists, MeshSink, Scene, SinkError, TileMesh};
 use std::path::{Path, PathBuf};
 
-/// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost.
+/// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost. A GLB is made on
+/// [`Rayon`](crate::control::Rayon)'s threads.
 ///
 /// # Errors
 /// If the file cannot be created, written or renamed. An existing file at `path` is then unchanged.
@@ -86,7 +87,7 @@ pub fn save_levels<'a>(
     save_glb(&frame, coarser, path, (options, most), outputs)
 }
 
-/// Writes a GLB whose levels fit each other, on [`Rayon`]'s threads.
+/// Writes a GLB whose levels fit each other.
 #[cfg(feature = "glb")]
 fn save_glb(
     frame: &FrameView<'_>,
@@ -113,7 +114,7 @@ pub fn open(path: &Path) -> Result<Box<dyn MeshSink>, UnknownFormat> {
     Ok(Box::new(FileSink::new(path, Format::of_path(path)?)))
 }
 
-/// Collects a frame and writes it at `end`. Holds all triangles until then, because file headers contain counts and
+/// Collects a frame and writes it at `end`, on the caller's thread. Holds all triangles until then, because file headers contain counts and
 /// instances share the triangles of their part.
 #[derive(Debug)]
 pub struct FileSink {

@@ -35,7 +35,7 @@ const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
 /// Writes a frame as binary glTF. Each part is stored once and placed by nodes.
 ///
 /// An instance with its own colour gets its own mesh, which shares the part's data. Triangles whose rounded corners
-/// coincide are left out.
+/// coincide are left out. Runs on the caller's thread.
 ///
 /// # Errors
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](BeyondSingle); nothing is

@@ -235,7 +235,7 @@ impl Planner {
     ///
     /// Cost: a test per group of 16 tiles of an instance that a view may show; about 20 ns per tile of groups that are
     /// partly in the picture or near a change of level; a few microseconds per tile and edge that changes. If nothing
-    /// moved, one comparison of the views with the last ones.
+    /// moved, one comparison of the views with the last ones. Runs on the caller's thread.
     pub fn plan(&mut self, placed: &mut PlacedInstances, views: &[View]) -> &Arc<Plan> {
         let shown = placed.shown_by(views);
         self.plan_on(&Alone, placed, (views, shown))

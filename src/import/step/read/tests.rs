@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::super::pieces::PIECE;
-use super::read_in_pieces;
+use super::{read, read_file, read_in_pieces};
 use crate::control::{Alone, Call, Control, Threads, assert_each_cancels};
 use crate::import::step::{StepError, StepOptions};
 use crate::sequence::random::SplitMix;
@@ -146,6 +146,67 @@ fn mutants_read_the_same_in_pieces() {
             }
         }
     }
+}
+
+/// The text with its instances in another order, and each number times `factor`.
+fn renumbered(text: &[u8], factor: u64, random: &mut SplitMix) -> Vec<u8> {
+    let text = String::from_utf8(text.to_vec()).unwrap();
+    let (head, data) = text.split_once("DATA;").unwrap();
+    let (data, end) = data.rsplit_once("ENDSEC;").unwrap();
+    let mut records = vec![String::new()];
+    let mut quoted = false;
+    let mut characters = data.chars().peekable();
+    while let Some(character) = characters.next() {
+        let record = records.last_mut().unwrap();
+        record.push(character);
+        quoted ^= character == '\'';
+        if character == '#' && !quoted {
+            let number: String = std::iter::from_fn(|| characters.next_if(char::is_ascii_digit)).collect();
+            record.push_str(&(factor * number.parse::<u64>().unwrap()).to_string());
+        } else if character == ';' && !quoted {
+            records.push(String::new());
+        }
+    }
+    let count = records.len() - 1;
+    (1..count).for_each(|k| records.swap(k, random.below(k as u64 + 1) as usize));
+    format!("{head}DATA;{}ENDSEC;{end}", records.concat()).into_bytes()
+}
+
+#[test]
+fn instances_are_found_in_any_order_and_by_sparse_numbers() {
+    let pools = Pools::new();
+    let mut random = SplitMix(2);
+    for (path, text) in texts("tests/data").iter().filter(|(_, text)| text.len() < 1 << 20) {
+        let [one, _] = &pools.0;
+        let (ordered, dense) = (outcome(text, PIECE, one), renumbered(text, 1, &mut random));
+        assert_eq!(outcome(&dense, PIECE, one), ordered, "{}", path.display());
+        pools.assert_same(&dense, &path.display().to_string());
+        // Diagnostics name instances by their numbers.
+        let options = StepOptions::DEFAULT;
+        let sparse = renumbered(text, 1 << 20, &mut random);
+        pools.assert_same(&sparse, &path.display().to_string());
+        let [a, b] = [text, &sparse].map(|text| read(text, &options).unwrap());
+        let faces = |model: &crate::model::Model| model.parts.iter().map(|part| part.faces.len()).collect::<Vec<_>>();
+        assert_eq!((faces(&a), a.instances.len()), (faces(&b), b.instances.len()), "{}", path.display());
+    }
+}
+
+#[test]
+fn long_files_are_read_whole() {
+    let folder = std::env::temp_dir().join(format!("trimtess-long-{}", std::process::id()));
+    fs::create_dir_all(&folder).unwrap();
+    for (path, mut text) in texts("tests/data") {
+        let end = text.len() - text.iter().rev().position(|byte| *byte == b'E').unwrap() - 1;
+        let comment = format!("/*{}*/", "0123456789".repeat(250_000));
+        text.splice(end..end, comment.into_bytes());
+        let long = folder.join(path.file_name().unwrap());
+        fs::write(&long, &text).unwrap();
+        let (read, mut expected) =
+            (read_file(&long, &StepOptions::DEFAULT), read(&text, &StepOptions::DEFAULT).unwrap());
+        expected.name = long.file_stem().unwrap().to_string_lossy().into_owned();
+        assert_eq!(format!("{:?}", read.unwrap()), format!("{expected:?}"), "{}", path.display());
+    }
+    fs::remove_dir_all(&folder).unwrap();
 }
 
 /// Texts that many guesses, or many scans for an end, could read to the end each. Takes no time if none does.
