@@ -17,7 +17,7 @@ const MAY_USE: [(&str, &[&str]); 12] = [
     ("parallel", &["math", "control", "view", "model", "mesh", "prepare", "frame"]),
     ("audit", &["math", "model", "mesh", "prepare", "frame"]),
     ("draw", &["model", "mesh", "prepare", "frame"]),
-    ("out", &["view", "model", "mesh"]),
+    ("out", &["control", "view", "model", "mesh"]),
 ];
 
 /// Libraries, and the only folders that may name them. Threads are those of the caller's `Jobs`, of which rayon is one;
