@@ -1,13 +1,14 @@
 //! File extensions to formats, and formats to their writers.
 
 #[cfg(feature = "glb")]
-use super::glb::Glb;
+use super::glb::write_alone;
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
+use super::rounding::Rounding;
+use super::single::BeyondSingle;
 use super::{write_obj, write_ply, write_stl};
-#[cfg(feature = "glb")]
-use crate::control::{Alone, Call, Control};
 use crate::mesh::FrameView;
+use glam::DVec3;
 use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
@@ -50,14 +51,41 @@ impl Format {
     pub(super) fn write(self, frame: &FrameView<'_>, file: &mut impl Write) -> io::Result<()> {
         match self {
             #[cfg(feature = "glb")]
-            Self::Glb(options) => {
-                let control = Control::default();
-                Glb::of(Call::new(&Alone, &control), frame, &[], (options, f64::INFINITY))?.0.write(file)
-            }
+            Self::Glb(options) => write_alone(frame, options, file),
             Self::Stl => write_stl(frame, file),
             Self::Ply => write_ply(frame, file),
             Self::Obj => write_obj(frame, file),
         }
+    }
+}
+
+impl Rounding {
+    /// Measures what writing `frame` as `format` costs. `most` is the limit that the file is written with, infinite for
+    /// no limit: nodes of a GLB depend on it.
+    ///
+    /// # Errors
+    /// If a position overflows the format's single precision.
+    pub fn of<'a>(frame: impl Into<FrameView<'a>>, format: Format, most: f64) -> Result<Self, BeyondSingle> {
+        let frame = &frame.into();
+        match format {
+            #[cfg(feature = "glb")]
+            Format::Glb(options) => Self::of_nodes(frame, (options, most)),
+            Format::Stl => Self::of_placed(frame, true),
+            Format::Ply | Format::Obj => {
+                let _ = most;
+                Self::of_placed(frame, false)
+            }
+        }
+    }
+
+    /// Whether `frame` would be written within `most` if its scene were moved by `by`.
+    #[must_use]
+    pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, format: Format, most: f64) -> bool {
+        let frame = frame.into();
+        let mut scene = frame.scene.clone();
+        scene.translate(by);
+        let moved = FrameView { scene: &scene, ..frame };
+        Self::of(&moved, format, most).is_ok_and(|rounding| rounding.within(most).is_ok())
     }
 }
 

@@ -6,7 +6,6 @@
 //! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge.
 
 use super::colour;
-use super::format::Format;
 use super::glb_buffers::Buffers;
 use super::glb_levels::{Detail, GlbLevel};
 use super::glb_numbers::{Group, Numbers, bytes, numbers};
@@ -15,7 +14,7 @@ use super::glb_stream::Stream;
 use super::node_place::{NodeGroup, NodePlace, PointNumbers, Turn, groups};
 use super::placed::{batches_by_part, by_part, instance_name};
 use super::rounding::{Rounding, RoundingCount};
-use crate::control::Call;
+use crate::control::{Alone, Call, Control};
 use crate::mesh::{BatchView, EdgeLine, FrameView, ScenePart};
 use crate::model::Colour;
 use glam::Vec3;
@@ -41,7 +40,13 @@ const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](BeyondSingle); nothing is
 /// written then.
 pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    Format::Glb(GlbOptions::PLAIN).write(&frame.into(), file)
+    write_alone(&frame.into(), GlbOptions::PLAIN, file)
+}
+
+/// As [`write_glb`], with options.
+pub(super) fn write_alone(frame: &FrameView<'_>, options: GlbOptions, file: &mut impl Write) -> io::Result<()> {
+    let control = Control::default();
+    Glb::of(Call::new(&Alone, &control), frame, &[], (options, f64::INFINITY))?.0.write(file)
 }
 
 /// Batches and edge lines of a part.

@@ -3,7 +3,6 @@
 //! Positions that are equal stay equal, so rounding cannot open a closed mesh: a triangle whose corners round together
 //! takes two uses of an edge with it that cancel.
 
-use super::Format;
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
 #[cfg(feature = "glb")]
@@ -76,24 +75,6 @@ impl Rounding {
     /// Share of the chord tolerance that the program and the Python package let rounding cost.
     pub const SHARE: f64 = 0.1;
 
-    /// Measures what writing `frame` as `format` costs. `most` is the limit that the file is written with, infinite for
-    /// no limit: nodes of a GLB depend on it.
-    ///
-    /// # Errors
-    /// If a position overflows the format's single precision.
-    pub fn of<'a>(frame: impl Into<FrameView<'a>>, format: Format, most: f64) -> Result<Self, BeyondSingle> {
-        let frame = &frame.into();
-        match format {
-            #[cfg(feature = "glb")]
-            Format::Glb(options) => Self::of_nodes(frame, (options, most)),
-            Format::Stl => Self::of_placed(frame, true),
-            Format::Ply | Format::Obj => {
-                let _ = most;
-                Self::of_placed(frame, false)
-            }
-        }
-    }
-
     /// Checks that no vertex moves by more than `most` millimetres.
     ///
     /// # Errors
@@ -103,19 +84,9 @@ impl Rounding {
         if moved <= most { Ok(()) } else { Err(RoundedTooFar { moved, most, place }) }
     }
 
-    /// Whether `frame` would be written within `most` if its scene were moved by `by`.
-    #[must_use]
-    pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, format: Format, most: f64) -> bool {
-        let frame = frame.into();
-        let mut scene = frame.scene.clone();
-        scene.translate(by);
-        let moved = FrameView { scene: &scene, ..frame };
-        Self::of(&moved, format, most).is_ok_and(|rounding| rounding.within(most).is_ok())
-    }
-
     /// Points relative to the centres of parts, in nodes.
     #[cfg(feature = "glb")]
-    fn of_nodes(frame: &FrameView<'_>, with: (GlbOptions, f64)) -> Result<Self, BeyondSingle> {
+    pub(super) fn of_nodes(frame: &FrameView<'_>, with: (GlbOptions, f64)) -> Result<Self, BeyondSingle> {
         let mut counts = Vec::with_capacity(frame.scene.parts.len());
         let numbers = PointNumbers::of(frame, with.0, with.1);
         for ((part, batches), numbers) in frame.scene.parts.iter().zip(batches_by_part(frame)).zip(numbers) {
@@ -147,8 +118,8 @@ impl Rounding {
         Ok(out)
     }
 
-    /// Points in world coordinates.
-    fn of_placed(frame: &FrameView<'_>, as_single: bool) -> Result<Self, BeyondSingle> {
+    /// Points in world coordinates, in single or double precision.
+    pub(super) fn of_placed(frame: &FrameView<'_>, as_single: bool) -> Result<Self, BeyondSingle> {
         let mut out = Self::default();
         let by_part = batches_by_part(frame);
         for (instance, batches) in placed(frame, &by_part) {

@@ -86,7 +86,7 @@ impl Place {
 }
 
 /// The rows of a piece by type, and by combination of types.
-type ByType = (Vec<Vec<u32>>, Map<Vec<u32>, Vec<u32>>);
+type ByType = (Vec<(u32, Vec<u32>)>, Map<Vec<u32>, Vec<u32>>);
 
 /// A piece that becomes part of the table.
 struct Entry<'a> {
@@ -120,6 +120,7 @@ impl Entry<'_> {
                 row.kind = kind(row.kind);
             }
         }
+        let by_kind = kinds.into_iter().zip(by_kind).filter(|(_, rows)| !rows.is_empty()).collect();
         (Instances { rows, values }, (by_kind, by_combination))
     }
 }
@@ -147,15 +148,14 @@ impl Table {
         // If all are in order, each piece has its own part of them: from its first number to that of the next one.
         let mut rest = if is_in_order { &mut dense[..] } else { &mut [] };
         let mut entries = Vec::with_capacity(pieces.len());
-        for ((of_piece, kinds), piece) in pieces.into_iter().zip(0..).collect::<Vec<_>>().into_iter().rev() {
+        for (piece, (of_piece, kinds)) in pieces.into_iter().enumerate().rev() {
             let first = of_piece.rows.first().and_then(|row| usize::try_from(row.id).ok());
             let from = first.map_or(rest.len(), |first| first.min(rest.len()));
             let (before, slots) = std::mem::take(&mut rest).split_at_mut(from);
             rest = before;
-            entries.push(Entry { piece, of_piece, kinds, slots });
+            entries.push(Entry { piece: piece as u32, of_piece, kinds, slots });
         }
         entries.reverse();
-        let kinds: Vec<Vec<u32>> = entries.iter().map(|entry| entry.kinds.clone()).collect();
         let entered = call.each(1, entries, Entry::enter);
         let mut table = Self {
             pieces: Vec::with_capacity(entered.len()),
@@ -168,8 +168,8 @@ impl Table {
             budget,
         };
         let mut combinations: Map<Vec<u32>, usize> = Map::default();
-        for ((piece, kinds), (of_piece, (by_kind, by_combination))) in (0..).zip(kinds).zip(entered) {
-            for (kind, rows) in kinds.into_iter().zip(by_kind).filter(|(_, rows)| !rows.is_empty()) {
+        for (piece, (of_piece, (by_kind, by_combination))) in (0..).zip(entered) {
+            for (kind, rows) in by_kind {
                 table.of_type[kind as usize].push((piece, rows));
             }
             for (combination, rows) in by_combination {
