@@ -4,7 +4,7 @@ use crate::border::Caller;
 use crate::jobs::{pool, tt_jobs};
 use crate::status::Failure;
 use std::sync::Arc;
-use trimtess::control::{Jobs, Rayon, Threads};
+use trimtess::control::{Alone, Jobs, Rayon, Threads};
 
 /// Threads at most, as of the program.
 const MOST: usize = 1024;
@@ -30,6 +30,7 @@ impl Workplace {
     /// Runs `work`. A panic of it reaches the caller.
     pub(crate) fn run<T: Send>(self, work: impl FnOnce(&dyn Jobs) -> T + Send) -> Result<T, Failure> {
         match self {
+            Self::Own(1) => Ok(work(&Alone)),
             Self::Own(count) => Ok(Threads::start(count, false)?.run(|| work(&Rayon))),
             Self::Pool(jobs) => Ok(work(&*jobs)),
         }

@@ -52,6 +52,9 @@ struct Cli {
 /// Maximum number of threads that can be asked for: starting more takes longer than any file.
 const MOST_WORKERS: i64 = 1024;
 
+/// Stack of a thread, as the main thread has on Linux.
+const STACK: usize = 8 << 20;
+
 /// Options of every subcommand.
 #[derive(Args)]
 struct Common {
@@ -233,7 +236,8 @@ fn run(cli: Cli, laps: laps::Laps) -> Result<(Done, Outputs), Failure> {
         }
         // 0 means one thread per core to rayon, too. This thread joins the pool: it would only wait for the others, and
         // the memory it frees after reading would be paged in again for them.
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(workers).use_current_thread().build_global();
+        let pool =
+            rayon::ThreadPoolBuilder::new().num_threads(workers).stack_size(STACK).use_current_thread().build_global();
         pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
         if command.input().is_some_and(input::Input::is_list) {
             outputs.tell(&input::builtin_list());

@@ -6,6 +6,7 @@ use super::progress::Control;
 use std::any::Any;
 use std::cmp::Reverse;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// Where a call works, and its caller's request to stop.
@@ -25,7 +26,7 @@ impl<'a> Call<'a> {
         self.control.is_cancelled()
     }
 
-    /// Calls `work` with each item, and returns its results in order. A thread takes `share` items at a time: one, if
+    /// Calls `work` with each item, and returns its results in order. Items are begun in order. A thread takes `share` items at a time: one, if
     /// each takes longer than a few microseconds.
     ///
     /// `work` may call this again. A panic of `work` reaches the caller, after all threads have left.
@@ -47,8 +48,11 @@ impl<'a> Call<'a> {
         if slots.len() > share {
             let shares: Vec<Mutex<&mut [Slot<I, R>]>> = slots.chunks_mut(share).map(Mutex::new).collect();
             let panic: Mutex<Option<Box<dyn Any + Send>>> = Mutex::default();
-            self.jobs.for_each(shares.len(), &|k| {
-                let fill = || lock(&shares[k]).iter_mut().for_each(|slot| slot.fill(&work));
+            // Whatever call comes first takes the first share: pools make calls in any order.
+            let next = AtomicUsize::new(0);
+            self.jobs.for_each(shares.len(), &|_| {
+                let Some(share) = shares.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+                let fill = || lock(share).iter_mut().for_each(|slot| slot.fill(&work));
                 if let Err(payload) = catch_unwind(AssertUnwindSafe(fill)) {
                     lock(&panic).get_or_insert(payload);
                 }
@@ -164,6 +168,31 @@ mod tests {
                 assert!(made.iter().copied().eq(0..count), "{made:?}");
             }
         }
+    }
+
+    /// Makes calls one after the other, from the last on.
+    struct Backwards;
+
+    impl Jobs for Backwards {
+        fn width(&self) -> usize {
+            2
+        }
+
+        fn spawn(&self, _: Priority, job: Job) {
+            job();
+        }
+
+        fn for_each(&self, count: usize, body: &(dyn Fn(usize) + Sync)) {
+            (0..count).rev().for_each(body);
+        }
+    }
+
+    #[test]
+    fn the_largest_items_are_begun_first() {
+        let (control, begun) = (Control::default(), Mutex::new(Vec::new()));
+        let call = Call::new(&Backwards, &control);
+        call.each_by_size([3, 9, 1, 7, 5], |size| *size, |size| lock(&begun).push(size));
+        assert_eq!(*lock(&begun), [9, 7, 5, 3, 1]);
     }
 
     #[test]

@@ -37,7 +37,7 @@ const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
 /// coincide are left out. Runs on the caller's thread.
 ///
 /// # Errors
-/// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](BeyondSingle); nothing is
+/// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](super::BeyondSingle); nothing is
 /// written then.
 pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
     write_alone(&frame.into(), GlbOptions::PLAIN, file)
@@ -91,7 +91,7 @@ struct Uses {
 }
 
 impl Glb {
-    /// All but the file of a frame, with options and coarser levels of detail, and what rounding costs in each level. A
+    /// Makes the JSON and the buffers, with coarser levels of detail, and measures what rounding costs in each level. A
     /// node whose translation is rounded by more than half of `most` millimetres is put into others, and the translations
     /// add up to the place.
     ///

@@ -75,7 +75,8 @@ impl Buffers {
                 extras: None,
             };
             if options.is_compressed() {
-                let compressed = ends.compress(stream, &pieces.concat(), &mut view)?;
+                let whole = std::mem::take(&mut pieces).concat();
+                let compressed = ends.compress(stream, &whole, &mut view)?;
                 length = compressed.len();
                 pieces = vec![compressed];
             }

@@ -64,7 +64,7 @@ impl From<RoundedTooFar> for io::Error {
 pub(super) struct RoundingCount {
     kept: u64,
     collapsed: u64,
-    /// Faces that have triangles which are kept, and those that have others only. A face may be in both, more than once.
+    /// The face of each batch that keeps triangles, and of each that keeps none.
     kept_faces: Vec<FaceId>,
     other_faces: Vec<FaceId>,
     moved: f64,
@@ -201,13 +201,14 @@ impl RoundingCount {
 
     /// Faces all of whose triangles collapse, ascending.
     fn collapsed_faces(&self) -> Vec<FaceId> {
-        let (mut kept, mut others) = (self.kept_faces.clone(), self.other_faces.clone());
-        if !others.is_empty() {
-            kept.sort_unstable();
-            others.sort_unstable();
-            others.dedup();
-            others.retain(|face| kept.binary_search(face).is_err());
+        if self.other_faces.is_empty() {
+            return Vec::new();
         }
+        let (mut kept, mut others) = (self.kept_faces.clone(), self.other_faces.clone());
+        kept.sort_unstable();
+        others.sort_unstable();
+        others.dedup();
+        others.retain(|face| kept.binary_search(face).is_err());
         others
     }
 }

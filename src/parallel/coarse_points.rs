@@ -18,7 +18,7 @@ const CHORD_REL: f64 = 1e-2;
 /// model up to a hundredth of its size.
 ///
 /// # Errors
-/// As [`tessellate`].
+/// As [`tessellate`](super::tessellate).
 pub fn coarse_points(
     prepared: &Arc<Prepared>,
     options: &SessionOptions,

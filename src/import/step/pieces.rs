@@ -14,7 +14,8 @@ use crate::model::{SyntaxCut, SyntaxFault};
 use std::ops::Range;
 use std::sync::Mutex;
 
-/// Maximum length of a piece, bytes. Cancelling takes effect between pieces.
+/// Length of a piece up to the end of an instance, bytes, unless shorter ones are worth it. Cancelling takes effect
+/// between pieces.
 pub(super) const PIECE: usize = 128 << 10;
 /// Length that is worth a piece of its own, bytes.
 const SHORT: usize = PIECE / 8;

@@ -13,7 +13,7 @@ use crate::control::{Call, Control, Counter, Jobs, Rayon, Stage};
 use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::Read as _;
 use std::path::Path;
 
 /// Reads a STEP file. The model's name is the file's, without extension.
@@ -46,29 +46,12 @@ pub fn read_file_on(
     file.by_ref().take(text::MAGIC_WITHIN as u64).read_to_end(&mut text).map_err(io)?;
     // A film or a disk image is refused before all of it is in memory.
     text::magic(&text)?;
-    let known = text.len() as u64..bytes.min(most);
-    if !known.is_empty() {
-        text = beginning(Call::new(jobs, control), path, known.end).map_err(io)?;
-        file.seek(SeekFrom::Start(known.end)).map_err(io)?;
-    }
+    let rest = usize::try_from(bytes.min(most)).unwrap_or(usize::MAX).saturating_sub(text.len());
+    text.try_reserve_exact(rest).map_err(|error| io(error.into()))?;
     file.read_to_end(&mut text).map_err(io)?;
     let mut model = read_on(jobs, &text, options, control)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(model)
-}
-
-/// The first bytes of a file, read by all threads.
-fn beginning(call: Call<'_>, path: &Path, length: u64) -> io::Result<Vec<u8>> {
-    /// Bytes that a thread reads at a time.
-    const STRETCH: usize = 1 << 20;
-    let mut bytes = vec![0; usize::try_from(length).map_err(|_| io::ErrorKind::OutOfMemory)?];
-    let read = call.each(1, bytes.chunks_mut(STRETCH).enumerate(), |(k, stretch)| {
-        let mut file = File::open(path)?;
-        file.seek(SeekFrom::Start((k * STRETCH) as u64))?;
-        file.read_exact(stretch)
-    });
-    read.into_iter().collect::<io::Result<()>>()?;
-    Ok(bytes)
 }
 
 fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {

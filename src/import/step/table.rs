@@ -53,8 +53,8 @@ pub(super) struct Table {
     dense: Vec<u64>,
     /// Numbers and places, ascending, if the numbers are too sparse.
     sparse: Vec<(u64, Place)>,
-    /// Rows by piece of the instances of each type; then those of each combination of types that complex instances have.
-    of_type: Vec<Vec<(u32, Vec<u32>)>>,
+    /// Places of the instances of each type; then those of each combination of types that complex instances have.
+    of_type: Vec<Vec<Place>>,
     /// Places of instances that are defined in other files.
     elsewhere: BTreeMap<u64, String>,
     pub(super) budget: ReadBudget,
@@ -99,6 +99,11 @@ struct Entry<'a> {
 }
 
 impl Entry<'_> {
+    /// Nothing of it, once reading is cancelled.
+    fn none(self) -> (Instances, ByType) {
+        (Instances { rows: Vec::new(), values: Values::default() }, ByType::default())
+    }
+
     /// Gives types their indices, and instances their codes.
     fn enter(self) -> (Instances, ByType) {
         let Self { piece, of_piece: Instances { mut rows, mut values }, kinds, slots } = self;
@@ -156,7 +161,7 @@ impl Table {
             entries.push(Entry { piece: piece as u32, of_piece, kinds, slots });
         }
         entries.reverse();
-        let entered = call.each(1, entries, Entry::enter);
+        let entered = call.each(1, entries, |entry| if call.is_cancelled() { entry.none() } else { entry.enter() });
         let mut table = Self {
             pieces: Vec::with_capacity(entered.len()),
             is_in_order,
@@ -169,15 +174,16 @@ impl Table {
         };
         let mut combinations: Map<Vec<u32>, usize> = Map::default();
         for (piece, (of_piece, (by_kind, by_combination))) in (0..).zip(entered) {
+            let places = |rows: Vec<u32>| rows.into_iter().map(move |row| Place { piece, row });
             for (kind, rows) in by_kind {
-                table.of_type[kind as usize].push((piece, rows));
+                table.of_type[kind as usize].extend(places(rows));
             }
             for (combination, rows) in by_combination {
                 let kind = *combinations.entry(combination).or_insert_with(|| {
                     table.of_type.push(Vec::new());
                     table.of_type.len() - 1
                 });
-                table.of_type[kind].push((piece, rows));
+                table.of_type[kind].extend(places(rows));
             }
             table.pieces.push(of_piece);
         }
@@ -189,6 +195,9 @@ impl Table {
     fn index(&mut self) {
         if self.is_in_order && !self.dense.is_empty() {
             return;
+        }
+        if self.dense.is_empty() {
+            self.sparse.reserve_exact(self.len());
         }
         for (of_piece, piece) in self.pieces.iter().zip(0..).take_while(|_| !self.budget.is_cancelled()) {
             for (&Row { id, .. }, row) in of_piece.rows.iter().zip(0..) {
@@ -239,13 +248,8 @@ impl Table {
     /// per type or combination of types, since a file has 10 to 100 of them and up to millions of instances. Ends once
     /// reading is cancelled.
     pub(super) fn of_types(&self, wanted: impl Fn(Entity<'_>) -> bool) -> impl Iterator<Item = Entity<'_>> {
-        let is_wanted = |lists: &&Vec<(u32, Vec<u32>)>| {
-            let first = lists.first().and_then(|(piece, rows)| Some(Place { piece: *piece, row: *rows.first()? }));
-            first.is_some_and(|first| wanted(self.entity(first)))
-        };
-        let lists = self.of_type.iter().filter(is_wanted).flatten();
-        let mut places: Vec<Place> =
-            lists.flat_map(|&(piece, ref rows)| rows.iter().map(move |&row| Place { piece, row })).collect();
+        let is_wanted = |places: &&Vec<Place>| places.first().is_some_and(|first| wanted(self.entity(*first)));
+        let mut places: Vec<Place> = self.of_type.iter().filter(is_wanted).flatten().copied().collect();
         if self.is_in_order {
             places.sort_unstable();
         } else {

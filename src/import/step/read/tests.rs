@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::super::pieces::PIECE;
-use super::{read, read_file, read_in_pieces};
+use super::{read, read_in_pieces};
 use crate::control::{Alone, Call, Control, Threads, assert_each_cancels};
 use crate::import::step::{StepError, StepOptions};
 use crate::sequence::random::SplitMix;
@@ -189,24 +189,6 @@ fn instances_are_found_in_any_order_and_by_sparse_numbers() {
         let faces = |model: &crate::model::Model| model.parts.iter().map(|part| part.faces.len()).collect::<Vec<_>>();
         assert_eq!((faces(&a), a.instances.len()), (faces(&b), b.instances.len()), "{}", path.display());
     }
-}
-
-#[test]
-fn long_files_are_read_whole() {
-    let folder = std::env::temp_dir().join(format!("trimtess-long-{}", std::process::id()));
-    fs::create_dir_all(&folder).unwrap();
-    for (path, mut text) in texts("tests/data") {
-        let end = text.len() - text.iter().rev().position(|byte| *byte == b'E').unwrap() - 1;
-        let comment = format!("/*{}*/", "0123456789".repeat(250_000));
-        text.splice(end..end, comment.into_bytes());
-        let long = folder.join(path.file_name().unwrap());
-        fs::write(&long, &text).unwrap();
-        let (read, mut expected) =
-            (read_file(&long, &StepOptions::DEFAULT), read(&text, &StepOptions::DEFAULT).unwrap());
-        expected.name = long.file_stem().unwrap().to_string_lossy().into_owned();
-        assert_eq!(format!("{:?}", read.unwrap()), format!("{expected:?}"), "{}", path.display());
-    }
-    fs::remove_dir_all(&folder).unwrap();
 }
 
 /// Texts that many guesses, or many scans for an end, could read to the end each. Takes no time if none does.
