@@ -15,7 +15,7 @@ use crate::mesh::{Batch, EdgeLine, FrameView, MemorySink, MeshLists, MeshSink, S
 use std::path::{Path, PathBuf};
 
 /// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost. A GLB is made on
-/// [`Rayon`](crate::control::Rayon)'s threads.
+/// [rayon's threads](crate::control::Rayon).
 ///
 /// # Errors
 /// If the file cannot be created, written or renamed. An existing file at `path` is then unchanged.
