@@ -30,6 +30,9 @@ pub use glb_options::GlbOptions;
 #[cfg(feature = "glb")]
 mod node_place;
 
+mod rounding;
+pub use rounding::{RoundedTooFar, Rounding};
+
 mod bytes;
 
 #[cfg(feature = "glb")]
@@ -56,9 +59,6 @@ pub use glb::write_glb;
 
 mod format;
 pub use format::{Format, UnknownFormat};
-
-mod rounding;
-pub use rounding::{RoundedTooFar, Rounding};
 
 #[cfg(feature = "glb")]
 mod read_glb;
