@@ -26,8 +26,8 @@ impl<'a> Call<'a> {
         self.control.is_cancelled()
     }
 
-    /// Calls `work` with each item, and returns its results in order. Items are begun in order. A thread takes `share` items at a time: one, if
-    /// each takes longer than a few microseconds.
+    /// Calls `work` with each item, and returns its results in order. Items are begun in order. A thread takes `share`
+    /// items at a time: one, if each takes longer than a few microseconds.
     ///
     /// `work` may call this again. A panic of `work` reaches the caller, after all threads have left.
     pub(crate) fn each<I, R>(
@@ -66,18 +66,14 @@ impl<'a> Call<'a> {
 
     /// As [`each`](Self::each), one item at a time, the largest first: what a thread begins last is short, so all end at
     /// about the same time.
-    pub(crate) fn each_by_size<I, R>(
+    pub(crate) fn each_by_size<I: Send, R: Send>(
         &self,
         items: impl IntoIterator<Item = I>,
         size: impl Fn(&I) -> usize,
         work: impl Fn(I) -> R + Sync,
-    ) -> Vec<R>
-    where
-        I: Send,
-        R: Send,
-    {
+    ) -> Vec<R> {
         if self.jobs.width() == 1 {
-            return items.into_iter().map(work).collect();
+            return self.each(1, items, work);
         }
         let mut items: Vec<(usize, I)> = items.into_iter().enumerate().collect();
         items.sort_by_key(|(_, item)| Reverse(size(item)));

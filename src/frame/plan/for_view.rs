@@ -29,7 +29,8 @@ use crate::view::View;
 ///
 /// An invalid view (not finite, no direction, no size) gives the coarsest plan, and [`Plan::shortfall`] reports it.
 ///
-/// Cost: that of [`plan`](crate::frame::plan()), plus about 20 ns for each box of each instance. Runs on [`Rayon`]'s threads.
+/// Cost: that of [`plan`](crate::frame::plan()), plus about 20 ns for each box of each instance.
+/// Runs on [`Rayon`]'s threads.
 #[must_use]
 pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
     plan_for_view_within(prepared, view, &PlanLimits::DEFAULT)
