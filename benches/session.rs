@@ -7,8 +7,9 @@ use glam::{DAffine3, DVec3};
 use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
+use trimtess::control::Alone;
 use trimtess::frame::internals::{PlacedInstances, Planner};
-use trimtess::frame::{PlannerOptions, plan_for_view};
+use trimtess::frame::{PlanLimits, PlannerOptions, plan_for_view_on};
 use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
 use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionOptions};
@@ -53,7 +54,8 @@ fn plans(c: &mut Criterion) {
         let mut group = c.benchmark_group(format!("plan/{name}"));
         group.throughput(Throughput::Elements(prepared.tiles().count() as u64));
         let mut turn = Turn::of(&prepared, Some(36));
-        group.bench_function("from nothing", |b| b.iter(|| plan_for_view(&prepared, black_box(&turn.view()))));
+        let anew = |view: &View| plan_for_view_on(&Alone, &prepared, black_box(view), &PlanLimits::DEFAULT);
+        group.bench_function("from nothing", |b| b.iter(|| anew(&turn.view())));
         for steps in STEPS {
             let mut turn = Turn::of(&prepared, steps);
             let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);

@@ -17,7 +17,7 @@ use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 use trimtess::control::{Alone, Control};
 use trimtess::frame::internals::{Scratch, tessellate_tile};
-use trimtess::frame::{Plan, plan_for_view};
+use trimtess::frame::{Plan, PlanLimits, plan_for_view_on};
 use trimtess::glam::{DAffine3, DVec2, DVec3};
 use trimtess::mesh::{MeshLists, NormalFormat, VertexLayout};
 use trimtess::model::{
@@ -163,21 +163,22 @@ fn timed(prepared: &Prepared, view: &View) -> (Plan, [Duration; 2]) {
     const ROUNDS: u32 = 5;
     const TIMES: u32 = 10;
     let mut scratch = Scratch::default();
-    let plan = plan_for_view(prepared, view);
+    let plan = || plan_for_view_on(&Alone, prepared, view, &PlanLimits::DEFAULT);
+    let made = plan();
     let mut least = [Duration::MAX; 2];
     for _ in 0..ROUNDS {
         let begun = time();
         for _ in 0..TIMES {
-            std::hint::black_box(plan_for_view(prepared, view));
+            std::hint::black_box(plan());
         }
         let planned = time();
         for (part, tile, _) in (0..TIMES).flat_map(|_| prepared.tiles()) {
-            let outcome = tessellate_tile(prepared, &plan, (part, tile), MeshLists::NONE, &mut scratch);
+            let outcome = tessellate_tile(prepared, &made, (part, tile), MeshLists::NONE, &mut scratch);
             scratch.reuse(std::hint::black_box(outcome).mesh);
         }
         least = [least[0].min((planned - begun) / TIMES), least[1].min((time() - planned) / TIMES)];
     }
-    (plan, least)
+    (made, least)
 }
 
 /// Flies the path on this thread alone and prints its processor time per frame.
@@ -200,7 +201,7 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
                 let report = if coherent {
                     session.view(&[view], &mut sink)
                 } else {
-                    session.frame(plan_for_view(prepared, &view), &mut sink)
+                    session.frame(session.plan_for_view(&view, &PlanLimits::DEFAULT), &mut sink)
                 };
                 let report = report.map_err(cannot)?;
                 took += time() - begun;
