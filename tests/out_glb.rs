@@ -11,9 +11,10 @@ use gltf_json::validation::{Checked, Validate};
 use gltf_json::{Index, Root};
 use out_fixture::{box_frame, folder, play};
 use std::collections::BTreeSet;
+use std::fs;
 use trimtess::mesh::MemorySink;
-use trimtess::model::FaceId;
-use trimtess::out::{open, write_glb};
+use trimtess::model::{EdgeId, FaceId};
+use trimtess::out::{Format, GlbOptions, Rounding, open, save, write_glb};
 
 struct Glb {
     root: Root,
@@ -234,25 +235,32 @@ fn many_vertices_take_wide_indices() {
     );
 }
 
+/// A part with one batch per face, and one line per face. Every third face has triangles without area only.
+fn many_faces(faces: usize, corners: usize) -> MemorySink {
+    let mut frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
+    let (batch, line) = (frame.batches.swap_remove(0), frame.edge_lines.swap_remove(0));
+    frame.scene.parts[0].face_colours = vec![None; faces];
+    frame.batches.clear();
+    frame.edge_lines.clear();
+    for face in 0..faces {
+        let (mut batch, mut line) = (batch.clone(), line.clone());
+        batch.face = FaceId::new(face);
+        let place = |k: usize| DVec3::new(k as f64, face as f64, (k * k % 7) as f64);
+        batch.mesh.positions = (0..corners).map(place).collect();
+        batch.mesh.normals = (0..corners).map(|k| Vec3::new(k as f32, 1.0, face as f32).normalize()).collect();
+        let step = u32::from(face % 3 != 1);
+        batch.mesh.triangles = (2..corners as u32).map(|k| [k, k - step, k - 2]).collect();
+        line.edge = EdgeId::new(face);
+        line.points.clone_from(&batch.mesh.positions);
+        frame.batches.push(batch);
+        frame.edge_lines.push(line);
+    }
+    frame
+}
+
 #[test]
 fn long_lists_of_batches_keep_their_corners() {
-    let (faces, corners) = (400, 64);
-    let mut frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
-    let batch = frame.batches.swap_remove(0);
-    frame.scene.parts[0].face_colours = vec![None; faces];
-    frame.batches = (0..faces)
-        .map(|face| {
-            let mut batch = batch.clone();
-            batch.face = FaceId::new(face);
-            let place = |k: usize| DVec3::new(k as f64, face as f64, (k * k % 7) as f64);
-            batch.mesh.positions = (0..corners).map(place).collect();
-            batch.mesh.normals = vec![Vec3::Z; corners];
-            // Every third face has triangles without area only, and is left out.
-            let step = u32::from(face % 3 != 1);
-            batch.mesh.triangles = (2..corners as u32).map(|k| [k, k - step, k - 2]).collect();
-            batch
-        })
-        .collect();
+    let frame = many_faces(400, 64);
     let glb = written(&frame);
     let primitive = &glb.root.meshes[0].primitives[0];
     let positions = glb.vectors(primitive, Semantic::Positions);
@@ -269,12 +277,35 @@ fn long_lists_of_batches_keep_their_corners() {
 }
 
 #[test]
+fn one_thread_and_three_write_the_same_file() {
+    let (frame, path) = (many_faces(1_500, 64), folder("out_glb_threads").join("faces.glb"));
+    let options: Vec<GlbOptions> = [GlbOptions::PLAIN, GlbOptions::PLAIN.with_instanced(true)]
+        .into_iter()
+        .flat_map(|options| [options, options.with_quantized(true)])
+        .collect();
+    #[cfg(feature = "meshopt")]
+    let options: Vec<_> = options.into_iter().flat_map(|options| [options, options.with_compressed(true)]).collect();
+    let mut plain = Vec::new();
+    write_glb(&frame, &mut plain).unwrap();
+    for options in options {
+        let [alone, shared] = [1, 3].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let rounding = pool.install(|| save(&frame, &path, Format::Glb(options))).unwrap();
+            assert_eq!(rounding, Rounding::of(&frame, Format::Glb(options), f64::INFINITY).unwrap(), "{options:?}");
+            fs::read(&path).unwrap()
+        });
+        assert!(alone == shared, "{options:?}");
+        assert!(options != GlbOptions::PLAIN || alone == plain);
+    }
+}
+
+#[test]
 fn an_empty_scene_is_still_a_file() {
     let folder = folder("out_glb_empty");
     let path = folder.join("empty.glb");
     let mut sink = open(&path).unwrap();
     play(&MemorySink::default(), &mut *sink).unwrap();
     sink.end().unwrap();
-    let glb = read(&std::fs::read(path).unwrap());
+    let glb = read(&fs::read(path).unwrap());
     assert!(glb.root.buffers.is_empty() && glb.root.meshes.is_empty());
 }

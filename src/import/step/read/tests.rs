@@ -5,6 +5,7 @@ use super::super::pieces::PIECE;
 use super::{read, read_in_pieces};
 use crate::control::{Alone, Call, Control, Threads, assert_each_cancels};
 use crate::import::step::{StepError, StepOptions};
+use crate::model::Model;
 use crate::sequence::random::SplitMix;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -148,8 +149,8 @@ fn mutants_read_the_same_in_pieces() {
     }
 }
 
-/// The text with its instances in another order, and each number times `factor`.
-fn renumbered(text: &[u8], factor: u64, random: &mut SplitMix) -> Vec<u8> {
+/// The text with each number times `factor`, and its instances in another order if there is one.
+fn renumbered(text: &[u8], factor: u64, order: Option<&mut SplitMix>) -> Vec<u8> {
     let text = String::from_utf8(text.to_vec()).unwrap();
     let (head, data) = text.split_once("DATA;").unwrap();
     let (data, end) = data.rsplit_once("ENDSEC;").unwrap();
@@ -168,7 +169,9 @@ fn renumbered(text: &[u8], factor: u64, random: &mut SplitMix) -> Vec<u8> {
         }
     }
     let count = records.len() - 1;
-    (1..count).for_each(|k| records.swap(k, random.below(k as u64 + 1) as usize));
+    if let Some(random) = order {
+        (1..count).for_each(|k| records.swap(k, random.below(k as u64 + 1) as usize));
+    }
     format!("{head}DATA;{}ENDSEC;{end}", records.concat()).into_bytes()
 }
 
@@ -178,16 +181,18 @@ fn instances_are_found_in_any_order_and_by_sparse_numbers() {
     let mut random = SplitMix(2);
     for (path, text) in texts("tests/data").iter().filter(|(_, text)| text.len() < 1 << 20) {
         let [one, _] = &pools.0;
-        let (ordered, dense) = (outcome(text, PIECE, one), renumbered(text, 1, &mut random));
+        let (ordered, dense) = (outcome(text, PIECE, one), renumbered(text, 1, Some(&mut random)));
         assert_eq!(outcome(&dense, PIECE, one), ordered, "{}", path.display());
         pools.assert_same(&dense, &path.display().to_string());
         // Diagnostics name instances by their numbers.
         let options = StepOptions::DEFAULT;
-        let sparse = renumbered(text, 1 << 20, &mut random);
-        pools.assert_same(&sparse, &path.display().to_string());
-        let [a, b] = [text, &sparse].map(|text| read(text, &options).unwrap());
-        let faces = |model: &crate::model::Model| model.parts.iter().map(|part| part.faces.len()).collect::<Vec<_>>();
-        assert_eq!((faces(&a), a.instances.len()), (faces(&b), b.instances.len()), "{}", path.display());
+        for order in [None, Some(&mut random)] {
+            let sparse = renumbered(text, 1 << 20, order);
+            pools.assert_same(&sparse, &path.display().to_string());
+            let [a, b] = [text, &sparse].map(|text| read(text, &options).unwrap());
+            let faces = |model: &Model| model.parts.iter().map(|part| part.faces.len()).collect::<Vec<_>>();
+            assert_eq!((faces(&a), a.instances.len()), (faces(&b), b.instances.len()), "{}", path.display());
+        }
     }
 }
 
