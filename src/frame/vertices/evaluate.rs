@@ -3,7 +3,7 @@
 //! Every lane does the same arithmetic in the same order, so the bits of a point do not depend on the other lanes.
 
 use crate::math::bernstein;
-use crate::math::lanes::{Lanes, Plain, Work, in_fours, widest};
+use crate::math::lanes::{Lanes, Plain, Work, in_fours};
 use crate::prepare::internals::decompose::{BezierPatches, Piece};
 use glam::{DVec2, DVec3, DVec4};
 
@@ -141,23 +141,36 @@ impl Work for SinglePoints<'_> {
 /// Points at three parameters with their unit normals, zero where there is none. Same bits as [`evaluate_points`].
 pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3, DVec3); 3] {
     let roles = Roles::of(patches);
-    let of = |points: &Points<4>, lane: usize| {
+    let of = |points: &Points<LANES>, lane: usize| {
         let normal = if points.is_regular(lane) { points.normal(lane) } else { DVec3::ZERO };
         (points.position(lane), normal)
     };
-    let together = |place: PatchPlace, [a, b, c]: [DVec2; 3]| {
-        let [[a, x], [b, y], [c, z]] = [a, b, c].map(|p| roles.split(p));
-        widest(
-            #[inline(always)]
-            || place.points(Plain([0.0; LANES]), patches, roles, [[a, b, c, c], [x, y, z, z]]),
-        )
-    };
+    let together = |place: PatchPlace, at: [DVec2; 3]| in_fours(ThreePoints { patches, roles, place, at });
     let place = PatchPlace::of(patches, roles, at[0]);
     if place.contains(roles, at[1]) && place.contains(roles, at[2]) {
         let points = together(place, at);
         return [0, 1, 2].map(|lane| of(&points, lane));
     }
     at.map(|p| of(&together(PatchPlace::of(patches, roles, p), [p; 3]), 0))
+}
+
+/// What [`evaluate_three`] does in one patch.
+struct ThreePoints<'a> {
+    patches: &'a BezierPatches,
+    roles: Roles,
+    place: PatchPlace,
+    at: [DVec2; 3],
+}
+
+impl Work for ThreePoints<'_> {
+    type Output = Points<LANES>;
+
+    #[inline(always)]
+    fn run<F: Lanes<LANES>>(self, zero: F) -> Points<LANES> {
+        let Self { patches, roles, place, at } = self;
+        let [[a, x], [b, y], [c, z]] = at.map(|p| roles.split(p));
+        place.points(zero, patches, roles, [[a, b, c, c], [x, y, z, z]])
+    }
 }
 
 /// The place of a patch: its pieces of the outer and of the inner direction.
