@@ -304,7 +304,7 @@ impl Rates {
             return None;
         }
         let rate = if beside().any(Rate::is_each) {
-            let (places, before) = (edge.bounds.places.iter(), &rates.edges[k]);
+            let (places, before) = (edge.bounds.places(), &rates.edges[k]);
             if planned && before.is_each() && holds(places.clone(), before, sights) {
                 return None;
             }

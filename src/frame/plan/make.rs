@@ -290,7 +290,7 @@ impl Round {
                 let edge = &edges[row];
                 let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
                 let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
-                    asked.over(edge.bounds.places.iter(), &mut need);
+                    asked.over(edge.bounds.places(), &mut need);
                     tessellants.polyline(edge, tiles, &need, self.density, None)
                 });
                 self.spent.add(line.ts.len() as u64)?;

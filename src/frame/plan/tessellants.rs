@@ -38,9 +38,14 @@ pub(crate) fn bare(edge: &PreparedEdge, tiles: &PlanRows<TileLattice>) -> Option
     if !edge.straight || is_closed(edge) || !edge.uses.iter().all(|place| single(place.tile)) {
         return None;
     }
+    Some(breaks_alone(edge))
+}
+
+/// The breaks without anything between. None for an edge that no tile uses.
+fn breaks_alone(edge: &PreparedEdge) -> EdgePolyline {
     let ts: SmallVec<_> =
         if edge.uses.is_empty() { SmallVec::new() } else { edge.breaks.iter().map(|b| b.t).collect() };
-    Some(EdgePolyline { breaks: (0..ts.len() as u32).collect(), ts })
+    EdgePolyline { breaks: (0..ts.len() as u32).collect(), ts }
 }
 
 /// Whether the angle tolerance alone needs as many segments in every strip as both tolerances do. Then a coarser chord
@@ -70,15 +75,16 @@ impl Tessellants {
         factor: f64,
         before: Option<&dyn FollowLines>,
     ) -> (EdgePolyline, bool) {
-        if edge.uses.is_empty() {
-            return (EdgePolyline::default(), true);
+        let own = OwnDensity::of(edge, &need.tolerance, factor);
+        if edge.uses.is_empty() || before.is_none() && one_is_enough(edge, &own, tiles) {
+            return (breaks_alone(edge), true);
         }
         let mut shares = std::mem::take(&mut self.shares);
         let mut reach = usize::from(!need.is_even());
         let made = loop {
             // A segment in several strips must meet the tolerances of all of them.
             dilate(&need.shares, 1, reach, &mut shares);
-            let made = self.spread(edge, tiles, &need.tolerance, &shares, factor, before);
+            let made = self.spread(edge, tiles, &own, &shares, before);
             let touched = if reach == 0 { 1 } else { most_touched(&edge.bounds.breaks, &made.0.ts) };
             if touched <= reach + 1 {
                 break made;
@@ -89,40 +95,25 @@ impl Tessellants {
         made
     }
 
-    /// Tessellants for a tolerance, given as `shares[k]` of the tolerance of strip k; without shares, of every strip.
+    /// Tessellants at `shares[k]` of the tolerance in strip k; without shares, at all of it.
     fn spread(
         &mut self,
         edge: &PreparedEdge,
         tiles: &PlanRows<TileLattice>,
-        tolerance: &Tolerance,
+        own: &OwnDensity<'_>,
         shares: &[f64],
-        factor: f64,
         before: Option<&dyn FollowLines>,
     ) -> (EdgePolyline, bool) {
         let Self { of_bounds, rates, least, wanted, ts, .. } = self;
         let bounds = &edge.bounds;
-        let angle = tolerance.angle.min(FRAC_PI_2);
-        let width = |k: usize| bounds.breaks[k + 1] - bounds.breaks[k];
-        // At any tolerance: a segment that turns by more than a right angle has another shape, and may cross itself.
-        let shape = |k: usize, b: &StripBounds| if edge.straight { 0.0 } else { b.turn / FRAC_PI_2 / width(k) };
-        let own = |k: usize, b: &StripBounds| {
-            let share = shares.get(k).copied().unwrap_or(1.0);
-            let bend = b.second * share;
-            let rate = if edge.straight {
-                0.0
-            } else {
-                (bend / (8.0 * tolerance.chord)).sqrt().max(b.turn / angle / width(k))
-            };
-            (factor * tolerance.max_edge.map_or(rate, |m| rate.max(b.first * share / m))).max(shape(k, b))
-        };
         of_bounds.clear();
-        of_bounds.extend(bounds.strips.iter().enumerate().map(|(k, b)| own(k, b)));
+        of_bounds.extend((0..own.strips.len()).map(|k| own.strip(k, shares.get(k).copied().unwrap_or(1.0))));
         let breaks = edge.images.strips(bounds);
         refine(&bounds.breaks, of_bounds, breaks, rates);
         // Tessellants that follow earlier ones also have a least density: by the edge's shape, and by the cells along
         // it.
         of_bounds.clear();
-        of_bounds.extend(bounds.strips.iter().enumerate().filter(|_| before.is_some()).map(|(k, b)| shape(k, b)));
+        of_bounds.extend((0..own.strips.len()).filter(|_| before.is_some()).map(|k| own.shape(k)));
         least.clear();
         if before.is_some() {
             refine(&bounds.breaks, of_bounds, breaks, least);
@@ -154,6 +145,92 @@ impl Tessellants {
         }
         (EdgePolyline { ts: SmallVec::from_slice(ts), breaks: at }, kept)
     }
+}
+
+/// The density of tessellants that an edge needs for its own sake.
+struct OwnDensity<'a> {
+    strips: &'a [StripBounds],
+    /// Borders of the strips.
+    borders: &'a [f64],
+    straight: bool,
+    /// What the chord asks: the square of the density, for a second derivative of 1.
+    per_second: f64,
+    /// What the angle asks: the density times the strip's width, for a turn of 1 radian. At any tolerance at least one
+    /// segment per right angle: one that turns by more has another shape, and may cross itself.
+    per_turn: f64,
+    /// What the length of segments asks: the density, for a first derivative of 1.
+    per_first: f64,
+}
+
+impl<'a> OwnDensity<'a> {
+    /// For a tolerance, with its density times `factor`.
+    fn of(edge: &'a PreparedEdge, tolerance: &Tolerance, factor: f64) -> Self {
+        let per_turn = larger(factor / tolerance.angle.min(FRAC_PI_2), 1.0 / FRAC_PI_2);
+        let per_first = tolerance.max_edge.map_or(0.0, |m| factor / m);
+        // A straight edge bends and turns by rounding only. Its length still counts.
+        let [per_second, per_turn] =
+            if edge.straight { [0.0; 2] } else { [factor * factor / (8.0 * tolerance.chord), per_turn] };
+        let (strips, borders) = (&edge.bounds.strips[..], &edge.bounds.breaks[..]);
+        Self { strips, borders, straight: edge.straight, per_second, per_turn, per_first }
+    }
+
+    /// In strip `k`, at `share` of the tolerance. What is not a number asks nothing.
+    #[inline(always)]
+    fn strip(&self, k: usize, share: f64) -> f64 {
+        let StripBounds { first, second, turn, .. } = self.strips[k];
+        let by_chord = larger((second * share * self.per_second).sqrt(), 0.0);
+        let by_turn = larger(turn * self.per_turn / self.width(k), by_chord);
+        larger(first * share * self.per_first, by_turn)
+    }
+
+    /// In strip `k`, at any tolerance.
+    #[inline(always)]
+    fn shape(&self, k: usize) -> f64 {
+        if self.straight { 0.0 } else { self.strips[k].turn / FRAC_PI_2 / self.width(k) }
+    }
+
+    #[inline(always)]
+    fn width(&self, k: usize) -> f64 {
+        self.borders[k + 1] - self.borders[k]
+    }
+
+    /// Whether a segment of this length meets the densities of all strips, at the whole tolerance.
+    #[inline(always)]
+    fn allows(&self, length: f64) -> bool {
+        self.strips.iter().enumerate().all(|(k, &StripBounds { first, second, turn, .. })| {
+            second * self.per_second * (length * length) <= 1.0
+                && turn * self.per_turn * length <= self.width(k)
+                && first * self.per_first * length <= 1.0
+        })
+    }
+}
+
+/// Whether one segment certainly meets all densities, up to the rounding of [`EdgeImage::rates`]. `false` says nothing:
+/// each cell counts as the narrowest of its lattice.
+fn one_is_enough(edge: &PreparedEdge, own: &OwnDensity<'_>, tiles: &PlanRows<TileLattice>) -> bool {
+    let [start, end] = &edge.breaks[..] else { return false };
+    let length = end.t - start.t;
+    !is_closed(edge)
+        && own.allows(length)
+        && edge.uses.iter().enumerate().all(|(k, place)| {
+            let TileLattice { us, vs, .. } = &*tiles[place.tile.0 as usize];
+            let most = edge.images.image(k).rates.iter().fold([0.0_f32; 2], |most, rate| {
+                [0, 1].map(|axis| if rate[axis] <= most[axis] { most[axis] } else { rate[axis] })
+            });
+            let fits = |axis: usize, lines: &[f64]| {
+                let share = f64::from(most[axis]) * length;
+                // The narrowest cell is no wider than the mean.
+                share * (lines.len() - 1) as f64 <= 1.0 && share <= narrowest(lines)
+            };
+            us.len() == 2 && vs.len() == 2 || fits(0, us) && fits(1, vs)
+        })
+}
+
+/// The narrowest gap, as a share of the way from the first line to the last.
+fn narrowest(lines: &[f64]) -> f64 {
+    let (inner, last) = (&lines[1..], lines.len() - 1);
+    let least = lines.iter().zip(inner).fold(f64::INFINITY, |least, (a, b)| smaller(b - a, least));
+    least / (lines[last] - lines[0])
 }
 
 /// Copies the densities of the strips `of` to the finer strips `into`.
@@ -224,5 +301,59 @@ fn limit_to_cells(
         for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
             *rate = larger(*wanted * share, *rate);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::Alone;
+    use crate::frame::plan::limits::PlanLimits;
+    use crate::frame::plan::make::plan_on;
+    use crate::frame::plan::output::PartPlan;
+    use crate::model::{FreeTrims, Model, ModelBuilder, PartBuilder, ShellKind, TrimCurve, TrimRule, shapes};
+    use crate::prepare::{PrepareOptions, prepare};
+    use glam::{DAffine3, DVec2};
+    use std::f64::consts::TAU;
+
+    /// A bent sheet with a hole of many short sides.
+    fn sheet() -> Model {
+        let side = |k: u32| DVec2::splat(0.5) + DVec2::from_angle(TAU * f64::from(k) / 64.0) * 0.3;
+        let curves = vec![TrimCurve::polygon((0..64).map(side).collect()).reversed()];
+        let mut part = PartBuilder::new("sheet");
+        let shell = part.plain_shell(ShellKind::Open);
+        let surface = shapes::wave().faces.swap_remove(0).surface;
+        part.trimmed_face(surface, shell, FreeTrims { rule: TrimRule::Handedness, curves }, false);
+        let mut model = ModelBuilder::new("sheet");
+        let part = model.part(part.finish().unwrap());
+        model.place(part, DAffine3::IDENTITY);
+        model.finish().unwrap()
+    }
+
+    #[test]
+    fn one_segment_is_what_the_densities_give() {
+        let (mut one, mut others) = (0, 0);
+        for model in shapes::NAMES.iter().filter_map(|name| shapes::by_name(name)).chain([sheet()]) {
+            let prepared = prepare(model, &PrepareOptions::DEFAULT).unwrap();
+            for (chord, angle, max_edge) in [(1.0, 1.5, None), (0.05, 0.5, None), (0.01, 0.1, Some(5.0))] {
+                let tolerance = Tolerance { chord, angle, max_edge };
+                let plan = plan_on(&Alone, &prepared, &tolerance, &PlanLimits::DEFAULT);
+                for (part, PartPlan { tiles, .. }) in prepared.parts.iter().zip(&plan.parts) {
+                    // Also edges that are coarser than the lattices beside them, and finer.
+                    let edges = part.edges.iter().filter(|edge| !edge.uses.is_empty());
+                    for (edge, factor) in edges.flat_map(|edge| [0.01, 1.0, 3.0].map(|factor| (edge, factor))) {
+                        let own = OwnDensity::of(edge, &tolerance, factor);
+                        let made = Tessellants::default().spread(edge, tiles, &own, &[], None);
+                        if one_is_enough(edge, &own, tiles) {
+                            assert_eq!(made, (breaks_alone(edge), true), "{tolerance:?}, {factor}");
+                            one += usize::from(!edge.straight);
+                        } else {
+                            others += usize::from(made.0.ts.len() > 2);
+                        }
+                    }
+                }
+            }
+        }
+        assert!(one > 100 && others > 100, "{one} bent edges of one segment, {others} of several");
     }
 }

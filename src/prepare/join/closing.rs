@@ -11,6 +11,7 @@ use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
 use crate::prepare::wires::chain::Chain;
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 use std::collections::BTreeMap;
 
 /// What the loops of a face must sum to.
@@ -193,7 +194,7 @@ impl Closer<'_> {
                 shape: EdgeShape::Curve(line),
                 breaks: [(0.0, a.0), (1.0, b.0)].map(|(t, point)| Break { t, point }).to_vec(),
                 straight: true,
-                uses: Vec::new(),
+                uses: SmallVec::new(),
                 images: EdgeImages::default(),
             });
             edges.len() as u32 - 1
@@ -289,7 +290,7 @@ mod tests {
             shape: EdgeShape::Curve(line),
             breaks: points.iter().enumerate().map(|(k, &point)| Break { t: share(k), point }).collect(),
             straight: true,
-            uses: Vec::new(),
+            uses: SmallVec::new(),
             images: EdgeImages::default(),
         }
     }

@@ -13,14 +13,15 @@ use glam::{DVec3, DVec4};
 /// Bytes of an allocation besides its contents: rounding up, and the allocator's own.
 const ALLOCATION: usize = 16;
 
-/// What an edge of a model takes once it is prepared, without its curve: the edge, its bounds, its uses.
-const PREPARED_EDGE: usize = size_of::<PreparedEdge>() + 2 * size_of::<Break>() + STRIP + 4 * ALLOCATION;
+/// What an edge of a model takes once it is prepared: the edge with the bounds of one strip and two uses, its breaks, and
+/// the lists of its curve without their contents.
+const PREPARED_EDGE: usize = size_of::<PreparedEdge>() + 2 * size_of::<Break>() + 3 * ALLOCATION;
 
-/// What a use of an edge takes in a prepared part, besides the use: its row at the edge, and samples of its image.
+/// What a use of an edge takes in a prepared part, besides the use: samples of its image.
 const PREPARED_USE: usize = 192;
 
 /// Bounds of a strip of a curve.
-const STRIP: usize = size_of::<(StripBounds, BoundingBox, f64)>();
+const STRIP: usize = size_of::<(StripBounds, f64)>();
 
 /// A model that prepare has not touched yet, with the edges and scene that prepare makes of it.
 pub(crate) fn of_model(model: &Model) -> usize {
@@ -162,5 +163,5 @@ impl Prepared {
 }
 
 fn of_bounds(bounds: &CurveBounds) -> usize {
-    bounds.strips.len() * STRIP + 3 * ALLOCATION
+    if bounds.strips.len() > 1 { bounds.strips.len() * STRIP + 2 * ALLOCATION } else { 0 }
 }

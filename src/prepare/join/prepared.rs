@@ -11,6 +11,7 @@ use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
 use crate::prepare::surface::tables::{CurveBounds, SurfaceBounds};
 use crate::prepare::uv::uv_curve::UvCurve;
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -91,7 +92,7 @@ pub struct PreparedEdge {
     /// Whether one segment between breaks meets every tolerance.
     pub straight: bool,
     /// Where tiles use it.
-    pub uses: Vec<TileUse>,
+    pub uses: SmallVec<[TileUse; 2]>,
     /// Samples of its pcurves in those tiles.
     pub images: EdgeImages,
 }

@@ -14,6 +14,7 @@ use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape
 use crate::prepare::uv::uv_curve::SAME_SHARE;
 use crate::prepare::wires::chain::Chain;
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 
 /// Edges that a thread takes at a time: a few microseconds each.
 const SHARE: usize = 16;
@@ -232,7 +233,7 @@ fn border(b: DraftBorder, edges: &[PreparedEdge]) -> PreparedEdge {
         EdgeShape::Point(point) => Break { t, point: *point },
     }));
     breaks.push(Break { t: b.range.1, point: ends[1] });
-    PreparedEdge { shape, breaks, bounds, straight, uses: Vec::new(), images: EdgeImages::default() }
+    PreparedEdge { shape, breaks, bounds, straight, uses: SmallVec::new(), images: EdgeImages::default() }
 }
 
 /// Moves the ends of borders along poles to the ends of the adjacent edges. A file may have several vertices close to a
@@ -321,7 +322,7 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
             breaks: Vec::new(),
             bounds: CurveBounds::none(e.range),
             straight: true,
-            uses: Vec::new(),
+            uses: SmallVec::new(),
             images: EdgeImages::default(),
         };
     }
@@ -342,7 +343,7 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
         breaks,
         bounds,
         straight,
-        uses: Vec::new(),
+        uses: SmallVec::new(),
         images: EdgeImages::default(),
     }
 }

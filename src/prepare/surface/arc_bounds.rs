@@ -174,7 +174,7 @@ pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Strips> {
     match *net {
         [a, b] if a.w == b.w => {
             let first = (b - a).truncate().length() / a.w / width;
-            Some(smallvec![StripBounds { first, second: 0.0, turn: 0.0 }])
+            Some(smallvec![StripBounds { first, second: 0.0, turn: 0.0, place: BoundingBox::of_net(net) }])
         }
         [a, b, c] if a.w == c.w && b.w > 0.0 && b.w < a.w => {
             let [p, q, r] = [a, b, c].map(|x| x.truncate() / x.w);
@@ -187,13 +187,14 @@ pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Strips> {
             if !is_arc {
                 return None;
             }
-            let radius = length / half.tangent();
+            let (radius, place) = (length / half.tangent(), BoundingBox::of_net(net));
             let strip = |i| {
                 let s = ArcStrip::new(0.0, 2.0 * half, width, i, PARTS);
                 StripBounds {
                     first: radius * s.first,
                     second: radius * s.first.powi(2).hypotenuse(s.second),
                     turn: s.turn(),
+                    place,
                 }
             };
             Some((0..PARTS).map(strip).collect())

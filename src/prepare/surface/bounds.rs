@@ -13,6 +13,7 @@ use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
 use crate::math::lanes::widest;
 use glam::DVec4;
+use smallvec::SmallVec;
 use std::cell::LazyCell;
 
 /// A derivative below this share of the size (largest distance from the origin) is rounding and counts as zero.
@@ -85,8 +86,12 @@ impl CurveBounds {
     /// The bounds of a curve over `range` that is a single point. Its bounding box is empty.
     #[must_use]
     pub fn none(range: (f64, f64)) -> Self {
-        let places = vec![BoundingBox::EMPTY];
-        Self { breaks: vec![range.0, range.1], strips: vec![StripBounds::default()], places }
+        Self { breaks: [range.0, range.1].into(), strips: [StripBounds::default()].into() }
+    }
+
+    /// The bounding box of each strip in space.
+    pub(crate) fn places(&self) -> impl Iterator<Item = &BoundingBox> + Clone {
+        self.strips.iter().map(|strip| &strip.place)
     }
 
     /// Whether every strip is straight and of constant speed. The curve may still have kinks between segments.
@@ -101,38 +106,34 @@ impl CurveBounds {
         let parts = parts(spline.degree, spline.segments(), 1);
         let size =
             LazyCell::new(|| spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w)));
-        let most = spline.segments() * parts.max(arc_bounds::PARTS);
-        let mut out = Self {
-            breaks: Vec::with_capacity(most + 1),
-            strips: Vec::with_capacity(most),
-            places: Vec::with_capacity(most),
-        };
-        out.breaks.push(spline.breaks[0]);
+        let mut out = Self { breaks: [spline.breaks[0]].as_slice().into(), strips: SmallVec::new() };
         let mut net = Vec::new();
         let rows = LazyCell::new(|| sample_rows(spline.degree));
         for (k, ends) in spline.breaks.windows(2).enumerate() {
-            let first = out.places.len();
-            let strips = arc_bounds::segment(spline.segment(k), ends[1] - ends[0]).unwrap_or_else(|| {
+            let known = arc_bounds::segment(spline.segment(k), ends[1] - ends[0]);
+            let strips = known.unwrap_or_else(|| {
                 let width = (ends[1] - ends[0]) / parts as f64;
                 let strip = |i| {
                     net.clear();
                     net.extend_from_slice(spline.segment(k));
                     let (x0, x1) = share(i, parts);
                     bernstein::restrict(&mut net, x0, x1);
-                    out.places.push(BoundingBox::of_net(&net));
                     let (first, second) = segment_bounds(&net);
                     let straight = second <= ROUNDING * *size;
                     StripBounds {
                         first: first / width,
                         second: if straight { 0.0 } else { second / (width * width) },
                         turn: if straight { 0.0 } else { tangent_turning(&net, &rows) },
+                        place: BoundingBox::of_net(&net),
                     }
                 };
                 (0..parts).map(strip).collect::<Strips>()
             });
             let n = strips.len();
-            if out.places.len() == first {
-                out.places.resize(first + n, BoundingBox::of_net(spline.segment(k)));
+            if k == 0 {
+                // Most curves have segments of one kind.
+                out.breaks.reserve_exact(n * spline.segments());
+                out.strips.reserve_exact(n * spline.segments());
             }
             out.breaks.extend((1..n).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / n as f64));
             out.breaks.push(ends[1]);
@@ -156,16 +157,16 @@ impl CurveBounds {
         const PART: usize = 4;
         // First and second derivative and turning, by the parameter.
         let rates = |k: usize| {
-            let StripBounds { first, second, turn } = self.strips[k];
+            let StripBounds { first, second, turn, .. } = self.strips[k];
             [first, second, turn / (self.breaks[k + 1] - self.breaks[k])]
         };
         let count = self.strips.len();
         let most = (0..count).map(rates).fold([0.0; 3], |m, r| [0, 1, 2].map(|i| f64::max(m[i], r[i])));
         let limit = FEW.max(count / PART);
-        let mut out = Self { breaks: vec![self.breaks[0]], strips: Vec::new(), places: Vec::new() };
+        let mut out = Self { breaks: [self.breaks[0]].as_slice().into(), strips: SmallVec::new() };
         let mut from = 0;
         while from < count {
-            let (mut low, mut high, mut place) = (rates(from), rates(from), self.places[from]);
+            let (mut low, mut high, mut place) = (rates(from), rates(from), self.strips[from].place);
             let mut to = from + 1;
             while to < count && to - from < limit {
                 let next = rates(to);
@@ -173,12 +174,11 @@ impl CurveBounds {
                 if (0..3).any(|i| h[i] > ALIKE * l[i] + NOTHING * most[i]) {
                     break;
                 }
-                (low, high, place) = (l, h, place.with(&self.places[to]));
+                (low, high, place) = (l, h, place.with(&self.strips[to].place));
                 to += 1;
             }
             let [first, second, turn] = high;
-            out.strips.push(StripBounds { first, second, turn: turn * (self.breaks[to] - self.breaks[from]) });
-            out.places.push(place);
+            out.strips.push(StripBounds { first, second, turn: turn * (self.breaks[to] - self.breaks[from]), place });
             out.breaks.push(self.breaks[to]);
             from = to;
         }

@@ -3,6 +3,7 @@
 use super::decompose::BezierPatches;
 use crate::math::order::{larger, smaller};
 use glam::{DVec3, DVec4};
+use smallvec::SmallVec;
 
 /// A box in space, aligned to the axes of the part.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +12,12 @@ pub struct BoundingBox {
     pub low: DVec3,
     /// Upper corner.
     pub high: DVec3,
+}
+
+impl Default for BoundingBox {
+    fn default() -> Self {
+        Self::EMPTY
+    }
 }
 
 impl BoundingBox {
@@ -118,15 +125,15 @@ pub struct StripBounds {
     pub second: f64,
     /// How far the tangent turns at most, radians.
     pub turn: f64,
+    /// Its bounding box in space.
+    pub place: BoundingBox,
 }
 
-/// Bounds of a curve, strip by strip.
+/// Bounds of a curve, strip by strip. Those of a line, which has one strip, need no allocation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveBounds {
     /// Borders of strips, increasing; all segment borders are among them.
-    pub breaks: Vec<f64>,
+    pub breaks: SmallVec<[f64; 2]>,
     /// One per strip.
-    pub strips: Vec<StripBounds>,
-    /// Bounding box of each strip in space.
-    pub places: Vec<BoundingBox>,
+    pub strips: SmallVec<[StripBounds; 1]>,
 }
