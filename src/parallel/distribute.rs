@@ -44,7 +44,7 @@ pub fn loads(prepared: &Prepared) -> Vec<Load> {
 /// in each window that follows. With many more, the tiles of one worker would no longer be spread along the curve.
 const WINDOW: usize = 4;
 /// Most tiles of a run. Longer ones gain little, and a small view would load fewer workers.
-const RUN: usize = 32;
+const RUN: usize = 64;
 /// Several tiles are a run only if they weigh no more than a worker's share divided by this.
 const RUNS_PER_WORKER: f64 = 16.0;
 
