@@ -214,6 +214,9 @@ fn one_is_enough(edge: &PreparedEdge, own: &OwnDensity<'_>, tiles: &PlanRows<Til
         && own.allows(length)
         && edge.uses.iter().enumerate().all(|(k, place)| {
             let TileLattice { us, vs, .. } = &*tiles[place.tile.0 as usize];
+            if us.len() == 2 && vs.len() == 2 {
+                return true;
+            }
             let most = edge.images.image(k).rates.iter().fold([0.0_f32; 2], |most, rate| {
                 [0, 1].map(|axis| if rate[axis] <= most[axis] { most[axis] } else { rate[axis] })
             });
@@ -222,7 +225,7 @@ fn one_is_enough(edge: &PreparedEdge, own: &OwnDensity<'_>, tiles: &PlanRows<Til
                 // The narrowest cell is no wider than the mean.
                 share * (lines.len() - 1) as f64 <= 1.0 && share <= narrowest(lines)
             };
-            us.len() == 2 && vs.len() == 2 || fits(0, us) && fits(1, vs)
+            fits(0, us) && fits(1, vs)
         })
 }
 
