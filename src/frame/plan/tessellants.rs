@@ -51,11 +51,10 @@ fn breaks_alone(edge: &PreparedEdge) -> EdgePolyline {
 /// Whether the angle tolerance alone needs as many segments in every strip as both tolerances do. Then a coarser chord
 /// tolerance changes nothing.
 pub(crate) fn turns_more_than_bends(edge: &PreparedEdge, tolerance: &Tolerance) -> bool {
-    let angle = tolerance.angle.min(FRAC_PI_2);
-    let mut strips = edge.bounds.strips.iter().zip(edge.bounds.breaks.windows(2));
-    edge.straight
-        || strips
-            .all(|(b, ends)| b.second * (angle * (ends[1] - ends[0])).powi(2) <= 8.0 * tolerance.chord * b.turn.powi(2))
+    let own = OwnDensity::of(edge, tolerance, 1.0);
+    own.strips.iter().enumerate().all(|(k, &StripBounds { second, turn, .. })| {
+        second * own.per_second * own.width(k).powi(2) <= (turn * own.per_turn).powi(2)
+    })
 }
 
 /// Whether the edge is a curve that ends where it begins, without breaks between.
@@ -342,7 +341,7 @@ mod tests {
                 let tolerance = Tolerance { chord, angle, max_edge };
                 let plan = plan_on(&Alone, &prepared, &tolerance, &PlanLimits::DEFAULT);
                 for (part, PartPlan { tiles, .. }) in prepared.parts.iter().zip(&plan.parts) {
-                    // Also edges that are coarser than the lattices beside them, and finer.
+                    // A factor makes the edge coarser or finer. The lattices stay.
                     let edges = part.edges.iter().filter(|edge| !edge.uses.is_empty());
                     for (edge, factor) in edges.flat_map(|edge| [0.01, 1.0, 3.0].map(|factor| (edge, factor))) {
                         let own = OwnDensity::of(edge, &tolerance, factor);
