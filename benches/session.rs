@@ -54,8 +54,10 @@ fn plans(c: &mut Criterion) {
         let mut group = c.benchmark_group(format!("plan/{name}"));
         group.throughput(Throughput::Elements(prepared.tiles().count() as u64));
         let mut turn = Turn::of(&prepared, Some(36));
-        let anew = |view: &View| plan_for_view_on(&Alone, &prepared, black_box(view), &PlanLimits::DEFAULT);
-        group.bench_function("from nothing", |b| b.iter(|| anew(&turn.view())));
+        let limits = PlanLimits::DEFAULT;
+        group.bench_function("from nothing", |b| {
+            b.iter(|| plan_for_view_on(&Alone, &prepared, black_box(&turn.view()), &limits));
+        });
         for steps in STEPS {
             let mut turn = Turn::of(&prepared, steps);
             let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT);
