@@ -229,21 +229,27 @@ impl<'a> Strides<'a> {
             let passed = borders[self.at..].iter().take_while(|&&border| border <= x).count();
             self.enter(self.at + passed);
         }
-        let mut most = rates[self.at] * self.scale;
+        let (mut most, mut strip) = (rates[self.at] * self.scale, self.at);
         let mut to = reach(most, self.step);
         for (&border, rate) in borders[self.at..].iter().zip(&rates[self.at + 1..]) {
             if to <= border || border >= end {
                 break;
             }
+            strip += 1;
             let rate = rate * self.scale;
             // Most strips are not the densest so far, and leave the reach as it is.
             if rate > most {
                 (most, to) = (rate, reach(rate, rate.recip()));
                 // The strip is too dense to enter from here: the gap ends at the border.
                 if to <= border {
+                    self.enter(strip);
                     return border;
                 }
             }
+        }
+        if to < end {
+            // Most of the next gaps end in the strip where this one ends.
+            self.enter(strip);
         }
         smaller(to, end)
     }
