@@ -286,9 +286,17 @@ impl Round {
         for stretch in stretches {
             let (asked, tiles) = (&self.wanted.asked[stretch.0], lattices(stretch.0));
             let edges = &self.wanted.parts[stretch.0].edges;
+            let mut strictest = None;
             planned.plan(stretch, |row| {
                 let edge = &edges[row];
+                // Most edges are one segment at the tolerance where their block is nearest, too.
+                if row % BLOCK == 0 {
+                    let block = edges[row..].iter().take(BLOCK);
+                    strictest = asked.strictest(block.flat_map(|edge| edge.bounds.places()));
+                }
                 let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
+                let bare =
+                    bare.or_else(|| tessellants.one_segment_within(edge, tiles, strictest.as_ref()?, self.density));
                 let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
                     asked.over(edge.bounds.places(), &mut need);
                     tessellants.polyline(edge, tiles, &need, self.density, None)

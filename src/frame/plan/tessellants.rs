@@ -11,6 +11,7 @@ use crate::prepare::internals::EdgeImage;
 use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
 use smallvec::SmallVec;
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 /// Maximum number of segments of one edge, over all its breaks. Only a curve whose speed varies by many decades would
 /// need more, and that is noise.
@@ -29,6 +30,8 @@ pub(crate) struct Tessellants {
     least: Vec<f64>,
     wanted: Vec<f64>,
     ts: Vec<f64>,
+    /// The lattice beside the last edge, and its narrowest gaps in u and in v: most edges of a tile follow each other.
+    beside: Option<(Arc<TileLattice>, [f64; 2])>,
 }
 
 /// The breaks alone, for a straight edge whose tiles have one cell each: they meet any chord and angle tolerance.
@@ -75,8 +78,11 @@ impl Tessellants {
         before: Option<&dyn FollowLines>,
     ) -> (EdgePolyline, bool) {
         let own = OwnDensity::of(edge, &need.tolerance, factor);
-        if edge.uses.is_empty() || before.is_none() && one_is_enough(edge, &own, tiles) {
+        if edge.uses.is_empty() {
             return (breaks_alone(edge), true);
+        }
+        if let Some(line) = before.is_none().then(|| self.one_segment(edge, &own, tiles)).flatten() {
+            return (line, true);
         }
         let mut shares = std::mem::take(&mut self.shares);
         let mut reach = usize::from(!need.is_even());
@@ -92,6 +98,66 @@ impl Tessellants {
         };
         self.shares = shares;
         made
+    }
+
+    /// One segment, if it certainly meets this tolerance, with its density times `factor`, all along the edge. Then
+    /// [`polyline`](Self::polyline) makes it at any larger tolerance.
+    pub(crate) fn one_segment_within(
+        &mut self,
+        edge: &PreparedEdge,
+        tiles: &PlanRows<TileLattice>,
+        tolerance: &Tolerance,
+        factor: f64,
+    ) -> Option<EdgePolyline> {
+        if edge.uses.is_empty() {
+            None
+        } else {
+            self.one_segment(edge, &OwnDensity::of(edge, tolerance, factor), tiles)
+        }
+    }
+
+    /// One segment, if it certainly meets all densities, up to the rounding of [`EdgeImage::rates`]. `None` says nothing:
+    /// each cell counts as the narrowest of its lattice.
+    fn one_segment(
+        &mut self,
+        edge: &PreparedEdge,
+        own: &OwnDensity<'_>,
+        tiles: &PlanRows<TileLattice>,
+    ) -> Option<EdgePolyline> {
+        let [start, end] = &edge.breaks[..] else { return None };
+        let length = end.t - start.t;
+        let is_enough = !is_closed(edge)
+            && own.allows(length)
+            && edge.uses.iter().enumerate().all(|(k, place)| {
+                let lattice = &tiles[place.tile.0 as usize];
+                if lattice.us.len() == 2 && lattice.vs.len() == 2 {
+                    return true;
+                }
+                let most = edge.images.image(k).rates.iter().fold([0.0_f32; 2], |most, rate| {
+                    [0, 1].map(|axis| if rate[axis] <= most[axis] { most[axis] } else { rate[axis] })
+                });
+                let shares = most.map(|rate| f64::from(rate) * length);
+                // The narrowest cell is no wider than the mean.
+                shares[0] * (lattice.us.len() - 1) as f64 <= 1.0
+                    && shares[1] * (lattice.vs.len() - 1) as f64 <= 1.0
+                    && {
+                        let narrowest = self.narrowest(lattice);
+                        shares[0] <= narrowest[0] && shares[1] <= narrowest[1]
+                    }
+            });
+        is_enough.then(|| EdgePolyline { ts: [start.t, end.t].into(), breaks: SmallVec::from_slice(&[0, 1]) })
+    }
+
+    /// The narrowest gaps of a lattice in u and in v.
+    fn narrowest(&mut self, lattice: &Arc<TileLattice>) -> [f64; 2] {
+        match &self.beside {
+            Some((of, gaps)) if Arc::ptr_eq(of, lattice) => *gaps,
+            _ => {
+                let gaps = [narrowest(&lattice.us), narrowest(&lattice.vs)];
+                self.beside = Some((Arc::clone(lattice), gaps));
+                gaps
+            }
+        }
     }
 
     /// Tessellants at `shares[k]` of the tolerance in strip k; without shares, at all of it.
@@ -204,30 +270,6 @@ impl<'a> OwnDensity<'a> {
     }
 }
 
-/// Whether one segment certainly meets all densities, up to the rounding of [`EdgeImage::rates`]. `false` says nothing:
-/// each cell counts as the narrowest of its lattice.
-fn one_is_enough(edge: &PreparedEdge, own: &OwnDensity<'_>, tiles: &PlanRows<TileLattice>) -> bool {
-    let [start, end] = &edge.breaks[..] else { return false };
-    let length = end.t - start.t;
-    !is_closed(edge)
-        && own.allows(length)
-        && edge.uses.iter().enumerate().all(|(k, place)| {
-            let TileLattice { us, vs, .. } = &*tiles[place.tile.0 as usize];
-            if us.len() == 2 && vs.len() == 2 {
-                return true;
-            }
-            let most = edge.images.image(k).rates.iter().fold([0.0_f32; 2], |most, rate| {
-                [0, 1].map(|axis| if rate[axis] <= most[axis] { most[axis] } else { rate[axis] })
-            });
-            let fits = |axis: usize, lines: &[f64]| {
-                let share = f64::from(most[axis]) * length;
-                // The narrowest cell is no wider than the mean.
-                share * (lines.len() - 1) as f64 <= 1.0 && share <= narrowest(lines)
-            };
-            fits(0, us) && fits(1, vs)
-        })
-}
-
 /// The narrowest gap, as a share of the way from the first line to the last.
 fn narrowest(lines: &[f64]) -> f64 {
     let (inner, last) = (&lines[1..], lines.len() - 1);
@@ -251,10 +293,13 @@ fn refine(of: &[f64], rates: &[f64], into: &[f64], out: &mut Vec<f64>) {
     }));
 }
 
-/// A place in a tile, by its shares of the way across: in cells along u and along v.
+/// A place in a tile, by its shares of the way across: in cells along u and along v. 0 where nothing moves.
 #[inline(always)]
-fn cells_at([along_u, along_v]: &mut [CellWalk<'_>; 2], [u, v]: [f32; 2]) -> (f64, f64) {
-    (along_u.at_share(f64::from(u)), along_v.at_share(f64::from(v)))
+fn cells_at([along_u, along_v]: &mut [Option<CellWalk<'_>>; 2], [u, v]: [f32; 2]) -> (f64, f64) {
+    let at = |along: &mut Option<CellWalk<'_>>, share: f32| {
+        along.as_mut().map_or(0.0, |along| along.at_share(f64::from(share)))
+    };
+    (at(along_u, u), at(along_v, v))
 }
 
 /// Raises `rates` so that a segment spans at most one cell of `lattice` in each direction.
@@ -285,7 +330,9 @@ fn limit_to_cells(
     let Some((start, strips)) = image.steps() else { return };
     wanted.clear();
     let mut total = 0.0;
-    let mut along = [CellWalk::from_share(&lattice.us, start[0]), CellWalk::from_share(&lattice.vs, start[1])];
+    // The images of borders between tiles move along one axis.
+    let walk = |axis: usize, lines| (image.ways[axis] != 0.0).then(|| CellWalk::from_share(lines, start[axis]));
+    let mut along = [walk(0, &lattice.us), walk(1, &lattice.vs)];
     let mut from = cells_at(&mut along, start);
     for (steps, ends) in strips.zip(breaks[image.strip..].windows(2)) {
         let mut most = 0.0_f64;
@@ -346,7 +393,8 @@ mod tests {
                     for (edge, factor) in edges.flat_map(|edge| [0.01, 1.0, 3.0].map(|factor| (edge, factor))) {
                         let own = OwnDensity::of(edge, &tolerance, factor);
                         let made = Tessellants::default().spread(edge, tiles, &own, &[], None);
-                        if one_is_enough(edge, &own, tiles) {
+                        if let Some(line) = Tessellants::default().one_segment(edge, &own, tiles) {
+                            assert_eq!(line, breaks_alone(edge), "{tolerance:?}, {factor}");
                             assert_eq!(made, (breaks_alone(edge), true), "{tolerance:?}, {factor}");
                             one += usize::from(!edge.straight);
                         } else {

@@ -89,9 +89,23 @@ impl PartTolerance {
             }
             shares.iter_mut().for_each(|pixels| *pixels /= most);
         }
+        *tolerance = self.at(most);
+    }
+
+    /// A tolerance that is at most that of any tile or edge with some of these boxes. `None` unless all of them are
+    /// certainly in the picture of each camera.
+    pub(crate) fn strictest<'a>(&self, places: impl Iterator<Item = &'a BoundingBox>) -> Option<Tolerance> {
+        let whole = places.fold(BoundingBox::EMPTY, |all, place| all.with(place));
+        let scales = self.seen.iter().map(|camera| camera.look_within(&whole));
+        let most = scales.reduce(|a, b| Some(a?.max(b?)))??.most;
+        Some(self.at(most))
+    }
+
+    /// The tolerance where one millimetre covers so many pixels.
+    fn at(&self, most: f64) -> Tolerance {
         let Tolerance { chord, angle, max_edge } = self.tolerance;
         let seen = Tolerance { chord: chord / most, angle, max_edge: max_edge.map(|m| m / most) };
-        *tolerance = seen.usable(self.radius);
+        seen.usable(self.radius)
     }
 }
 

@@ -138,7 +138,9 @@ impl PartCamera {
             SightLens::Perspective { slopes, near, .. } => {
                 let nearest = middle.z - reach.z - error.z;
                 let in_front = nearest > near && terms < FAR * nearest;
-                in_front && furthest.x < slopes[0] * nearest && furthest.y < slopes[1] * nearest
+                // Of a box so long, one inside may be planned at a smaller depth.
+                let is_short = nearest > NEAREST * reach.length();
+                in_front && is_short && furthest.x < slopes[0] * nearest && furthest.y < slopes[1] * nearest
             }
         };
         is_inside.then(|| {
