@@ -34,14 +34,14 @@ where
     R: Send + 'static,
 {
     let _span = tracing::trace_span!("loop", calls = items.len()).entered();
-    let work = move |space: &mut S, item| tracing::trace_span!("call").in_scope(|| work(space, item));
     let helpers = jobs.width().min(items.len()).saturating_sub(1);
     if spaces.len() <= helpers {
         spaces.resize_with(helpers + 1, S::default);
     }
     if helpers == 0 {
         let space = &mut spaces[0];
-        return items.into_iter().map(|item| work(space, item)).collect();
+        let call = |item| tracing::trace_span!("call").in_scope(|| work(space, item));
+        return items.into_iter().map(call).collect();
     }
     let slots = items.into_iter().map(|item| Mutex::new(Slot::Waiting(item))).collect();
     let theirs = std::mem::take(spaces).into_iter().map(Mutex::new).collect();
@@ -113,6 +113,7 @@ impl<S, I, R, F: Fn(&mut S, I) -> R> Make for Calls<S, I, R, F> {
         let Some(space) = self.spaces.get(self.entered.fetch_add(1, Ordering::Relaxed)) else { return };
         let space = &mut *lock(space);
         while let Some(slot) = self.slots.get(self.next.fetch_add(1, Ordering::Relaxed)) {
+            let _span = tracing::trace_span!("call").entered();
             let taken = std::mem::replace(&mut *lock(slot), Slot::Begun);
             if let Slot::Waiting(item) = taken {
                 let result = (self.work)(space, item);
