@@ -144,8 +144,8 @@ impl PlanRequest<'_> {
         let (tiles, edges) = (counts(|part| part.tiles.len()), counts(|part| part.edges.len()));
 
         let step = tracing::trace_span!("lattices").entered();
-        let shared = Arc::clone(&round);
-        let made = map(jobs, stretches(jobs, &tiles), move |rows| shared.lattices(rows));
+        let (shared, (rows, lists)) = (Arc::clone(&round), stretches(jobs, &tiles));
+        let made = map(jobs, lists, move |list| shared.lattices(&rows[list]));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
         let lattices = together(made, &tiles, |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
@@ -156,8 +156,8 @@ impl PlanRequest<'_> {
 
         let _step = tracing::trace_span!("tessellants").entered();
         let (shared, first, lattices) = (Arc::clone(&round), parts.start, Arc::new(lattices));
-        let beside = Arc::clone(&lattices);
-        let made = map(jobs, stretches(jobs, &edges), move |rows| shared.polylines(rows, |part| &beside[part - first]));
+        let (beside, (rows, lists)) = (Arc::clone(&lattices), stretches(jobs, &edges));
+        let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
         let lines = together(made, &edges, |part, edge, ()| {
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
@@ -202,27 +202,30 @@ type Stretch = (usize, Range<usize>);
 
 /// The tiles or edges of parts, in lists that become shorter, down to [`BLOCK`]: few lists, and threads that end at
 /// about the same time. Parts are cut between blocks. All in one list if there is one thread.
-fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> Vec<Vec<Stretch>> {
+///
+/// Returns the stretches, and where each list is among them.
+fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> (Vec<Stretch>, Vec<Range<usize>>) {
     /// Part of a thread's share of what is left that the next list is.
     const SHARE: usize = 2;
     let size = |left: usize| if jobs.width() == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * jobs.width())) };
     let mut left = counts.iter().map(|(_, count)| count).sum();
-    let (mut lists, mut list, mut room) = (Vec::new(), Vec::new(), size(left));
+    let (mut stretches, mut lists, mut room) = (Vec::new(), Vec::new(), size(left));
+    let mut first = 0;
     for &(part, count) in counts {
         let mut from = 0;
         while from < count {
             let to = count.min(from.saturating_add(room.div_ceil(BLOCK).saturating_mul(BLOCK)));
-            list.push((part, from..to));
+            stretches.push((part, from..to));
             (room, left) = (room.saturating_sub(to - from), left - (to - from));
             from = to;
             if room == 0 {
-                lists.push(std::mem::take(&mut list));
-                room = size(left);
+                lists.push(first..stretches.len());
+                (first, room) = (stretches.len(), size(left));
             }
         }
     }
-    lists.extend((!list.is_empty()).then_some(list));
-    lists
+    lists.extend((first < stretches.len()).then_some(first..stretches.len()));
+    (stretches, lists)
 }
 
 /// A plan for a list of stretches.
@@ -240,13 +243,17 @@ impl<T, K> Planned<T, K> {
     }
 
     /// Plans a stretch by `row`, which returns what limits made coarser, too. `None` once that does.
-    fn plan(&mut self, (part, rows): Stretch, mut row: impl FnMut(usize) -> Option<(Arc<T>, Option<K>)>) -> Option<()> {
+    fn plan(
+        &mut self,
+        (part, rows): &Stretch,
+        mut row: impl FnMut(usize) -> Option<(Arc<T>, Option<K>)>,
+    ) -> Option<()> {
         for from in rows.clone().step_by(BLOCK) {
             let mut block = Vec::with_capacity(BLOCK.min(rows.end - from));
             for k in from..rows.end.min(from + BLOCK) {
                 let (made, short) = row(k)?;
                 block.push(made);
-                self.short.extend(short.map(|short| (part, k, short)));
+                self.short.extend(short.map(|short| (*part, k, short)));
             }
             self.blocks.push(block);
         }
@@ -256,9 +263,9 @@ impl<T, K> Planned<T, K> {
 
 impl Round {
     /// The lattices of some tiles.
-    fn lattices(&self, stretches: Vec<Stretch>) -> Option<Planned<TileLattice, DensityMet>> {
+    fn lattices(&self, stretches: &[Stretch]) -> Option<Planned<TileLattice, DensityMet>> {
         let (mut need, mut lattices) = (BoxTolerances::default(), Lattices::default());
-        let mut planned = Planned::with_room(&stretches);
+        let mut planned = Planned::with_room(stretches);
         for stretch in stretches {
             let (asked, part) = (&self.wanted.asked[stretch.0], &self.wanted.parts[stretch.0]);
             planned.plan(stretch, |row| {
@@ -278,11 +285,11 @@ impl Round {
     /// The tessellants of some edges, beside the lattices of their parts.
     fn polylines<'a>(
         &self,
-        stretches: Vec<Stretch>,
+        stretches: &[Stretch],
         lattices: impl Fn(usize) -> &'a PlanRows<TileLattice>,
     ) -> Option<Planned<EdgePolyline, ()>> {
         let (mut need, mut tessellants) = (BoxTolerances::default(), Tessellants::default());
-        let mut planned = Planned::with_room(&stretches);
+        let mut planned = Planned::with_room(stretches);
         for stretch in stretches {
             let (asked, tiles) = (&self.wanted.asked[stretch.0], lattices(stretch.0));
             let edges = &self.wanted.parts[stretch.0].edges;
