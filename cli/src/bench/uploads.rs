@@ -8,9 +8,9 @@ use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
 
 /// Position relative to the part as three f32, and a packed normal.
-const BYTES_PER_VERTEX: u64 = 16;
+const BYTES_PER_VERTEX: usize = 16;
 /// Three u32.
-const BYTES_PER_TRIANGLE: u64 = 12;
+const BYTES_PER_TRIANGLE: usize = 12;
 
 /// Size of a batch, or of several.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,7 +55,8 @@ impl TileMemory for Staging {
 pub(super) struct Uploads {
     /// Index of each part's first tile among all tiles.
     starts: Vec<usize>,
-    held: Vec<Size>,
+    /// Triangles and bytes of each tile.
+    held: Vec<[u32; 2]>,
     /// Where workers write vertices, if they do.
     staging: Option<Arc<Staging>>,
     /// Batches sent in this frame.
@@ -71,7 +72,7 @@ impl Uploads {
         for part in &prepared.parts {
             starts.push(starts[starts.len() - 1] + part.tiles.len());
         }
-        let held = vec![Size::default(); starts[starts.len() - 1]];
+        let held = vec![[0; 2]; starts[starts.len() - 1]];
         Self { starts, held, staging: None, sent: Vec::new(), uploaded: 0 }
     }
 
@@ -89,10 +90,10 @@ impl Uploads {
         self.staging.iter().for_each(|staging| staging.next_frame());
     }
 
-    fn hold(&mut self, part: PartId, tile: TileId, size: Size) {
+    fn hold(&mut self, part: PartId, tile: TileId, [triangles, bytes]: [usize; 2]) {
         let row = self.tile(part, tile);
-        self.held[row] = size;
-        self.uploaded += size.bytes;
+        self.held[row] = [triangles as u32, bytes as u32];
+        self.uploaded += bytes as u64;
     }
 
     /// Number of tiles.
@@ -107,8 +108,8 @@ impl Uploads {
 
     /// Total size of all tiles after the last frame.
     pub(super) fn held(&self) -> Size {
-        let add = |a: Size, b: &Size| Size { triangles: a.triangles + b.triangles, bytes: a.bytes + b.bytes };
-        self.held.iter().fold(Size::default(), add)
+        let [triangles, bytes] = [0, 1].map(|k| self.held.iter().map(|tile| u64::from(tile[k])).sum());
+        Size { triangles, bytes }
     }
 }
 
@@ -118,7 +119,7 @@ impl MeshSink for Uploads {
     }
 
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.held.fill(Size::default());
+        self.held.fill([0; 2]);
         self.begin_changes(scene)
     }
 
@@ -127,17 +128,16 @@ impl MeshSink for Uploads {
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
-        let (vertices, triangles) = (batch.mesh.positions.len() as u64, batch.mesh.triangles.len() as u64);
+        let (vertices, triangles) = (batch.mesh.positions.len(), batch.mesh.triangles.len());
         let bytes = vertices * BYTES_PER_VERTEX + triangles * BYTES_PER_TRIANGLE;
-        self.hold(batch.part, batch.tile, Size { triangles, bytes });
+        self.hold(batch.part, batch.tile, [triangles, bytes]);
         self.sent.push((batch.part, batch.tile));
         Ok(())
     }
 
     fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
         for tile in tiles {
-            let bytes = (tile.vertex_bytes() + tile.index_bytes()) as u64;
-            self.hold(tile.part, tile.tile, Size { triangles: u64::from(tile.triangles), bytes });
+            self.hold(tile.part, tile.tile, [tile.triangles as usize, tile.vertex_bytes() + tile.index_bytes()]);
         }
         Ok(())
     }
@@ -151,6 +151,6 @@ impl MeshSink for Uploads {
     }
 
     fn abort(&mut self) {
-        self.held.fill(Size::default());
+        self.held.fill([0; 2]);
     }
 }
