@@ -6,6 +6,7 @@ mod common;
 
 use common::prepared;
 use std::collections::HashSet;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
 use std::thread::{self, ThreadId};
 use trimtess::control::{Alone, Job, Jobs, Priority, Threads};
@@ -79,6 +80,19 @@ impl Jobs for AtOnce {
         self.0.lock().unwrap().push(priority);
         job();
     }
+}
+
+/// A pool that panics once it is broken.
+#[derive(Default)]
+struct Breakable(AtomicBool);
+
+impl Jobs for Breakable {
+    fn width(&self) -> usize {
+        assert!(!self.0.load(Ordering::Relaxed), "the pool is broken");
+        1
+    }
+
+    fn spawn(&self, _: Priority, _: Job) {}
 }
 
 fn model() -> Arc<Prepared> {
@@ -219,4 +233,17 @@ fn a_session_on_a_pool_starts_no_thread() {
     // What the pool has not begun, the caller does.
     seen.remove(&thread::current().id());
     assert!(!seen.is_empty() && seen.is_subset(&own), "{seen:?} of {own:?}");
+}
+
+#[test]
+fn an_internal_error_is_told_once() {
+    let prepared = model();
+    let pool = Arc::<Breakable>::default();
+    let mut session =
+        Session::start_on(Arc::clone(&pool) as Arc<dyn Jobs>, Arc::clone(&prepared), &SessionOptions::DEFAULT);
+    session.begin(&views(&prepared)).unwrap();
+    pool.0.store(true, Ordering::Relaxed);
+    let told = session.add_instance(prepared.scene.instances[0].clone()).unwrap_err().to_string();
+    assert_eq!(told, "an internal error ended the session: the pool is broken");
+    assert_eq!(session.finish(&mut MemorySink::default()).unwrap_err().to_string(), told);
 }

@@ -7,6 +7,21 @@ use crate::model::{Colour, PartId};
 use crate::view::InvalidView;
 use std::fmt;
 
+/// An internal error ended the session. Holds the message of the panic.
+pub(super) struct Lost(pub(super) String);
+
+impl From<Lost> for FrameError {
+    fn from(Lost(why): Lost) -> Self {
+        Self::Lost { why }
+    }
+}
+
+impl From<Lost> for InstanceError {
+    fn from(Lost(why): Lost) -> Self {
+        Self::Lost { why }
+    }
+}
+
 /// Why a frame was not committed. If the sink was fed, [`MeshSink::abort`](crate::mesh::MeshSink::abort) was called.
 #[derive(Debug)]
 #[non_exhaustive]

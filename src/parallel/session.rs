@@ -4,7 +4,7 @@
 use super::commit::FrameReport;
 use super::edits::{Edits, check};
 use super::engine::{Degraded, Engine, FinishedFrame};
-use super::error::{AttributeError, FrameError, InstanceError};
+use super::error::{AttributeError, FrameError, InstanceError, Lost};
 use super::flight::Flight;
 use super::handoff::DegradedTile;
 use super::instances::{InstanceKey, Instances};
@@ -164,7 +164,8 @@ impl Session {
     /// # Errors
     /// After an internal error: the session is over.
     pub fn memory(&mut self) -> Result<SessionMemory, FrameError> {
-        self.wait().map(|(engine, _)| engine.memory())
+        let (engine, _) = self.wait()?;
+        Ok(engine.memory())
     }
 
     /// The scene of frames of views: the model's parts, then one more part for each further LOD, and the current
@@ -286,7 +287,7 @@ impl Session {
         not_rigid(&instance.transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
         self.cancel();
         let edited = self.edits.take(&self.scene, &self.rows);
-        let (engine, _) = self.wait().map_err(|error| InstanceError::Lost { why: error.to_string() })?;
+        let (engine, _) = self.wait()?;
         engine.apply(edited);
         let has_level = engine.add_instance(instance.clone());
         let (prepared, looks) = (Arc::clone(&engine.prepared), engine.placed.take_looks());
@@ -314,7 +315,7 @@ impl Session {
         let part = self.rows.part(row).ok_or_else(gone)?;
         self.cancel();
         let edited = self.edits.take(&self.scene, &self.rows);
-        let (engine, _) = self.wait().map_err(|error| InstanceError::Lost { why: error.to_string() })?;
+        let (engine, _) = self.wait()?;
         engine.apply(edited);
         let (looks, stated) = (engine.placed.take_looks(), engine.remove_instance(row));
         self.repaint(looks);
@@ -554,7 +555,7 @@ impl Session {
     }
 
     /// Waits for the engine. A frame that was cancelled while it was made is discarded.
-    fn wait(&mut self) -> Result<(&mut Engine, &mut Option<FinishedFrame>), FrameError> {
+    fn wait(&mut self) -> Result<(&mut Engine, &mut Option<FinishedFrame>), Lost> {
         if matches!(self.engine, EngineState::Busy(..))
             && let EngineState::Busy(flight, control) =
                 std::mem::replace(&mut self.engine, EngineState::Lost(String::new()))
@@ -566,8 +567,8 @@ impl Session {
         }
         match &mut self.engine {
             EngineState::Idle(engine, frame) => Ok((engine, frame)),
-            EngineState::Lost(why) => Err(FrameError::Lost { why: why.clone() }),
-            EngineState::Busy(..) => Err(FrameError::Lost { why: String::new() }),
+            EngineState::Lost(why) => Err(Lost(why.clone())),
+            EngineState::Busy(..) => Err(Lost(String::new())),
         }
     }
 
