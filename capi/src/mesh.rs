@@ -158,9 +158,8 @@ pub(crate) fn tolerance(
 
 /// The plan, unless limits make it coarser than they may.
 pub(crate) fn allowed(plan: Plan, coarsen: bool) -> Result<Arc<Plan>, Failure> {
-    let coarser = plan.shortfall.as_ref().filter(|short| !coarsen && short.by_limits());
-    let refused = coarser.map(|short| Failure::new(tt_status::TT_ERROR_LIMIT, short.to_string()));
-    refused.map_or(Ok(Arc::new(plan)), Err)
+    let plan = if coarsen { Ok(plan) } else { plan.require_full() };
+    plan.map(Arc::new).map_err(|short| Failure::new(tt_status::TT_ERROR_LIMIT, short.to_string()))
 }
 
 /// Tessellates a whole model within a tolerance. The mesh is the same for any number of threads, byte by byte.

@@ -71,10 +71,8 @@ pub(crate) fn draw(
             if aim.orthographic { aim.from.fit_orthographic(points, aspect) } else { aim.from.fit(points, aspect) };
         let (deviation_px, size_px) = (aim.deviation_px, aim.size_px);
         let view = View { camera, size: options.size, deviation_px, size_px, angle: View::ANGLE };
-        let plan = Arc::new(plan_for_view_within(prepared, &view, &limits));
-        if let Some(short) = plan.shortfall.as_ref().filter(|short| short.by_limits()) {
-            return Err(Failure::Limits(Box::new(short.clone())));
-        }
+        let plan = plan_for_view_within(prepared, &view, &limits).require_full();
+        let plan = Arc::new(plan.map_err(|short| Failure::Limits(Box::new(short)))?);
         let mut frame = MemorySink::default();
         tessellate(prepared, &plan, &session, control, &mut frame).map_err(Failure::Frame)?;
         renderer.render(&frame, &options.with_camera(Some(camera))).map_err(Failure::Render)

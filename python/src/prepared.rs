@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 use trimtess::control::Rayon;
-use trimtess::frame::{PlanLimits, PlannerOptions, Tolerance, plan_within};
+use trimtess::frame::{PlanLimits, PlannerOptions, Shortfall, Tolerance, plan_within};
 use trimtess::mesh::PackedFrame;
 use trimtess::parallel::{SessionOptions, coarse_points, tessellate_on};
 use trimtess::prepare::{self, Shells};
@@ -112,11 +112,9 @@ impl Prepared {
             .with_triangles_per_tile(max_tile_triangles.unwrap_or(limits.triangles_per_tile));
         let workers = workers.unwrap_or(0);
         let job = Job { py, stage: "tessellate", progress, workers };
-        let made = job.run(|control| {
-            let plan = Arc::new(plan_within(&self.prepared, &tolerance, &limits));
-            if let Some(short) = plan.shortfall.as_ref().filter(|short| short.by_limits() && !coarsen) {
-                return Err(short.clone());
-            }
+        let made = job.run(|control| -> Result<_, Shortfall> {
+            let plan = plan_within(&self.prepared, &tolerance, &limits);
+            let plan = Arc::new(if coarsen { plan } else { plan.require_full()? });
             let mut frame = PackedFrame::default();
             let made = tessellate_on(&Rayon, &self.prepared, &plan, true, control, &mut frame);
             Ok(made.map(|report| {

@@ -76,10 +76,8 @@ impl Mesh {
         control: &Control,
     ) -> Result<Self, JsError> {
         let tolerance = asked.resolve(diagonal)?;
-        let plan = plan_on(&Alone, prepared, &tolerance, limits);
-        if let Some(short) = plan.shortfall.as_ref().filter(|short| short.by_limits()) {
-            return Err(told(format!("{short}; use a larger tolerance")));
-        }
+        let plan = plan_on(&Alone, prepared, &tolerance, limits).require_full();
+        let plan = plan.map_err(|short| told(format!("{short}; use a larger tolerance")))?;
         let mut frame = PackedFrame::default();
         let report = tessellate_on(&Alone, prepared, &Arc::new(plan), true, control, &mut frame).map_err(told)?;
         let mut diagnostics = report.diagnostics(&frame, prepared).split_off(prepared.diagnostics.len());
