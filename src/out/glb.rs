@@ -34,19 +34,21 @@ const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
 /// Writes a frame as binary glTF. Each part is stored once and placed by nodes.
 ///
 /// An instance with its own colour gets its own mesh, which shares the part's data. Triangles whose rounded corners
-/// coincide are left out. Runs on the caller's thread.
+/// coincide are left out. Runs on the caller's thread. Returns what rounding to the format's numbers cost.
 ///
 /// # Errors
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](super::BeyondSingle); nothing is
 /// written then.
-pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
+pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<Rounding> {
     write_alone(&frame.into(), GlbOptions::PLAIN, file)
 }
 
 /// As [`write_glb`], with options.
-pub(super) fn write_alone(frame: &FrameView<'_>, options: GlbOptions, file: &mut impl Write) -> io::Result<()> {
+pub(super) fn write_alone(frame: &FrameView<'_>, options: GlbOptions, file: &mut impl Write) -> io::Result<Rounding> {
     let control = Control::default();
-    Glb::of(Call::new(&Alone, &control), frame, &[], (options, f64::INFINITY))?.0.write(file)
+    let (glb, mut roundings) = Glb::of(Call::new(&Alone, &control), frame, &[], (options, f64::INFINITY))?;
+    glb.write(file)?;
+    Ok(roundings.remove(0))
 }
 
 /// Batches and edge lines of a part.

@@ -6,14 +6,13 @@ use crate::model::is_owned;
 use crate::told;
 use js_sys::{Float32Array, Uint32Array};
 use serde::{Deserialize, Serialize};
-use std::fmt::Display;
 use std::sync::Arc;
 use trimtess::control::{Alone, Control};
 use trimtess::frame::{self, PlanLimits, plan_on};
 use trimtess::glam::DVec3;
 use trimtess::mesh::{PackedFrame, PartMesh};
 use trimtess::model::{self, PartId};
-use trimtess::out::{self, Format, GlbOptions, Rounding};
+use trimtess::out::{self, Rounding};
 use trimtess::parallel::tessellate_on;
 use trimtess::prepare::Prepared;
 use tsify::{Ts, Tsify};
@@ -177,9 +176,10 @@ impl Mesh {
     /// If the model is so far from the origin that the format's numbers would move a vertex by more than a tenth of the
     /// chord tolerance.
     pub fn glb(&self) -> Result<Vec<u8>, JsError> {
-        let rounding = Rounding::of(&self.frame, Format::Glb(GlbOptions::PLAIN), f64::INFINITY).map_err(told)?;
+        let mut bytes = Vec::new();
+        let rounding = out::write_glb(&self.frame, &mut bytes).map_err(told)?;
         rounding.within(self.rounding).map_err(told)?;
-        file(|bytes| out::write_glb(&self.frame, bytes))
+        Ok(bytes)
     }
 
     /// The mesh as PLY, in double precision, all instances in their places.
@@ -187,15 +187,10 @@ impl Mesh {
     /// # Errors
     /// If memory does not suffice.
     pub fn ply(&self) -> Result<Vec<u8>, JsError> {
-        file(|bytes| out::write_ply(&self.frame, bytes))
+        let mut bytes = Vec::new();
+        out::write_ply(&self.frame, &mut bytes).map_err(told)?;
+        Ok(bytes)
     }
-}
-
-/// What `write` writes.
-fn file<E: Display>(write: impl FnOnce(&mut Vec<u8>) -> Result<(), E>) -> Result<Vec<u8>, JsError> {
-    let mut bytes = Vec::new();
-    write(&mut bytes).map_err(told)?;
-    Ok(bytes)
 }
 
 /// Positions in single precision, relative to the centre of their part.
