@@ -4,7 +4,7 @@ mod out_fixture;
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use out_fixture::{box_batches, box_frame};
-use trimtess::mesh::{Batch, Cause, EdgeLine, MeshFacts, MeshStats, TileMesh, check_part, check_scene};
+use trimtess::mesh::{Batch, Cause, EdgeLine, MeshFacts, TileMesh, check_part, check_scene};
 use trimtess::model::{EdgeId, FaceId, PartId, TileId};
 
 fn cube() -> Vec<Batch> {
@@ -188,16 +188,6 @@ fn without_polylines_of_edges_every_unbalanced_edge_is_a_defect() {
     frame.edge_lines.clear();
     assert_eq!(check_scene(&frame).total.defects, 4);
     assert_eq!(check_part(&frame.batches).defects, 4);
-}
-
-#[test]
-fn thinness_is_height_over_edge() {
-    let h = 0.75_f64.sqrt();
-    let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.5, h, 0.0], [0.5, -0.001, 0.0]];
-    let stats = MeshStats::of([&mesh(&points, &[[0, 1, 2], [0, 3, 1]])]);
-    assert_eq!((stats.triangles, stats.vertices, stats.slivers), (2, 4, 1));
-    assert!((stats.min_thinness - 0.001).abs() < 1e-12);
-    assert!((stats.mean_thinness - (h + 0.001) / 2.0).abs() < 1e-12);
 }
 
 /// A torus grid of 2 million triangles in one part. Prints how long the check takes.

@@ -43,6 +43,3 @@ pub use cause::Cause;
 
 mod check;
 pub use check::{BadEdge, MeshFacts, SceneFacts, check_part, check_scene};
-
-mod stats;
-pub use stats::MeshStats;
