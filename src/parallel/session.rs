@@ -122,7 +122,7 @@ impl Session {
         let (prepared, levels) = Levels::of(&model, options.levels);
         let engine = Engine::new(Arc::clone(&prepared), levels, Arc::clone(&jobs), options);
         let scene = prepared.scene.clone();
-        let rows = Instances::of(scene.instances.iter().map(|instance| instance.part));
+        let rows = Instances::of(scene.instances.len());
         let edits = Edits::of(&scene, &rows, BTreeMap::new());
         let workers = engine.workers();
         Self {
@@ -205,7 +205,7 @@ impl Session {
     /// of range.
     #[must_use]
     pub fn part_of(&self, row: usize) -> Option<PartId> {
-        self.rows.part(row)
+        self.scene.instances.get(row).map(|instance| self.of_model(instance.part))
     }
 
     /// The key of the instance in this row of [`scene`](Self::scene). `None` if out of range.
@@ -265,7 +265,7 @@ impl Session {
         self.prepared = Arc::clone(&engine.prepared);
         self.model = prepared;
         self.scene = self.prepared.scene.clone();
-        self.rows.update(self.scene.instances.iter().map(|instance| instance.part));
+        self.rows.update(self.scene.instances.len());
         self.edits = Edits::of(&self.scene, &self.rows, parts);
         self.repaint(looks);
         Ok(())
@@ -295,7 +295,7 @@ impl Session {
             self.scene.parts.extend(prepared.scene.parts.last().cloned());
             self.prepared = prepared;
         }
-        let key = self.rows.push(instance.part);
+        let key = self.rows.push();
         self.edits.add(key, instance.visible);
         self.scene.instances.push(instance);
         self.repaint(looks);
@@ -310,9 +310,7 @@ impl Session {
     /// # Errors
     /// When it was removed before, or an internal error ended the session.
     pub fn remove_instance(&mut self, key: InstanceKey) -> Result<SceneInstance, InstanceError> {
-        let gone = || InstanceError::NoInstance { key };
-        let row = self.rows.row(key).ok_or_else(gone)?;
-        let part = self.rows.part(row).ok_or_else(gone)?;
+        let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
         self.cancel();
         let edited = self.edits.take(&self.scene, &self.rows);
         let (engine, _) = self.wait()?;
@@ -323,7 +321,7 @@ impl Session {
         let visible = self.edits.remove(key).visible;
         let gone = self.scene.instances.remove(row);
         self.number_faces();
-        Ok(SceneInstance { part, visible, colour: stated.colour, ..gone })
+        Ok(SceneInstance { part: self.of_model(gone.part), visible, colour: stated.colour, ..gone })
     }
 
     /// Moves an instance from the next frame of views on.
@@ -385,6 +383,11 @@ impl Session {
     pub fn instance_attributes(&self, key: InstanceKey) -> Result<Attributes, AttributeError> {
         let known = self.rows.row(key).is_some();
         if known { Ok(self.edits.instance(key)) } else { Err(AttributeError::NoInstance { key }) }
+    }
+
+    /// The model's part of a part of the scene, which may be one of its LODs.
+    fn of_model(&self, part: PartId) -> PartId {
+        self.scene.parts[part.index()].mesh_of.unwrap_or(part)
     }
 
     fn repaint(&mut self, looks: Vec<(usize, InstanceLook)>) {

@@ -99,12 +99,6 @@ impl Levels {
         (prepared, from)
     }
 
-    /// The model's part of an instance, whatever its current LOD. `None` if out of range.
-    #[must_use]
-    pub fn part_of(&self, instance: usize) -> Option<PartId> {
-        self.instances.get(instance).map(|(part, _)| *part)
-    }
-
     /// Appends an instance of `part`, and an LOD of it if its instances can use one more: returns `prepared` with that
     /// LOD after all other parts.
     pub fn push(&mut self, prepared: &Prepared, part: PartId) -> Option<Arc<Prepared>> {
