@@ -122,7 +122,7 @@ pub(super) fn commit(
     for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
-        report.batches += delivery.sent;
+        report.batches += delivery.made.len() - delivery.bare.len();
         report.workers.push(delivery.metrics);
         report.degraded.append(&mut delivery.degraded);
         report.lost_lines.append(&mut delivery.lost_lines);

@@ -63,13 +63,11 @@ pub(super) type Deliveries = Vec<Box<Delivery>>;
 pub(super) struct Delivery {
     /// The tiles of the hand, ascending by (part, tile).
     pub(super) made: Vec<MadeTile>,
-    /// How many of them have triangles.
-    pub(super) sent: usize,
-    /// The faces of the others.
+    /// The faces of the tiles without triangles.
     pub(super) bare: Vec<(PartId, FaceId)>,
-    /// The batch of each of them.
+    /// The batch of each tile; empty with a writer.
     pub(super) batches: Vec<Batch>,
-    /// The room of each instead, if they are in the sink's memory.
+    /// The room of each tile, with a writer.
     pub(super) written: Rooms,
     /// The tile that could not be written. The worker stopped there.
     pub(super) refused: Option<(PartId, TileId, NotWritten)>,

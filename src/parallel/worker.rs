@@ -102,12 +102,10 @@ impl<S: Stages> Worker<'_, S> {
                 }
             }
             let mesh = take(&mut delivery, part, tile, outcome);
-            let bytes = delivery.written.last_bytes().filter(|_| writer.is_some()).unwrap_or_else(|| mesh.bytes());
+            let bytes = delivery.written.last_bytes().unwrap_or_else(|| mesh.bytes());
             let bytes = bytes.try_into().unwrap_or(u32::MAX);
             delivery.made.push(MadeTile { part, tile, triangles, bytes });
-            if triangles > 0 {
-                delivery.sent += 1;
-            } else {
+            if triangles == 0 {
                 delivery.bare.push((part, face));
             }
             if writer.is_none() {
