@@ -6,7 +6,7 @@ use super::glb::Glb;
 use super::glb_levels::GlbLevel;
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
-use super::pending::{Outputs, PendingFile};
+use super::pending::{Outputs, PendingFile, cannot_write};
 use super::rounding::Rounding;
 use super::{Format, UnknownFormat};
 #[cfg(feature = "glb")]
@@ -50,15 +50,15 @@ pub fn save_pending<'a>(
     most: f64,
     outputs: &mut Outputs,
 ) -> Result<(Rounding, PathBuf), SinkError> {
-    let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
+    let fail = |cause| cannot_write(path, cause);
     let frame = frame.into();
     #[cfg(feature = "glb")]
     if let Format::Glb(options) = format {
         let (mut roundings, temporary) = save_glb(&frame, &[], path, (options, most), outputs)?;
         return Ok((roundings.remove(0), temporary));
     }
-    let rounding = Rounding::of(&frame, format, most).map_err(|beyond| context(beyond.into()))?;
-    rounding.within(most).map_err(|too_far| context(too_far.into()))?;
+    let rounding = Rounding::of(&frame, format, most).map_err(|beyond| fail(beyond.into()))?;
+    rounding.within(most).map_err(|too_far| fail(too_far.into()))?;
     let temporary = outputs.write(path, |mut file| format.write(&frame, &mut file))?;
     Ok((rounding, temporary))
 }
@@ -80,10 +80,10 @@ pub fn save_levels<'a>(
     (options, most): (GlbOptions, f64),
     outputs: &mut Outputs,
 ) -> Result<(Vec<Rounding>, PathBuf), SinkError> {
-    let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
+    let fail = |cause| cannot_write(path, cause);
     let frame = frame.into();
     super::glb_levels::check(frame.scene, chord, coarser)
-        .map_err(|unfit| context(std::io::Error::new(std::io::ErrorKind::InvalidInput, unfit)))?;
+        .map_err(|unfit| fail(std::io::Error::new(std::io::ErrorKind::InvalidInput, unfit)))?;
     save_glb(&frame, coarser, path, (options, most), outputs)
 }
 
@@ -96,11 +96,11 @@ fn save_glb(
     with: (GlbOptions, f64),
     outputs: &mut Outputs,
 ) -> Result<(Vec<Rounding>, PathBuf), SinkError> {
-    let context = |cause| SinkError { context: format!("cannot write {}", path.display()), cause };
+    let fail = |cause| cannot_write(path, cause);
     let control = Control::default();
-    let (glb, roundings) = Glb::of(Call::new(&Rayon, &control), frame, coarser, with).map_err(context)?;
+    let (glb, roundings) = Glb::of(Call::new(&Rayon, &control), frame, coarser, with).map_err(fail)?;
     for rounding in &roundings {
-        rounding.within(with.1).map_err(|too_far| context(too_far.into()))?;
+        rounding.within(with.1).map_err(|too_far| fail(too_far.into()))?;
     }
     let temporary = outputs.write(path, |mut file| glb.write(&mut file))?;
     Ok((roundings, temporary))

@@ -80,6 +80,10 @@ pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result
     PendingFile::create(path)?.publish(|file| write(file))
 }
 
+pub(super) fn cannot_write(path: &Path, cause: io::Error) -> SinkError {
+    SinkError { context: format!("cannot write {}", path.display()), cause }
+}
+
 /// Files that appear together or not at all. Dropped before [`Outputs::publish`], they leave nothing.
 ///
 /// Devices and pipes are written in place, at once.
@@ -120,7 +124,7 @@ impl Outputs {
             let previous = if files.len() > 1 { Previous::of(&file.path) } else { Previous::Unknown };
             if let Err(cause) = fs::rename(temporary, &file.path) {
                 previous.forget();
-                failed = Some(SinkError { context: format!("cannot write {}", file.path.display()), cause });
+                failed = Some(cannot_write(&file.path, cause));
                 break;
             }
             known.retain(|path| path != temporary);
@@ -241,7 +245,7 @@ impl PendingFile {
         let result = write(&mut writer).and_then(|()| writer.flush());
         // Some systems cannot rename open files.
         drop(writer);
-        result.map_err(|cause| SinkError { context: format!("cannot write {}", self.path.display()), cause })
+        result.map_err(|cause| cannot_write(&self.path, cause))
     }
 
     /// Runs `write` on the file, then renames it to its final path, replacing any file there.
