@@ -15,7 +15,7 @@ use super::single::single;
 use crate::mesh::FrameView;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
-use std::io::{self, Read as _};
+use std::io;
 use std::path::Path;
 
 /// What a written file holds, compared with the frame.
@@ -54,8 +54,7 @@ pub fn read_back_level<'a>(
 }
 
 fn read(frame: &FrameView<'_>, path: &Path, format: Format, (level, most): (usize, f64)) -> io::Result<ReadBack> {
-    let mut bytes = Vec::new();
-    std::fs::File::open(path)?.read_to_end(&mut bytes)?;
+    let bytes = std::fs::read(path)?;
     #[cfg(feature = "glb")]
     let glb = |options, numbers| read_glb(frame, &bytes, (level, numbers), (options, most));
     #[cfg(not(feature = "glb"))]

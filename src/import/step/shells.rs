@@ -98,17 +98,14 @@ impl<'a> Gather<'a> {
                     self.shell(void, ShellKind::Void, colour, units, into)?;
                 }
             }
-        } else if item.is("SHELL_BASED_SURFACE_MODEL") || item.is("FACE_BASED_SURFACE_MODEL") {
+        } else if let Some(model) =
+            ["SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"].into_iter().find(|name| item.is(name))
+        {
             if !self.take(item.id, into) {
                 return Ok(());
             }
             // Both list their shells or face sets after the name.
-            let name = if item.is("SHELL_BASED_SURFACE_MODEL") {
-                "SHELL_BASED_SURFACE_MODEL"
-            } else {
-                "FACE_BASED_SURFACE_MODEL"
-            };
-            for shell in item.fields(name, 1).links(0)? {
+            for shell in item.fields(model, 1).links(0)? {
                 self.shell(shell, ShellKind::Open, colour, units, into)?;
             }
         } else if is_shell(item) {

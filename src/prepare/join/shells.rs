@@ -1,7 +1,7 @@
 //! Shells -> the sums of their loops on each edge: which shells are closed.
 
 use crate::model::{Face, Loop, Part, ShellKind};
-use crate::prepare::regions::boundary::boundary;
+use crate::prepare::regions::boundary::{boundary, sign};
 use crate::prepare::sew::uses::{EdgeInUse, uses};
 use crate::prepare::trims::free_faces::FreeFaces;
 use std::collections::{BTreeSet, HashSet};
@@ -72,8 +72,7 @@ fn unbalanced(part: &Part) -> Vec<(u32, usize)> {
     let mut wires = 0;
     for face in &part.faces {
         for wire in boundary(face, None) {
-            let row =
-                |(edge, reversed)| Row { shell: face.shell, edge, wire: wires, sign: if reversed { -1 } else { 1 } };
+            let row = |(edge, reversed)| Row { shell: face.shell, edge, wire: wires, sign: sign(reversed) };
             rows.extend(wire.into_iter().map(row));
             wires += 1;
         }
