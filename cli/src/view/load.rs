@@ -51,6 +51,7 @@ impl Loader {
     /// Starts loading a file on another thread.
     pub(super) fn start(&self, input: Input, session: &SessionOptions) -> Loading {
         let (sender, result) = channel();
+        let refused = sender.clone();
         let (loader, session, name) = (self.clone(), session.clone(), input.name());
         let work = move || {
             // A separate pool: the window's thread is a worker of the global one.
@@ -62,8 +63,10 @@ impl Loader {
             // Fails if the window was closed meanwhile.
             let _ = sender.send(loaded);
         };
-        // If the thread cannot be started, the channel closes, as after a panic.
-        let _ = thread::Builder::new().name("trimtess-load".into()).spawn(work);
+        if let Err(error) = thread::Builder::new().name("trimtess-load".into()).spawn(work) {
+            // Cannot fail: the receiver is here.
+            let _ = refused.send(Err(format!("cannot start a thread: {error}")));
+        }
         Loading { name, since: Instant::now(), result }
     }
 }
