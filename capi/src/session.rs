@@ -251,8 +251,9 @@ pub unsafe extern "C" fn tt_session_get_info(session: tt_session, info: *mut tt_
     })
 }
 
-/// Describes an instance, with the level of detail, the colour and `hidden` of the last frame that was begun, or of the
-/// last call since then that added or removed an instance or updated the model. `instance` need not be set before.
+/// Describes an instance, with the level of detail, the colour and `hidden` of the last frame that a call has waited for,
+/// cancelled or not, or of the last call since then that added or removed an instance or updated the model. `instance`
+/// need not be set before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_get_instance(
     session: tt_session,

@@ -9,7 +9,7 @@ pub type Job = Box<dyn FnOnce() + Send>;
 /// Reading and preparing are loops ([`for_each`](Self::for_each)), frames are jobs ([`spawn`](Self::spawn)). Results
 /// never depend on the number of threads, nor on when and in which order they do what.
 ///
-/// A job waits at most for one that runs on another thread, and runs no other job meanwhile. So a pool of one thread
+/// A job waits only for work that another thread has begun, and runs no other job meanwhile. So a pool of one thread
 /// suffices, and pools may run jobs while a job or a loop of the caller's waits.
 ///
 /// ```

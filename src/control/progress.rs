@@ -112,8 +112,7 @@ impl Counter {
 
     /// Counts one more.
     ///
-    /// A lock would be held while the observer runs: whoever works in there, on a pool that has this thread join in,
-    /// would wait for itself. So a thread that finds another one telling leaves its number to it.
+    /// No lock: the observer may itself do work that this thread joins, and would then wait for itself. So a thread that finds another one telling leaves its number to it.
     pub(crate) fn advance(&self) {
         let Some(observer) = &self.control.0.observer else { return };
         self.done.fetch_add(1, Ordering::SeqCst);

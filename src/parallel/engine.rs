@@ -81,7 +81,7 @@ pub(super) struct Engine {
     rows: Rows,
     /// Made with the first frame of views.
     live: Option<Live>,
-    /// Whether the sink shows the last frame of views that was made, and another one of these views would be the same.
+    /// Whether the sink has the last frame, and the same views would change nothing.
     rests: bool,
     /// Number of the next frame.
     next: u64,

@@ -18,7 +18,7 @@ pub struct SessionOptions {
     pub edge_lines: bool,
     /// Options of the planner, for frames of views.
     pub planner: PlannerOptions,
-    /// Maximum number of LODs per instanced part in frames of views (`Levels`). 0 is treated as 1.
+    /// Maximum number of LODs per instanced part in frames of views. 0 is treated as 1.
     pub levels: usize,
     /// Bytes of tiles that a sink of frames of views may hold, as they were sent; `None` = no limit. Beyond it, tiles that
     /// no view draws are evicted, those first that were not drawn for longest. Tiles that are drawn stay. Those of a

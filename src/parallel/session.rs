@@ -169,8 +169,8 @@ impl Session {
     }
 
     /// The scene of frames of views: the model's parts, then one more part for each further LOD, and the current
-    /// instances. Each instance has the LOD, the colour and the visibility of the last frame that was begun, or of
-    /// the last call since then that added or removed an instance or updated the model.
+    /// instances. Each instance has the LOD, the colour and the visibility of the last frame that a call has waited
+    /// for, cancelled or not, or of the last call since then that added or removed an instance or updated the model.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
