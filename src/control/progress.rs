@@ -112,7 +112,8 @@ impl Counter {
 
     /// Counts one more.
     ///
-    /// No lock: the observer may itself do work that this thread joins, and would then wait for itself. So a thread that finds another one telling leaves its number to it.
+    /// No lock: the observer may itself do work that this thread joins, and would then wait for itself. So a thread that
+    /// finds another one telling leaves its number to it.
     pub(crate) fn advance(&self) {
         let Some(observer) = &self.control.0.observer else { return };
         self.done.fetch_add(1, Ordering::SeqCst);

@@ -80,6 +80,7 @@ pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result
     PendingFile::create(path)?.publish(|file| write(file))
 }
 
+/// The error of a file that could not be written.
 pub(super) fn cannot_write(path: &Path, cause: io::Error) -> SinkError {
     SinkError { context: format!("cannot write {}", path.display()), cause }
 }
