@@ -93,8 +93,11 @@ impl PartTolerance {
     }
 
     /// A tolerance that is at most that of any tile or edge with some of these boxes. `None` unless all of them are
-    /// certainly in the picture of each camera.
+    /// certainly in the picture of each camera, and without cameras.
     pub(crate) fn strictest<'a>(&self, places: impl Iterator<Item = &'a BoundingBox>) -> Option<Tolerance> {
+        if self.seen.is_empty() {
+            return None;
+        }
         let whole = places.fold(BoundingBox::EMPTY, |all, place| all.with(place));
         let scales = self.seen.iter().map(|camera| camera.look_within(&whole));
         let most = scales.reduce(|a, b| Some(a?.max(b?)))??.most;
