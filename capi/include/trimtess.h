@@ -1173,7 +1173,9 @@ tt_status tt_session_get_info(tt_session session, tt_session_info *info);
 // Describes an instance, with the level of detail, the colour and `hidden` of the last frame that a call has waited for,
 // cancelled or not, or of the last call since then that added or removed an instance or updated the model. `instance`
 // need not be set before.
-tt_status tt_session_get_instance(tt_session session, uint32_t index, tt_instance *instance);
+tt_status tt_session_get_instance(tt_session session,
+                                  uint32_t index,
+                                  tt_instance *instance);
 
 // The key of an instance, which stays the same when other instances come and go. Keys of removed instances are not
 // given again.
