@@ -5,7 +5,7 @@ use super::lattice::{DensityMet, LatticeRequest, Lattices, places};
 use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, PartPlan, Plan, TileLattice};
 use super::rows::{BLOCK, PlanRows};
-use super::tessellants::{Tessellants, bare};
+use super::tessellants::{Tessellants, bare, bare_within};
 use crate::control::{Jobs, Rayon, map};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, PartTolerance};
 use crate::frame::tolerance::object_tolerance::Tolerance;
@@ -144,7 +144,8 @@ impl PlanRequest<'_> {
         let (tiles, edges) = (counts(|part| part.tiles.len()), counts(|part| part.edges.len()));
 
         let step = tracing::trace_span!("lattices").entered();
-        let (shared, (rows, lists)) = (Arc::clone(&round), stretches(jobs, &tiles));
+        let shared = Arc::clone(&round);
+        let (rows, lists) = stretches(jobs, &tiles);
         let made = map(jobs, lists, move |list| shared.lattices(&rows[list]));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
         let lattices = together(made, &tiles, |part, tile, kept: DensityMet| {
@@ -156,7 +157,8 @@ impl PlanRequest<'_> {
 
         let _step = tracing::trace_span!("tessellants").entered();
         let (shared, first, lattices) = (Arc::clone(&round), parts.start, Arc::new(lattices));
-        let (beside, (rows, lists)) = (Arc::clone(&lattices), stretches(jobs, &edges));
+        let beside = Arc::clone(&lattices);
+        let (rows, lists) = stretches(jobs, &edges);
         let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
         let lines = together(made, &edges, |part, edge, ()| {
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
@@ -302,8 +304,7 @@ impl Round {
                     strictest = asked.strictest(block.flat_map(|edge| edge.bounds.places()));
                 }
                 let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
-                let bare =
-                    bare.or_else(|| tessellants.one_segment_within(edge, tiles, strictest.as_ref()?, self.density));
+                let bare = bare.or_else(|| bare_within(edge, tiles, strictest.as_ref()?, self.density));
                 let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
                     asked.over(edge.bounds.places(), &mut need);
                     tessellants.polyline(edge, tiles, &need, self.density, None)

@@ -11,7 +11,6 @@ use crate::prepare::internals::EdgeImage;
 use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
 use smallvec::SmallVec;
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
 
 /// Maximum number of segments of one edge, over all its breaks. Only a curve whose speed varies by many decades would
 /// need more, and that is noise.
@@ -30,8 +29,6 @@ pub(crate) struct Tessellants {
     least: Vec<f64>,
     wanted: Vec<f64>,
     ts: Vec<f64>,
-    /// The lattice beside the last edge, and its narrowest gaps in u and in v: most edges of a tile follow each other.
-    beside: Option<(Arc<TileLattice>, [f64; 2])>,
 }
 
 /// The breaks alone, for a straight edge whose tiles have one cell each: they meet any chord and angle tolerance.
@@ -78,11 +75,8 @@ impl Tessellants {
         before: Option<&dyn FollowLines>,
     ) -> (EdgePolyline, bool) {
         let own = OwnDensity::of(edge, &need.tolerance, factor);
-        if edge.uses.is_empty() {
+        if edge.uses.is_empty() || before.is_none() && one_is_enough(edge, &own, tiles) {
             return (breaks_alone(edge), true);
-        }
-        if let Some(line) = before.is_none().then(|| self.one_segment(edge, &own, tiles)).flatten() {
-            return (line, true);
         }
         let mut shares = std::mem::take(&mut self.shares);
         let mut reach = usize::from(!need.is_even());
@@ -98,66 +92,6 @@ impl Tessellants {
         };
         self.shares = shares;
         made
-    }
-
-    /// One segment, if it certainly meets this tolerance, with its density times `factor`, all along the edge. Then
-    /// [`polyline`](Self::polyline) makes it at any larger tolerance.
-    pub(crate) fn one_segment_within(
-        &mut self,
-        edge: &PreparedEdge,
-        tiles: &PlanRows<TileLattice>,
-        tolerance: &Tolerance,
-        factor: f64,
-    ) -> Option<EdgePolyline> {
-        if edge.uses.is_empty() {
-            None
-        } else {
-            self.one_segment(edge, &OwnDensity::of(edge, tolerance, factor), tiles)
-        }
-    }
-
-    /// One segment, if it certainly meets all densities, up to the rounding of [`EdgeImage::rates`]. `None` says nothing:
-    /// each cell counts as the narrowest of its lattice.
-    fn one_segment(
-        &mut self,
-        edge: &PreparedEdge,
-        own: &OwnDensity<'_>,
-        tiles: &PlanRows<TileLattice>,
-    ) -> Option<EdgePolyline> {
-        let [start, end] = &edge.breaks[..] else { return None };
-        let length = end.t - start.t;
-        let is_enough = !is_closed(edge)
-            && own.allows(length)
-            && edge.uses.iter().enumerate().all(|(k, place)| {
-                let lattice = &tiles[place.tile.0 as usize];
-                if lattice.us.len() == 2 && lattice.vs.len() == 2 {
-                    return true;
-                }
-                let most = edge.images.image(k).rates.iter().fold([0.0_f32; 2], |most, rate| {
-                    [0, 1].map(|axis| if rate[axis] <= most[axis] { most[axis] } else { rate[axis] })
-                });
-                let shares = most.map(|rate| f64::from(rate) * length);
-                // The narrowest cell is no wider than the mean.
-                shares[0] * (lattice.us.len() - 1) as f64 <= 1.0
-                    && shares[1] * (lattice.vs.len() - 1) as f64 <= 1.0
-                    && {
-                        let narrowest = self.narrowest(lattice);
-                        shares[0] <= narrowest[0] && shares[1] <= narrowest[1]
-                    }
-            });
-        is_enough.then(|| EdgePolyline { ts: [start.t, end.t].into(), breaks: SmallVec::from_slice(&[0, 1]) })
-    }
-
-    /// The narrowest gaps of a lattice in u and in v.
-    fn narrowest(&mut self, lattice: &Arc<TileLattice>) -> [f64; 2] {
-        match &self.beside {
-            Some((of, gaps)) if Arc::ptr_eq(of, lattice) => *gaps,
-            _ => {
-                let gaps = [narrowest(&lattice.us), narrowest(&lattice.vs)];
-                self.beside = Some((Arc::clone(lattice), gaps));
-                gaps
-            }
-        }
     }
 
     /// Tessellants at `shares[k]` of the tolerance in strip k; without shares, at all of it.
@@ -268,6 +202,41 @@ impl<'a> OwnDensity<'a> {
                 && first * self.per_first * length <= 1.0
         })
     }
+}
+
+/// The breaks alone, if one segment certainly meets this tolerance, with its density times `factor`, all along the edge.
+/// [`Tessellants::polyline`] makes the same at any larger tolerance.
+pub(crate) fn bare_within(
+    edge: &PreparedEdge,
+    tiles: &PlanRows<TileLattice>,
+    tolerance: &Tolerance,
+    factor: f64,
+) -> Option<EdgePolyline> {
+    one_is_enough(edge, &OwnDensity::of(edge, tolerance, factor), tiles).then(|| breaks_alone(edge))
+}
+
+/// Whether one segment certainly meets all densities, up to the rounding of [`EdgeImage::rates`]. `false` says nothing:
+/// each cell counts as the narrowest of its lattice.
+fn one_is_enough(edge: &PreparedEdge, own: &OwnDensity<'_>, tiles: &PlanRows<TileLattice>) -> bool {
+    let [start, end] = &edge.breaks[..] else { return false };
+    let length = end.t - start.t;
+    !is_closed(edge)
+        && own.allows(length)
+        && edge.uses.iter().enumerate().all(|(k, place)| {
+            let TileLattice { us, vs, .. } = &*tiles[place.tile.0 as usize];
+            if us.len() == 2 && vs.len() == 2 {
+                return true;
+            }
+            let most = edge.images.image(k).rates.iter().fold([0.0_f32; 2], |most, rate| {
+                [0, 1].map(|axis| if rate[axis] <= most[axis] { most[axis] } else { rate[axis] })
+            });
+            let fits = |axis: usize, lines: &[f64]| {
+                let share = f64::from(most[axis]) * length;
+                // The narrowest cell is no wider than the mean.
+                share * (lines.len() - 1) as f64 <= 1.0 && share <= narrowest(lines)
+            };
+            fits(0, us) && fits(1, vs)
+        })
 }
 
 /// The narrowest gap, as a share of the way from the first line to the last.
@@ -393,8 +362,7 @@ mod tests {
                     for (edge, factor) in edges.flat_map(|edge| [0.01, 1.0, 3.0].map(|factor| (edge, factor))) {
                         let own = OwnDensity::of(edge, &tolerance, factor);
                         let made = Tessellants::default().spread(edge, tiles, &own, &[], None);
-                        if let Some(line) = Tessellants::default().one_segment(edge, &own, tiles) {
-                            assert_eq!(line, breaks_alone(edge), "{tolerance:?}, {factor}");
+                        if one_is_enough(edge, &own, tiles) {
                             assert_eq!(made, (breaks_alone(edge), true), "{tolerance:?}, {factor}");
                             one += usize::from(!edge.straight);
                         } else {
