@@ -8,9 +8,10 @@ use std::slice::Iter;
 /// Receives frames of triangles.
 ///
 /// Call order: `begin`, `begin_changes` or `begin_update`, `batch`*, `edge_line`*, `drawn`, then `end` or `abort`, all
-/// on the render thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers. A
-/// session that [writes into the sink's memory](crate::parallel::Session::write_into) calls `written` instead of
-/// `batch`, each time for tiles that follow each other.
+/// on the render thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers.
+///
+/// A session that [writes into the sink's memory](crate::parallel::Session::write_into) calls `written` instead of
+/// `batch`: first for all tiles that are gone, then for each worker that made some. No tile comes twice in a frame.
 ///
 /// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {
@@ -65,8 +66,8 @@ pub trait MeshSink: Send {
     /// When the sink cannot take the batch; `abort` follows.
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError>;
 
-    /// Receives tiles that are in its memory already, instead of [`batch`](Self::batch)es: at least one. One without
-    /// triangles removes the tile, if there is one. The room of each tile that the sink takes from `tiles` is the
+    /// Receives tiles that are in its memory already, instead of [`batch`](Self::batch)es: at least one, ascending by
+    /// (part, tile). One without triangles removes the tile, if there is one. The room of each tile that the sink takes from `tiles` is the
     /// sink's, also if it then refuses. The room of those that it leaves there is given back.
     ///
     /// # Errors

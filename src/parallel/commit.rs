@@ -1,4 +1,5 @@
-//! Deliveries of all workers -> one frame in the sink, in (part, tile) order for any number of workers.
+//! Deliveries of all workers -> one frame in the sink: batches in (part, tile) order for any number of workers, tiles in
+//! its own memory by worker.
 
 use super::error::FrameError;
 use super::handoff::{DegradedTile, Deliveries, Delivery, FaceFill, FaceRung, LostLine, MadeTile};
@@ -95,18 +96,18 @@ pub(super) struct Rows {
     /// Instead of batches.
     written: Vec<Vec<WrittenTile>>,
     lines: Vec<EdgeLine>,
-    /// The tiles that were made, by delivery.
-    pub(super) made: Vec<Vec<MadeTile>>,
+    /// The tiles of batches, by delivery.
+    made: Vec<Vec<MadeTile>>,
     /// Tiles that the sink took, of those that were written.
     taken: usize,
     rungs: Vec<FaceRung>,
     fills: Vec<(TileId, FaceFill)>,
 }
 
-/// Feeds a complete frame to the sink: `begin`, tiles by (part, tile), edge lines by (part, edge), the drawn tiles,
-/// `end`; `abort` after the first refusal, or when cancelled. Leaves the frame's tiles in `rows`.
+/// Feeds a complete frame to the sink: `begin`, tiles, edge lines by (part, edge), the drawn tiles, `end`; `abort` after
+/// the first refusal, or when cancelled. Leaves the frame's tiles in `rows`.
 ///
-/// `seats`: where the tiles are, ascending. `writer`: where the tiles were written, if they were.
+/// `seats`: where batches are, ascending. `writer`: where the tiles were written, if they were.
 pub(super) fn commit(
     (deliveries, seats): (Deliveries, &[Seat]),
     (scene, writer): (&Scene, Option<&Writer>),
@@ -122,7 +123,7 @@ pub(super) fn commit(
     for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
-        report.batches += delivery.made.len() - delivery.bare.len();
+        report.batches += delivery.metrics.tiles as usize - delivery.bare.len();
         report.workers.push(delivery.metrics);
         report.degraded.append(&mut delivery.degraded);
         report.lost_lines.append(&mut delivery.lost_lines);
@@ -147,8 +148,7 @@ pub(super) fn commit(
     let fed = fed.unwrap_or_else(|panic| Err(sink_panicked(&*panic)));
     if let Err(error) = fed {
         if let Some(writer) = writer {
-            let all = seats.iter().flat_map(|seat| &rows.written[seat.worker as usize][seat.rows()]);
-            let left = all.skip(rows.taken);
+            let left = rows.written.iter().flatten().skip(rows.taken);
             // The sink must hear of the end whatever its memory does.
             let _ = catch_unwind(AssertUnwindSafe(|| writer.release(left)));
         }
@@ -169,6 +169,12 @@ impl Rows {
         self.rungs.clear();
         self.fills.clear();
         self.taken = 0;
+    }
+
+    /// The tiles that were made.
+    pub(super) fn made(&self) -> impl Iterator<Item = MadeTile> {
+        let of_batches = self.made.iter().flatten().copied();
+        of_batches.chain(self.written.iter().flatten().map(MadeTile::of))
     }
 
     /// Takes what is fed of a delivery. Those of workers with smaller numbers come before it.
@@ -197,20 +203,14 @@ impl Rows {
             _ => sink.begin_changes(scene),
         }
         .map_err(FrameError::Sink)?;
-        let mut gone = match feed {
+        let gone = match feed {
             Feed::Views { forgotten, .. } => forgotten,
             Feed::All(..) => &[],
         };
-        for seats in seats.chunks(FETCHED) {
-            self.fetch(seats);
-            for seat in seats {
-                match writer {
-                    Some(writer) => self.send_written(*seat, feed, (&mut gone, writer), sink)?,
-                    None => self.send_batches(*seat, (whole, feed), &mut gone, sink)?,
-                }
-            }
+        match writer {
+            Some(writer) => self.send_written(gone, (feed, writer), sink)?,
+            None => self.send_batches(seats, gone, (whole, feed), sink)?,
         }
-        evict(gone, writer, sink)?;
         for line in self.lines.drain(..) {
             feed.goes_on()?;
             sink.edge_line(line).map_err(FrameError::Sink)?;
@@ -222,63 +222,56 @@ impl Rows {
         sink.end().map_err(FrameError::Sink)
     }
 
-    /// Reads the tiles of some seats: the processor waits for many at the same time here, and for one at a time in the
-    /// sink.
-    fn fetch(&self, seats: &[Seat]) {
-        let read = |seat: &Seat| {
-            let (worker, rows) = (seat.worker as usize, seat.rows());
-            let written = self.written[worker].get(rows.clone()).unwrap_or_default();
-            let batches = self.batches[worker].get(rows).unwrap_or_default();
-            let written = written.iter().map(|tile| tile.tile.0 as usize ^ tile.triangles as usize);
-            let of_mesh = |mesh: &TileMesh| mesh.positions.len() ^ mesh.triangles.len();
-            written
-                .chain(batches.iter().map(|batch| batch.tile.0 as usize ^ of_mesh(&batch.mesh)))
-                .fold(0, |a, b| a ^ b)
-        };
-        black_box(seats.iter().map(read).fold(0, |a, b| a ^ b));
-    }
-
-    /// Gives the sink the tiles of a seat, and those that are gone before them.
+    /// Tells the sink which tiles are gone, and gives it those of each worker.
     fn send_written(
         &mut self,
-        seat: Seat,
-        feed: Feed<'_>,
-        (gone, writer): (&mut Gone<'_>, &Writer),
+        gone: Gone<'_>,
+        (feed, writer): (Feed<'_>, &Writer),
         sink: &mut dyn MeshSink,
     ) -> Result<(), FrameError> {
-        let mut tiles = &self.written[seat.worker as usize][seat.rows()];
-        while let Some(first) = tiles.first() {
+        let gone = gone.iter().map(|&(part, tile, face)| WrittenTile::gone((part, face, tile), writer.layout()));
+        // They have no room that could be given back.
+        give(&gone.collect::<Vec<_>>(), &mut 0, sink)?;
+        for tiles in &self.written {
             feed.goes_on()?;
-            evict(before(gone, (first.part, first.tile)), Some(writer), sink)?;
-            let until = gone.first().map_or(tiles.len(), |&(part, gone, _)| {
-                tiles.partition_point(|tile| (tile.part, tile.tile) <= (part, gone))
-            });
-            let given;
-            (given, tiles) = tiles.split_at(until);
-            give(given, &mut self.taken, sink)?;
+            give(tiles, &mut self.taken, sink)?;
         }
         Ok(())
     }
 
-    /// Gives the sink the batches of a seat, and the tiles that are gone before them. A whole frame has no need of
-    /// batches without triangles.
+    /// Gives the sink the batches of all seats, each after the tiles before it that are gone. A whole frame has no need
+    /// of batches without triangles.
     fn send_batches(
         &mut self,
-        seat: Seat,
+        seats: &[Seat],
+        mut gone: Gone<'_>,
         (whole, feed): (bool, Feed<'_>),
-        gone: &mut Gone<'_>,
         sink: &mut dyn MeshSink,
     ) -> Result<(), FrameError> {
-        for batch in &mut self.batches[seat.worker as usize][seat.rows()] {
-            feed.goes_on()?;
-            if !gone.is_empty() {
-                evict(before(gone, (batch.part, batch.tile)), None, sink)?;
-            }
-            if !whole || !batch.mesh.triangles.is_empty() {
-                sink.batch(batch).map_err(FrameError::Sink)?;
+        for seats in seats.chunks(FETCHED) {
+            self.fetch(seats);
+            for seat in seats {
+                for batch in &mut self.batches[seat.worker as usize][seat.rows()] {
+                    feed.goes_on()?;
+                    if !gone.is_empty() {
+                        evict(before(&mut gone, (batch.part, batch.tile)), sink)?;
+                    }
+                    if !whole || !batch.mesh.triangles.is_empty() {
+                        sink.batch(batch).map_err(FrameError::Sink)?;
+                    }
+                }
             }
         }
-        Ok(())
+        evict(gone, sink)
+    }
+
+    /// Reads the batches of some seats: the processor waits for many at the same time here, and for one at a time in the
+    /// sink.
+    fn fetch(&self, seats: &[Seat]) {
+        let of_mesh = |mesh: &TileMesh| mesh.positions.len() ^ mesh.triangles.len();
+        let of_batch = |batch: &Batch| batch.tile.0 as usize ^ of_mesh(&batch.mesh);
+        let batches = seats.iter().flat_map(|seat| &self.batches[seat.worker as usize][seat.rows()]);
+        black_box(batches.map(of_batch).fold(0, |a, b| a ^ b));
     }
 }
 
@@ -305,8 +298,11 @@ impl Drop for Taking<'_> {
     }
 }
 
-/// Gives the sink written tiles. Adds those that it takes to `taken`.
+/// Gives the sink written tiles, if there are any. Adds those that it takes to `taken`.
 fn give(tiles: &[WrittenTile], taken: &mut usize, sink: &mut dyn MeshSink) -> Result<(), FrameError> {
+    if tiles.is_empty() {
+        return Ok(());
+    }
     *taken += tiles.len();
     let mut taking = Taking { left: tiles.iter(), taken };
     sink.written(&mut taking.left).map_err(FrameError::Sink)?;
@@ -319,17 +315,11 @@ fn give(tiles: &[WrittenTile], taken: &mut usize, sink: &mut dyn MeshSink) -> Re
     }
 }
 
-/// Tells the sink that tiles are gone.
-fn evict(tiles: Gone<'_>, writer: Option<&Writer>, sink: &mut dyn MeshSink) -> Result<(), FrameError> {
+/// Tells a sink of batches that tiles are gone.
+fn evict(tiles: Gone<'_>, sink: &mut dyn MeshSink) -> Result<(), FrameError> {
     for &(part, tile, face) in tiles {
-        match writer {
-            // It has no room that could be given back.
-            Some(writer) => give(&[WrittenTile::gone((part, face, tile), writer.layout())], &mut 0, sink)?,
-            None => {
-                let mut batch = Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
-                sink.batch(&mut batch).map_err(FrameError::Sink)?;
-            }
-        }
+        let mut batch = Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
+        sink.batch(&mut batch).map_err(FrameError::Sink)?;
     }
     Ok(())
 }

@@ -316,11 +316,11 @@ impl Engine {
             degraded.clear();
         } else if !degraded.is_empty() {
             let forgotten = due.forgotten.iter().map(|&(part, tile, _)| (part, tile));
-            let gone = self.rows.made.iter().flatten().map(|made| (made.part, made.tile)).chain(forgotten);
+            let gone = self.rows.made().map(|made| (made.part, made.tile)).chain(forgotten);
             gone.for_each(|tile| _ = degraded.remove(&tile));
         }
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));
-        residency.committed(&due, &self.rows.made, (&plan.drawn, self.placed.scene_version()));
+        residency.committed(&due, self.rows.made(), (&plan.drawn, self.placed.scene_version()));
         self.rests = true;
         free_batches(&*self.jobs, &mut self.rows.batches);
         Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })

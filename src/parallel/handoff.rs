@@ -4,7 +4,7 @@ use super::metrics::WorkerMetrics;
 use super::writer::Rooms;
 use crate::control::{Control, Counter, Stage};
 use crate::frame::{Degradation, Rung};
-use crate::mesh::{Batch, EdgeLine, NotWritten};
+use crate::mesh::{Batch, EdgeLine, NotWritten, WrittenTile};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
 use std::sync::Arc;
 use std::time::Duration;
@@ -61,11 +61,11 @@ pub(super) type Deliveries = Vec<Box<Delivery>>;
 /// Everything that a worker made for one frame.
 #[derive(Default)]
 pub(super) struct Delivery {
-    /// The tiles of the hand, ascending by (part, tile).
+    /// The tiles of the hand, ascending by (part, tile); empty with a writer.
     pub(super) made: Vec<MadeTile>,
     /// The faces of the tiles without triangles.
     pub(super) bare: Vec<(PartId, FaceId)>,
-    /// The batch of each tile; empty with a writer.
+    /// The batch of each tile, likewise.
     pub(super) batches: Vec<Batch>,
     /// The room of each tile, with a writer.
     pub(super) written: Rooms,
@@ -95,6 +95,17 @@ pub(super) struct MadeTile {
     pub(super) triangles: u32,
     /// What it takes in the sink.
     pub(super) bytes: u32,
+}
+
+impl MadeTile {
+    pub(super) fn new(part: PartId, tile: TileId, (triangles, bytes): (u32, usize)) -> Self {
+        Self { part, tile, triangles, bytes: bytes.try_into().unwrap_or(u32::MAX) }
+    }
+
+    pub(super) fn of(written: &WrittenTile) -> Self {
+        let bytes = written.vertex_bytes() + written.index_bytes();
+        Self::new(written.part, written.tile, (written.triangles, bytes))
+    }
 }
 
 /// A tile with a [`Degradation`].

@@ -319,9 +319,14 @@ impl Residency {
     }
 
     /// Records that `due` was committed. `made`: what was sent of each tile.
-    pub(super) fn committed(&mut self, due: &Due, made: &[Vec<MadeTile>], (drawn, placed): (&DrawnTiles, u64)) {
+    pub(super) fn committed(
+        &mut self,
+        due: &Due,
+        made: impl Iterator<Item = MadeTile>,
+        (drawn, placed): (&DrawnTiles, u64),
+    ) {
         (self.whole, self.placed) = (false, placed);
-        for &MadeTile { part, tile: TileId(tile), triangles, bytes, .. } in made.iter().flatten() {
+        for MadeTile { part, tile: TileId(tile), triangles, bytes } in made {
             let part = &mut self.parts[part.index()];
             part.triangles[tile as usize] = triangles;
             let before = std::mem::replace(&mut part.bytes[tile as usize], bytes);

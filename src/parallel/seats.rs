@@ -36,8 +36,18 @@ impl Seat {
 pub(super) struct Seats {
     /// Ascending by (part, tile); none has tiles of two parts.
     seats: Vec<Seat>,
-    /// By part: where its seats end, and the number of the tiles of each face.
-    parts: Vec<(usize, Vec<u32>)>,
+    /// By part.
+    parts: Vec<PartSeats>,
+}
+
+#[derive(Debug, Default)]
+struct PartSeats {
+    /// Where its seats end.
+    end: usize,
+    /// Number of the tiles of each face, up to the last one that has any.
+    tiles: Vec<u32>,
+    /// The faces before that which have none.
+    without: Vec<FaceId>,
 }
 
 impl Seats {
@@ -52,15 +62,17 @@ impl Seats {
         let mut all = Self::default();
         for of_part in tiles.chunk_by(|a, b| a.0.0 == b.0.0) {
             let part = of_part[0].0.0.index();
-            all.parts.resize_with(part, || (all.seats.len(), Vec::new()));
-            let (mut seats, mut of_faces) = (Vec::new(), Vec::new());
+            let nothing = || PartSeats { end: all.seats.len(), ..PartSeats::default() };
+            all.parts.resize_with(part, nothing);
+            let (mut seats, mut tiles) = (Vec::new(), Vec::new());
             for &(_, face, (worker, row)) in of_part {
-                of_faces.resize(of_faces.len().max(face.index() + 1), 0);
-                of_faces[face.index()] += 1;
+                tiles.resize(tiles.len().max(face.index() + 1), 0);
+                tiles[face.index()] += 1;
                 Seat::push(&mut seats, worker, row);
             }
             all.seats.append(&mut seats);
-            all.parts.push((all.seats.len(), of_faces));
+            let without = (0..tiles.len()).filter(|&face| tiles[face] == 0).map(FaceId::new).collect();
+            all.parts.push(PartSeats { end: all.seats.len(), tiles, without });
         }
         all
     }
@@ -68,23 +80,23 @@ impl Seats {
     /// The seats of the first `parts` parts.
     pub(super) fn of_first(&self, parts: usize) -> &[Seat] {
         let known = &self.parts[..parts.min(self.parts.len())];
-        &self.seats[..known.last().map_or(0, |(end, _)| *end)]
+        &self.seats[..known.last().map_or(0, |part| part.end)]
     }
 
     /// The faces of `scene` without triangles, if these are the faces of all tiles that have none.
     pub(super) fn without_triangles(&self, scene: &Scene, mut of_bare: Vec<(PartId, FaceId)>) -> Vec<(PartId, FaceId)> {
         of_bare.sort_unstable();
         let tiles = |(part, face): (PartId, FaceId)| -> usize {
-            let of_part = self.parts.get(part.index()).and_then(|(_, of_face)| of_face.get(face.index()));
-            of_part.map_or(0, |&count| count as usize)
+            let count = self.parts.get(part.index()).and_then(|of_part| of_part.tiles.get(face.index()));
+            count.map_or(0, |&count| count as usize)
         };
         let bare = of_bare.chunk_by(|a, b| a == b).filter(|of_face| of_face.len() == tiles(of_face[0]));
         let mut faces: Vec<_> = bare.map(|of_face| of_face[0]).collect();
         for (part, of_scene) in scene.parts.iter().enumerate() {
-            let known = self.parts.get(part).map_or(&[][..], |(_, of_face)| of_face);
-            let none = known.iter().enumerate().filter(|(_, count)| **count == 0).map(|(face, _)| face);
-            let others = none.chain(known.len()..of_scene.face_colours.len());
-            faces.extend(others.map(|face| (PartId::new(part), FaceId::new(face))));
+            let known = self.parts.get(part);
+            let without = known.map_or(&[][..], |known| &known.without).iter().copied();
+            let beyond = known.map_or(0, |known| known.tiles.len())..of_scene.face_colours.len();
+            faces.extend(without.chain(beyond.map(FaceId::new)).map(|face| (PartId::new(part), face)));
         }
         faces
     }

@@ -407,7 +407,8 @@ impl Session {
 
     /// Tessellates the whole model by `plan` and feeds it to `sink` on this thread. The sink gets the same calls with
     /// the same bytes for any number of workers and threads, except for
-    /// [`Batch::worker`](crate::mesh::Batch::worker).
+    /// [`Batch::worker`](crate::mesh::Batch::worker), and for the order of tiles
+    /// [in its memory](Self::write_into).
     ///
     /// Cancels a frame of views that was begun. The next frame of views is a whole one. A plan of which the caller
     /// keeps no other handle is freed on the session's threads.
@@ -444,7 +445,7 @@ impl Session {
     /// resident triangles are not drawn, tiles that were not drawn in the last 128 frames are evicted.
     ///
     /// Drawn tiles have no cracks between them, in every frame. The sink gets the same calls for any number of
-    /// workers and threads, except for [`Batch::worker`](crate::mesh::Batch::worker).
+    /// workers and threads, with the exceptions of [`frame`](Self::frame).
     ///
     /// # Errors
     /// As [`frame`](Self::frame).

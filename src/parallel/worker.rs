@@ -75,8 +75,8 @@ impl<S: Stages> Worker<'_, S> {
         let mut delivery = Delivery { written: Rooms::of(writer.as_ref(), tiles.len()), ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
-        delivery.made.reserve_exact(tiles.len());
         if writer.is_none() {
+            delivery.made.reserve_exact(tiles.len());
             delivery.batches.reserve_exact(tiles.len());
         }
         for &(part, tile, face) in tiles {
@@ -102,13 +102,11 @@ impl<S: Stages> Worker<'_, S> {
                 }
             }
             let mesh = take(&mut delivery, part, tile, outcome);
-            let bytes = delivery.written.last_bytes().unwrap_or_else(|| mesh.bytes());
-            let bytes = bytes.try_into().unwrap_or(u32::MAX);
-            delivery.made.push(MadeTile { part, tile, triangles, bytes });
             if triangles == 0 {
                 delivery.bare.push((part, face));
             }
             if writer.is_none() {
+                delivery.made.push(MadeTile::new(part, tile, (triangles, mesh.bytes())));
                 // A sink may keep it for long: the copy has no more room than it needs.
                 let mesh = mesh.clone();
                 delivery.batches.push(Batch { part, face, tile, worker: self.number, mesh });

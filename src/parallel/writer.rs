@@ -97,11 +97,6 @@ impl Rooms {
         self.tiles.push(tile);
     }
 
-    /// Bytes of the last tile.
-    pub(super) fn last_bytes(&self) -> Option<usize> {
-        self.tiles.last().map(|tile| tile.vertex_bytes() + tile.index_bytes())
-    }
-
     /// The tiles, for whoever hands them to the sink or gives their room back.
     pub(super) fn take(&mut self) -> Vec<WrittenTile> {
         std::mem::take(&mut self.tiles)

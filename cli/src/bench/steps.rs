@@ -1,17 +1,17 @@
 //! A flight on one thread, recorded by the spans of the library -> the time of each step of a frame on any number of
-//! threads. All times are processor time of that thread: a call that another process interrupts would seem to hold up all
-//! others.
+//! threads. All times are by the clock: to ask the system for a thread's own time takes about as long as what is between
+//! two calls. A call that another process interrupts would seem to hold up all others, so the quickest of several rounds
+//! counts.
 
 use super::costs::hand_off;
 use super::flight::{anew, ms};
 use super::uploads::Uploads;
 use crate::{Common, Failure};
-use cpu_time::ThreadTime;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tracing::span::{Attributes, Id, Record as Values};
 use tracing::{Dispatch, Event, Metadata, Subscriber, dispatcher};
 use trimtess::control::{Job, Jobs, Priority};
@@ -76,17 +76,11 @@ type Frame = BTreeMap<&'static str, Step>;
 /// A span that is open.
 struct Open {
     name: &'static str,
-    /// Processor time of the thread then.
-    begun: Duration,
+    begun: Instant,
     /// Time in spans within.
     inside: Duration,
     /// The calls of a loop.
     calls: Vec<Duration>,
-}
-
-/// Processor time of the calling thread.
-fn now() -> Duration {
-    ThreadTime::now().as_duration()
 }
 
 /// Adds up the spans of one thread.
@@ -134,13 +128,13 @@ impl Recorder {
 }
 
 impl Record {
-    fn enter(&mut self, name: &'static str, begun: Duration) {
+    fn enter(&mut self, name: &'static str, begun: Instant) {
         self.open.push(Open { name, begun, inside: Duration::ZERO, calls: Vec::new() });
     }
 
     fn exit(&mut self) {
         let Some(Open { name, begun, inside, calls }) = self.open.pop() else { return };
-        let took = now().saturating_sub(begun);
+        let took = begun.elapsed();
         if let Some(around) = self.open.last_mut() {
             around.inside += took;
             if name == CALL {
@@ -162,11 +156,12 @@ impl Record {
 /// A span counts from when it is made to when it is closed: what tracing does for a call is part of that call.
 impl Subscriber for Recorder {
     fn enabled(&self, of: &Metadata<'_>) -> bool {
-        of.is_span() && STEPS.contains(&of.name())
+        // Asked for every call of every loop.
+        of.is_span() && (of.name() == CALL || STEPS.contains(&of.name()))
     }
 
     fn new_span(&self, span: &Attributes<'_>) -> Id {
-        let begun = now();
+        let begun = Instant::now();
         self.open().enter(span.metadata().name(), begun);
         Id::from_u64(1)
     }
@@ -247,7 +242,7 @@ impl Column {
         session.forget();
         for (k, view) in views.iter().enumerate() {
             sink.next_frame();
-            let begun = now();
+            let begun = Instant::now();
             dispatcher::with_default(spans, || {
                 if cold {
                     anew(session, view, sink, common).map(drop)
@@ -255,7 +250,7 @@ impl Column {
                     session.view(&[*view], sink).map(drop).map_err(|e| Failure::Cannot(e.to_string()))
                 }
             })?;
-            let whole = now().saturating_sub(begun);
+            let whole = begun.elapsed();
             let frame = (whole, recorder.take(whole));
             match frames.get_mut(k) {
                 Some(known) if known.0 > whole => *known = frame,

@@ -1,7 +1,7 @@
 //! Tiles -> the bytes that a renderer would upload and hold. Stores sizes, not meshes.
 
 use std::slice::Iter;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use trimtess::mesh::{Batch, EdgeLine, MeshLists, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::Session;
@@ -26,20 +26,42 @@ struct Staging(Vec<Mutex<Block>>);
 struct Block {
     bytes: Vec<u8>,
     used: usize,
+    /// What a renderer draws: the worker lists it beside the vertices, so the caller's thread need not.
+    draws: Vec<Draw>,
+}
+
+/// A tile in the staging memory.
+struct Draw {
+    part: PartId,
+    tile: TileId,
+    size: [u32; 2],
 }
 
 impl Staging {
-    fn next_frame(&self) {
-        self.0.iter().for_each(|block| block.lock().unwrap_or_else(PoisonError::into_inner).used = 0);
+    fn blocks(&self) -> impl Iterator<Item = MutexGuard<'_, Block>> {
+        self.0.iter().map(|block| block.lock().unwrap_or_else(PoisonError::into_inner))
     }
+
+    fn next_frame(&self) {
+        self.blocks().for_each(|mut block| {
+            block.used = 0;
+            block.draws.clear();
+        });
+    }
+}
+
+/// Triangles and bytes of a tile.
+fn size(tile: &WrittenTile) -> [u32; 2] {
+    [tile.triangles, (tile.vertex_bytes() + tile.index_bytes()) as u32]
 }
 
 impl TileMemory for Staging {
     fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError> {
         let mut block = self.0[tile.worker as usize].lock().unwrap_or_else(PoisonError::into_inner);
-        let Block { bytes, used } = &mut *block;
-        let place = *used;
-        *used += tile.vertex_bytes() + tile.index_bytes();
+        let Block { bytes, used, draws } = &mut *block;
+        let (place, size) = (*used, size(tile));
+        *used += size[1] as usize;
+        draws.push(Draw { part: tile.part, tile: tile.tile, size });
         if bytes.len() < *used {
             bytes.resize(2 * *used, 0);
         }
@@ -55,8 +77,12 @@ impl TileMemory for Staging {
 pub(super) struct Uploads {
     /// Index of each part's first tile among all tiles.
     starts: Vec<usize>,
-    /// Triangles and bytes of each tile.
+    /// Triangles and bytes of each tile, but of those of a whole frame that workers wrote.
     held: Vec<[u32; 2]>,
+    /// Those, by worker, until the first frame of changes.
+    lists: Vec<Vec<Draw>>,
+    /// Whether the frame in progress is whole.
+    whole: bool,
     /// Where workers write vertices, if they do.
     staging: Option<Arc<Staging>>,
     /// Batches sent in this frame.
@@ -73,7 +99,7 @@ impl Uploads {
             starts.push(starts[starts.len() - 1] + part.tiles.len());
         }
         let held = vec![[0; 2]; starts[starts.len() - 1]];
-        Self { starts, held, staging: None, sent: Vec::new(), uploaded: 0 }
+        Self { starts, held, lists: Vec::new(), whole: false, staging: None, sent: Vec::new(), uploaded: 0 }
     }
 
     /// Creates a sink for frames of a session whose workers write vertices of this layout into its memory.
@@ -90,10 +116,15 @@ impl Uploads {
         self.staging.iter().for_each(|staging| staging.next_frame());
     }
 
-    fn hold(&mut self, part: PartId, tile: TileId, [triangles, bytes]: [usize; 2]) {
+    fn hold(&mut self, part: PartId, tile: TileId, size: [u32; 2]) {
         let row = self.tile(part, tile);
-        self.held[row] = [triangles as u32, bytes as u32];
-        self.uploaded += bytes as u64;
+        self.held[row] = size;
+        self.uploaded += u64::from(size[1]);
+    }
+
+    fn forget(&mut self) {
+        self.held.fill([0; 2]);
+        self.lists.iter_mut().for_each(Vec::clear);
     }
 
     /// Number of tiles.
@@ -108,7 +139,8 @@ impl Uploads {
 
     /// Total size of all tiles after the last frame.
     pub(super) fn held(&self) -> Size {
-        let [triangles, bytes] = [0, 1].map(|k| self.held.iter().map(|tile| u64::from(tile[k])).sum());
+        let sizes = || self.held.iter().chain(self.lists.iter().flatten().map(|draw| &draw.size));
+        let [triangles, bytes] = [0, 1].map(|k| sizes().map(|size| u64::from(size[k])).sum());
         Size { triangles, bytes }
     }
 }
@@ -118,27 +150,35 @@ impl MeshSink for Uploads {
         MeshLists::NONE
     }
 
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.held.fill([0; 2]);
-        self.begin_changes(scene)
+    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
+        self.forget();
+        self.whole = true;
+        Ok(())
     }
 
     fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+        self.whole = false;
+        let Self { starts, held, lists, .. } = self;
+        for Draw { part, tile, size } in lists.iter_mut().flat_map(|list| list.drain(..)) {
+            held[starts[part.index()] + tile.0 as usize] = size;
+        }
         Ok(())
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
         let (vertices, triangles) = (batch.mesh.positions.len(), batch.mesh.triangles.len());
         let bytes = vertices * BYTES_PER_VERTEX + triangles * BYTES_PER_TRIANGLE;
-        self.hold(batch.part, batch.tile, [triangles, bytes]);
+        self.hold(batch.part, batch.tile, [triangles as u32, bytes as u32]);
         self.sent.push((batch.part, batch.tile));
         Ok(())
     }
 
     fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
-        for tile in tiles {
-            self.hold(tile.part, tile.tile, [tile.triangles as usize, tile.vertex_bytes() + tile.index_bytes()]);
+        if self.whole {
+            // The blocks list them.
+            *tiles = [].iter();
         }
+        tiles.for_each(|tile| self.hold(tile.part, tile.tile, size(tile)));
         Ok(())
     }
 
@@ -147,10 +187,17 @@ impl MeshSink for Uploads {
     }
 
     fn end(&mut self) -> Result<(), SinkError> {
+        if let (true, Some(staging)) = (self.whole, &self.staging) {
+            self.lists.resize_with(staging.0.len(), Vec::new);
+            for (list, mut block) in self.lists.iter_mut().zip(staging.blocks()) {
+                self.uploaded += block.used as u64;
+                std::mem::swap(list, &mut block.draws);
+            }
+        }
         Ok(())
     }
 
     fn abort(&mut self) {
-        self.held.fill([0; 2]);
+        self.forget();
     }
 }
