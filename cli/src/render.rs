@@ -12,11 +12,11 @@ use crate::tessellate::size;
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
-use trimtess::control::Control;
+use trimtess::control::{Control, Rayon};
 use trimtess::frame;
 use trimtess::mesh::MemorySink;
 use trimtess::out::wgpu::Renderer;
-use trimtess::parallel::{self, SessionOptions};
+use trimtess::parallel;
 use trimtess::prepare::{Prepared, prepare};
 use trimtess::view::Camera;
 
@@ -95,8 +95,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &
 
 /// Fits the camera to a coarse frame.
 fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<Camera, Failure> {
-    let options = SessionOptions::DEFAULT.with_threads(common.workers());
-    let points = parallel::coarse_points(prepared, &options, &common.limits.plan(), &Control::default());
+    let points = parallel::coarse_points(&Rayon, prepared, &common.limits.plan(), &Control::default());
     let points = points.map_err(|e| Failure::Cannot(e.to_string()))?;
     Ok(args.picture.fit(points, f64::from(args.size.0) / f64::from(args.size.1)))
 }

@@ -7,12 +7,11 @@ use std::num::NonZeroU32;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SessionOptions {
-    /// Number of threads that [`Session::start`](super::Session::start) and [`tessellate`](super::tessellate) start; 0 =
-    /// one per core available to the process. [`Session::start_on`](super::Session::start_on) starts none.
+    /// Number of threads that [`Session::start`](super::Session::start) starts; 0 = one per core available to the process.
+    /// [`Session::start_on`](super::Session::start_on) starts none.
     pub threads: usize,
     /// Number of workers of a session, which own the tiles; 0 = four per thread of its pool, so that a thread whose tiles
     /// cost less than expected takes another worker, or one on one thread. Workers in excess of the tiles stay idle.
-    /// [`tessellate`](super::tessellate) ignores it.
     pub workers: usize,
     /// Whether sinks get the polylines of B-rep edges too. Frames of views have those of parts that a view has shown.
     pub edge_lines: bool,
