@@ -11,7 +11,7 @@ use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
 use super::resync::{LineHistory, Turns, owner};
 use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::density::FollowLines;
-use crate::frame::plan::lattice::{LatticeRequest, Lattices, places};
+use crate::frame::plan::lattice::{LatticeRequest, Lattices, is_single, places};
 use crate::frame::plan::output::Plan;
 use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
 use crate::frame::tolerance::box_tolerance::BoxTolerances;
@@ -203,9 +203,9 @@ impl Rates {
             } else {
                 wanted.near.push((p, t));
                 let face = &part.faces[part.face_of(&part.tiles[t])];
-                // A plane has one cell at any density. Its edges may bend, but they have their own boxes.
-                let flat = face.kind == SurfaceKind::Plane && self.terms.size.is_none();
-                let boxes = || places(face, &part.tiles[t]).filter(|_| !flat);
+                // The edges of tiles with one cell at any density may bend, but they have their own boxes.
+                let single = is_single(face, self.terms.size);
+                let boxes = || places(face, &part.tiles[t]).filter(|_| !single);
                 if planned && !due && before.is_each() && holds(boxes(), before, sights) {
                     continue;
                 }
