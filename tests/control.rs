@@ -64,7 +64,7 @@ fn parts_faces_and_tiles_are_counted_upwards() {
     let (prepared, plan) = planned();
     let faces = model.parts.iter().map(|part| part.faces.len() as u64).sum();
     let tiles = prepared.parts.iter().map(|part| part.tiles.len() as u64).sum();
-    for jobs in [&Alone as &dyn Jobs, &Threads::start(3, false).unwrap()] {
+    for jobs in [&Alone as &dyn Jobs, &Threads::start(3).unwrap()] {
         let alone = jobs.width() == 1;
         let (control, heard) = watched();
         read_on(jobs, &text(), &StepOptions::DEFAULT, &control).unwrap();

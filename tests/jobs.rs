@@ -139,7 +139,7 @@ fn frames_do_not_depend_on_whose_threads_make_them() {
     let expected = frames(Arc::new(Alone), 1, &prepared);
     assert!(expected.windows(2).any(|w| w[0] != w[1]));
     let pools: [(&str, Arc<dyn Jobs>); 6] = [
-        ("own", Arc::new(Threads::start(3, false).unwrap())),
+        ("own", Arc::new(Threads::start(3).unwrap())),
         ("an engine's", Arc::new(Engine::of(2))),
         ("of one", Arc::new(Engine::of(1))),
         ("shuffled", Arc::new(Shuffled::default())),
@@ -171,7 +171,7 @@ fn plans_do_not_depend_on_whose_threads_make_them() {
     let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 0.35, max_edge: None };
     let few = PlanLimits::DEFAULT.with_triangles(3_000);
     let pools: [Arc<dyn Jobs>; 3] =
-        [Arc::new(Threads::start(3, false).unwrap()), Arc::new(Shuffled::default()), Arc::new(Alone)];
+        [Arc::new(Threads::start(3).unwrap()), Arc::new(Shuffled::default()), Arc::new(Alone)];
     for jobs in pools {
         let session = Session::start_on(jobs, Arc::clone(&prepared), &SessionOptions::DEFAULT);
         for limits in [PlanLimits::DEFAULT, few] {

@@ -22,11 +22,10 @@ const MAY_USE: [(&str, &[&str]); 12] = [
 
 /// Libraries, and the only folders that may name them. Threads are those of the caller's `Jobs`, of which rayon is one;
 /// devices belong to pictures, windows to the program (`cli/`). Hashes of content are prepare's.
-const CRATE_ONLY_IN: [(&str, &[&str]); 11] = [
+const CRATE_ONLY_IN: [(&str, &[&str]); 10] = [
     ("blake3", &["prepare"]),
     ("pulp", &["math"]),
     ("rayon", &["control"]),
-    ("core_affinity", &["control"]),
     ("cpu_time", &["parallel"]),
     ("gltf_json", &["out"]),
     ("offset_allocator", &["out"]),

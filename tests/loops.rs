@@ -116,8 +116,8 @@ impl Jobs for Shuffled {
 fn pools() -> [(&'static str, Box<dyn Jobs>); 9] {
     [
         ("none", Box::new(Alone)),
-        ("one of its own", Box::new(Threads::start(1, false).unwrap())),
-        ("three of its own", Box::new(Threads::start(3, false).unwrap())),
+        ("one of its own", Box::new(Threads::start(1).unwrap())),
+        ("three of its own", Box::new(Threads::start(3).unwrap())),
         ("rayon's", Box::new(Rayon)),
         ("an engine's one", Box::new(Engine::of(1))),
         ("an engine's two", Box::new(Engine::of(2))),

@@ -206,6 +206,19 @@ fn triangles_whose_corners_round_together_are_not_written() {
 }
 
 #[test]
+fn edges_whose_points_round_together_are_not_written() {
+    let mut frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
+    let points = &mut frame.edge_lines[1].points;
+    points[1] = points[0] + DVec3::splat(1e-12);
+    let glb = written(&frame);
+    let lines = &glb.root.meshes[0].primitives[2];
+    assert_eq!(glb.floats(lines, feature()), [0.0, 0.0, 2.0, 2.0, 3.0, 3.0]);
+    assert_eq!(glb.indices(lines), (0..6).collect::<Vec<_>>());
+    let features = gltf_json::serialize::to_string(&lines.extensions).unwrap();
+    assert!(features.contains(r#""featureCount":3,"#), "{features}");
+}
+
+#[test]
 fn coinciding_corners_stay_bit_identical() {
     let mut frame = box_frame(DVec3::new(0.1, 0.7, 1.3), &[DAffine3::IDENTITY]);
     frame.scene.parts[0].centre = DVec3::new(1.0 / 3.0, 1e6 / 7.0, -1.0 / 9.0);

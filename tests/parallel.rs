@@ -88,7 +88,7 @@ fn the_number_of_workers_does_not_matter() {
 fn the_threads_of_prepare_do_not_matter() {
     for (name, model) in models() {
         let frames = [1, 2, 3].map(|threads| {
-            let threads = Threads::start(threads, false).expect("threads");
+            let threads = Threads::start(threads).expect("threads");
             let made = prepare_on(&threads, &model, &PrepareOptions::DEFAULT, &Control::default());
             let prepared = Arc::new(made.expect("within the limits"));
             bytes(&common::frame(&prepared, &plans(&prepared)[0], true).0)

@@ -151,7 +151,6 @@ impl From<InvalidView> for Failure {
 impl From<FrameError> for Failure {
     fn from(error: FrameError) -> Self {
         let status = match &error {
-            FrameError::Start(_) => TT_ERROR_THREADS,
             FrameError::View { .. } => TT_ERROR_ARGUMENT,
             FrameError::Sink(_) => TT_ERROR_CALLBACK,
             FrameError::Grid(_) => TT_ERROR_GRID,

@@ -31,7 +31,7 @@ impl Workplace {
     pub(crate) fn run<T: Send>(self, work: impl FnOnce(&dyn Jobs) -> T + Send) -> Result<T, Failure> {
         match self {
             Self::Own(1) => Ok(work(&Alone)),
-            Self::Own(count) => Ok(Threads::start(count, false)?.run(|| work(&Rayon))),
+            Self::Own(count) => Ok(Threads::start(count)?.run(|| work(&Rayon))),
             Self::Pool(jobs) => Ok(work(&*jobs)),
         }
     }

@@ -69,12 +69,8 @@ impl Level {
         // A quarter turn is the most that an angle tolerance means.
         let (angle, max_edge) = ((angle * chord.sqrt()).min(FRAC_PI_2), max_edge.map(|length| length * chord.sqrt()));
         let tolerance = Tolerance { chord: finest.chord * chord, angle, max_edge };
-        let plan = common.limits.accept(frame::plan_within(prepared, &tolerance, &common.limits.plan()))?;
-        let mut frame = MemorySink::default();
-        let plan = Arc::new(plan);
-        let made = made::make(prepared, &plan, true, &mut frame)?;
-        let mut report = Report::of(&frame, prepared, &made);
-        plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
+        let plan = Arc::new(frame::plan_within(prepared, &tolerance, &common.limits.plan()));
+        let (frame, mut report) = made::make(prepared, &plan, true, &common.limits)?;
         report.diagonal_mm = prepared.diagonal;
         Ok(Self { tolerance, frame, report })
     }

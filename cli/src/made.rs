@@ -2,23 +2,27 @@
 
 use crate::Failure;
 use crate::closedness::Closedness;
+use crate::limits::LimitArgs;
 use crate::report::Report;
 use std::sync::Arc;
 use trimtess::audit;
 use trimtess::control::{Control, Rayon};
 use trimtess::frame;
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::parallel::{self, FrameReport, balance};
+use trimtess::parallel::{self, balance};
 use trimtess::prepare::{Prepared, Shells};
 
-/// Tessellates one frame on the program's threads.
+/// Makes the mesh of a plan on the program's threads, and a report about it. Fails if the limits made the plan coarser
+/// without `--coarsen`; with it, the report warns of that.
 pub(crate) fn make(
     prepared: &Arc<Prepared>,
     plan: &Arc<frame::Plan>,
     edge_lines: bool,
-    sink: &mut MemorySink,
-) -> Result<FrameReport, Failure> {
-    let made = parallel::tessellate_on(&Rayon, prepared, plan, edge_lines, &Control::default(), sink);
+    limits: &LimitArgs,
+) -> Result<(MemorySink, Report), Failure> {
+    limits.check(plan.shortfall.as_ref())?;
+    let mut frame = MemorySink::default();
+    let made = parallel::tessellate_on(&Rayon, prepared, plan, edge_lines, &Control::default(), &mut frame);
     let made = made.map_err(|e| Failure::Cannot(e.to_string()))?;
     tracing::info!(
         triangles = made.triangles,
@@ -29,7 +33,9 @@ pub(crate) fn make(
         made.made_in,
         made.committed_in
     );
-    Ok(made)
+    let mut report = Report::of(&frame, prepared, &made);
+    plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
+    Ok((frame, report))
 }
 
 /// Runs `check_scene` and the audit, and adds their results and errors to the report.

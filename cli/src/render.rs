@@ -7,16 +7,15 @@ use crate::made::make;
 use crate::outputs::{Named, Outputs};
 use crate::picture::{PictureArgs, require_png};
 use crate::progress::Progress;
-use crate::report::{Report, Seconds};
+use crate::report::Seconds;
 use crate::tessellate::size;
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
-use trimtess::control::Control;
+use trimtess::control::{Control, Rayon};
 use trimtess::frame;
-use trimtess::mesh::MemorySink;
 use trimtess::out::wgpu::Renderer;
-use trimtess::parallel::{self, SessionOptions};
+use trimtess::parallel;
 use trimtess::prepare::{Prepared, prepare};
 use trimtess::view::Camera;
 
@@ -70,11 +69,8 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &
     progress.stage("tessellating");
     let camera = aim(args, common, &prepared)?;
     let view = args.picture.view(&camera, args.size);
-    let plan = Arc::new(common.limits.accept(frame::plan_for_view_within(&prepared, &view, &common.limits.plan()))?);
-    let mut frame = MemorySink::default();
-    let made = make(&prepared, &plan, args.picture.edges, &mut frame)?;
-    let mut report = Report::of(&frame, &prepared, &made);
-    plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
+    let plan = Arc::new(frame::plan_for_view_within(&prepared, &view, &common.limits.plan()));
+    let (frame, mut report) = make(&prepared, &plan, args.picture.edges, &common.limits)?;
     let tessellate = laps.lap();
 
     progress.stage("drawing");
@@ -95,8 +91,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &
 
 /// Fits the camera to a coarse frame.
 fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<Camera, Failure> {
-    let options = SessionOptions::DEFAULT.with_threads(common.workers());
-    let points = parallel::coarse_points(prepared, &options, &common.limits.plan(), &Control::default());
+    let points = parallel::coarse_points(&Rayon, prepared, &common.limits.plan(), &Control::default());
     let points = points.map_err(|e| Failure::Cannot(e.to_string()))?;
     Ok(args.picture.fit(points, f64::from(args.size.0) / f64::from(args.size.1)))
 }

@@ -7,13 +7,11 @@ use crate::limits::unprepared;
 use crate::made::{check_mesh, make};
 use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
-use crate::report::Report;
 use crate::rounded;
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::MemorySink;
 use trimtess::out::{self, Format, GlbLevel};
 use trimtess::prepare::{Shells, prepare};
 
@@ -171,11 +169,9 @@ pub(crate) fn run(
     let prepare = laps.lap();
 
     progress.stage("tessellating");
-    let plan = Arc::new(common.limits.accept(frame::plan_within(&prepared, &tolerance, &common.limits.plan()))?);
-    let mut frame = MemorySink::default();
-    let made = make(&prepared, &plan, matches!(format, Format::Glb(_)) || args.check, &mut frame)?;
-    let mut report = Report::of(&frame, &prepared, &made);
-    plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
+    let plan = Arc::new(frame::plan_within(&prepared, &tolerance, &common.limits.plan()));
+    let edge_lines = matches!(format, Format::Glb(_)) || args.check;
+    let (mut frame, mut report) = make(&prepared, &plan, edge_lines, &common.limits)?;
     let mut levels = Vec::new();
     for number in 1..=args.levels {
         progress.stage(format!("tessellating level {number}"));

@@ -5,11 +5,11 @@ use crate::job::Job;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::Arc;
-use trimtess::control::Control;
+use trimtess::control::{Control, Rayon};
 use trimtess::frame::{PlanLimits, Shortfall, plan_for_view_within};
 use trimtess::mesh::MemorySink;
 use trimtess::out::wgpu::{Image, RenderError, RenderOptions, Renderer};
-use trimtess::parallel::{FrameError, SessionOptions, coarse_points, tessellate};
+use trimtess::parallel::{FrameError, coarse_points, tessellate_on};
 use trimtess::prepare::Prepared;
 use trimtess::view::{View, ViewPoint};
 
@@ -25,7 +25,6 @@ pub(crate) struct Aim {
     pub(crate) orthographic: bool,
     pub(crate) deviation_px: f64,
     pub(crate) size_px: Option<f64>,
-    pub(crate) workers: usize,
 }
 
 /// Why there is no picture.
@@ -63,9 +62,8 @@ pub(crate) fn draw(
     let drawn = job.run(|control| {
         // First, because it is quick and fails early.
         let renderer = Renderer::new().map_err(|e| Failure::NoAdapter(e.to_string()))?;
-        let session = SessionOptions::DEFAULT.with_threads(aim.workers).with_edge_lines(options.edges);
         // Too quick to report, and its tiles would be counted twice.
-        let points = coarse_points(prepared, &session, &limits, &Control::default()).map_err(Failure::Frame)?;
+        let points = coarse_points(&Rayon, prepared, &limits, &Control::default()).map_err(Failure::Frame)?;
         let aspect = f64::from(options.size.0) / f64::from(options.size.1);
         let camera =
             if aim.orthographic { aim.from.fit_orthographic(points, aspect) } else { aim.from.fit(points, aspect) };
@@ -74,7 +72,7 @@ pub(crate) fn draw(
         let plan = plan_for_view_within(prepared, &view, &limits).require_full();
         let plan = Arc::new(plan.map_err(|short| Failure::Limits(Box::new(short)))?);
         let mut frame = MemorySink::default();
-        tessellate(prepared, &plan, &session, control, &mut frame).map_err(Failure::Frame)?;
+        tessellate_on(&Rayon, prepared, &plan, options.edges, control, &mut frame).map_err(Failure::Frame)?;
         renderer.render(&frame, &options.with_camera(Some(camera))).map_err(Failure::Render)
     })?;
     drawn.map_err(|failure| match failure {
@@ -94,8 +92,8 @@ pub(crate) fn pixels(py: Python<'_>, image: Image) -> PyResult<Bound<'_, PyAny>>
 
 /// The bytes of a PNG file; `None` without an adapter.
 pub(crate) fn png(py: Python<'_>, prepared: &Arc<Prepared>, limits: PlanLimits) -> PyResult<Option<Vec<u8>>> {
-    let aim = Aim { from: ViewPoint::ISO, orthographic: false, deviation_px: 0.5, size_px: None, workers: 0 };
-    let job = Job { py, stage: "render", progress: None, workers: 1 };
+    let aim = Aim { from: ViewPoint::ISO, orthographic: false, deviation_px: 0.5, size_px: None };
+    let job = Job { py, stage: "render", progress: None, workers: 0 };
     let options = RenderOptions::DEFAULT.with_size(SHOWN).with_edges(true);
     let image = match draw(&job, prepared, &aim, options, limits) {
         Ok(image) => image,

@@ -192,9 +192,8 @@ impl Prepared {
         size_px: Option<f64>,
     ) -> PyResult<View> {
         let from: ViewPoint = view.parse().map_err(|e| errors::out_of_range(py, "view", view, &format!("{e}")))?;
-        let job = Job { py, stage: "view", progress: None, workers: 1 };
-        let options = SessionOptions::DEFAULT;
-        let points = job.run(|control| coarse_points(&self.prepared, &options, &self.limits(None), control))?;
+        let job = Job { py, stage: "view", progress: None, workers: 0 };
+        let points = job.run(|control| coarse_points(&Rayon, &self.prepared, &self.limits(None), control))?;
         let points = points.map_err(|failure| errors::unmade(py, &failure))?;
         let aspect = f64::from(size.0) / f64::from(size.1.max(1));
         let camera = if orthographic { from.fit_orthographic(points, aspect) } else { from.fit(points, aspect) };
@@ -254,8 +253,8 @@ impl Prepared {
         let deviation_px = errors::positive(py, "deviation_px", Some(deviation_px))?.unwrap_or(0.5);
         let size_px = errors::positive(py, "size_px", size_px)?;
         let from = crate::picture::view_point(py, view)?;
-        let aim = crate::picture::Aim { from, orthographic, deviation_px, size_px, workers: workers.unwrap_or(0) };
-        let job = Job { py, stage: "render", progress, workers: 1 };
+        let aim = crate::picture::Aim { from, orthographic, deviation_px, size_px };
+        let job = Job { py, stage: "render", progress, workers: workers.unwrap_or(0) };
         let image = crate::picture::draw(&job, &self.prepared, &aim, options, self.limits(None))?;
         crate::picture::pixels(py, image)
     }

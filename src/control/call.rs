@@ -143,7 +143,7 @@ mod tests {
     }
 
     fn pools() -> [Box<dyn Jobs>; 6] {
-        let threads = |count| Box::new(Threads::start(count, false).expect("threads"));
+        let threads = |count| Box::new(Threads::start(count).expect("threads"));
         [Box::new(Alone), Box::new(Odd::Careless), Box::new(Odd::Threads), threads(1), threads(3), Box::new(Rayon)]
     }
 

@@ -6,8 +6,6 @@ pub use jobs::{Alone, Job, Jobs, Priority};
 mod map;
 pub(crate) use map::{chunks, map, map_with};
 
-mod cores;
-
 mod threads;
 pub use threads::{Rayon, StartError, Threads};
 

@@ -1,6 +1,5 @@
 //! Threads of the library's own, and those of rayon.
 
-use super::cores::{cores, stay_on};
 use super::jobs::{Job, Jobs, Priority};
 use rayon::prelude::*;
 use rayon::{ThreadBuilder, ThreadPool, ThreadPoolBuilder};
@@ -33,24 +32,15 @@ impl Drop for Ended {
 }
 
 impl Threads {
-    /// Starts `count` threads; 0 = one per core available to the process. `pin` pins each to one core, where the system
-    /// allows it, for machines that do nothing else; it is ignored without the feature `affinity`.
+    /// Starts `count` threads; 0 = one per core available to the process.
     ///
     /// # Errors
     /// When the system refuses a thread.
-    pub fn start(count: usize, pin: bool) -> Result<Self, StartError> {
-        let cores = if pin { cores() } else { Vec::new() };
+    pub fn start(count: usize) -> Result<Self, StartError> {
         let mut ended = Ended(Vec::new());
         let start = |worker: ThreadBuilder| {
-            let (k, cores) = (worker.index(), cores.clone());
-            let run = move || {
-                if !cores.is_empty() {
-                    stay_on(cores[k % cores.len()]);
-                }
-                worker.run();
-            };
-            let thread = thread::Builder::new().name(format!("trimtess-{k}")).stack_size(STACK);
-            ended.0.push(thread.spawn(run)?);
+            let thread = thread::Builder::new().name(format!("trimtess-{}", worker.index())).stack_size(STACK);
+            ended.0.push(thread.spawn(|| worker.run())?);
             Ok(())
         };
         let pool = ThreadPoolBuilder::new().num_threads(count).spawn_handler(start).build();
@@ -145,11 +135,11 @@ mod tests {
     #[test]
     fn threads_have_ended_once_they_are_dropped_also_by_one_of_them() {
         for within in [false, true] {
-            let (has_ended, other) = (Arc::new(AtomicBool::new(false)), Threads::start(1, false).expect("a thread"));
+            let (has_ended, other) = (Arc::new(AtomicBool::new(false)), Threads::start(1).expect("a thread"));
             let last = Last(Arc::clone(&has_ended));
             other.run(|| LAST.set(Some(last)));
             if within {
-                let own = Arc::new(Threads::start(1, false).expect("a thread"));
+                let own = Arc::new(Threads::start(1).expect("a thread"));
                 let held = Arc::clone(&own);
                 own.spawn(Priority::Frame, Box::new(move || drop((held, other))));
                 drop(own);

@@ -1,7 +1,7 @@
 //! Unbalanced mesh edges -> their cause: a free edge of the file, a non-orientable edge, or a defect of the mesh.
 
 use super::{EdgeLine, ScenePart};
-use crate::math::BitMix;
+use crate::math::{BitMix, bits};
 use crate::model::EdgeId;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -18,11 +18,6 @@ pub enum Cause {
     FreeEdge(EdgeId),
 }
 
-/// A position's bits, with -0.0 mapped to 0.0.
-pub(super) fn bits(point: DVec3) -> [u64; 3] {
-    (point + DVec3::ZERO).to_array().map(f64::to_bits) // -0.0 + 0.0 = 0.0
-}
-
 /// Segments of a part's free and non-orientable edges, keyed by the bits of their ends. They need not be balanced.
 ///
 /// Taken from the edges' polylines, not from vertex origins: a vertex at a corner names only one of its edges.
@@ -37,7 +32,7 @@ impl ExpectedUnbalanced {
         for cause in free.chain(part.not_orientable.iter().map(|&edge| Cause::NotOrientable(edge))) {
             let (Cause::FreeEdge(edge) | Cause::NotOrientable(edge)) = cause else { continue };
             let Ok(line) = lines.binary_search_by_key(&edge, |line| line.edge) else { continue };
-            let mut points: Vec<_> = lines[line].points.iter().map(|&point| bits(point)).collect();
+            let mut points: Vec<_> = lines[line].points.iter().map(|&point| bits::of_point(point)).collect();
             points.dedup();
             segments.extend(points.windows(2).map(|ends| (sorted([ends[0], ends[1]]), cause)));
         }
@@ -48,7 +43,7 @@ impl ExpectedUnbalanced {
         if self.0.is_empty() {
             return Cause::Defect;
         }
-        self.0.get(&sorted([bits(from), bits(to)])).copied().unwrap_or(Cause::Defect)
+        self.0.get(&sorted([bits::of_point(from), bits::of_point(to)])).copied().unwrap_or(Cause::Defect)
     }
 }
 

@@ -3,13 +3,13 @@
 //! Half-edge pairing: directed edge uses are summed over vertices welded by their exact bits, never by distance. Tests,
 //! `--check` and the examples share this check.
 
-use super::cause::{ExpectedUnbalanced, bits};
+use super::cause::ExpectedUnbalanced;
 use super::{Batch, BatchView, Cause, EdgeLine, FrameView, SceneInstance};
-use crate::math::BitMix;
 use crate::math::Elementary as _;
 use crate::math::boxes::around;
 use crate::math::buckets::Buckets;
 use crate::math::sets::DisjointSets;
+use crate::math::{BitMix, bits};
 use crate::model::{FaceId, PartId};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -262,7 +262,7 @@ impl<'a> Soup<'a> {
             ids.clear();
             ids.extend(mesh.positions.iter().map(|&point| {
                 let fresh = u32::try_from(soup.points.len()).unwrap_or(u32::MAX);
-                *known.entry(bits(point)).or_insert_with(|| {
+                *known.entry(bits::of_point(point)).or_insert_with(|| {
                     soup.points.push(point + DVec3::ZERO);
                     fresh
                 })

@@ -1,5 +1,6 @@
 //! The set of drawn tiles per view and instance, one bit per tile. Instances that draw nothing take no room.
 
+use crate::math::bits::ones;
 use crate::model::TileId;
 
 /// The tiles that each instance draws in each view. The default value has no views and means: everything, in every view.
@@ -135,12 +136,8 @@ impl DrawnTiles {
 }
 
 /// The tiles whose bits are set in word number `k` of a row, ascending.
-pub(crate) fn tiles_of_word(mut word: u64, k: usize) -> impl Iterator<Item = TileId> {
-    std::iter::from_fn(move || {
-        let bit = (word != 0).then(|| word.trailing_zeros())?;
-        word &= word - 1;
-        Some(TileId(64 * k as u32 + bit))
-    })
+pub(crate) fn tiles_of_word(word: u64, k: usize) -> impl Iterator<Item = TileId> {
+    ones(word).map(move |bit| TileId::new(64 * k + bit))
 }
 
 #[cfg(test)]

@@ -166,10 +166,12 @@ impl Run<'_> {
         piece.normals = stored_normals(&normals, options);
         for line in edges {
             round(&line.points, &mut rounded)?;
-            let first = piece.vertices as u32;
+            let (first, before) = (piece.vertices as u32, piece.indices.len());
             let segments = (1..).zip(rounded.windows(2)).filter(|(_, ends)| ends[0] != ends[1]);
             piece.indices.extend(segments.flat_map(|(end, _)| [first + end - 1, first + end]));
-            piece.place(line.edge.0, &rounded, *numbers);
+            if piece.indices.len() > before {
+                piece.place(line.edge.0, &rounded, *numbers);
+            }
         }
         Ok(piece)
     }

@@ -1,9 +1,8 @@
 //! Prepared model -> points all over it, to fit cameras to.
 
 use super::error::FrameError;
-use super::once::{jobs_of, tessellate_on};
-use super::options::SessionOptions;
-use crate::control::Control;
+use super::once::tessellate_on;
+use crate::control::{Control, Jobs};
 use crate::frame::{self, PlanLimits, Tolerance};
 use crate::mesh::PackedFrame;
 use crate::prepare::Prepared;
@@ -18,18 +17,17 @@ const CHORD_REL: f64 = 1e-2;
 /// model up to a hundredth of its size.
 ///
 /// # Errors
-/// As [`tessellate`](super::tessellate).
+/// When cancelled.
 pub fn coarse_points(
+    jobs: &dyn Jobs,
     prepared: &Arc<Prepared>,
-    options: &SessionOptions,
     limits: &PlanLimits,
     control: &Control,
 ) -> Result<Vec<DVec3>, FrameError> {
     let tolerance = Tolerance { chord: CHORD_REL * prepared.diagonal, angle: View::ANGLE, max_edge: None };
-    let jobs = jobs_of(options)?;
-    let plan = Arc::new(frame::plan_on(&*jobs, prepared, &tolerance, limits));
+    let plan = Arc::new(frame::plan_on(jobs, prepared, &tolerance, limits));
     let mut coarse = PackedFrame::default();
-    tessellate_on(&*jobs, prepared, &plan, false, control, &mut coarse)?;
+    tessellate_on(jobs, prepared, &plan, false, control, &mut coarse)?;
     let mut points = Vec::new();
     for instance in &coarse.scene.instances {
         let of_part = coarse.parts.get(instance.part.index()).into_iter().flat_map(|part| &part.positions);

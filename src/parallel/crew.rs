@@ -173,7 +173,7 @@ mod tests {
             hand.edges.push((PartId(k / 20), EdgeId(k)));
         }
         let crew = Crew::of(&fake, hands);
-        (fake, FakeSession { jobs: Threads::start(3, false).unwrap(), crew })
+        (fake, FakeSession { jobs: Threads::start(3).unwrap(), crew })
     }
 
     fn without_worker(sink: &MemorySink) -> Vec<Batch> {

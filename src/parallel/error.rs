@@ -1,7 +1,6 @@
 //! Why a frame is not made.
 
 use super::instances::InstanceKey;
-use crate::control::StartError;
 use crate::mesh::{GridTooCoarse, SinkError};
 use crate::model::{Colour, PartId};
 use crate::view::InvalidView;
@@ -26,8 +25,6 @@ impl From<Lost> for InstanceError {
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum FrameError {
-    /// The system refused a thread.
-    Start(StartError),
     /// No frame was begun: nothing can be drawn for a view.
     View {
         /// Index of the view.
@@ -60,7 +57,6 @@ pub enum FrameError {
 impl fmt::Display for FrameError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Start(error) => error.fmt(f),
             Self::View { view, why } => write!(f, "view {view}: {why}"),
             Self::Sink(error) => error.fmt(f),
             Self::Grid(error) => error.fmt(f),
@@ -78,7 +74,6 @@ impl fmt::Display for FrameError {
 impl std::error::Error for FrameError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
-            Self::Start(error) => Some(error),
             Self::View { why, .. } => Some(why),
             Self::Sink(error) => Some(error),
             Self::Grid(error) => Some(error),

@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn work_is_done_once_whoever_begins_it() {
-        for jobs in [&Alone as &dyn Jobs, &Threads::start(2, false).expect("threads")] {
+        for jobs in [&Alone as &dyn Jobs, &Threads::start(2).expect("threads")] {
             assert_eq!(Flight::start(jobs, || 7).land(), Ok(7));
         }
         for keeps in [true, false] {
@@ -151,14 +151,14 @@ mod tests {
 
     #[test]
     fn a_job_may_wait_for_one_of_its_own_pool() {
-        let jobs = Arc::new(Threads::start(1, false).expect("a thread"));
+        let jobs = Arc::new(Threads::start(1).expect("a thread"));
         let inner = Arc::clone(&jobs);
         assert_eq!(Flight::start(&*jobs, move || Flight::start(&*inner, || 7).land()).land(), Ok(Ok(7)));
     }
 
     #[test]
     fn a_panic_is_told() {
-        let jobs = Threads::start(1, false).expect("a thread");
+        let jobs = Threads::start(1).expect("a thread");
         let landed = Flight::start(&jobs, || assert!(std::hint::black_box(false), "told")).land();
         assert_eq!(landed, Err("told".into()));
     }

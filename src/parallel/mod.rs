@@ -42,7 +42,7 @@ mod crew;
 mod engine;
 
 mod once;
-pub use once::{serial, tessellate, tessellate_on};
+pub use once::{serial, tessellate_on};
 
 mod session;
 pub use session::Session;

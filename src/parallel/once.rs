@@ -4,9 +4,8 @@ use super::commit::{FrameReport, Rows};
 use super::crew::Crew;
 use super::engine::whole_frame;
 use super::error::FrameError;
-use super::options::SessionOptions;
 use super::owners::{hands, workers_on};
-use crate::control::{Alone, Control, Jobs, Threads};
+use crate::control::{Alone, Control, Jobs};
 use crate::frame::Plan;
 use crate::mesh::MeshSink;
 use crate::prepare::Prepared;
@@ -25,32 +24,8 @@ pub fn serial(
     tessellate_on(&Alone, prepared, plan, edge_lines, &Control::default(), sink)
 }
 
-/// Tessellates the whole model by `plan`, once. With [`threads`](SessionOptions::threads) = 1 no
-/// thread is started. The sink gets the same calls for any number of threads.
-///
-/// # Errors
-/// When the system refuses a thread, or the sink refuses. When cancelled: the sink was not touched, or its `abort` was called.
-pub fn tessellate(
-    prepared: &Arc<Prepared>,
-    plan: &Arc<Plan>,
-    options: &SessionOptions,
-    control: &Control,
-    sink: &mut dyn MeshSink,
-) -> Result<FrameReport, FrameError> {
-    let jobs = jobs_of(options)?;
-    tessellate_on(&*jobs, prepared, plan, options.edge_lines, control, sink)
-}
-
-/// Threads of a call's own.
-pub(super) fn jobs_of(options: &SessionOptions) -> Result<Box<dyn Jobs>, FrameError> {
-    if options.threads == 1 {
-        // Another thread would only be waited for.
-        return Ok(Box::new(Alone));
-    }
-    Ok(Box::new(Threads::start(options.threads, options.pin).map_err(FrameError::Start)?))
-}
-
-/// As [`tessellate`], on the threads of `jobs`.
+/// Tessellates the whole model by `plan`, once, on the threads of `jobs`. The sink gets the same calls for any number of
+/// threads.
 ///
 /// # Errors
 /// When the sink refuses; its `abort` was called. When cancelled: the sink was not touched, or its `abort` was called.

@@ -7,12 +7,11 @@ use std::num::NonZeroU32;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SessionOptions {
-    /// Number of threads that [`Session::start`](super::Session::start) and [`tessellate`](super::tessellate) start; 0 =
-    /// one per core available to the process. [`Session::start_on`](super::Session::start_on) starts none.
+    /// Number of threads that [`Session::start`](super::Session::start) starts; 0 = one per core available to the process.
+    /// [`Session::start_on`](super::Session::start_on) starts none.
     pub threads: usize,
     /// Number of workers of a session, which own the tiles; 0 = four per thread of its pool, so that a thread whose tiles
     /// cost less than expected takes another worker, or one on one thread. Workers in excess of the tiles stay idle.
-    /// [`tessellate`](super::tessellate) ignores it.
     pub workers: usize,
     /// Whether sinks get the polylines of B-rep edges too. Frames of views have those of parts that a view has shown.
     pub edge_lines: bool,
@@ -26,13 +25,10 @@ pub struct SessionOptions {
     pub resident_bytes: Option<u64>,
     /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
     pub rebalance_every: Option<NonZeroU32>,
-    /// Whether to pin each thread to one core, where the system allows it. For machines that do nothing else. Ignored
-    /// without the feature `affinity`.
-    pub pin: bool,
 }
 
 impl SessionOptions {
-    /// One thread per core, four workers per thread, edge lines, up to 4 LODs per part, no rebalancing, no pinning.
+    /// One thread per core, four workers per thread, edge lines, up to 4 LODs per part, no rebalancing.
     pub const DEFAULT: Self = Self {
         threads: 0,
         workers: 0,
@@ -41,7 +37,6 @@ impl SessionOptions {
         levels: 4,
         resident_bytes: None,
         rebalance_every: None,
-        pin: false,
     };
 
     /// Sets [`threads`](Self::threads).
@@ -72,12 +67,6 @@ impl SessionOptions {
     #[must_use]
     pub const fn with_rebalance_every(self, frames: u32) -> Self {
         Self { rebalance_every: NonZeroU32::new(frames), ..self }
-    }
-
-    /// Sets [`pin`](Self::pin).
-    #[must_use]
-    pub const fn with_pin(self, pin: bool) -> Self {
-        Self { pin, ..self }
     }
 
     /// Sets [`resident_bytes`](Self::resident_bytes).

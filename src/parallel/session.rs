@@ -102,13 +102,12 @@ enum EngineState {
 type FlightResult = (Box<Engine>, Option<FinishedFrame>);
 
 impl Session {
-    /// Deals the tiles, and starts threads for them ([`SessionOptions::threads`], [`SessionOptions::pin`]), which end
-    /// when the session is dropped.
+    /// Deals the tiles, and starts threads for them ([`SessionOptions::threads`]), which end when the session is dropped.
     ///
     /// # Errors
     /// When the system refuses a thread.
     pub fn start(prepared: Arc<Prepared>, options: &SessionOptions) -> Result<Self, StartError> {
-        let threads = Threads::start(options.threads, options.pin)?;
+        let threads = Threads::start(options.threads)?;
         Ok(Self::start_on(Arc::new(threads), prepared, options))
     }
 

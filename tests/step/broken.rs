@@ -1,6 +1,8 @@
 //! Broken and hostile files: a message or a diagnostic, never a panic, and nothing else lost.
 
 use crate::{file, model, only_part, world};
+use std::fs;
+use std::path::Path;
 use trimtess::import::step::{BYTES_PER_BYTE, StepError, StepOptions, read, read_file};
 use trimtess::model::{Model, Severity};
 
@@ -113,6 +115,20 @@ fn other_files_are_named() {
     assert!(error.to_string().contains("does/not/exist.stp"), "{error}");
     let options = StepOptions::DEFAULT.with_max_bytes(10);
     assert!(matches!(read(b"ISO-10303-21;", &options), Err(StepError::TooLarge { bytes: 13, limit: 10 })));
+}
+
+#[test]
+fn files_are_read_beyond_the_bytes_that_say_what_they_are() {
+    let text = file(&(world() + BALLS));
+    let text = text.trim_end();
+    for length in [4095, 4096, 4097] {
+        let comment = format!("/*{:1$}*/#70=", "", length - text.len() - 4);
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{length}_bytes.stp"));
+        fs::write(&path, text.replace("#70=", &comment)).expect("a file");
+        assert_eq!(fs::metadata(&path).expect("a file").len(), length as u64);
+        let model = read_file(&path, &StepOptions::DEFAULT).unwrap_or_else(|e| panic!("{length}: {e}"));
+        assert_eq!((faces(&model), &model.diagnostics[..]), (2, &[][..]), "{length}");
+    }
 }
 
 #[cfg(target_os = "linux")]

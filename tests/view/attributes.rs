@@ -278,7 +278,7 @@ fn colours_reach_the_sink_without_tiles() {
 fn a_frame_in_which_nothing_changes_makes_no_calls() {
     let all = without(&[]);
     let view = all_in_view(&all);
-    let jobs = Arc::new(CountedJobs(Threads::start(2, false).unwrap(), AtomicUsize::new(0)));
+    let jobs = Arc::new(CountedJobs(Threads::start(2).unwrap(), AtomicUsize::new(0)));
     let mut session = Session::start_on(Arc::<CountedJobs>::clone(&jobs), Arc::clone(&all), &options(2));
     let mut sink = Counting::default();
     session.view(&[view], &mut sink).unwrap();

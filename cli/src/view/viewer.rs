@@ -342,12 +342,12 @@ impl Viewer {
             }
         };
         // Most frames of a moving camera are finished within this time.
-        let start = Instant::now();
-        while !self.patient && !model.session.is_made() && start.elapsed() < AWAITED {
-            std::thread::sleep(AWAITED / 32);
-        }
-        if self.patient || model.session.is_made() {
-            let report = model.session.finish(&mut self.scene).map_err(failed)?;
+        let report = if self.patient {
+            model.session.finish(&mut self.scene).map(Some)
+        } else {
+            model.session.finish_within(AWAITED, &mut self.scene)
+        };
+        if let Some(report) = report.map_err(failed)? {
             (model.underway, model.shown, model.deferred) = (None, Some(camera), report.deferred > 0);
             tell(&mut self.told.costs, &report, self.scene.uploaded());
         } else if model.shown.is_none() {

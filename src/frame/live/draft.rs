@@ -7,6 +7,7 @@ use super::rate::{Rate, Step};
 use crate::frame::plan::lattice::DensityMet;
 use crate::frame::plan::output::{EdgePolyline, Plan, TileLattice};
 use crate::frame::tolerance::part_camera::PixelScale;
+use crate::math::bits::ones;
 use crate::model::{PartId, RowId, TileId};
 use smallvec::SmallVec;
 use std::sync::Arc;
@@ -295,10 +296,7 @@ impl RowSet {
         let mut rows = Vec::new();
         for part in self.parts.drain(..) {
             for (k, word) in self.words[part].iter_mut().enumerate() {
-                while *word != 0 {
-                    rows.push((PartId::new(part), id(64 * k + word.trailing_zeros() as usize)));
-                    *word &= *word - 1;
-                }
+                rows.extend(ones(std::mem::take(word)).map(|bit| (PartId::new(part), id(64 * k + bit))));
             }
         }
         rows

@@ -11,12 +11,13 @@ use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
 use super::resync::{LineHistory, Turns, owner};
 use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::density::FollowLines;
-use crate::frame::plan::lattice::{LatticeRequest, Lattices, places};
+use crate::frame::plan::lattice::{LatticeRequest, Lattices, is_single, places};
 use crate::frame::plan::output::Plan;
 use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
 use crate::frame::tolerance::box_tolerance::BoxTolerances;
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::math::Elementary as _;
+use crate::math::bits::ones;
 use crate::model::{RowId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{BoundingBox, PreparedFace, Tile};
@@ -105,21 +106,21 @@ impl Rates {
         }
         let judged = if self.turns.are_taken() || boxes.may_cull(cull) { 0 } else { *whole & in_any & !in_part };
         let of_range = &groups[GROUPS * *range..];
-        let keep = bits_of(judged).filter(|&group| self.keeps(&of_range[group], bounds[group]));
+        let keep = ones(judged).filter(|&group| self.keeps(&of_range[group], bounds[group]));
         let kept = keep.fold(0, |kept, group| kept | 1 << group);
         if *any {
             let groups = scales.len().div_ceil(GROUP);
-            for group in bits_of(!kept).take_while(|group| *group < groups) {
+            for group in ones(!kept).take_while(|group| *group < groups) {
                 boxes.members(*range, group).iter().for_each(|&k| scales[usize::from(k)] = UNSEEN);
             }
         }
         for (s, groups) in touched.into_iter().enumerate() {
             let start = bits.len();
-            for group in bits_of(groups & kept) {
+            for group in ones(groups & kept) {
                 bits.resize(start + WORDS, 0);
                 bits[start..].iter_mut().zip(boxes.word_bits(*range, group)).for_each(|(word, more)| *word |= more);
             }
-            for group in bits_of(groups & !kept) {
+            for group in ones(groups & !kept) {
                 boxes.seen_by(&sights[s].sight, cull, (*range, group), |k, now| {
                     bits.resize(start + WORDS, 0);
                     bits[start + k / 64] |= 1 << (k % 64);
@@ -131,7 +132,7 @@ impl Rates {
             }
         }
         let is_drawn = |k: &u16| scales[usize::from(*k)].most >= 0.0;
-        let others = bits_of(in_any & !kept).filter(|&group| boxes.members(*range, group).iter().all(is_drawn));
+        let others = ones(in_any & !kept).filter(|&group| boxes.members(*range, group).iter().all(is_drawn));
         *whole = others.fold(kept, |whole, group| whole | 1 << group);
         *open = in_any & !kept;
         *any = !with_any.is_empty();
@@ -156,7 +157,7 @@ impl Rates {
         let priority = || sights.iter().map(|sight| sight.priority).fold(f64::MIN_POSITIVE, f64::max);
         let raised = if self.options.budget.is_some() { steps_of(priority()) } else { 0.0 };
         let part = &self.parts[p];
-        for group in bits_of(groups) {
+        for group in ones(groups) {
             let tiles = part.boxes.members(range, group).iter().map(|&k| RANGE * range + usize::from(k));
             let band = self.look_at_tiles(p, tiles, (sights, raised), wanted);
             let row = GROUPS * range + group;
@@ -202,9 +203,9 @@ impl Rates {
             } else {
                 wanted.near.push((p, t));
                 let face = &part.faces[part.face_of(&part.tiles[t])];
-                // A plane has one cell at any density. Its edges may bend, but they have their own boxes.
-                let flat = face.kind == SurfaceKind::Plane && self.terms.size.is_none();
-                let boxes = || places(face, &part.tiles[t]).filter(|_| !flat);
+                // The edges of tiles with one cell at any density may bend, but they have their own boxes.
+                let single = is_single(face, self.terms.size);
+                let boxes = || places(face, &part.tiles[t]).filter(|_| !single);
                 if planned && !due && before.is_each() && holds(boxes(), before, sights) {
                     continue;
                 }
@@ -337,15 +338,6 @@ impl Rates {
     pub(super) fn cells_drawn(&self) -> u64 {
         self.shown.iter().flat_map(|&part| &self.parts[part].seen.0).map(|range| range.cells).sum()
     }
-}
-
-/// The numbers of the bits that are set, ascending.
-fn bits_of(mut word: u32) -> impl Iterator<Item = usize> {
-    std::iter::from_fn(move || {
-        let bit = (word != 0).then(|| word.trailing_zeros())?;
-        word &= word - 1;
-        Some(bit as usize)
-    })
 }
 
 /// The step of each box, with hysteresis.

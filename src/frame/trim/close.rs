@@ -9,7 +9,7 @@
 use super::chain::EdgeSum;
 use super::input::TrimInput;
 use super::output::TrimOutput;
-use crate::math::BitMix;
+use crate::math::{BitMix, bits};
 use glam::DVec3;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -79,9 +79,7 @@ struct Places {
 impl Places {
     fn of(input: &TrimInput<'_>) -> Self {
         let mut known: HashMap<[u64; 3], u32, BuildHasherDefault<BitMix>> = HashMap::default();
-        // Adding zero turns -0.0 into 0.0.
-        let bits = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits);
-        let first = (0..).zip(input.places).map(|(v, p)| *known.entry(bits(p)).or_insert(v)).collect();
+        let first = (0..).zip(input.places).map(|(v, &p)| *known.entry(bits::of_point(p)).or_insert(v)).collect();
         Self { first }
     }
 

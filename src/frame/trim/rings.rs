@@ -8,6 +8,7 @@ use super::input::{NONE, TrimInput};
 use super::output::TrimOutput;
 use super::trace::Trace;
 use super::triangulate::Polygon;
+use crate::math::bits::ones;
 
 /// Contradictory loops: crossings do not alternate, or a region reaches beyond the tile.
 #[derive(Clone, Copy, Debug)]
@@ -120,10 +121,10 @@ impl Rings {
                 let special = full & trace.special.word(word, row);
                 self.corners += 4 * u64::from(full.count_ones());
                 for bit in ones(full & !special) {
-                    out.full_cells.push([word as u32 * 64 + bit, row as u32]);
+                    out.full_cells.push([(64 * word + bit) as u32, row as u32]);
                 }
                 for bit in ones(special) {
-                    let cell = row as u32 * tile.cells.0 + word as u32 * 64 + bit;
+                    let cell = row as u32 * tile.cells.0 + (64 * word + bit) as u32;
                     cell_polygon(tile, trace, cell, polygon);
                     self.add(RingOrigin::Cell(cell), polygon, out);
                 }
@@ -153,15 +154,6 @@ impl Rings {
             RingOrigin::Loops(..) => polygon.clear(),
         }
     }
-}
-
-/// Indices of the set bits.
-fn ones(mut word: u64) -> impl Iterator<Item = u32> {
-    std::iter::from_fn(move || {
-        let bit = word.trailing_zeros();
-        word &= word.wrapping_sub(1);
-        (bit < 64).then_some(bit)
-    })
 }
 
 /// Loads the corners of a cell as a polygon, with snapped ones replaced.

@@ -8,6 +8,7 @@ use super::kinds::{HOLDERS, is_shapeless};
 use super::place::Geometry;
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing};
 use super::values::{Attribute, Map, Set};
+use crate::math::bits;
 use crate::model::{
     Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, PartError, ShellKind, SolidTrouble, StepTrouble, Surface, VertexId,
 };
@@ -216,9 +217,7 @@ impl Mesh {
     }
 
     fn corner(&mut self, corner: DVec3) -> usize {
-        // Adding zero turns -0 into +0.
-        let key = (corner + DVec3::ZERO).to_array().map(f64::to_bits);
-        *self.corners.entry(key).or_insert_with(|| {
+        *self.corners.entry(bits::of_point(corner)).or_insert_with(|| {
             self.points.push(corner);
             self.points.len() - 1
         })

@@ -34,7 +34,7 @@ struct Pools([Threads; 2]);
 
 impl Pools {
     fn new() -> Self {
-        Self([1, 2].map(|count| Threads::start(count, false).unwrap()))
+        Self([1, 2].map(|count| Threads::start(count).unwrap()))
     }
 
     fn assert_same(&self, text: &[u8], name: &str) {
