@@ -283,20 +283,26 @@ impl<'a> ArcSpan<'a> {
         (ends.0.min(x).min(y), ends.1.max(x).max(y))
     }
 
-    /// The same of all cubics between its points.
-    fn extent_along(&self, n: DVec2) -> (f64, f64) {
-        if self.pieces().is_empty() {
-            return self.exact_range_along(n);
-        }
-        let each = (0..self.pieces().len()).filter_map(|k| self.cubic(k)).map(|cubic| cubic.exact_range_along(n));
-        each.fold((f64::INFINITY, f64::NEG_INFINITY), |r, x| (r.0.min(x.0), r.1.max(x.1)))
+    /// The same of all cubics between its points, from those of these, or of a part of a cubic.
+    fn extent_along(&self, n: DVec2, of_points: (f64, f64)) -> (f64, f64) {
+        (0..self.pieces().len()).filter_map(|k| self.cubic(k)).fold(of_points, |(low, high), cubic| {
+            // A cubic whose Bézier points are within adds nothing.
+            let within = |x: &DVec2| (low..=high).contains(&n.dot(*x));
+            if cubic.points().iter().all(within) {
+                return (low, high);
+            }
+            let exact = cubic.exact_range_along(n);
+            (low.min(exact.0), high.max(exact.1))
+        })
     }
 
     /// Whether a line along its chord separates it from another stretch.
     pub(super) fn is_beyond(&self, other: Self) -> bool {
         let n = directions(*self)[0];
-        let (here, there) = (self.extent_along(n), other.extent_along(n));
-        here.1 < there.0 || there.1 < here.0
+        let are_apart = |a: (f64, f64), b: (f64, f64)| a.1 < b.0 || b.1 < a.0;
+        let of_points = |s: &Self| if s.pieces().is_empty() { s.exact_range_along(n) } else { s.range_along(n) };
+        let [here, there] = [self, &other].map(of_points);
+        are_apart(here, there) && are_apart(self.extent_along(n, here), other.extent_along(n, there))
     }
 
     /// Whether it may be halved further below samples: up to [`MAX_DEPTH_BELOW`] times.
