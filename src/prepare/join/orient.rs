@@ -124,6 +124,7 @@ pub(crate) fn wrong_volume(
     const ROUNDING: f64 = 1e-9;
     /// Share of the faces' absolute contributions by which few samples may err where faces cancel each other.
     const CLEAR: f64 = 1e-3;
+    const FEWEST: Sampling = Sampling { lattice: 2, outline: 8 };
     const FEW: Sampling = Sampling { lattice: 4, outline: 8 };
     const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };
     let group = || group.iter().take_while(|_| !call.is_cancelled());
@@ -154,10 +155,13 @@ pub(crate) fn wrong_volume(
             (volume + v, parts + v.abs())
         })
     };
-    // Nearly all solids are right, and wrong volumes are far off, so try few samples first.
-    let (volume, parts) = summed(FEW);
-    if volume * wanted > CLEAR * parts {
-        return None;
+    // Nearly all solids are right, and wrong volumes are far off, so try few samples first. The fewest tell where faces
+    // hardly cancel each other.
+    for (samples, clear) in [(FEWEST, DECISIVE), (FEW, CLEAR)] {
+        let (volume, parts) = summed(samples);
+        if volume * wanted > clear * parts {
+            return None;
+        }
     }
     let (volume, parts) = summed(MANY);
     // The faces cancel each other, or all lie in one plane.
