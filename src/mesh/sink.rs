@@ -67,8 +67,8 @@ pub trait MeshSink: Send {
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError>;
 
     /// Receives tiles that are in its memory already, instead of [`batch`](Self::batch)es: at least one, ascending by
-    /// (part, tile). One without triangles removes the tile, if there is one. The room of each tile that the sink takes from `tiles` is the
-    /// sink's, also if it then refuses. The room of those that it leaves there is given back.
+    /// (part, tile). One without triangles removes the tile, if there is one. The room of each tile that the sink takes
+    /// from `tiles` is the sink's, also if it then refuses. The room of those that it leaves there is given back.
     ///
     /// # Errors
     /// When the sink cannot take all of them; `abort` follows. To leave some is an error too. The provided
