@@ -6,10 +6,9 @@ use std::io::{IsTerminal, Write, stderr};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use tracing_chrome::{ChromeLayerBuilder, FlushGuard};
-use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
-use tracing_subscriber::{Layer, fmt};
+use tracing_subscriber::{EnvFilter, Layer, fmt};
 
 /// A timeline that is being recorded in memory and written atomically at the end.
 pub(crate) struct Timeline {
@@ -42,14 +41,16 @@ impl Timeline {
 
 /// Starts logging, and records a timeline if `--trace` is given.
 pub(crate) fn start(common: &Common) -> Result<Option<Timeline>, Failure> {
-    let ours = |level| Targets::new().with_default(LevelFilter::WARN).with_target("trimtess", level);
-    let filter = match (std::env::var("RUST_LOG"), common.quiet, common.verbose) {
-        (Ok(text), ..) => text.parse().map_err(|e| Failure::Usage(format!("RUST_LOG={text}: {e}")))?,
-        (_, true, _) => Targets::new().with_default(LevelFilter::ERROR),
-        (_, _, 0) => ours(LevelFilter::WARN),
-        (_, _, 1) => ours(LevelFilter::INFO),
-        (_, _, 2) => ours(LevelFilter::DEBUG),
-        _ => Targets::new().with_default(LevelFilter::TRACE),
+    let level = match (common.quiet, common.verbose) {
+        (true, _) => "error",
+        (_, 0) => "warn",
+        (_, 1) => "warn,trimtess=info",
+        (_, 2) => "warn,trimtess=debug",
+        _ => "trace",
+    };
+    let filter = match std::env::var(EnvFilter::DEFAULT_ENV) {
+        Ok(text) => EnvFilter::try_new(&text).map_err(|e| Failure::Usage(format!("RUST_LOG={text}: {e}")))?,
+        Err(_) => EnvFilter::new(level),
     };
     let log = fmt::layer()
         .with_writer(stderr)
@@ -65,7 +66,7 @@ pub(crate) fn start(common: &Common) -> Result<Option<Timeline>, Failure> {
     };
     let recorded = Recorded::default();
     let (timeline, guard) = ChromeLayerBuilder::new().writer(recorded.clone()).include_args(true).build();
-    let timeline = timeline.with_filter(Targets::new().with_target("trimtess", LevelFilter::TRACE));
+    let timeline = timeline.with_filter(EnvFilter::new("trimtess=trace"));
     tracing_subscriber::registry().with(log).with(timeline).init();
     Ok(Some(Timeline { guard, recorded, path: path.clone() }))
 }
