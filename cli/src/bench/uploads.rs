@@ -26,7 +26,7 @@ struct Staging(Vec<Mutex<Block>>);
 struct Block {
     bytes: Vec<u8>,
     used: usize,
-    /// What a renderer draws: the worker lists it beside the vertices, so the caller's thread need not.
+    /// The tiles in it. Workers list them, as those of a renderer list draws.
     draws: Vec<Draw>,
 }
 

@@ -155,8 +155,8 @@ pub(crate) fn wrong_volume(
             (volume + v, parts + v.abs())
         })
     };
-    // Nearly all solids are right, and wrong volumes are far off, so try few samples first. The fewest tell where faces
-    // hardly cancel each other.
+    // Nearly all solids are right, and wrong volumes are far off, so try few samples first. The fewest err most, and
+    // count only where faces hardly cancel each other.
     for (samples, clear) in [(FEWEST, DECISIVE), (FEW, CLEAR)] {
         let (volume, parts) = summed(samples);
         if volume * wanted > clear * parts {

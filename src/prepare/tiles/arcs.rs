@@ -283,9 +283,14 @@ impl<'a> ArcSpan<'a> {
         (ends.0.min(x).min(y), ends.1.max(x).max(y))
     }
 
-    /// The same of all cubics between its points, from those of these, or of a part of a cubic.
-    fn extent_along(&self, n: DVec2, of_points: (f64, f64)) -> (f64, f64) {
-        (0..self.pieces().len()).filter_map(|k| self.cubic(k)).fold(of_points, |(low, high), cubic| {
+    /// The same of its samples, which lie on it; of a stretch without pieces, all of it.
+    fn sampled_along(&self, n: DVec2) -> (f64, f64) {
+        if self.pieces().is_empty() { self.exact_range_along(n) } else { self.range_along(n) }
+    }
+
+    /// The same of all cubics between its points. `sampled`: that of its samples.
+    fn extent_along(&self, n: DVec2, sampled: (f64, f64)) -> (f64, f64) {
+        (0..self.pieces().len()).filter_map(|k| self.cubic(k)).fold(sampled, |(low, high), cubic| {
             // A cubic whose Bézier points are within adds nothing.
             let within = |x: &DVec2| (low..=high).contains(&n.dot(*x));
             if cubic.points().iter().all(within) {
@@ -300,8 +305,8 @@ impl<'a> ArcSpan<'a> {
     pub(super) fn is_beyond(&self, other: Self) -> bool {
         let n = directions(*self)[0];
         let are_apart = |a: (f64, f64), b: (f64, f64)| a.1 < b.0 || b.1 < a.0;
-        let of_points = |s: &Self| if s.pieces().is_empty() { s.exact_range_along(n) } else { s.range_along(n) };
-        let [here, there] = [self, &other].map(of_points);
+        let (here, there) = (self.sampled_along(n), other.sampled_along(n));
+        // Where samples overlap, the stretches do.
         are_apart(here, there) && are_apart(self.extent_along(n, here), other.extent_along(n, there))
     }
 
