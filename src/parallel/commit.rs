@@ -2,7 +2,7 @@
 //! its own memory by worker.
 
 use super::error::FrameError;
-use super::handoff::{DegradedTile, Deliveries, Delivery, FaceFill, FaceRung, LostLine, MadeTile};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, MadeTile, Notes};
 use super::metrics::{Laps, WorkerMetrics};
 use super::seats::{Seat, Seats};
 use super::writer::Writer;
@@ -94,7 +94,7 @@ pub(super) struct Rows {
     /// By worker.
     pub(super) batches: Vec<Vec<Batch>>,
     /// Instead of batches.
-    written: Vec<Vec<WrittenTile>>,
+    pub(super) written: Vec<Vec<WrittenTile>>,
     lines: Vec<EdgeLine>,
     /// The tiles of batches, by delivery.
     made: Vec<Vec<MadeTile>>,
@@ -109,7 +109,7 @@ pub(super) struct Rows {
 ///
 /// `seats`: where batches are, ascending. `writer`: where the tiles were written, if they were.
 pub(super) fn commit(
-    (deliveries, seats): (Deliveries, &[Seat]),
+    (deliveries, seats): (Vec<Delivery>, &[Seat]),
     (scene, writer): (&Scene, Option<&Writer>),
     feed: Feed<'_>,
     (rows, sink): (&mut Rows, &mut dyn MeshSink),
@@ -123,13 +123,17 @@ pub(super) fn commit(
     for mut delivery in deliveries {
         report.tiles += delivery.metrics.tiles as usize;
         report.triangles += delivery.metrics.triangles;
-        report.batches += delivery.metrics.tiles as usize - delivery.bare.len();
         report.workers.push(delivery.metrics);
-        report.degraded.append(&mut delivery.degraded);
-        report.lost_lines.append(&mut delivery.lost_lines);
-        bare.append(&mut delivery.bare);
-        rows.take(*delivery);
+        if let Some(mut notes) = delivery.notes.take() {
+            report.degraded.append(&mut notes.degraded);
+            report.lost_lines.append(&mut notes.lost_lines);
+            bare.append(&mut notes.bare);
+            rows.note(*notes);
+        }
+        rows.take(delivery);
     }
+    report.batches = report.tiles - bare.len();
+    report.workers.sort_unstable_by_key(|metrics| metrics.worker);
     if let Feed::Views { forgotten, .. } = feed {
         report.forgotten = forgotten.len();
     }
@@ -177,17 +181,23 @@ impl Rows {
         of_batches.chain(self.written.iter().flatten().map(MadeTile::of))
     }
 
-    /// Takes what is fed of a delivery. Those of workers with smaller numbers come before it.
+    /// Takes what is fed of a delivery, but for its notes.
     fn take(&mut self, mut delivery: Delivery) {
         let worker = delivery.metrics.worker as usize;
-        self.batches.resize_with(worker, Vec::new);
-        self.batches.push(delivery.batches);
-        self.written.resize_with(worker, Vec::new);
-        self.written.push(delivery.written.take());
+        if self.batches.len() <= worker {
+            self.batches.resize_with(worker + 1, Vec::new);
+            self.written.resize_with(worker + 1, Vec::new);
+        }
+        self.batches[worker] = delivery.batches;
+        self.written[worker] = delivery.written.take();
         self.made.push(delivery.made);
-        self.lines.append(&mut delivery.lines);
-        self.rungs.append(&mut delivery.rungs);
-        self.fills.append(&mut delivery.fills);
+    }
+
+    /// Takes what is fed of notes.
+    fn note(&mut self, mut notes: Notes) {
+        self.lines.append(&mut notes.lines);
+        self.rungs.append(&mut notes.rungs);
+        self.fills.append(&mut notes.fills);
     }
 
     fn feed(
@@ -331,8 +341,9 @@ pub(super) fn sink_panicked(payload: &(dyn Any + Send)) -> FrameError {
 }
 
 /// Why a tile could not be written, if any could not. The frame must then be dropped before the sink hears of it.
-pub(super) fn refusal(deliveries: &mut [Box<Delivery>]) -> Option<FrameError> {
-    let refused = deliveries.iter_mut().filter_map(|delivery| delivery.refused.take());
+pub(super) fn refusal(deliveries: &mut [Delivery]) -> Option<FrameError> {
+    let notes = deliveries.iter_mut().filter_map(|delivery| delivery.notes.as_mut());
+    let refused = notes.filter_map(|notes| notes.refused.take());
     // The first one, whoever made it.
     let (_, _, why) = refused.min_by_key(|&(part, tile, _)| (part, tile))?;
     Some(match why {

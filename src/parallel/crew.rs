@@ -1,9 +1,10 @@
 //! The workers of a session: each makes its own tiles, on whichever thread is free.
 
-use super::handoff::{Deliveries, Hand};
+use super::handoff::{Delivery, Hand};
 use super::seats::Seats;
 use super::worker::{Order, Stages, Worker};
 use crate::control::{Jobs, map_with};
+use crate::mesh::WrittenTile;
 use std::cmp::Reverse;
 use std::sync::Arc;
 use std::time::Duration;
@@ -57,8 +58,17 @@ impl<S: Stages> Crew<S> {
         &self.seats
     }
 
-    /// Makes a frame. Workers that have nothing to do deliver nothing. When cancelled, deliveries are incomplete.
-    pub(super) fn make(&mut self, jobs: &dyn Jobs, order: Order<S::Plan>, work: Work) -> Deliveries {
+    /// Makes a frame: a delivery of each worker that has something to do, in any order. When cancelled, deliveries are
+    /// incomplete.
+    ///
+    /// `lists`: by worker, of the tiles that it wrote last. Those of the workers are taken, for their room.
+    pub(super) fn make(
+        &mut self,
+        jobs: &dyn Jobs,
+        order: Order<S::Plan>,
+        work: Work,
+        lists: &mut [Vec<WrittenTile>],
+    ) -> Vec<Delivery> {
         let _span = tracing::trace_span!("tiles").entered();
         // The longest first: what a thread begins last is short, and all end at about the same time.
         let (hands, parts, timed, busy) = match work {
@@ -75,14 +85,16 @@ impl<S: Stages> Crew<S> {
         };
         let is_all = Arc::ptr_eq(&hands, &self.hands);
         let stages = Arc::clone(&self.stages);
-        let mut deliveries = map_with(jobs, &mut self.scratches, busy, move |scratch: &mut Box<S::Scratch>, worker| {
+        let with_list = |worker: usize| (worker, lists.get_mut(worker).map(std::mem::take).unwrap_or_default());
+        let busy = busy.into_iter().map(with_list).collect();
+        let make = move |scratch: &mut Box<S::Scratch>, (worker, list): (usize, Vec<WrittenTile>)| {
             let mut at_work = Worker { number: worker as u32, stages: &*stages, scratch: &mut **scratch };
-            Box::new(at_work.make(&order, (&hands[worker], parts), timed))
-        });
-        deliveries.sort_unstable_by_key(|delivery| delivery.metrics.worker);
+            at_work.make(&order, (&hands[worker], parts), timed, list)
+        };
+        let deliveries = map_with(jobs, &mut self.scratches, busy, make);
         if is_all {
-            let times = deliveries.iter().map(|delivery| delivery.metrics.busy());
-            self.took.iter_mut().zip(times).for_each(|(took, time)| *took = time);
+            let all = deliveries.iter().map(|delivery| &delivery.metrics);
+            all.for_each(|metrics| self.took[metrics.worker as usize] = metrics.busy());
         }
         deliveries
     }
@@ -156,7 +168,7 @@ mod tests {
     impl FakeSession {
         fn frame(&mut self, plan: f64, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
             let order = Order { plan: Arc::new(plan), watch: Watch::default(), writer: None, lists: MeshLists::ALL };
-            let made = self.crew.make(&self.jobs, order, Work::All(9));
+            let made = self.crew.make(&self.jobs, order, Work::All(9), &mut []);
             let mut rows = Rows::default();
             let seats = self.crew.seats();
             let feed = Feed::All(&Control::default(), seats);

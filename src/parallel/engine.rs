@@ -5,7 +5,7 @@ use super::commit::{Feed, FrameReport, Rows, commit, refusal, sink_panicked};
 use super::crew::{Crew, Work};
 use super::edits::Edited;
 use super::error::FrameError;
-use super::handoff::{DegradedTile, Deliveries, Hand, Watch};
+use super::handoff::{DegradedTile, Delivery, Hand, Watch};
 use super::metrics::{Laps, SessionMemory};
 use super::options::SessionOptions;
 use super::owners::{Owners, hands, workers_on};
@@ -13,7 +13,7 @@ use super::residency::{Due, Residency};
 use super::seats::Seat;
 use super::worker::{Order, Stages};
 use super::writer::Writer;
-use crate::control::{Control, Jobs, chunks, map};
+use crate::control::{Control, Jobs, map};
 use crate::frame::Plan;
 use crate::frame::internals::{
     Levels, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, tessellate_tile,
@@ -100,7 +100,7 @@ struct Live {
 pub(super) struct FinishedFrame {
     pub(super) plan: Arc<Plan>,
     due: Due,
-    deliveries: Deliveries,
+    deliveries: Vec<Delivery>,
     /// Where the tiles that are due are made.
     seats: Vec<Seat>,
     planned_in: Duration,
@@ -251,7 +251,8 @@ impl Engine {
         drop(owing);
         let watch = Watch::of(control);
         let order = Order { plan: Arc::clone(&plan), watch: watch.clone(), writer: self.writer.clone(), lists };
-        let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, order, work) };
+        let written = &mut self.rows.written;
+        let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, order, work, written) };
         let frame = FinishedFrame { plan, due, deliveries, seats, planned_in, made_in: laps.lap(), deferred, lists };
         (!watch.is_cancelled()).then_some(frame)
     }
@@ -291,7 +292,8 @@ impl Engine {
             self.rests = true;
             return Ok(FrameReport { planned_in, deferred, ..self.unchanged() });
         }
-        let times: Vec<_> = deliveries.iter().flat_map(|delivery| delivery.times.iter().copied()).collect();
+        let notes = deliveries.iter().filter_map(|delivery| delivery.notes.as_ref());
+        let times: Vec<_> = notes.flat_map(|notes| notes.times.iter().copied()).collect();
         let from = due.from.as_deref();
         let feed = Feed::Views { whole: due.whole, from, drawn: &plan.drawn, forgotten: &due.forgotten };
         let made = (deliveries, &seats[..]);
@@ -367,18 +369,21 @@ fn fits(plan: &Plan, parts: &[Arc<PreparedPart>]) -> Result<(), FrameError> {
 
 /// Frees a plan, unless it has other owners, on all threads: it has an allocation per tile and per edge.
 fn free(jobs: &dyn Jobs, plan: Arc<Plan>) {
-    /// Blocks that a call frees.
+    /// Blocks of rows that a call frees, less than twice as many.
     const BLOCKS: usize = 16;
     let _span = tracing::trace_span!("free").entered();
     let Some(plan) = Arc::into_inner(plan) else { return };
-    let (mut tiles, mut edges) = (Vec::new(), Vec::new());
-    for part in plan.parts {
-        tiles.extend(part.tiles.into_blocks());
-        edges.extend(part.edges.into_blocks());
+    let (mut calls, mut call, mut freed) = (Vec::new(), Vec::new(), 0);
+    for (piece, blocks) in plan.parts.into_iter().flat_map(|part| part.pieces(BLOCKS)) {
+        call.push(piece);
+        freed += blocks;
+        if freed >= BLOCKS {
+            calls.push(std::mem::take(&mut call));
+            freed = 0;
+        }
     }
-    let tiles = chunks(jobs, tiles, BLOCKS).into_iter().map(|tiles| (tiles, Vec::new()));
-    let edges = chunks(jobs, edges, BLOCKS).into_iter().map(|edges| (Vec::new(), edges));
-    map(jobs, tiles.chain(edges).collect(), drop);
+    calls.push(call);
+    map(jobs, calls, drop);
 }
 
 /// Frees what a sink left of its batches; those of many tiles on all threads.
@@ -405,7 +410,7 @@ pub(super) fn whole_frame(
     let watch = Watch::new(control, tiles);
     let lists = writer.map_or_else(|| lists_of(sink), |writer| Ok(writer.lists()))?;
     let order = Order { plan: Arc::clone(plan), watch: watch.clone(), writer: writer.cloned(), lists };
-    let mut deliveries = crew.make(jobs, order, Work::All(parts));
+    let mut deliveries = crew.make(jobs, order, Work::All(parts), &mut rows.written);
     let cancelled = watch.is_cancelled().then_some(FrameError::Cancelled);
     if let Some(error) = cancelled.or_else(|| refusal(&mut deliveries)) {
         return Err(error);

@@ -54,21 +54,32 @@ impl Watch {
     }
 }
 
-/// What workers made for one frame, by worker. Boxed, because deliveries are large and move from threads to the commit.
-#[allow(clippy::vec_box, reason = "see above")]
-pub(super) type Deliveries = Vec<Box<Delivery>>;
-
-/// Everything that a worker made for one frame.
+/// Everything that a worker made for one frame. Few bytes, because it moves from a thread to the commit.
 #[derive(Default)]
 pub(super) struct Delivery {
+    /// Counts and times.
+    pub(super) metrics: WorkerMetrics,
     /// The tiles of the hand, ascending by (part, tile); empty with a writer.
     pub(super) made: Vec<MadeTile>,
-    /// The faces of the tiles without triangles.
-    pub(super) bare: Vec<(PartId, FaceId)>,
     /// The batch of each tile, likewise.
     pub(super) batches: Vec<Batch>,
     /// The room of each tile, with a writer.
     pub(super) written: Rooms,
+    pub(super) notes: Option<Box<Notes>>,
+}
+
+impl Delivery {
+    /// Its notes; from now on it has some.
+    pub(super) fn note(&mut self) -> &mut Notes {
+        self.notes.get_or_insert_default()
+    }
+}
+
+/// What most deliveries have none of.
+#[derive(Default)]
+pub(super) struct Notes {
+    /// The faces of the tiles without triangles.
+    pub(super) bare: Vec<(PartId, FaceId)>,
     /// The tile that could not be written. The worker stopped there.
     pub(super) refused: Option<(PartId, TileId, NotWritten)>,
     /// Time of each tile, if they were measured.
@@ -83,8 +94,6 @@ pub(super) struct Delivery {
     pub(super) fills: Vec<(TileId, FaceFill)>,
     /// Edges without polyline, ascending by (part, edge).
     pub(super) lost_lines: Vec<LostLine>,
-    /// Counts and times.
-    pub(super) metrics: WorkerMetrics,
 }
 
 /// What the residency of a sink knows of a tile, without its batch.

@@ -6,7 +6,7 @@ use super::metrics::{Laps, Processor};
 use super::writer::{Rooms, Writer};
 use crate::frame::Rung;
 use crate::frame::internals::TileOutcome;
-use crate::mesh::{Batch, EdgeLine, MeshLists, NotWritten, SinkError, TileMesh};
+use crate::mesh::{Batch, EdgeLine, MeshLists, NotWritten, SinkError, TileMesh, WrittenTile};
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::internals::panic_message;
 use std::any::Any;
@@ -67,12 +67,20 @@ impl<S: Stages> Worker<'_, S> {
     /// A panic in a tile is a defect of this crate and costs the inside of that tile: its boundary is filled, and it is
     /// delivered as [`Degradation::Filled`](crate::frame::Degradation::Filled) with the panic's message. A panic in an
     /// edge costs its polyline, see [`LostLine`].
-    pub(super) fn make(&mut self, order: &Order<S::Plan>, (hand, parts): (&Hand, usize), timed: bool) -> Delivery {
+    ///
+    /// `list`: of the tiles that it wrote last, for its room.
+    pub(super) fn make(
+        &mut self,
+        order: &Order<S::Plan>,
+        (hand, parts): (&Hand, usize),
+        timed: bool,
+        list: Vec<WrittenTile>,
+    ) -> Delivery {
         let Order { plan, watch, writer, lists } = order;
         let tiles = &hand.tiles[..hand.tiles.partition_point(|(part, _, _)| part.index() < parts)];
         let edges = &hand.edges[..hand.edges.partition_point(|(part, _)| part.index() < parts)];
         let _span = tracing::debug_span!("worker", number = self.number).entered();
-        let mut delivery = Delivery { written: Rooms::of(writer.as_ref(), tiles.len()), ..Delivery::default() };
+        let mut delivery = Delivery { written: Rooms::of(writer.as_ref(), tiles.len(), list), ..Delivery::default() };
         delivery.metrics.worker = self.number;
         let (mut laps, processor) = (Laps::start(), Processor::start());
         if writer.is_none() {
@@ -103,7 +111,7 @@ impl<S: Stages> Worker<'_, S> {
             }
             let mesh = take(&mut delivery, part, tile, outcome);
             if triangles == 0 {
-                delivery.bare.push((part, face));
+                delivery.note().bare.push((part, face));
             }
             if writer.is_none() {
                 delivery.made.push(MadeTile::new(part, tile, (triangles, mesh.bytes())));
@@ -114,16 +122,16 @@ impl<S: Stages> Worker<'_, S> {
             S::reuse(self.scratch, mesh);
             watch.advance();
             if let Some(mut clock) = clock {
-                delivery.times.push((part, tile, clock.lap()));
+                delivery.note().times.push((part, tile, clock.lap()));
             }
         }
         delivery.metrics.tiles_time = laps.lap();
         for &(part, edge) in edges {
             match catch_unwind(AssertUnwindSafe(|| self.stages.edge_line(plan, part, edge))) {
-                Ok(line) => delivery.lines.push(line),
+                Ok(line) => delivery.note().lines.push(line),
                 Err(payload) => {
                     let why = format!("internal error: {}", panic_message(&*payload));
-                    delivery.lost_lines.push(LostLine { part, edge, why });
+                    delivery.note().lost_lines.push(LostLine { part, edge, why });
                 }
             }
         }
@@ -142,11 +150,11 @@ impl<S: Stages> Worker<'_, S> {
         delivery: &mut Delivery,
     ) -> bool {
         let write = || writer.write((part, outcome.face, tile), &outcome.mesh, (self.number, chord));
-        match catch_unwind(AssertUnwindSafe(write)).unwrap_or_else(|panic| Err(panicked(&*panic))) {
-            Ok(written) => delivery.written.push(written),
-            Err(why) => delivery.refused = Some((part, tile, why)),
-        }
-        delivery.refused.is_none()
+        let written = catch_unwind(AssertUnwindSafe(write)).unwrap_or_else(|panic| Err(panicked(&*panic)));
+        let refused = written.map(|written| delivery.written.push(written)).err();
+        let goes_on = refused.is_none();
+        refused.into_iter().for_each(|why| delivery.note().refused = Some((part, tile, why)));
+        goes_on
     }
 }
 
@@ -162,13 +170,13 @@ fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcom
     delivery.metrics.tiles += 1;
     delivery.metrics.triangles += mesh.triangles.len() as u64;
     if rung > Rung::Normal {
-        delivery.rungs.push(FaceRung { part, face, rung });
+        delivery.note().rungs.push(FaceRung { part, face, rung });
     }
     if slivers > 0 || rewound > 0.0 {
-        delivery.fills.push((tile, FaceFill { part, face, slivers, rewound }));
+        delivery.note().fills.push((tile, FaceFill { part, face, slivers, rewound }));
     }
     if let Some(degradation) = degradation {
-        delivery.degraded.push(DegradedTile { part, face, tile, degradation });
+        delivery.note().degraded.push(DegradedTile { part, face, tile, degradation });
     }
     mesh
 }

@@ -88,9 +88,14 @@ pub(super) struct Rooms {
 }
 
 impl Rooms {
-    /// None yet, for up to `most` tiles of `writer`.
-    pub(super) fn of(writer: Option<&Arc<Writer>>, most: usize) -> Self {
-        Self { writer: writer.cloned(), tiles: Vec::with_capacity(if writer.is_some() { most } else { 0 }) }
+    /// None yet, for up to `most` tiles of `writer`. Uses the room of `list`, unless that is far too much.
+    pub(super) fn of(writer: Option<&Arc<Writer>>, most: usize, mut list: Vec<WrittenTile>) -> Self {
+        list.clear();
+        if writer.is_some() {
+            list.shrink_to(2 * most);
+            list.reserve_exact(most);
+        }
+        Self { writer: writer.cloned(), tiles: list }
     }
 
     pub(super) fn push(&mut self, tile: WrittenTile) {

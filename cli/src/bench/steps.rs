@@ -81,6 +81,8 @@ struct Open {
     inside: Duration,
     /// The calls of a loop.
     calls: Vec<Duration>,
+    /// When the last of them ended.
+    called: Option<Instant>,
 }
 
 /// Adds up the spans of one thread.
@@ -91,8 +93,6 @@ struct Recorder(Arc<Mutex<Record>>);
 struct Record {
     open: Vec<Open>,
     frame: Frame,
-    /// What recording a call takes, besides what is counted as the call.
-    per_call: Duration,
 }
 
 impl Recorder {
@@ -100,51 +100,38 @@ impl Recorder {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Measures what recording takes, by loops without work: it would count as work that is not divided.
-    fn calibrate(&self) {
-        const CALLS: u32 = 1000;
-        let empty = || {
-            tracing::trace_span!("loop").in_scope(|| {
-                (0..CALLS).for_each(|_| tracing::trace_span!("call").in_scope(|| ()));
-            });
-            self.take(Duration::ZERO)[REST].alone / CALLS
-        };
-        self.open().per_call = (0..5).map(|_| empty()).min().unwrap_or_default();
-    }
-
     /// What was recorded since the last call, with `whole` as the time of all of it.
     fn take(&self, whole: Duration) -> Frame {
-        let (mut frame, per_call) = {
-            let mut record = self.open();
-            (std::mem::take(&mut record.frame), record.per_call)
-        };
-        let of_step = |step: &Step| -> Duration {
-            step.alone + step.loops.iter().flatten().map(|call| *call + per_call).sum::<Duration>()
-        };
-        let known: Duration = frame.values().map(of_step).sum();
+        let mut frame = std::mem::take(&mut self.open().frame);
+        let known: Duration = frame.values().map(Step::work).sum();
         frame.entry(REST).or_default().alone += whole.saturating_sub(known);
         frame
     }
 }
 
 impl Record {
-    fn enter(&mut self, name: &'static str, begun: Instant) {
-        self.open.push(Open { name, begun, inside: Duration::ZERO, calls: Vec::new() });
+    /// A call begins where the one before it ends: each thread goes on to its next call by itself.
+    fn enter(&mut self, name: &'static str) {
+        let called = self.open.last().and_then(|around| around.called.filter(|_| name == CALL));
+        let begun = called.unwrap_or_else(Instant::now);
+        self.open.push(Open { name, begun, inside: Duration::ZERO, calls: Vec::new(), called: None });
     }
 
     fn exit(&mut self) {
-        let Some(Open { name, begun, inside, calls }) = self.open.pop() else { return };
-        let took = begun.elapsed();
+        let Some(Open { name, begun, inside, calls, .. }) = self.open.pop() else { return };
+        let ended = Instant::now();
+        let took = ended - begun;
         if let Some(around) = self.open.last_mut() {
             around.inside += took;
             if name == CALL {
                 around.calls.push(took);
+                around.called = Some(ended);
                 return;
             }
         }
         let step = if name == LOOP { self.open.last().map_or(REST, |around| around.name) } else { name };
         let step = self.frame.entry(step).or_default();
-        step.alone += took.saturating_sub(inside + self.per_call * calls.len() as u32);
+        step.alone += took.saturating_sub(inside);
         if name == LOOP {
             step.loops.push(calls);
         }
@@ -153,7 +140,7 @@ impl Record {
 
 /// Keeps no list of spans: to look one up, between calls that fill the caches, takes longer than what is measured.
 ///
-/// A span counts from when it is made to when it is closed: what tracing does for a call is part of that call.
+/// A span counts from when it is made to when it is closed: what tracing does for a call is part of it.
 impl Subscriber for Recorder {
     fn enabled(&self, of: &Metadata<'_>) -> bool {
         // Asked for every call of every loop.
@@ -161,8 +148,7 @@ impl Subscriber for Recorder {
     }
 
     fn new_span(&self, span: &Attributes<'_>) -> Id {
-        let begun = Instant::now();
-        self.open().enter(span.metadata().name(), begun);
+        self.open().enter(span.metadata().name());
         Id::from_u64(1)
     }
 
@@ -232,7 +218,6 @@ impl Column {
         let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
         let mut session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
         let sink = Uploads::written_by(&mut session, VertexLayout::COMPACT);
-        dispatcher::with_default(&spans, || recorder.calibrate());
         Self { recorder, spans, session, sink, frames: Vec::new() }
     }
 

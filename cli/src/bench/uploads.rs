@@ -77,7 +77,7 @@ impl TileMemory for Staging {
 pub(super) struct Uploads {
     /// Index of each part's first tile among all tiles.
     starts: Vec<usize>,
-    /// Triangles and bytes of each tile, but of those of a whole frame that workers wrote.
+    /// Triangles and bytes of each tile, but of those of a whole frame that workers wrote. Empty if it holds none.
     held: Vec<[u32; 2]>,
     /// Those, by worker, until the first frame of changes.
     lists: Vec<Vec<Draw>>,
@@ -98,8 +98,7 @@ impl Uploads {
         for part in &prepared.parts {
             starts.push(starts[starts.len() - 1] + part.tiles.len());
         }
-        let held = vec![[0; 2]; starts[starts.len() - 1]];
-        Self { starts, held, lists: Vec::new(), whole: false, staging: None, sent: Vec::new(), uploaded: 0 }
+        Self { starts, held: Vec::new(), lists: Vec::new(), whole: false, staging: None, sent: Vec::new(), uploaded: 0 }
     }
 
     /// Creates a sink for frames of a session whose workers write vertices of this layout into its memory.
@@ -117,19 +116,20 @@ impl Uploads {
     }
 
     fn hold(&mut self, part: PartId, tile: TileId, size: [u32; 2]) {
+        self.held.resize(self.tiles(), [0; 2]);
         let row = self.tile(part, tile);
         self.held[row] = size;
         self.uploaded += u64::from(size[1]);
     }
 
     fn forget(&mut self) {
-        self.held.fill([0; 2]);
+        self.held.clear();
         self.lists.iter_mut().for_each(Vec::clear);
     }
 
     /// Number of tiles.
     pub(super) fn tiles(&self) -> usize {
-        self.held.len()
+        self.starts[self.starts.len() - 1]
     }
 
     /// Index of a tile among all tiles.
@@ -158,6 +158,7 @@ impl MeshSink for Uploads {
 
     fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
         self.whole = false;
+        self.held.resize(self.tiles(), [0; 2]);
         let Self { starts, held, lists, .. } = self;
         for Draw { part, tile, size } in lists.iter_mut().flat_map(|list| list.drain(..)) {
             held[starts[part.index()] + tile.0 as usize] = size;

@@ -2,7 +2,7 @@
 //! Frustum and back-face culling.
 
 use crate::frame::plan::lattice::{places, strips};
-use crate::frame::tolerance::part_camera::{PartCamera, PixelScale};
+use crate::frame::tolerance::part_camera::{PartCamera, PartEye, PixelScale};
 use crate::math::hilbert;
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
@@ -24,6 +24,7 @@ pub(crate) struct InstanceSight {
     pub(crate) instance: usize,
     /// In units of the deviation that the view allows the instance, instead of pixels.
     pub(crate) sight: PartCamera,
+    pub(crate) eye: PartEye,
     /// The largest such scale within the box of the part.
     pub(crate) most: f64,
     /// Of the instance and its part: [`Attributes::priority`](super::attributes::Attributes::priority).
@@ -150,7 +151,7 @@ impl PartBoxes {
     /// `cull_back_faces` skips back-facing tiles of closed parts.
     pub(crate) fn seen_by(
         &self,
-        sight: &PartCamera,
+        InstanceSight { sight, eye, .. }: &InstanceSight,
         cull_back_faces: bool,
         (range, group): (usize, usize),
         mut each: impl FnMut(usize, PixelScale),
@@ -159,7 +160,7 @@ impl PartBoxes {
             let place = &self.tiles[RANGE * range + k];
             let Some(seen) = sight.look(place) else { continue };
             let cone = self.cones.get(RANGE * range + k).filter(|_| cull_back_faces);
-            if cone.is_none_or(|cone| !sight.sees_back(place, cone.axis, cone.half_angle)) {
+            if cone.is_none_or(|cone| !eye.sees_back(place, cone.axis, cone.half_angle)) {
                 each(k, seen);
             }
         }

@@ -235,7 +235,8 @@ impl PlacedInstances {
                 let Attributes { tolerance_scale, priority, .. } = *self.attributes.of(instance);
                 let sight = of.sight(lens, placed).weighed(1.0 / (of.deviation_px * tolerance_scale));
                 if let Some(PixelScale { most, .. }) = sight.look(&self.box_of(placed)) {
-                    shown.sights.push(InstanceSight { view, instance, sight, most, priority });
+                    let eye = of.eye(lens, placed);
+                    shown.sights.push(InstanceSight { view, instance, sight, eye, most, priority });
                 }
             }
         }

@@ -121,7 +121,7 @@ impl Rates {
                 bits[start..].iter_mut().zip(boxes.word_bits(*range, group)).for_each(|(word, more)| *word |= more);
             }
             for group in ones(groups & !kept) {
-                boxes.seen_by(&sights[s].sight, cull, (*range, group), |k, now| {
+                boxes.seen_by(&sights[s], cull, (*range, group), |k, now| {
                     bits.resize(start + WORDS, 0);
                     bits[start + k / 64] |= 1 << (k % 64);
                     scales[k] = scales[k].max(now);

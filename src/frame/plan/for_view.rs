@@ -46,7 +46,9 @@ pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimit
 #[must_use]
 pub fn plan_for_view_on(jobs: &dyn Jobs, prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
     let lens = view.lens();
-    let mut seen: Vec<Vec<PartCamera>> = vec![Vec::new(); prepared.parts.len()];
+    let mut counts = vec![0; prepared.parts.len()];
+    prepared.scene.instances.iter().for_each(|instance| counts[instance.part.index()] += 1);
+    let mut seen: Vec<Vec<PartCamera>> = counts.into_iter().map(Vec::with_capacity).collect();
     for instance in &prepared.scene.instances {
         seen[instance.part.index()].extend(lens.map(|lens| view.sight(lens, instance)));
     }

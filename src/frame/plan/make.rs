@@ -13,6 +13,7 @@ use crate::mesh::{DrawnTiles, ScenePart};
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
+use smallvec::SmallVec;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -232,8 +233,8 @@ fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> (Vec<Stretch>, Vec<R
 
 /// A plan for a list of stretches.
 struct Planned<T, K> {
-    /// Of one part after the other.
-    blocks: Vec<Vec<Arc<T>>>,
+    /// Of one part after the other. Most lists have one.
+    blocks: SmallVec<[Vec<Arc<T>>; 1]>,
     /// The rows that limits made coarser than asked, by part.
     short: Vec<(usize, usize, K)>,
 }
@@ -241,7 +242,7 @@ struct Planned<T, K> {
 impl<T, K> Planned<T, K> {
     fn with_room(stretches: &[Stretch]) -> Self {
         let blocks = stretches.iter().map(|(_, rows)| rows.len().div_ceil(BLOCK)).sum();
-        Self { blocks: Vec::with_capacity(blocks), short: Vec::new() }
+        Self { blocks: SmallVec::with_capacity(blocks), short: Vec::new() }
     }
 
     /// Plans a stretch by `row`, which returns what limits made coarser, too. `None` once that does.

@@ -141,6 +141,21 @@ impl PartPlan {
     pub(crate) fn is_of(&self, part: &PreparedPart) -> bool {
         (self.tiles.len(), self.edges.len()) == (part.tiles.len(), part.edges.len())
     }
+
+    /// Its rows in pieces of at most so many blocks, one piece if possible, with the number of blocks of each.
+    pub(crate) fn pieces(mut self, most: usize) -> SmallVec<[(Self, usize); 1]> {
+        let mut pieces = SmallVec::new();
+        loop {
+            let blocks = self.tiles.blocks() + self.edges.blocks();
+            if blocks <= most {
+                pieces.push((self, blocks));
+                return pieces;
+            }
+            let edges = self.edges.take_last(most);
+            let tiles = self.tiles.take_last(most - edges.blocks());
+            pieces.push((Self { tiles, edges }, most));
+        }
+    }
 }
 
 /// The plan of a frame: everything that workers receive.
@@ -172,6 +187,32 @@ impl Plan {
         match self.shortfall {
             Some(shortfall) if shortfall.by_limits() => Err(shortfall),
             shortfall => Ok(Self { shortfall, ..self }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_of_a_part_have_all_rows() {
+        let lattice = || Arc::new(TileLattice { us: SmallVec::new(), vs: SmallVec::new(), chord: 1.0 });
+        let line = || Arc::new(EdgePolyline { ts: SmallVec::new(), breaks: SmallVec::new() });
+        for (tiles, edges) in [(0, 0), (1, 0), (0, 65), (200, 500)] {
+            let part = PartPlan {
+                tiles: (0..tiles).map(|_| lattice()).collect(),
+                edges: (0..edges).map(|_| line()).collect(),
+            };
+            let blocks = tiles.div_ceil(64) + edges.div_ceil(64);
+            for most in [1, 2, 100] {
+                let pieces = part.clone().pieces(most);
+                assert_eq!(pieces.len(), blocks.div_ceil(most).max(1));
+                assert!(pieces.iter().all(|(_, blocks)| *blocks <= most));
+                let sum = |of: fn(&(PartPlan, usize)) -> usize| pieces.iter().map(of).sum::<usize>();
+                assert_eq!(sum(|(_, blocks)| *blocks), blocks);
+                assert_eq!((sum(|(piece, _)| piece.tiles.len()), sum(|(piece, _)| piece.edges.len())), (tiles, edges));
+            }
         }
     }
 }

@@ -25,8 +25,14 @@ impl<T> PlanRows<T> {
         Self(Vec::with_capacity(rows.div_ceil(BLOCK)))
     }
 
-    pub(crate) fn into_blocks(self) -> Vec<Vec<Arc<T>>> {
-        self.0
+    /// Number of blocks.
+    pub(super) fn blocks(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Takes the last blocks, so many if there are.
+    pub(super) fn take_last(&mut self, blocks: usize) -> Self {
+        Self(self.0.split_off(self.0.len().saturating_sub(blocks)))
     }
 
     /// Number of rows.
@@ -133,7 +139,11 @@ mod tests {
                 rows[64] = Arc::new(0);
                 assert_eq!([63, 64].map(|row| *rows[row]), [63, 0]);
             }
-            assert_eq!(rows.into_blocks().len(), count.div_ceil(64));
+            let all = count.div_ceil(64);
+            assert_eq!(rows.blocks(), all);
+            let last = rows.take_last(2);
+            assert_eq!([rows.blocks(), last.blocks()], [all.saturating_sub(2), all.min(2)]);
+            assert_eq!(rows.iter().chain(&last).count(), count);
         }
     }
 }

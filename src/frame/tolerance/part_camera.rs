@@ -27,9 +27,14 @@ pub(crate) struct PartCamera {
     /// Scale of the instance.
     scale: f64,
     lens: SightLens,
-    /// Camera position and viewing direction, in part coordinates.
-    eye: DVec3,
+}
+
+/// Where a camera is and where it looks, in the coordinates of one instance: which surface shows its back.
+#[derive(Clone, Debug)]
+pub(crate) struct PartEye {
+    place: DVec3,
     forward: DVec3,
+    lens: SightLens,
 }
 
 /// Projection to pixels.
@@ -176,7 +181,9 @@ impl PartCamera {
     pub(crate) fn weighed(self, by: f64) -> Self {
         Self { scale: self.scale * by, ..self }
     }
+}
 
+impl PartEye {
     /// Whether a surface within a box is back-facing everywhere, if its outward normals are within `half_angle` of
     /// `axis` (part coordinates, unit length). True for any instance transform: none moves the eye to the other
     /// side of a plane.
@@ -185,7 +192,7 @@ impl PartCamera {
         let (line, spread) = match self.lens {
             SightLens::Orthographic { .. } => (self.forward, 0.0),
             SightLens::Perspective { .. } => {
-                let line = centre - self.eye;
+                let line = centre - self.place;
                 (line, (radius / line.length()).min(1.0).arc_sine())
             }
         };
@@ -249,16 +256,20 @@ impl View {
 
     /// This camera in the coordinates of an instance.
     pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> PartCamera {
-        let (back, from) = (instance.transform.inverse(), self.camera.eye);
-        let (to_part, place) = (instance.transform.matrix3.transpose(), instance.transform.translation - from);
+        let to_part = instance.transform.matrix3.transpose();
+        let place = instance.transform.translation - self.camera.eye;
         PartCamera {
             axes: axes.map(|axis| to_part * axis),
             origin: DVec3::from(axes.map(|axis| axis.dot(place))),
             scale: instance.scale(),
             lens,
-            eye: back.transform_point3(from),
-            forward: back.transform_vector3(axes[2]),
         }
+    }
+
+    /// Where this camera is in the coordinates of an instance.
+    pub(crate) fn eye(&self, ([.., forward], lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> PartEye {
+        let back = instance.transform.inverse();
+        PartEye { place: back.transform_point3(self.camera.eye), forward: back.transform_vector3(forward), lens }
     }
 }
 
