@@ -151,10 +151,12 @@ impl<S: Stages> Worker<'_, S> {
     ) -> bool {
         let write = || writer.write((part, outcome.face, tile), &outcome.mesh, (self.number, chord));
         let written = catch_unwind(AssertUnwindSafe(write)).unwrap_or_else(|panic| Err(panicked(&*panic)));
-        let refused = written.map(|written| delivery.written.push(written)).err();
-        let goes_on = refused.is_none();
-        refused.into_iter().for_each(|why| delivery.note().refused = Some((part, tile, why)));
-        goes_on
+        let is_written = written.is_ok();
+        match written {
+            Ok(written) => delivery.written.push(written),
+            Err(why) => delivery.note().refused = Some((part, tile, why)),
+        }
+        is_written
     }
 }
 
