@@ -194,12 +194,13 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
 
     #[test]
     fn pieces_of_a_part_have_all_rows() {
         let lattice = || Arc::new(TileLattice { us: SmallVec::new(), vs: SmallVec::new(), chord: 1.0 });
         let line = || Arc::new(EdgePolyline { ts: SmallVec::new(), breaks: SmallVec::new() });
-        for (tiles, edges) in [(0, 0), (1, 0), (0, 65), (200, 500)] {
+        for (tiles, edges) in [(0_usize, 0_usize), (1, 0), (0, 65), (200, 500)] {
             let part = PartPlan {
                 tiles: (0..tiles).map(|_| lattice()).collect(),
                 edges: (0..edges).map(|_| line()).collect(),
