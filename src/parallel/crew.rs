@@ -93,8 +93,9 @@ impl<S: Stages> Crew<S> {
         };
         let deliveries = map_with(jobs, &mut self.scratches, busy, make);
         if is_all {
-            let all = deliveries.iter().map(|delivery| &delivery.metrics);
-            all.for_each(|metrics| self.took[metrics.worker as usize] = metrics.busy());
+            // One that stopped early tells no time.
+            let whole = deliveries.iter().map(|delivery| &delivery.metrics).filter(|metrics| !metrics.busy().is_zero());
+            whole.for_each(|metrics| self.took[metrics.worker as usize] = metrics.busy());
         }
         deliveries
     }

@@ -227,11 +227,11 @@ impl Engine {
         let Self { prepared, jobs, placed, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
             planner: Planner::new(Arc::clone(prepared), &self.options.planner),
-            residency: Residency::new(prepared, self.options.resident_bytes),
+            residency: Residency::new(prepared, self.options.resident_bytes, self.options.edge_lines),
         });
         // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
         let shown = tracing::trace_span!("show").in_scope(|| {
-            let shown = placed.shown_by(views);
+            let shown = placed.shown_by(views, self.options.planner.cull_back_faces);
             self.levels.assign_shown(placed, &shown);
             shown
         });
@@ -240,10 +240,7 @@ impl Engine {
         let changes = planner.changes();
         residency.outdate(prepared, changes);
         let deferred = changes.deferred;
-        let mut due = residency.due(prepared, placed.instances(), &plan.drawn);
-        if !self.options.edge_lines {
-            due.edges.clear();
-        }
+        let due = residency.due(prepared, placed.instances(), &plan.drawn);
         let planned_in = laps.lap();
         let (hands, seats) = self.owners.share(prepared, &due);
         let idle = hands.iter().all(Hand::is_empty);
@@ -286,7 +283,9 @@ impl Engine {
             let context = format!("a frame with {lists:?}, made for another sink; this one reads {reads:?}");
             return Err(FrameError::Sink(SinkError { context, cause: std::io::ErrorKind::InvalidInput.into() }));
         }
-        let Some(Live { residency, .. }) = &mut self.live else { return Ok(FrameReport::default()) };
+        let Some(Live { residency, .. }) = &mut self.live else {
+            return Err(FrameError::Lost { why: "a frame of views without a plan".into() });
+        };
         let still = deliveries.is_empty() && !due.whole && due.from.is_none() && due.forgotten.is_empty();
         if still && residency.shows(&plan.drawn, self.placed.scene_version()) {
             self.rests = true;

@@ -65,6 +65,7 @@ pub(super) struct Delivery {
     pub(super) batches: Vec<Batch>,
     /// The room of each tile, with a writer.
     pub(super) written: Rooms,
+    /// `None` if there are none.
     pub(super) notes: Option<Box<Notes>>,
 }
 
@@ -75,7 +76,7 @@ impl Delivery {
     }
 }
 
-/// What most deliveries have none of.
+/// What most deliveries have none of, where no lines of edges are asked for.
 #[derive(Default)]
 pub(super) struct Notes {
     /// The faces of the tiles without triangles.

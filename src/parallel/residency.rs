@@ -85,7 +85,9 @@ pub(super) struct Residency {
     held: u64,
     /// What they may be.
     most: u64,
-    /// Edges whose lines are outdated.
+    /// Whether the sink wants lines of edges.
+    edge_lines: bool,
+    /// Edges whose lines are outdated. None before a whole frame, which has all of them.
     edges: BTreeSet<(PartId, EdgeId)>,
     /// Whether the next frame must be a whole one.
     whole: bool,
@@ -110,7 +112,7 @@ pub(super) struct Due {
     pub(super) tiles: Vec<(PartId, TileId)>,
     /// Tiles to evict: resident, stale and not drawn. They could never be drawn again. Ascending.
     pub(super) forgotten: Vec<(PartId, TileId, FaceId)>,
-    /// Edges whose lines to make; in a whole frame, all of parts that have a plan. Ascending.
+    /// Edges whose lines to make, if the sink wants them; in a whole frame, all of parts that have a plan. Ascending.
     pub(super) edges: Vec<(PartId, EdgeId)>,
     /// For [`MeshSink::begin_update`](crate::mesh::MeshSink::begin_update), if the sink has another model and the frame
     /// is not a whole one.
@@ -118,13 +120,14 @@ pub(super) struct Due {
 }
 
 impl Residency {
-    /// `most`: bytes that resident tiles may take.
-    pub(super) fn new(prepared: &Prepared, most: Option<u64>) -> Self {
+    /// `most`: bytes that resident tiles may take. `edge_lines`: whether the sink wants lines of edges.
+    pub(super) fn new(prepared: &Prepared, most: Option<u64>, edge_lines: bool) -> Self {
         let mut new = Self {
             parts: Vec::new(),
             active: Vec::new(),
             held: 0,
             most: most.unwrap_or(u64::MAX),
+            edge_lines,
             edges: BTreeSet::new(),
             whole: true,
             from: None,
@@ -203,10 +206,12 @@ impl Residency {
             }
             row.is_outdated = true;
         }
+        changes.parts.iter().for_each(|part| self.parts[part.index()].is_planned = true);
+        if self.whole || !self.edge_lines {
+            return;
+        }
         for &part in &changes.parts {
-            self.parts[part.index()].is_planned = true;
-            let edges = prepared.parts[part.index()].edges_of_faces().map(|edge| (part, edge));
-            self.edges.extend(edges.filter(|_| !self.whole));
+            self.edges.extend(prepared.parts[part.index()].edges_of_faces().map(|edge| (part, edge)));
         }
         let of_model = |&&(part, edge): &&(PartId, RowId)| edge.index() < prepared.parts[part.index()].brep_edges;
         self.edges.extend(changes.edges.iter().filter(of_model).map(|&(part, edge)| (part, EdgeId(edge.0))));
@@ -247,7 +252,7 @@ impl Residency {
         }
         let is_planned = |&(part, _): &(PartId, EdgeId)| self.parts[part.index()].is_planned;
         let all = || prepared.brep_edges().filter(is_planned).collect();
-        due.edges = if self.whole { all() } else { self.edges.iter().copied().collect() };
+        due.edges = if self.whole && self.edge_lines { all() } else { self.edges.iter().copied().collect() };
         due
     }
 

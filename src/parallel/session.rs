@@ -143,7 +143,7 @@ impl Session {
     /// then moves no vertices: the sink gets [`MeshSink::written`] instead of [`MeshSink::batch`]. Cancels a frame that
     /// was begun; the next frame of views is a whole one.
     ///
-    /// Buffers of triangles stay with the workers and are filled again for every tile.
+    /// Buffers of triangles stay with the threads and are filled again for every tile.
     pub fn write_into(&mut self, layout: VertexLayout, memory: Arc<dyn TileMemory>) {
         self.cancel();
         if let Ok((engine, _)) = self.wait() {
@@ -535,7 +535,8 @@ impl Session {
                 Some(frame) => engine.commit(frame, (&self.scene, &mut self.degraded), sink),
                 None => Ok(engine.unchanged()),
             },
-            EngineState::Busy(..) | EngineState::Lost(_) => Ok(FrameReport::default()),
+            EngineState::Busy(..) => Err(FrameError::Lost { why: "the engine is not back".into() }),
+            EngineState::Lost(why) => Err(FrameError::Lost { why: why.clone() }),
         }
     }
 

@@ -24,7 +24,8 @@ pub(crate) struct InstanceSight {
     pub(crate) instance: usize,
     /// In units of the deviation that the view allows the instance, instead of pixels.
     pub(crate) sight: PartCamera,
-    pub(crate) eye: PartEye,
+    /// If tiles that show it their backs are skipped.
+    pub(crate) eye: Option<PartEye>,
     /// The largest such scale within the box of the part.
     pub(crate) most: f64,
     /// Of the instance and its part: [`Attributes::priority`](super::attributes::Attributes::priority).
@@ -148,19 +149,19 @@ impl PartBoxes {
     }
 
     /// Calls `each` with the tiles of a group of a range that are in the view frustum, as numbers within the range.
-    /// `cull_back_faces` skips back-facing tiles of closed parts.
+    /// With an eye, skips back-facing tiles of closed parts.
     pub(crate) fn seen_by(
         &self,
         InstanceSight { sight, eye, .. }: &InstanceSight,
-        cull_back_faces: bool,
         (range, group): (usize, usize),
         mut each: impl FnMut(usize, PixelScale),
     ) {
         for k in self.members(range, group).iter().map(|&k| usize::from(k)) {
             let place = &self.tiles[RANGE * range + k];
             let Some(seen) = sight.look(place) else { continue };
-            let cone = self.cones.get(RANGE * range + k).filter(|_| cull_back_faces);
-            if cone.is_none_or(|cone| !eye.sees_back(place, cone.axis, cone.half_angle)) {
+            let cone = || self.cones.get(RANGE * range + k);
+            let is_back = |eye: &PartEye| cone().is_some_and(|cone| eye.sees_back(place, cone.axis, cone.half_angle));
+            if !eye.as_ref().is_some_and(is_back) {
                 each(k, seen);
             }
         }

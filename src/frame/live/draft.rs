@@ -10,6 +10,7 @@ use crate::frame::tolerance::part_camera::PixelScale;
 use crate::math::bits::ones;
 use crate::model::{PartId, RowId, TileId};
 use smallvec::SmallVec;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Off-screen, or culled.
@@ -96,33 +97,38 @@ impl SeenTiles {
 }
 
 /// Visible instances, grouped by part. Only parts with at least one are listed: in a large scene most have none.
-pub(super) struct Sights(Vec<(usize, Vec<InstanceSight>)>);
+pub(super) struct Sights {
+    all: Vec<InstanceSight>,
+    /// Which of them are of a part, ascending by part.
+    parts: Vec<(usize, Range<usize>)>,
+}
 
 impl Sights {
     /// Groups `all` by part. Skips instances of parts from `parts` on. `part_of`: the part of an instance.
-    pub(super) fn of(all: Vec<InstanceSight>, parts: usize, part_of: impl Fn(usize) -> usize) -> Self {
-        let mut shown: Vec<usize> =
-            all.iter().map(|sight| part_of(sight.instance)).filter(|&part| part < parts).collect();
-        shown.sort_unstable();
-        shown.dedup();
-        let mut lists: Vec<_> = shown.into_iter().map(|part| (part, Vec::new())).collect();
-        for sight in all {
-            let part = part_of(sight.instance);
-            if let Ok(row) = lists.binary_search_by_key(&part, |(part, _)| *part) {
-                lists[row].1.push(sight);
-            }
-        }
-        Self(lists)
+    pub(super) fn of(mut all: Vec<InstanceSight>, parts: usize, part_of: impl Fn(usize) -> usize) -> Self {
+        let part_of = |sight: &InstanceSight| part_of(sight.instance);
+        all.retain(|sight| part_of(sight) < parts);
+        // Stable: those of a part stay ascending.
+        all.sort_by_key(part_of);
+        let mut end = 0;
+        let of_part = |sights: &[InstanceSight]| {
+            let first = end;
+            end += sights.len();
+            (part_of(&sights[0]), first..end)
+        };
+        let parts = all.chunk_by(|a, b| part_of(a) == part_of(b)).map(of_part).collect();
+        Self { all, parts }
     }
 
     /// Parts with a visible instance, ascending.
     pub(super) fn parts(&self) -> impl Iterator<Item = usize> {
-        self.0.iter().map(|(part, _)| *part)
+        self.parts.iter().map(|(part, _)| *part)
     }
 
     /// Those of a part, ascending by (view, instance).
     pub(super) fn of_part(&self, part: usize) -> &[InstanceSight] {
-        self.0.binary_search_by_key(&part, |(part, _)| *part).map_or(&[], |row| &self.0[row].1)
+        let row = self.parts.binary_search_by_key(&part, |(part, _)| *part);
+        row.map_or(&[], |row| &self.all[self.parts[row].1.clone()])
     }
 }
 

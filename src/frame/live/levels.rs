@@ -130,7 +130,7 @@ impl Levels {
     /// The result depends on the views and on earlier assignments. Cost: about 20 ns per view and instance that it may
     /// show, for parts with several LODs.
     pub fn assign(&mut self, placed: &mut PlacedInstances, views: &[View]) {
-        let shown = placed.shown_by(views);
+        let shown = placed.shown_by(views, false);
         self.assign_shown(placed, &shown);
     }
 

@@ -216,11 +216,12 @@ impl PlacedInstances {
         std::mem::take(&mut self.selected)
     }
 
-    /// What the views may show, without those that are invalid.
+    /// What the views may show, without those that are invalid. `cull_back_faces`: whether tiles that show their backs
+    /// are to be skipped.
     ///
     /// Cost: about 100 ns per instance that a view shows, and some of those beside it. After instances came or went,
     /// as much for all of them, once.
-    pub(crate) fn shown_by(&mut self, views: &[View]) -> Shown {
+    pub(crate) fn shown_by(&mut self, views: &[View], cull_back_faces: bool) -> Shown {
         if self.tree.is_none() {
             let spheres: Vec<Sphere> = (0..self.instances.len()).map(|row| self.sphere(row)).collect();
             self.tree = Some(SphereTree::new(&spheres));
@@ -235,7 +236,7 @@ impl PlacedInstances {
                 let Attributes { tolerance_scale, priority, .. } = *self.attributes.of(instance);
                 let sight = of.sight(lens, placed).weighed(1.0 / (of.deviation_px * tolerance_scale));
                 if let Some(PixelScale { most, .. }) = sight.look(&self.box_of(placed)) {
-                    let eye = of.eye(lens, placed);
+                    let eye = cull_back_faces.then(|| of.eye(lens, placed));
                     shown.sights.push(InstanceSight { view, instance, sight, eye, most, priority });
                 }
             }

@@ -237,7 +237,7 @@ impl Planner {
     /// partly in the picture or near a change of level; a few microseconds per tile and edge that changes. If nothing
     /// moved, one comparison of the views with the last ones. Runs on the caller's thread.
     pub fn plan(&mut self, placed: &mut PlacedInstances, views: &[View]) -> &Arc<Plan> {
-        let shown = placed.shown_by(views);
+        let shown = placed.shown_by(views, self.rates.options.cull_back_faces);
         self.plan_on(&Alone, placed, (views, shown))
     }
 

@@ -87,7 +87,7 @@ impl Rates {
         let VisibleTiles { part, range, seen, sights: with_any, bits } = tiles;
         let SeenRange { any, scales, whole, open, cells } = seen;
         let PartRates { boxes, groups, cells: of_tiles, .. } = &self.parts[*part];
-        let (sights, cull) = (sights.of_part(*part), self.options.cull_back_faces);
+        let sights = sights.of_part(*part);
         // Groups that any camera sees, and those that one sees in part.
         let (mut in_any, mut in_part) = (0, 0);
         let mut bounds = [UNSEEN; GROUPS];
@@ -104,7 +104,11 @@ impl Rates {
             in_any |= groups;
             touched.push(groups);
         }
-        let judged = if self.turns.are_taken() || boxes.may_cull(cull) { 0 } else { *whole & in_any & !in_part };
+        let judged = if self.turns.are_taken() || boxes.may_cull(self.options.cull_back_faces) {
+            0
+        } else {
+            *whole & in_any & !in_part
+        };
         let of_range = &groups[GROUPS * *range..];
         let keep = ones(judged).filter(|&group| self.keeps(&of_range[group], bounds[group]));
         let kept = keep.fold(0, |kept, group| kept | 1 << group);
@@ -121,7 +125,7 @@ impl Rates {
                 bits[start..].iter_mut().zip(boxes.word_bits(*range, group)).for_each(|(word, more)| *word |= more);
             }
             for group in ones(groups & !kept) {
-                boxes.seen_by(&sights[s], cull, (*range, group), |k, now| {
+                boxes.seen_by(&sights[s], (*range, group), |k, now| {
                     bits.resize(start + WORDS, 0);
                     bits[start + k / 64] |= 1 << (k % 64);
                     scales[k] = scales[k].max(now);
