@@ -124,25 +124,13 @@ pub(super) fn measure(
         let views = path(&prepared)?;
         done = Done::of(&prepared);
         progress.stage(format!("{threads} threads: flying"));
-        let flown = |coherence| {
-            let rounds = plan.rounds as usize;
+        let flown = |prepared: &Arc<Prepared>, views: &[View], coherence| {
             let (follow, lines, written) = (Follow::Spread, LinePlacement::Spread, true);
-            fly(
-                &Order {
-                    prepared: &prepared,
-                    views: &views,
-                    threads,
-                    workers: 0,
-                    coherence,
-                    follow,
-                    lines,
-                    written,
-                    rounds,
-                },
-                common,
-            )
+            let (workers, rounds) = (0, plan.rounds as usize);
+            fly(&Order { prepared, views, threads, workers, coherence, follow, lines, written, rounds }, common)
         };
-        let (cold, coherent) = (flown(Coherence::Off)?, flown(Coherence::On)?);
+        let cold = flown(&prepared, &views, Coherence::Off)?;
+        let coherent = flown(&prepared, &views, Coherence::On)?;
         let mean = |flight: &Flight, of: fn(&Times) -> f64| {
             flight.times.iter().map(of).sum::<f64>() / flight.times.len().max(1) as f64
         };
@@ -157,12 +145,7 @@ pub(super) fn measure(
         let made = || pool.install(|| ready(&copies, common));
         let (grown, prepare_ms) = least(plan.rounds, made)?;
         let grown = Arc::new(grown);
-        let flown = path(&grown)?;
-        let (follow, lines, coherence, written) = (Follow::Spread, LinePlacement::Spread, Coherence::Off, true);
-        let rounds = plan.rounds as usize;
-        let order =
-            Order { prepared: &grown, views: &flown, threads, workers: 0, coherence, follow, lines, written, rounds };
-        let frame_ms = mean(&fly(&order, common)?, |t| t.frame);
+        let frame_ms = mean(&flown(&grown, &path(&grown)?, Coherence::Off)?, |t| t.frame);
         let faces = grown.parts.iter().map(|part| part.faces.len()).sum();
         let (first_prepare, first_frame) = weak.first().map_or((prepare_ms, frame_ms), |w| (w.prepare_ms, w.frame_ms));
         let (prepare_efficiency, frame_efficiency) = (first_prepare / prepare_ms, first_frame / frame_ms);

@@ -116,7 +116,6 @@ impl Uploads {
     }
 
     fn hold(&mut self, part: PartId, tile: TileId, size: [u32; 2]) {
-        self.held.resize(self.tiles(), [0; 2]);
         let row = self.tile(part, tile);
         self.held[row] = size;
         self.uploaded += u64::from(size[1]);
@@ -153,6 +152,9 @@ impl MeshSink for Uploads {
     fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
         self.forget();
         self.whole = true;
+        if self.staging.is_none() {
+            self.held.resize(self.tiles(), [0; 2]);
+        }
         Ok(())
     }
 
