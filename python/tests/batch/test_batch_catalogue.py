@@ -84,6 +84,20 @@ with Catalogue.open(pathlib.Path({str(tmp_path)!r}), {OPTIONS!r}) as catalogue:
         assert not [name for name in os.listdir(catalogue.folder) if name.endswith(".part")]
 
 
+def test_a_run_that_is_killed_while_it_writes_its_note_leaves_the_new_one(tmp_path):
+    script = f"""
+import os, pathlib
+from trimtess.batch.catalogue import Catalogue
+with Catalogue.open(pathlib.Path({str(tmp_path)!r}), {OPTIONS!r}) as catalogue:
+    catalogue.note({{"ray": ["/tmp/x", "/tmp/y"]}})
+    os.ftruncate = lambda *_: os.kill(os.getpid(), 9)
+    catalogue.note({{"ray": []}})
+"""
+    assert subprocess.run([sys.executable, "-c", script]).returncode == -9
+    with Catalogue.open(tmp_path, OPTIONS) as catalogue:
+        assert catalogue.killed == {"ray": []}
+
+
 @pytest.mark.parametrize(
     ("head", "message"),
     [

@@ -5,6 +5,7 @@ import os
 import pathlib
 import random
 import shutil
+import sys
 import time
 from typing import Set
 
@@ -71,6 +72,27 @@ def test_killed_workers_and_drivers_lose_nothing(archive, reference, tmp_path, r
     killed = chaos.run_under_fire([archive, "--cores", 2], out, chance, driver_kills=2, pause=1.0, life=30)
     assert killed["driver"] == 2 and killed["Ray worker"] + killed["server or conversion"] > 0
     chaos.compare(reference, out)
+    assert chaos.leftovers(out, ray_folders) == []
+
+
+def test_a_run_that_is_killed_as_it_makes_its_folder_leaves_none(data, tmp_path, ray_folders):
+    """The next run knows the folder, because its name was noted before it was made."""
+    out = tmp_path / "out"
+    arguments = ["convert", str(data / "red_cube_blue_cylinder.step"), "--out", str(out), "-q", "--cores", "1"]
+    script = f"""
+import os, sys
+from trimtess.batch import cli, cluster
+make = os.mkdir
+def make_and_die(path, mode=0o777, **options):
+    make(path, mode, **options)
+    if cluster.FOLDER in str(path):
+        os.kill(os.getpid(), 9)
+os.mkdir = make_and_die
+sys.exit(cli.main({arguments!r}))
+"""
+    assert chaos.subprocess.run([sys.executable, "-c", script]).returncode == -9
+    assert chaos.ray_folders() - ray_folders != set()
+    assert batch(*arguments).returncode == 0
     assert chaos.leftovers(out, ray_folders) == []
 
 

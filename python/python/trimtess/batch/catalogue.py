@@ -109,9 +109,12 @@ class Catalogue:
         os.close(self._lock)
 
     def note(self, what: Json) -> None:
-        """Writes what the lock says of its holder: `pid`, `host`, and what to clean up if it is killed."""
-        os.ftruncate(self._lock, 0)
-        os.pwrite(self._lock, json.dumps(what).encode(), 0)
+        """Writes what the lock says of its holder: `pid`, `host`, and what to clean up if it is killed.
+
+        A run that is killed in here leaves the new note, with the end of the old one after it, or the old one."""
+        text = json.dumps(what).encode()
+        os.pwrite(self._lock, text, 0)
+        os.ftruncate(self._lock, len(text))
 
     def append(self, rows: List[Json]) -> None:
         """Adds a segment. Raises `DiskFull` and leaves the catalogue as it was if there is no room."""
@@ -199,7 +202,7 @@ def take_lock(folder: pathlib.Path) -> int:
 def holder_of(lock: int) -> Json:
     """What the lock says of the run that holds it, or that held it and was killed."""
     try:
-        note: Json = json.loads(os.pread(lock, 1 << 16, 0) or b"{}")
+        note: Json = json.JSONDecoder().raw_decode(os.pread(lock, 1 << 16, 0).decode() or "{}")[0]
         return note
     except ValueError:
         return {}

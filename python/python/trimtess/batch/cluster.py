@@ -43,7 +43,8 @@ class Cluster:
 
 @contextlib.contextmanager
 def connected(address: Optional[str], cores: Optional[int], folder: Optional[str]) -> Iterator[Cluster]:
-    """Ray, for the length of a block. `address` `None`: one of our own, on `cores` cores, that writes to `folder`.
+    """Ray, for the length of a block. `address` `None`: one of our own, on `cores` cores, that writes to `folder`, which
+    is made here.
 
     Raises `BatchError` if the address does not answer, or Ray is not installed.
     """
@@ -81,6 +82,8 @@ def connected(address: Optional[str], cores: Optional[int], folder: Optional[str
 def start_embedded(ray: Any, cores: Optional[int], folder: Optional[str], quiet: Json) -> None:
     """Starts Ray on this machine."""
     try:
+        if folder is not None:
+            os.mkdir(folder, 0o700)
         ray.init(
             num_cpus=cores or usable_cores(),
             include_dashboard=False,
@@ -127,12 +130,13 @@ def survey(ray: Any) -> Cluster:
 
 
 def new_folder() -> str:
-    """A folder for an embedded Ray. Its path is short: sockets are in it."""
-    return tempfile.mkdtemp(prefix=FOLDER)
+    """Names a folder for an embedded Ray, and does not make it: a run that is killed at any moment has noted the name of
+    each folder that it made. The path is short: sockets are in the folder."""
+    return os.path.join(tempfile.gettempdir(), FOLDER + secrets.token_hex(4))
 
 
 def remove_folders(folders: Iterable[str]) -> None:
-    """Removes what embedded Rays wrote. `folders`: as `new_folder` made them.
+    """Removes what embedded Rays wrote. `folders`: as `new_folder` named them.
 
     If a driver is killed while one of its workers starts, that worker still creates the folder. So this first waits until such
     workers have ended, for at most `END_SECONDS`. Agents of Ray may run for two more minutes. They write no new files."""
