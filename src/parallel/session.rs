@@ -253,12 +253,9 @@ impl Session {
     /// # Errors
     /// After an internal error: the session is over.
     pub fn update(&mut self, prepared: Arc<Prepared>) -> Result<(), FrameError> {
-        self.cancel();
-        let edited = self.edits.take(&self.scene, &self.rows);
         // Its rows are changed in place if nobody else has it.
         self.plan = None;
-        let (engine, _) = self.wait()?;
-        engine.apply(edited);
+        let engine = self.edited()?;
         engine.update(&prepared);
         let (parts, looks) = (engine.placed.part_attributes().clone(), engine.placed.take_looks());
         self.prepared = Arc::clone(&engine.prepared);
@@ -284,10 +281,7 @@ impl Session {
             return Err(InstanceError::NoPart { part: instance.part, count });
         }
         not_rigid(&instance.transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
-        self.cancel();
-        let edited = self.edits.take(&self.scene, &self.rows);
-        let (engine, _) = self.wait()?;
-        engine.apply(edited);
+        let engine = self.edited()?;
         let has_level = engine.add_instance(instance.clone());
         let (prepared, looks) = (Arc::clone(&engine.prepared), engine.placed.take_looks());
         if has_level {
@@ -310,10 +304,7 @@ impl Session {
     /// When it was removed before, or an internal error ended the session.
     pub fn remove_instance(&mut self, key: InstanceKey) -> Result<SceneInstance, InstanceError> {
         let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
-        self.cancel();
-        let edited = self.edits.take(&self.scene, &self.rows);
-        let (engine, _) = self.wait()?;
-        engine.apply(edited);
+        let engine = self.edited()?;
         let (looks, stated) = (engine.placed.take_looks(), engine.remove_instance(row));
         self.repaint(looks);
         self.rows.remove(row);
@@ -574,6 +565,15 @@ impl Session {
             EngineState::Lost(why) => Err(Lost(why.clone())),
             EngineState::Busy(..) => Err(Lost(String::new())),
         }
+    }
+
+    /// The engine, with what was set or moved since the last call. A frame that was begun is cancelled.
+    fn edited(&mut self) -> Result<&mut Engine, Lost> {
+        self.cancel();
+        let edited = self.edits.take(&self.scene, &self.rows);
+        let (engine, _) = self.wait()?;
+        engine.apply(edited);
+        Ok(engine)
     }
 
     fn landed(&mut self, mut engine: Box<Engine>, frame: Option<FinishedFrame>, control: &Control) -> EngineState {
