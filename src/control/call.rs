@@ -1,7 +1,7 @@
 //! A call that reads or prepares: its loops, and whether it goes on.
 
 use super::jobs::Jobs;
-use super::map::lock;
+use super::map::{Slot, lock};
 use super::progress::Control;
 use std::any::Any;
 use std::cmp::Reverse;
@@ -85,30 +85,6 @@ impl<'a> Call<'a> {
     /// Frees items on all threads.
     pub(crate) fn discard<T: Send>(&self, items: Vec<T>) {
         self.each(16, items, drop);
-    }
-}
-
-enum Slot<I, R> {
-    Waiting(I),
-    Begun,
-    Done(R),
-}
-
-impl<I, R> Slot<I, R> {
-    fn fill(&mut self, work: &impl Fn(I) -> R) {
-        *self = match std::mem::replace(self, Self::Begun) {
-            Self::Waiting(item) => Self::Done(work(item)),
-            other => other,
-        };
-    }
-
-    /// The result, made here if the pool left it out.
-    fn result(self, work: &impl Fn(I) -> R) -> R {
-        match self {
-            Self::Waiting(item) => work(item),
-            Self::Done(result) => result,
-            Self::Begun => unreachable!("a panic was passed on"),
-        }
     }
 }
 

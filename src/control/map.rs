@@ -96,10 +96,31 @@ struct Calls<S, I, R, F> {
     work: F,
 }
 
-enum Slot<I, R> {
+/// An item, then its result.
+pub(super) enum Slot<I, R> {
     Waiting(I),
+    /// In work, or its call panicked.
     Begun,
     Done(R),
+}
+
+impl<I, R> Slot<I, R> {
+    /// Makes the result, unless that was done.
+    pub(super) fn fill(&mut self, work: impl FnOnce(I) -> R) {
+        *self = match std::mem::replace(self, Self::Begun) {
+            Self::Waiting(item) => Self::Done(work(item)),
+            other => other,
+        };
+    }
+
+    /// The result, made here if a pool left it out.
+    pub(super) fn result(self, work: impl FnOnce(I) -> R) -> R {
+        match self {
+            Self::Waiting(item) => work(item),
+            Self::Done(result) => result,
+            Self::Begun => unreachable!("a panic was passed on"),
+        }
+    }
 }
 
 /// Makes calls until all have begun.
@@ -114,11 +135,7 @@ impl<S, I, R, F: Fn(&mut S, I) -> R> Make for Calls<S, I, R, F> {
         let space = &mut *lock(space);
         while let Some(slot) = self.slots.get(self.next.fetch_add(1, Ordering::Relaxed)) {
             let _span = tracing::trace_span!("call").entered();
-            let taken = std::mem::replace(&mut *lock(slot), Slot::Begun);
-            if let Slot::Waiting(item) = taken {
-                let result = (self.work)(space, item);
-                *lock(slot) = Slot::Done(result);
-            }
+            lock(slot).fill(|item| (self.work)(space, item));
         }
     }
 }
