@@ -192,13 +192,7 @@ pub fn check_scene<'a>(frame: impl Into<FrameView<'a>>) -> SceneFacts {
 fn facts_of(frame: &FrameView<'_>) -> SceneFacts {
     let mut facts = SceneFacts::default();
     let mut missing = vec![0_u64; frame.scene.parts.len()];
-    let mut batches: Vec<Vec<BatchView<'_>>> = vec![Vec::new(); frame.scene.parts.len()];
-    for batch in &frame.batches {
-        if let Some(of_part) = batches.get_mut(batch.part.index()) {
-            of_part.push(*batch);
-        }
-    }
-    for (index, (part, batches)) in frame.scene.parts.iter().zip(batches).enumerate() {
+    for (index, (part, batches)) in frame.scene.parts.iter().zip(frame.batches_by_part()).enumerate() {
         let id = PartId::new(index);
         let mut meshed = vec![false; part.face_colours.len()];
         for batch in batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()) {
@@ -213,7 +207,7 @@ fn facts_of(frame: &FrameView<'_>) -> SceneFacts {
         let lines = frame.edge_lines.partition_point(|line| line.part < id);
         let lines = &frame.edge_lines[lines..];
         let lines: &[EdgeLine] = &lines[..lines.partition_point(|line| line.part == id)];
-        facts.parts.push(check_batches(batches, &ExpectedUnbalanced::of(part, lines)));
+        facts.parts.push(check_batches(batches.into_iter().copied(), &ExpectedUnbalanced::of(part, lines)));
     }
     for SceneInstance { part, transform, .. } in &frame.scene.instances {
         if let Some(part_facts) = facts.parts.get(part.index()) {

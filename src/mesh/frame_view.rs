@@ -91,6 +91,24 @@ pub struct FrameView<'a> {
     pub edge_lines: &'a [EdgeLine],
 }
 
+impl<'a> FrameView<'a> {
+    /// Groups batches by part, keeping their order.
+    pub(crate) fn batches_by_part(&self) -> Vec<Vec<&BatchView<'a>>> {
+        self.by_part(&self.batches, |batch| batch.part)
+    }
+
+    /// Groups items by part, keeping their order. Items of unknown parts are dropped.
+    pub(crate) fn by_part<'b, T>(&self, items: &'b [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'b T>> {
+        let mut parts: Vec<Vec<&T>> = self.scene.parts.iter().map(|_| Vec::new()).collect();
+        for item in items {
+            if let Some(of_part) = parts.get_mut(part(item).index()) {
+                of_part.push(item);
+            }
+        }
+        parts
+    }
+}
+
 impl<'a> From<&'a MemorySink> for FrameView<'a> {
     fn from(frame: &'a MemorySink) -> Self {
         let batches = frame.batches.iter().map(Into::into).collect();

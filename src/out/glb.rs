@@ -12,7 +12,7 @@ use super::glb_numbers::{Group, Numbers, bytes, numbers};
 use super::glb_options::GlbOptions;
 use super::glb_stream::Stream;
 use super::node_place::{NodeGroup, NodePlace, PointNumbers, Turn, groups};
-use super::placed::{batches_by_part, by_part, instance_name};
+use super::placed::instance_name;
 use super::rounding::{Rounding, RoundingCount};
 use crate::control::{Alone, Call, Control};
 use crate::mesh::{BatchView, EdgeLine, FrameView, ScenePart};
@@ -165,8 +165,8 @@ impl Glb {
         for frame in levels {
             // Readers do not draw lists of lines.
             let edge_lines = if self.options.instanced { &[] } else { frame.edge_lines };
-            let lines = by_part(frame, edge_lines, |line| line.part);
-            let rows: Vec<PartRows<'_>> = batches_by_part(frame).into_iter().zip(lines).collect();
+            let lines = frame.by_part(edge_lines, |line| line.part);
+            let rows: Vec<PartRows<'_>> = frame.batches_by_part().into_iter().zip(lines).collect();
             let of_points = PointNumbers::of(frame, self.options, most);
             let before = shapes.last();
             let shared: Vec<bool> =

@@ -1,6 +1,6 @@
 //! A frame to Wavefront OBJ: text, millimetres, world coordinates at full f64 precision.
 
-use super::placed::{Placement, batches_by_part, distinct, instance_name, placed};
+use super::placed::{Placement, distinct, instance_name, placed};
 use crate::mesh::{FrameView, Scene, SceneInstance};
 use glam::DVec3;
 use std::fmt::Write as _;
@@ -15,7 +15,7 @@ use std::io::{self, Write};
 /// I/O errors of `file`.
 pub fn write_obj<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
     let frame = &frame.into();
-    let by_part = batches_by_part(frame);
+    let by_part = frame.batches_by_part();
     writeln!(file, "# {}: millimetres, written by trimtess", word(&frame.scene.name))?;
     let mut text = String::new();
     let mut world: Vec<DVec3> = Vec::new();

@@ -2,7 +2,6 @@
 
 pub(super) use crate::mesh::Placement;
 use crate::mesh::{BatchView, FrameView, SceneInstance, TileView};
-use crate::model::PartId;
 
 /// Maximum length of the name of an instance in a file, bytes: an assembly of 100 000 parts may state 20 KB for each.
 const MAX_NAME: usize = 100;
@@ -12,22 +11,6 @@ pub(super) fn instance_name<'a>(part: &'a str, instance: &'a SceneInstance) -> &
     let name = if instance.name.is_empty() { part } else { &instance.name };
     let end = (0..=MAX_NAME.min(name.len())).rev().find(|&end| name.is_char_boundary(end));
     &name[..end.unwrap_or(0)]
-}
-
-/// Groups batches by part, keeping their order.
-pub(super) fn batches_by_part<'a>(frame: &'a FrameView<'a>) -> Vec<Vec<&'a BatchView<'a>>> {
-    by_part(frame, &frame.batches, |batch| batch.part)
-}
-
-/// Groups items by part, keeping their order. Items of unknown parts are dropped.
-pub(super) fn by_part<'a, T>(frame: &FrameView<'_>, items: &'a [T], part: impl Fn(&T) -> PartId) -> Vec<Vec<&'a T>> {
-    let mut parts: Vec<Vec<&T>> = (0..frame.scene.parts.len()).map(|_| Vec::new()).collect();
-    for item in items {
-        if let Some(of_part) = parts.get_mut(part(item).index()) {
-            of_part.push(item);
-        }
-    }
-    parts
 }
 
 /// Pairs each instance with the batches of its part. Instances of unknown parts are skipped.

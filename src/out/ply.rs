@@ -1,7 +1,7 @@
 //! A frame to PLY, binary little-endian: f64 positions in millimetres and world coordinates, f32 normals, and the face
 //! of each triangle.
 
-use super::placed::{Placement, batches_by_part, distinct, placed};
+use super::placed::{Placement, distinct, placed};
 use crate::mesh::FrameView;
 use glam::DVec3;
 use std::io::{self, Write};
@@ -13,7 +13,7 @@ use std::io::{self, Write};
 /// I/O errors of `file`, or 2³² vertices or more.
 pub fn write_ply<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
     let frame = &frame.into();
-    let by_part = batches_by_part(frame);
+    let by_part = frame.batches_by_part();
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
     let mut world: Vec<DVec3> = Vec::new();
     for (instance, batches) in placed(frame, &by_part) {

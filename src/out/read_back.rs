@@ -8,7 +8,7 @@ use super::bytes::{FileTriangle, bad, bytes_at, vector};
 use super::glb_options::GlbOptions;
 #[cfg(feature = "glb")]
 use super::node_place::PointNumbers;
-use super::placed::{Placement, batches_by_part, distinct, placed};
+use super::placed::{Placement, distinct, placed};
 #[cfg(feature = "glb")]
 use super::read_glb::{Numbers, read_glb};
 use super::single::single;
@@ -105,7 +105,7 @@ fn expected(frame: &FrameView<'_>, format: Format, most: f64) -> io::Result<Vec<
         _ => Vec::new(),
     };
     let _ = most;
-    let by_part = batches_by_part(frame);
+    let by_part = frame.batches_by_part();
     let mut out = Vec::new();
     for (instance, batches) in placed(frame, &by_part) {
         let placement = Placement::new(&instance.transform);

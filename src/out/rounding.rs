@@ -7,7 +7,7 @@
 use super::glb_options::GlbOptions;
 #[cfg(feature = "glb")]
 use super::node_place::{NodePlace, PointNumbers, moved};
-use super::placed::{Placement, batches_by_part, distinct, placed};
+use super::placed::{Placement, distinct, placed};
 use super::single::{BeyondSingle, single};
 use crate::mesh::{BatchView, FrameView, SceneInstance};
 use crate::model::FaceId;
@@ -89,7 +89,7 @@ impl Rounding {
     pub(super) fn of_nodes(frame: &FrameView<'_>, with: (GlbOptions, f64)) -> Result<Self, BeyondSingle> {
         let mut counts = Vec::with_capacity(frame.scene.parts.len());
         let numbers = PointNumbers::of(frame, with.0, with.1);
-        for ((part, batches), numbers) in frame.scene.parts.iter().zip(batches_by_part(frame)).zip(numbers) {
+        for ((part, batches), numbers) in frame.scene.parts.iter().zip(frame.batches_by_part()).zip(numbers) {
             counts.push(RoundingCount::of(&batches, |point| {
                 let rounded = numbers.local(part, point)?;
                 Ok((rounded, moved(part, point, rounded)))
@@ -121,7 +121,7 @@ impl Rounding {
     /// Points in world coordinates, in single or double precision.
     pub(super) fn of_placed(frame: &FrameView<'_>, as_single: bool) -> Result<Self, BeyondSingle> {
         let mut out = Self::default();
-        let by_part = batches_by_part(frame);
+        let by_part = frame.batches_by_part();
         for (instance, batches) in placed(frame, &by_part) {
             let placement = Placement::new(&instance.transform);
             let arithmetic = Arithmetic::of(&instance.transform);

@@ -1,6 +1,6 @@
 //! A frame to binary STL: single-precision millimetres in world coordinates, a flat normal per triangle.
 
-use super::placed::{Placement, batches_by_part, distinct, placed};
+use super::placed::{Placement, distinct, placed};
 use super::single::{BeyondSingle, single};
 use crate::mesh::{BatchView, FrameView};
 use glam::Vec3;
@@ -16,7 +16,7 @@ use std::io::{self, Write};
 /// written then.
 pub fn write_stl<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
     let frame = &frame.into();
-    let by_part = batches_by_part(frame);
+    let by_part = frame.batches_by_part();
     let mut world = Vec::new();
     let mut triangles = 0_u64;
     for (instance, batches) in placed(frame, &by_part) {

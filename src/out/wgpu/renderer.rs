@@ -8,7 +8,7 @@ use super::live::{DrawStats, LiveScene};
 use super::target::{texture, whole};
 use super::{Image, RenderOptions};
 use crate::mesh::{FrameView, MemorySink, MeshSink, SinkError};
-use crate::out::placed::{Placement, batches_by_part, placed};
+use crate::out::placed::{Placement, placed};
 use crate::view::ViewPoint;
 use ::wgpu::TextureUsages;
 
@@ -84,7 +84,7 @@ impl Renderer {
         let aspect = f64::from(options.size.0) / f64::from(options.size.1.max(1));
         let camera = options.camera.unwrap_or_else(|| {
             let whole = FrameView::from(frame);
-            let batches = batches_by_part(&whole);
+            let batches = whole.batches_by_part();
             let points = placed(&whole, &batches).flat_map(|(instance, batches)| {
                 let placement = Placement::new(&instance.transform);
                 let points = batches.iter().flat_map(|batch| batch.mesh.positions);
