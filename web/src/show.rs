@@ -66,24 +66,9 @@ impl Show {
 
     /// What the picked face is.
     pub(crate) fn pick(&self, hit: &PickHit) -> Pick {
-        let named = |name: Option<&str>, number: usize| match name {
-            Some(name) if !name.is_empty() => format!("{number} {name:?}"),
-            _ => number.to_string(),
-        };
-        let scene = self.session.scene();
-        let (part, instance) = (hit.part.index(), hit.instance.index());
-        let point = hit.point.to_array();
-        let [x, y, z] = point;
-        let mut facts = vec![
-            ("part", named(scene.parts.get(part).map(|part| part.name.as_str()), part)),
-            ("instance", named(scene.instances.get(instance).map(|placed| &*placed.name), instance)),
-            ("face", hit.face.index().to_string()),
-        ];
-        facts.extend(self.prepared.face_facts(hit.part, hit.face));
-        facts.push(("tile", hit.tile.0.to_string()));
-        facts.push(("triangles", format!("{} in the tile", hit.triangles)));
-        facts.push(("point", format!("{x:.3}, {y:.3}, {z:.3}")));
+        let facts = hit.facts(self.session.scene(), self.prepared.face_facts(hit.part, hit.face));
         let facts = facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        let point = hit.point.to_array();
         Pick { instance: hit.instance.0, part: hit.part.0, face: hit.face.0, tile: hit.tile.0, point, facts }
     }
 

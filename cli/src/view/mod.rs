@@ -1,6 +1,5 @@
 //! `trimtess view`: a file in a window, or a screenshot of the window.
 
-mod facts;
 mod load;
 mod looks;
 mod paint;

@@ -1,6 +1,5 @@
 //! Input to the next picture of the window: requests a frame from the session, draws the scene, paints the panel.
 
-use super::facts::facts;
 use super::load::{Loaded, Loader, Loading};
 use super::looks::{Action, Looks};
 use super::paint::{Canvas, PICTURE, Painter};
@@ -252,8 +251,9 @@ impl Viewer {
         }
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
             model.picked = under(at);
-            self.told.picked =
-                model.picked.map_or(Vec::new(), |picked| facts(&picked, model.session.scene(), &model.prepared));
+            self.told.picked = model.picked.map_or(Vec::new(), |picked| {
+                picked.facts(model.session.scene(), model.prepared.face_facts(picked.part, picked.face))
+            });
         }
         let turned = ui.input(|input| input.smooth_scroll_delta.y + 200.0 * (input.zoom_delta() - 1.0));
         if let Some(at) = response.hover_pos().filter(|_| turned != 0.0) {

@@ -2,6 +2,7 @@
 
 use super::scene::LiveScene;
 use super::uniforms::Aim;
+use crate::mesh::Scene;
 use crate::model::{FaceId, InstanceId, PartId, TileId};
 use crate::out::wgpu::error::RenderError;
 use crate::out::wgpu::formats::{DEPTH_FORMAT, PICK_FORMAT};
@@ -28,6 +29,30 @@ pub struct PickHit {
     pub triangles: u32,
     /// The surface point at the pixel's centre, world coordinates, millimetres. Its distance from the eye is an f32.
     pub point: DVec3,
+}
+
+impl PickHit {
+    /// What viewers tell of the face, as names and values. `scene` is that of the session. `of_face` are the
+    /// [facts](crate::prepare::Prepared::face_facts) of the face.
+    #[must_use]
+    pub fn facts(&self, scene: &Scene, of_face: Vec<(&'static str, String)>) -> Vec<(&'static str, String)> {
+        let named = |name: Option<&str>, number: usize| match name {
+            Some(name) if !name.is_empty() => format!("{number} {name:?}"),
+            _ => number.to_string(),
+        };
+        let (part, instance) = (self.part.index(), self.instance.index());
+        let [x, y, z] = self.point.to_array();
+        let mut rows = vec![
+            ("part", named(scene.parts.get(part).map(|part| part.name.as_str()), part)),
+            ("instance", named(scene.instances.get(instance).map(|placed| &*placed.name), instance)),
+            ("face", self.face.index().to_string()),
+        ];
+        rows.extend(of_face);
+        rows.push(("tile", self.tile.0.to_string()));
+        rows.push(("triangles", format!("{} in the tile", self.triangles)));
+        rows.push(("point", format!("{x:.3}, {y:.3}, {z:.3}")));
+        rows
+    }
 }
 
 /// A pick on its way from the device.
