@@ -1,20 +1,19 @@
 //! Times of tiles on this machine -> the cost model of `Tile::weight` in `prepare`, by robust least squares (Huber).
 //!
 //! Each tile is made alone on one thread, for six views around each model at half a pixel of 1920 × 1080. Its cost is
-//! the minimum of four times. The fit gives nanoseconds per tile, cell and boundary tessellant that minimize the
+//! the minimum of three times. The fit gives nanoseconds per tile, cell and boundary tessellant that minimize the
 //! relative error over all tiles. For each file it prints the correlation of measured costs with the fit and with the
 //! weights from `prepare`, which knows no view.
 
+use super::costs;
 use crate::input::{self, Input};
 use crate::limits::unprepared;
 use crate::{Common, Done, Failure};
 use glam::{DMat3, DVec3};
 use std::f64::consts::FRAC_PI_6;
 use std::path::Path;
-use std::time::Instant;
-use trimtess::frame::internals::{Scratch, tessellate_tile};
+use trimtess::frame::internals::Scratch;
 use trimtess::frame::{Plan, plan_for_view};
-use trimtess::mesh::MeshLists;
 use trimtess::model::{PartId, TileId};
 use trimtess::prepare::internals::Tile;
 use trimtess::prepare::{Prepared, prepare};
@@ -22,8 +21,6 @@ use trimtess::view::{CameraPath, Picture};
 
 /// Views around each model.
 const VIEWS: usize = 6;
-/// How often each tile is made. The minimum time counts.
-const TIMES: usize = 4;
 const TERMS: usize = 3;
 
 /// A tile in a view.
@@ -78,20 +75,13 @@ fn samples(prepared: &Prepared) -> Vec<Sample> {
     let picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
     let mut scratch = Scratch::default();
     let mut samples = Vec::new();
+    let all: Vec<(PartId, TileId)> = prepared.tiles().map(|(part, tile, _)| (part, tile)).collect();
     for view in CameraPath::Orbit.views(bounds, VIEWS, &picture) {
         let plan = plan_for_view(prepared, &view);
-        let mut costs = vec![f64::INFINITY; prepared.tiles().count()];
-        for _ in 0..TIMES {
-            for ((part, tile, _), cost) in prepared.tiles().zip(&mut costs) {
-                let begun = Instant::now();
-                let made = tessellate_tile(prepared, &plan, (part, tile), MeshLists::NONE, &mut scratch);
-                *cost = cost.min(1e9 * begun.elapsed().as_secs_f64());
-                scratch.reuse(std::hint::black_box(made).mesh);
-            }
-        }
-        let sample = |((part, tile, row), cost): ((PartId, TileId, &Tile), f64)| Sample {
+        let costs = costs::tiles(prepared, &plan, &all, &mut scratch);
+        let sample = |((part, tile, row), ms): ((PartId, TileId, &Tile), f64)| Sample {
             terms: terms(&plan, part, tile, row),
-            cost,
+            cost: 1e6 * ms,
             weight: row.weight,
         };
         samples.extend(prepared.tiles().zip(costs).map(sample));
