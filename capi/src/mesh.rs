@@ -147,7 +147,7 @@ pub(crate) fn tolerance(
         (None, Some(share)) => share * if diagonal > 0.0 { diagonal } else { 1.0 },
         _ => return Err(Failure::argument("one of tolerance.chord and chord_rel must be above 0, the other 0")),
     };
-    let angle = positive("tolerance.angle", from.angle)?.unwrap_or(20.0_f64.to_radians());
+    let angle = positive("tolerance.angle", from.angle)?.unwrap_or(Tolerance::DEFAULT_ANGLE_DEGREES.to_radians());
     let max_edge = positive("tolerance.max_edge", from.max_edge)?;
     let mut limits = PlanLimits::DEFAULT;
     set(&mut limits.triangles, from.max_triangles);

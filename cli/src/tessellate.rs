@@ -15,13 +15,6 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::out::{self, Format, GlbLevel};
 use trimtess::prepare::{Shells, prepare};
 
-/// Default chord tolerance as a fraction of the model's diagonal. At 1e-2 a cylinder across the model is visibly a
-/// prism; 1e-4 makes ten times as many triangles that look the same on a screen.
-const DEFAULT_CHORD_REL: f64 = 1e-3;
-
-/// Default angle tolerance in degrees: about 18 segments around a full circle, however small.
-const DEFAULT_ANGLE: f64 = 20.0;
-
 /// `trimtess tessellate`
 #[derive(clap::Args)]
 pub(crate) struct TessellateArgs {
@@ -106,7 +99,7 @@ pub(crate) struct ToleranceArgs {
     #[arg(long, value_name = "FRACTION", value_parser = positive)]
     chord_rel: Option<f64>,
     /// Maximum angle by which the normal turns across a lattice cell, degrees.
-    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = DEFAULT_ANGLE)]
+    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = Tolerance::DEFAULT_ANGLE_DEGREES)]
     angle: f64,
     /// Maximum length of lattice cell sides and edge segments, millimetres.
     #[arg(long, value_name = "MM", value_parser = positive)]
@@ -116,7 +109,7 @@ pub(crate) struct ToleranceArgs {
 impl ToleranceArgs {
     /// The tolerance for a model of this diagonal, millimetres.
     pub(crate) fn resolve(&self, diagonal: f64) -> Tolerance {
-        let relative = self.chord_rel.unwrap_or(DEFAULT_CHORD_REL) * diagonal;
+        let relative = self.chord_rel.unwrap_or(Tolerance::DEFAULT_CHORD_REL) * diagonal;
         let chord = self.chord.unwrap_or(relative);
         Tolerance { chord, angle: self.angle.to_radians(), max_edge: self.max_edge }
     }

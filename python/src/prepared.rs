@@ -16,9 +16,6 @@ use trimtess::parallel::{SessionOptions, coarse_points, tessellate_on};
 use trimtess::prepare::{self, Shells};
 use trimtess::view::{self, ViewPoint};
 
-/// Default chord tolerance as a fraction of the model's diagonal, and angle in degrees. Those of the program.
-const DEFAULT: (f64, f64) = (1e-3, 20.0);
-
 /// A model that is ready for tessellation.
 #[pyclass(frozen, module = "trimtess")]
 pub(crate) struct Prepared {
@@ -99,12 +96,12 @@ impl Prepared {
     ) -> PyResult<Mesh> {
         let chord = errors::positive(py, "chord", chord)?;
         let chord_rel = errors::positive(py, "chord_rel", chord_rel)?;
-        let angle = errors::positive(py, "angle", angle)?.unwrap_or(DEFAULT.1);
+        let angle = errors::positive(py, "angle", angle)?.unwrap_or(Tolerance::DEFAULT_ANGLE_DEGREES);
         let max_edge = errors::positive(py, "max_edge", max_edge)?;
         if let (Some(chord), Some(_)) = (chord, chord_rel) {
             return Err(errors::out_of_range(py, "chord", chord, "None, as chord_rel is given"));
         }
-        let chord = chord.unwrap_or(chord_rel.unwrap_or(DEFAULT.0) * self.prepared.diagonal);
+        let chord = chord.unwrap_or(chord_rel.unwrap_or(Tolerance::DEFAULT_CHORD_REL) * self.prepared.diagonal);
         let tolerance = Tolerance { chord, angle: angle.to_radians(), max_edge };
         let limits = self.limits(max_memory);
         let limits = limits

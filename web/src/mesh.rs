@@ -18,9 +18,6 @@ use trimtess::prepare::Prepared;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::prelude::*;
 
-/// Default chord tolerance as a fraction of the diagonal, and angle in degrees: those of the program.
-const DEFAULT: (f64, f64) = (1e-3, 20.0);
-
 /// Limits of a mesh. `chord` or `chordRel`, not both.
 #[derive(Deserialize, Tsify)]
 #[serde(rename_all = "camelCase")]
@@ -50,8 +47,9 @@ impl Tolerance {
                 return Err(told(format!("{name} is {number}; it must be a finite number above 0")));
             }
         }
-        let chord = chord.unwrap_or(chord_rel.unwrap_or(DEFAULT.0) * diagonal);
-        Ok(frame::Tolerance { chord, angle: angle.unwrap_or(DEFAULT.1.to_radians()), max_edge })
+        let chord = chord.unwrap_or(chord_rel.unwrap_or(frame::Tolerance::DEFAULT_CHORD_REL) * diagonal);
+        let angle = angle.unwrap_or(frame::Tolerance::DEFAULT_ANGLE_DEGREES.to_radians());
+        Ok(frame::Tolerance { chord, angle, max_edge })
     }
 }
 

@@ -26,6 +26,12 @@ pub struct Tolerance {
 }
 
 impl Tolerance {
+    /// `chord` of programs unless told otherwise, as a fraction of the model's diagonal. At 1e-2 a cylinder across the
+    /// model is visibly a prism; 1e-4 makes ten times as many triangles that look the same on a screen.
+    pub const DEFAULT_CHORD_REL: f64 = 1e-3;
+    /// `angle` of programs unless told otherwise, degrees: about 18 segments around a full circle, however small.
+    pub const DEFAULT_ANGLE_DEGREES: f64 = 20.0;
+
     /// The tolerance in the coordinates of a part that is placed at `scale`.
     pub(crate) fn within_part(&self, scale: f64) -> Self {
         Self { chord: self.chord / scale, angle: self.angle, max_edge: self.max_edge.map(|length| length / scale) }
