@@ -71,6 +71,11 @@ impl SceneInstance {
 }
 
 impl Scene {
+    /// Whether prepare found that a face is a point or a curve.
+    pub(crate) fn has_no_area(&self, part: PartId, face: FaceId) -> bool {
+        self.parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
+    }
+
     /// Moves all instances.
     pub fn translate(&mut self, by: DVec3) {
         for instance in &mut self.instances {

@@ -368,10 +368,8 @@ fn by_face(tiles: &mut [(TileId, FaceFill)]) -> Vec<FaceFill> {
 /// The worst rung of each face that left the normal path, and the number of faces per rung. `all`: the scene and its
 /// faces without triangles, if all of it was made; then all faces are counted.
 fn climbed(all: Option<(&Scene, Vec<(PartId, FaceId)>)>, tiles: &[FaceRung]) -> (Vec<FaceRung>, Ladder) {
-    let (parts, empty) = all.map_or((&[][..], Vec::new()), |(scene, empty)| (&scene.parts[..], empty));
-    let has_no_area = |part: PartId, face: FaceId| {
-        parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
-    };
+    let (scene, empty) = all.map_or((None, Vec::new()), |(scene, empty)| (Some(scene), empty));
+    let has_no_area = |part: PartId, face: FaceId| scene.is_some_and(|scene| scene.has_no_area(part, face));
     // A tile without area does not affect a face that has other tiles.
     let is_vanished = |tile: &&FaceRung| tile.rung == Rung::NoArea;
     let mut vanished: Vec<_> = tiles.iter().filter(is_vanished).map(|tile| (tile.part, tile.face)).collect();
@@ -389,7 +387,7 @@ fn climbed(all: Option<(&Scene, Vec<(PartId, FaceId)>)>, tiles: &[FaceRung]) -> 
     worst.dedup_by_key(|tile| (tile.part, tile.face));
     let mut ladder = Ladder::default();
     worst.iter().for_each(|face| ladder.add(face.rung, 1));
-    let faces: usize = parts.iter().map(|part| part.face_colours.len()).sum();
+    let faces: usize = scene.map_or(0, |scene| scene.parts.iter().map(|part| part.face_colours.len()).sum());
     ladder.add(Rung::Normal, faces.saturating_sub(worst.len()) as u64);
     (worst, ladder)
 }

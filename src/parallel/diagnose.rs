@@ -49,7 +49,7 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
                 continue;
             }
             Degradation::NotSimple { .. } | Degradation::Filled(_) => Severity::Warning,
-            Degradation::Empty if lost && !has_no_area(prepared, tile.part, tile.face) => Severity::Warning,
+            Degradation::Empty if lost && !prepared.scene.has_no_area(tile.part, tile.face) => Severity::Warning,
             // The tile is thinner than the tolerance; its neighbours close over it.
             Degradation::Empty => continue,
             // Degradations added by later versions of the library.
@@ -69,11 +69,6 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
         let place = crossing.or_else(centre);
         Diagnostic { part, face: Some(face), entity, place, ..Diagnostic::new(severity, kind) }
     }));
-}
-
-/// Whether prepare found that the face is a point or a curve.
-fn has_no_area(prepared: &Prepared, part: PartId, face: FaceId) -> bool {
-    prepared.scene.parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
 }
 
 /// The prepared face; `None` if prepare could not use it.
@@ -119,7 +114,7 @@ const NO_AREA: [&str; 3] = ["face-without-area", "face-thin", "trims-keep-nothin
 fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &Prepared) {
     let told = all.iter().filter_map(|d| Some((d.severity, &d.kind, d.part.zip(d.face)?)));
     let explains = |severity, kind: &DiagnosticKind, (part, face)| {
-        severity > Severity::Note || NO_AREA.contains(&kind.code()) || has_no_area(prepared, part, face)
+        severity > Severity::Note || NO_AREA.contains(&kind.code()) || prepared.scene.has_no_area(part, face)
     };
     let explained: HashSet<_> =
         told.filter(|(severity, kind, at)| explains(*severity, kind, *at)).map(|(_, _, at)| at).collect();
