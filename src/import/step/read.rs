@@ -12,6 +12,7 @@ use super::units::Contexts;
 use crate::control::{Call, Control, Counter, Jobs, Rayon, Stage};
 use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -49,7 +50,8 @@ pub fn read_file_on(
     let rest = usize::try_from(bytes.min(most)).unwrap_or(usize::MAX).saturating_sub(text.len());
     text.try_reserve_exact(rest).map_err(|error| io(error.into()))?;
     file.read_to_end(&mut text).map_err(io)?;
-    let mut model = read_on(jobs, &text, options, control)?;
+    let piece = piece(text.len(), jobs.width());
+    let mut model = read_in_pieces(Call::new(jobs, control), text.into(), options, piece)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(model)
 }
@@ -84,11 +86,17 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
 /// # Errors
 /// As [`read`], and [`StepError::Cancelled`].
 pub fn read_on(jobs: &dyn Jobs, bytes: &[u8], options: &StepOptions, control: &Control) -> Result<Model, StepError> {
-    read_in_pieces(Call::new(jobs, control), bytes, options, piece(bytes.len(), jobs.width()))
+    read_in_pieces(Call::new(jobs, control), bytes.into(), options, piece(bytes.len(), jobs.width()))
 }
 
-/// As [`read_on`], with a length of the pieces in which the syntax is parsed.
-fn read_in_pieces(call: Call<'_>, bytes: &[u8], options: &StepOptions, piece: usize) -> Result<Model, StepError> {
+/// As [`read_on`], with a length of the pieces in which the syntax is parsed. A text that is handed over is freed once it
+/// is parsed: the model takes its pages.
+fn read_in_pieces(
+    call: Call<'_>,
+    bytes: Cow<'_, [u8]>,
+    options: &StepOptions,
+    piece: usize,
+) -> Result<Model, StepError> {
     check_size(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
     let table = text::parse(call, bytes, options, piece, &mut diagnostics)?;

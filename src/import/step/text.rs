@@ -9,6 +9,7 @@ use super::sections::{Prologue, epilogue, find};
 use super::table::Table;
 use crate::control::{Call, Control};
 use crate::model::{Diagnostic, Severity, StepOutcome, SyntaxError, SyntaxFault};
+use std::borrow::Cow;
 
 const MAGIC: &[u8] = b"ISO-10303-21";
 /// Number of bytes in which the magic must appear. A byte order mark or a comment may precede it.
@@ -22,21 +23,22 @@ pub(super) fn magic(bytes: &[u8]) -> Result<usize, StepError> {
     find(head, 0, MAGIC).ok_or_else(|| StepError::NotStep { looks_like: guess(head) })
 }
 
-/// Parses the whole text, in pieces of about `piece` bytes. The result does not depend on their length.
+/// Parses the whole text, in pieces of about `piece` bytes. The result does not depend on their length. Frees the text
+/// before it makes the table.
 pub(super) fn parse(
     call: Call<'_>,
-    bytes: &[u8],
+    bytes: Cow<'_, [u8]>,
     options: &StepOptions,
     piece: usize,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Result<Table, StepError> {
     let control = call.control;
-    let start = magic(bytes)?;
-    let entities = entities_in(bytes, options.max_entities, control)?;
+    let start = magic(&bytes)?;
+    let entities = entities_in(&bytes, options.max_entities, control)?;
     if entities > options.max_entities {
         return Err(StepError::TooManyEntities { entities, limit: options.max_entities });
     }
-    let needed = memory_for(bytes, options.max_memory, control)?;
+    let needed = memory_for(&bytes, options.max_memory, control)?;
     if needed > options.max_memory {
         return Err(StepError::TooMuchMemory { needed, limit: options.max_memory });
     }
@@ -86,6 +88,7 @@ pub(super) fn parse(
         tell(Severity::Note, StepOutcome::MoreRepairs { count: more });
     }
     let budget = ReadBudget::new(bytes.len(), needed, options.max_memory, control);
+    drop(bytes);
     let pieces = pieces.into_iter().map(|piece| (piece.rows, piece.types, piece.values));
     Ok(Table::new(call, (pieces.collect(), is_in_order), elsewhere, budget))
 }

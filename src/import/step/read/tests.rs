@@ -27,7 +27,7 @@ fn texts(folder: &str) -> Vec<(PathBuf, Vec<u8>)> {
 fn outcome(text: &[u8], piece: usize, threads: &Threads) -> String {
     // Few instances, so that mutants with assemblies in assemblies do not take long.
     let options = StepOptions::DEFAULT.with_max_instances(10_000);
-    format!("{:?}", read_in_pieces(Call::new(threads, &Control::default()), text, &options, piece))
+    format!("{:?}", read_in_pieces(Call::new(threads, &Control::default()), text.into(), &options, piece))
 }
 
 struct Pools([Threads; 2]);
@@ -241,7 +241,7 @@ fn reads_are_cancelled_wherever_they_look() {
     for (path, text) in texts("tests/data").iter().chain(&texts("tests/fuzz/seeds")) {
         for piece in [1000, PIECE] {
             assert_each_cancels(&path.display().to_string(), 200, |control| {
-                let read = read_in_pieces(Call::new(&Alone, control), text, &StepOptions::DEFAULT, piece);
+                let read = read_in_pieces(Call::new(&Alone, control), text.into(), &StepOptions::DEFAULT, piece);
                 matches!(read, Err(StepError::Cancelled))
             });
         }
