@@ -74,7 +74,7 @@ pub(super) fn record_changes(
     Ok(Costs { tiles: loads(&rows), stride: 1, frames })
 }
 
-/// Times the tiles in `which`, milliseconds: the least of three times each.
+/// Times the tiles in `which`, milliseconds: the least of [`TIMES`] times each.
 pub(super) fn tiles(prepared: &Prepared, plan: &Plan, which: &[(PartId, TileId)], scratch: &mut Scratch) -> Vec<f64> {
     let mut costs = vec![f64::INFINITY; which.len()];
     for _ in 0..TIMES {

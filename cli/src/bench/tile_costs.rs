@@ -1,7 +1,7 @@
 //! Times of tiles on this machine -> the cost model of `Tile::weight` in `prepare`, by robust least squares (Huber).
 //!
 //! Each tile is made alone on one thread, for six views around each model at half a pixel of 1920 × 1080. Its cost is
-//! the minimum of three times. The fit gives nanoseconds per tile, cell and boundary tessellant that minimize the
+//! the minimum of [`costs::tiles`]. The fit gives nanoseconds per tile, cell and boundary tessellant that minimize the
 //! relative error over all tiles. For each file it prints the correlation of measured costs with the fit and with the
 //! weights from `prepare`, which knows no view.
 

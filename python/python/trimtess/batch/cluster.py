@@ -132,7 +132,7 @@ def survey(ray: Any) -> Cluster:
 def new_folder() -> str:
     """Names a folder for an embedded Ray, and does not make it: a run that is killed at any moment has noted the name of
     each folder that it made. The path is short: sockets are in the folder."""
-    return os.path.join(tempfile.gettempdir(), FOLDER + secrets.token_hex(4))
+    return os.path.join(tempfile.gettempdir(), FOLDER + secrets.token_urlsafe(6))
 
 
 def remove_folders(folders: Iterable[str]) -> None:
