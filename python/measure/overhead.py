@@ -56,7 +56,7 @@ def server_alone(paths: List[str], folder: pathlib.Path) -> Dict[str, float]:
     job.update(seconds=600.0, max_memory=4096 * MIB, workers=1)
     import trimtess
 
-    bundle = {"paths": paths, "version": trimtess.__version__, "patience": 1e9, "job": job}
+    bundle = {"name": "0", "paths": paths, "version": trimtess.__version__, "patience": 1e9, "job": job}
 
     def work() -> None:
         task.run_bundle(bundle)

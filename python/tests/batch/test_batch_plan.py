@@ -98,11 +98,27 @@ def test_files_that_a_worker_gives_back_are_dealt_again():
     assert rest < 1000 and dealt.seconds_left < 1e-9 < before
 
 
-def test_files_lost_with_their_worker_come_back_one_by_one():
+def test_a_file_that_workers_are_lost_at_comes_back_alone_and_is_given_up():
     dealt = Plan(files(1, 2), LIMITS)
-    assert dealt.lost(dealt.next(1)) == []
-    for _ in range(2 * (plan.MOST_LOSSES - 1)):
+    bundle = dealt.next(1)
+    suspect, other = bundle.works[1], bundle.works[0]
+    assert dealt.lost(bundle, 2) is None
+    for _ in range(plan.MOST_LOSSES - 1):
         bundle = dealt.next(1)
-        assert len(bundle.works) == 1 and bundle.works[0].attempts == 0
-        assert dealt.lost(bundle) == []
-    assert all(len(dealt.lost(dealt.next(1))) == 1 for _ in range(2)) and not dealt
+        assert bundle.works == [suspect] and suspect.attempts == 0
+        assert dealt.lost(bundle, 1) is None
+    assert dealt.lost(dealt.next(1), 1) is suspect and suspect.losses == 1 + plan.MOST_LOSSES
+    assert dealt.next(1).works == [other] and other.losses == 0 and not dealt
+
+
+def test_nobody_is_blamed_for_a_worker_that_is_lost_before_it_begins():
+    dealt = Plan(files(1, 2, 3), LIMITS)
+    for _ in range(3 * plan.MOST_LOSSES):
+        bundle = dealt.next(1)
+        assert [work.source.size for work in bundle.works] == [3, 2, 1]
+        assert dealt.lost(bundle, 0) is None
+    dealt.failed(dealt.next(1).works[2], "crashed", MIB, None)
+    for _ in range(3 * plan.MOST_LOSSES):
+        bundle = dealt.next(1)
+        assert [(work.source.size, work.losses, work.attempts) for work in bundle.works] == [(1, 0, 1)]
+        assert dealt.lost(bundle, 0) is None

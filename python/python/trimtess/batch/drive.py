@@ -15,7 +15,7 @@ import signal
 import socket
 import time
 import uuid
-from typing import Any, Counter, Dict, Iterable, List, Optional
+from typing import Any, Counter, Dict, Iterable, List, Optional, Tuple
 
 import trimtess
 
@@ -37,6 +37,9 @@ DEFAULT_MEMORY = 4096 * MIB
 
 #: Seconds without any node after which a run gives up.
 LOST_SECONDS = 30.0
+
+#: Workers lost in a row before they began a file, after which a run gives up.
+MOST_LOST_EARLY = 100
 
 #: Bundles under way, per core: one in work and one that waits for the worker.
 AHEAD = 2
@@ -170,7 +173,9 @@ class Driver:
         self.ray: Any = ray
         self.remote = ray.remote(max_retries=0)(task.run_bundle)
         self.plan, self.job, self.catalogue, self.statuses, self.meter = plan, job, catalogue, statuses, meter
-        self.flying: Dict[object, Bundle] = {}
+        #: Bundles under way, and their names.
+        self.flying: Dict[object, Tuple[Bundle, str]] = {}
+        self.launched = self.lost_early = 0
         self.rows: List[Json] = []
         self.flushed = self.seen = time.monotonic()
         self.stop: Optional[int] = None
@@ -202,16 +207,18 @@ class Driver:
         """Keeps the cluster busy."""
         slots = self.count_slots()
         while self.plan and len(self.flying) < AHEAD * slots:
-            bundle = self.plan.next(slots)
+            bundle, name = self.plan.next(slots), str(self.launched)
+            self.launched += 1
             job = {**self.job, "max_memory": bundle.memory, "workers": bundle.cores}
             data = {
+                "name": name,
                 "paths": [work.source.path for work in bundle.works],
                 "version": trimtess.__version__,
                 "patience": bundle.patience,
                 "job": job,
             }
             asked = {"num_cpus": bundle.cores, "memory": bundle.memory, **self.elsewhere(bundle)}
-            self.flying[self.remote.options(**asked).remote(data)] = bundle
+            self.flying[self.remote.options(**asked).remote(data)] = bundle, name
 
     def count_slots(self) -> int:
         """Cores of the cluster, which may grow and shrink. Raises once there have been none for a while."""
@@ -243,15 +250,14 @@ class Driver:
 
     def land(self, ref: object) -> None:
         """Takes one bundle back."""
-        bundle = self.flying.pop(ref)
+        bundle, name = self.flying.pop(ref)
         try:
             answer = self.ray.get(ref)
         except self.ray.exceptions.RayError as error:
             self.stop_if_hopeless(getattr(error, "cause", None))
-            message = f"lost with its worker {bundle.works[0].losses + 1} times: {clusters.one_line(error)}"
-            for work in self.plan.lost(bundle):
-                self.record(work, {"status": "lost", "message": message}, bundle, None)
+            self.lose(bundle, task.Begun.take(self.job, name), clusters.one_line(error))
             return
+        self.lost_early = 0
         done = len(answer["outcomes"])
         self.plan.learn(bundle, done, answer["seconds"])
         self.plan.give_back(bundle.works[done:])
@@ -262,6 +268,16 @@ class Driver:
                 work, outcome["status"], bundle.memory, answer["node"]
             ):
                 self.record(work, outcome, bundle, answer["host"])
+
+    def lose(self, bundle: Bundle, begun: int, reason: str) -> None:
+        """Deals the files of a bundle again whose worker was lost. Raises if no worker gets as far as its first file."""
+        self.lost_early = 0 if begun else self.lost_early + 1
+        if self.lost_early > MOST_LOST_EARLY:
+            raise BatchError(f"{self.lost_early} workers in a row were lost before they began a file: {reason}")
+        gone = self.plan.lost(bundle, begun)
+        if gone is not None:
+            message = f"its worker was lost {gone.losses} times: {reason}"
+            self.record(gone, {"status": "lost", "message": message}, bundle, None)
 
     def stop_if_hopeless(self, cause: Optional[BaseException]) -> None:
         """Raises for causes of a failed task that every further task would meet."""

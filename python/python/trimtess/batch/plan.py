@@ -42,7 +42,7 @@ class Work:
     source: Source
     #: Attempts that ended with a retriable outcome.
     attempts: int = 0
-    #: Times that it was lost with its worker. Not its fault in general, so counted apart.
+    #: Times that its worker was lost while at it. Not its fault in general, so counted apart.
     losses: int = 0
     #: Memory of the next attempt, bytes; `None` for what its size suggests.
     memory: Optional[int] = None
@@ -119,7 +119,7 @@ class Plan:
         return Bundle(works, max(map(self.memory, works)), max(map(self.cores, works)), seconds)
 
     def give_back(self, works: List[Work]) -> None:
-        """Takes files back that a worker did not start."""
+        """Takes files back that a worker did not do."""
         self.waiting.extendleft(reversed(works))
         self.seconds_left += sum(predict(work.source) for work in works)
 
@@ -153,20 +153,31 @@ class Plan:
         self.again.append(work)
         return True
 
-    def lost(self, bundle: Bundle) -> List[Work]:
-        """Puts back the files of a bundle whose worker was lost. Returns those that were lost too often."""
-        gone: List[Work] = []
-        for work in bundle.works:
-            work.losses += 1
-            (gone if work.losses > MOST_LOSSES else self.again).append(work)
+    def lost(self, bundle: Bundle, begun: int) -> Optional[Work]:
+        """Puts back the files of a bundle whose worker was lost after it had begun `begun` of them. The last of these
+        counts a loss; it is returned, not put back, if it was lost too often."""
+        works = list(bundle.works)
+        gone = None
+        if begun:
+            suspect = works.pop(begun - 1)
+            suspect.losses += 1
+            if suspect.losses > MOST_LOSSES:
+                gone = suspect
+            else:
+                self.again.append(suspect)
+        if len(bundle.works) == 1:
+            self.again.extend(works)
+        else:
+            # Results of those before the last are in the store.
+            self.give_back(works)
         return gone
 
 
 #: Outcomes that another attempt may change.
 RETRIED = ("crashed", "timeout", "unreadable")
 
-#: Times that a file may be lost with its worker. Files have processes of their own, so losing the worker is hardly
-#: ever the file's doing.
+#: Times that a worker may be lost while at a file. Files have processes of their own, so that is hardly ever the file's
+#: doing.
 MOST_LOSSES = 5
 
 

@@ -1,7 +1,7 @@
 """A process that forks one process per file: no file can take down another, and none waits for imports.
 
-`python -m trimtess.batch.server` loads `trimtess` once, then reads jobs from standard input and answers each on
-standard output, one JSON object per line. It ends at the end of its input, and its child with it.
+`python -m trimtess.batch.server` loads `trimtess` once, prints `READY`, then reads jobs from standard input and answers
+each on standard output, one JSON object per line. It ends at the end of its input, and its child with it.
 
 `multiprocessing` has a fork server too, but imports the main module of its user into every child (here Ray's), does
 not tell peak memory of a child that was killed, and leaves children behind when it is killed itself.
@@ -23,6 +23,9 @@ from typing import Optional
 
 from .convert import Convert, convert
 from .options import Json
+
+#: The line before all answers: what follows is spent on jobs.
+READY = b"ready\n"
 
 #: Bytes of a child's standard error that a message is taken from.
 TAIL = 4096
@@ -189,6 +192,7 @@ def main() -> None:
     os.dup2(2, 1)
     # Pages of loaded modules stay shared with the children.
     gc.freeze()
+    os.write(answers, READY)
     serve(Jobs(0), answers, convert)
 
 

@@ -20,12 +20,21 @@ import trimtess
 
 from .errors import FULL, BatchError, DiskFull
 from .options import Json
+from .server import READY
+from .store import Store
 
 #: Seconds that a server may take longer than the time limit of a file before it counts as stuck.
 PATIENCE = 60.0
 
+#: Seconds that a server may take to load its modules, which hundreds of workers may fetch from one disk at once.
+START_PATIENCE = 600.0
+
 #: Libraries that would start threads in the server.
 ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
+
+
+class ServerLost(Exception):
+    """The server ended before it was ready."""
 
 
 class Server:
@@ -34,28 +43,41 @@ class Server:
     def __init__(self) -> None:
         self._process: Optional[subprocess.Popen[bytes]] = None
 
+    def start(self) -> subprocess.Popen[bytes]:
+        """The running server. Raises `ServerLost` if it ends before it is ready for a job."""
+        if self._process is None:
+            command = [sys.executable, "-m", "trimtess.batch.server"]
+            environment = {**os.environ, **ONE_THREAD}
+            self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+            if self._line(self._process, START_PATIENCE) != READY:
+                raise ServerLost(self._end())
+        return self._process
+
     def convert(self, job: Json) -> Json:
         """The outcome of a job. A server that was lost is started again for the next."""
-        process = self._process or self._start()
-        assert process.stdin and process.stdout, "both are pipes"
+        process = self.start()
+        assert process.stdin, "it is a pipe"
         try:
             process.stdin.write(json.dumps(job).encode() + b"\n")
             process.stdin.flush()
-            ready, _, _ = select.select([process.stdout], [], [], job["seconds"] + PATIENCE)
-            answer = process.stdout.readline() if ready else b""
+            answer = self._line(process, job["seconds"] + PATIENCE)
         except BrokenPipeError:
             answer = b""
         if answer:
             outcome: Json = json.loads(answer)
             return outcome
-        code = self.stop()
-        return {"status": "crashed", "message": f"the process that starts conversions was lost (status {code})"}
+        return {"status": "crashed", "message": self._end()}
 
-    def _start(self) -> subprocess.Popen[bytes]:
-        command = [sys.executable, "-m", "trimtess.batch.server"]
-        environment = {**os.environ, **ONE_THREAD}
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
-        return self._process
+    @staticmethod
+    def _line(process: subprocess.Popen[bytes], seconds: float) -> bytes:
+        """The next line that the server prints; nothing if it ended or takes longer."""
+        assert process.stdout, "it is a pipe"
+        ready, _, _ = select.select([process.stdout], [], [], seconds)
+        return process.stdout.readline() if ready else b""
+
+    def _end(self) -> str:
+        """Ends a server that gave no answer. Returns what to say."""
+        return f"the process that starts conversions was lost (status {self.stop()})"
 
     def stop(self) -> Optional[int]:
         """Kills the server, and its child with it. Returns its exit status."""
@@ -74,17 +96,54 @@ class Server:
 SERVER = Server()
 
 
+class Begun:
+    """How many files of a bundle were begun, on disk, so that the driver knows it when the worker is lost: a byte for
+    each, in the run's scratch folder."""
+
+    def __init__(self, job: Json, name: str) -> None:
+        self.path = scratch(job) / f"begun-{name}"
+        self.descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+
+    def advance(self) -> None:
+        os.write(self.descriptor, b".")
+
+    def end(self) -> None:
+        """Removes it: the worker is about to tell the outcomes."""
+        os.close(self.descriptor)
+        self.path.unlink()
+
+    @staticmethod
+    def take(job: Json, name: str) -> int:
+        """What a lost worker left. Removes it."""
+        path = scratch(job) / f"begun-{name}"
+        try:
+            begun = path.stat().st_size
+            path.unlink()
+            return begun
+        except FileNotFoundError:
+            return 0
+
+
+def scratch(job: Json) -> pathlib.Path:
+    """The run's scratch folder."""
+    return Store(job["out"]).scratch(job["run"])
+
+
 def run_bundle(bundle: Json) -> Json:
     """Converts the files of a bundle, one after the other.
 
-    `bundle`: `paths`, `version` of the driver, `patience` in seconds, and what jobs have in common as `job`. Returns
-    `outcomes`, one per file in order, and `host`, `node` and `seconds` of the bundle. There are fewer outcomes than
-    files if the patience ended or the disk is full. Raises `BatchError` if the worker cannot do any file.
+    `bundle`: its `name` within the run, `paths`, `version` of the driver, `patience` in seconds, and what jobs have in
+    common as `job`. Returns `outcomes`, one per file in order, and `host`, `node` and `seconds` of the bundle. There
+    are fewer outcomes than files if the patience ended or the disk is full. Raises `BatchError` if the worker cannot
+    do any file. A worker that is lost leaves `Begun`.
     """
     start = time.perf_counter()
     check_worker(bundle)
     outcomes = []
+    begun = Begun(bundle["job"], bundle["name"])
     for path, local, failure, seconds in fetched(bundle):
+        SERVER.start()
+        begun.advance()
         before = time.time()
         outcome = failure or SERVER.convert({**bundle["job"], "path": local})
         if outcome["status"] == "no-adapter":
@@ -95,6 +154,7 @@ def run_bundle(bundle: Json) -> Json:
         outcomes.append(outcome)
         if outcome["status"] == "full" or time.perf_counter() - start > bundle["patience"]:
             break
+    begun.end()
     return {"outcomes": outcomes, "seconds": time.perf_counter() - start, **place()}
 
 
@@ -110,9 +170,9 @@ def check_worker(bundle: Json) -> None:
     if trimtess.__version__ != bundle["version"]:
         versions = f"trimtess {trimtess.__version__}, the driver has {bundle['version']}"
         raise BatchError(f"worker {socket.gethostname()} has {versions}")
-    scratch = pathlib.Path(bundle["job"]["out"], ".tmp", bundle["job"]["run"])
-    if not scratch.is_dir():
-        raise BatchError(f"worker {socket.gethostname()} does not see {scratch}: --out must be a shared folder")
+    folder = scratch(bundle["job"])
+    if not folder.is_dir():
+        raise BatchError(f"worker {socket.gethostname()} does not see {folder}: --out must be a shared folder")
 
 
 #: A file on this worker: path, local path, outcome if it could not be fetched, seconds that fetching took.
@@ -129,8 +189,7 @@ def fetched(bundle: Json) -> Iterator[Fetched]:
         yield from ((path, path, None, 0.0) for path in paths)
         return
     with contextlib.ExitStack() as stack:
-        scratch = pathlib.Path(bundle["job"]["out"], ".tmp", bundle["job"]["run"])
-        folder = pathlib.Path(tempfile.mkdtemp(dir=scratch))
+        folder = pathlib.Path(tempfile.mkdtemp(dir=scratch(bundle["job"])))
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         ahead = stack.enter_context(concurrent.futures.ThreadPoolExecutor(1))
         pending = [ahead.submit(fetch, paths[0], folder / "0")]
