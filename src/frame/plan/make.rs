@@ -245,19 +245,24 @@ impl<T, K> Planned<T, K> {
         Self { blocks: SmallVec::with_capacity(blocks), short: Vec::new() }
     }
 
-    /// Plans a stretch by `row`, which returns what limits made coarser, too. `None` once that does.
+    /// Plans a stretch by `row`, which returns the cells or tessellants and what limits made coarser, too. `None` once
+    /// there are too many.
     fn plan(
         &mut self,
         (part, rows): &Stretch,
-        mut row: impl FnMut(usize) -> Option<(Arc<T>, Option<K>)>,
+        budget: &SharedBudget,
+        mut row: impl FnMut(usize) -> (T, u64, Option<K>),
     ) -> Option<()> {
         for from in rows.clone().step_by(BLOCK) {
             let mut block = Vec::with_capacity(BLOCK.min(rows.end - from));
+            let mut cells = 0u64;
             for k in from..rows.end.min(from + BLOCK) {
-                let (made, short) = row(k)?;
-                block.push(made);
+                let (made, more, short) = row(k);
+                cells = cells.saturating_add(more);
+                block.push(Arc::new(made));
                 self.short.extend(short.map(|short| (*part, k, short)));
             }
+            budget.add(cells)?;
             self.blocks.push(block);
         }
         Some(())
@@ -271,15 +276,15 @@ impl Round {
         let mut planned = Planned::with_room(stretches);
         for stretch in stretches {
             let (asked, part) = (&self.wanted.asked[stretch.0], &self.wanted.parts[stretch.0]);
-            planned.plan(stretch, |row| {
+            planned.plan(stretch, &self.spent, |row| {
                 let tile = &part.tiles[row];
                 let face = &part.faces[part.face_of(tile)];
                 asked.over(places(face, tile), &mut need);
                 let (factor, most_cells) = (self.density, self.cells_per_tile);
                 let request = LatticeRequest { face, tile, need: &need, factor, most_cells, before: None };
                 let (lattice, kept) = lattices.lattice(&request);
-                self.spent.add(cells(&lattice))?;
-                Some((Arc::new(lattice), (!kept.cells || !kept.lines).then_some(kept)))
+                let cells = cells(&lattice);
+                (lattice, cells, (!kept.cells || !kept.lines).then_some(kept))
             })?;
         }
         Some(planned)
@@ -297,7 +302,7 @@ impl Round {
             let (asked, tiles) = (&self.wanted.asked[stretch.0], lattices(stretch.0));
             let edges = &self.wanted.parts[stretch.0].edges;
             let mut strictest = None;
-            planned.plan(stretch, |row| {
+            planned.plan(stretch, &self.spent, |row| {
                 let edge = &edges[row];
                 // Most edges are one segment at the tolerance where their block is nearest, too.
                 if row % BLOCK == 0 {
@@ -310,8 +315,8 @@ impl Round {
                     asked.over(edge.bounds.places(), &mut need);
                     tessellants.polyline(edge, tiles, &need, self.density, None)
                 });
-                self.spent.add(line.ts.len() as u64)?;
-                Some((Arc::new(line), (!kept).then_some(())))
+                let tessellants = line.ts.len() as u64;
+                (line, tessellants, (!kept).then_some(()))
             })?;
         }
         Some(planned)
@@ -319,6 +324,9 @@ impl Round {
 }
 
 /// Cells and tessellants planned so far by all threads, and how many there may be.
+///
+/// A thread adds a block of rows at a time. With a sum for each row, 16 threads waited for each other's cache line for
+/// most of a plan: 25 000 rows took 2.6 ms, however many threads there were.
 struct SharedBudget {
     cells: AtomicU64,
     left: u64,
