@@ -30,7 +30,7 @@ pub use live::split::{LinePlacement, SplitRule};
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]
 pub mod internals {
-    pub(crate) use super::live::culling::PartBoxes;
+    pub(crate) use super::live::culling::largest_tile;
     pub use super::live::levels::Levels;
     pub use super::live::pages::PlanChanges;
     pub(crate) use super::live::placed::InstanceLook;

@@ -76,6 +76,11 @@ impl Scene {
         self.parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
     }
 
+    /// The model's part of a part, which may be one of its LODs: both have the same tiles.
+    pub(crate) fn of_model(&self, part: PartId) -> PartId {
+        self.parts[part.index()].mesh_of.unwrap_or(part)
+    }
+
     /// Moves all instances.
     pub fn translate(&mut self, by: DVec3) {
         for instance in &mut self.instances {

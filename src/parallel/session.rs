@@ -204,7 +204,7 @@ impl Session {
     /// of range.
     #[must_use]
     pub fn part_of(&self, row: usize) -> Option<PartId> {
-        self.scene.instances.get(row).map(|instance| self.of_model(instance.part))
+        self.scene.instances.get(row).map(|instance| self.scene.of_model(instance.part))
     }
 
     /// The key of the instance in this row of [`scene`](Self::scene). `None` if out of range.
@@ -311,7 +311,7 @@ impl Session {
         let visible = self.edits.remove(key).visible;
         let gone = self.scene.instances.remove(row);
         self.number_faces();
-        Ok(SceneInstance { part: self.of_model(gone.part), visible, colour: stated.colour, ..gone })
+        Ok(SceneInstance { part: self.scene.of_model(gone.part), visible, colour: stated.colour, ..gone })
     }
 
     /// Moves an instance from the next frame of views on.
@@ -373,11 +373,6 @@ impl Session {
     pub fn instance_attributes(&self, key: InstanceKey) -> Result<Attributes, AttributeError> {
         let known = self.rows.row(key).is_some();
         if known { Ok(self.edits.instance(key)) } else { Err(AttributeError::NoInstance { key }) }
-    }
-
-    /// The model's part of a part of the scene, which may be one of its LODs.
-    fn of_model(&self, part: PartId) -> PartId {
-        self.scene.parts[part.index()].mesh_of.unwrap_or(part)
     }
 
     fn repaint(&mut self, looks: Vec<(usize, InstanceLook)>) {

@@ -1,6 +1,6 @@
 //! Triangles of tiles -> bytes in the memory of a sink, by the workers that made them.
 
-use crate::frame::internals::PartBoxes;
+use crate::frame::internals::largest_tile;
 use crate::mesh::{MeshLists, NotWritten, PartGrid, Scene, TileMemory, TileMesh, VertexLayout, WrittenTile};
 use crate::model::{FaceId, PartId, TileId};
 use crate::prepare::Prepared;
@@ -33,7 +33,7 @@ impl Writer {
         for (part, seen) in parts.iter().zip(scene).skip(self.grids.len()) {
             let grid = match seen.mesh_of {
                 Some(of) => self.grids[of.index()],
-                None => PartGrid::new(seen.centre, seen.radius, PartBoxes::largest(part)),
+                None => PartGrid::new(seen.centre, seen.radius, largest_tile(part)),
             };
             self.grids.push(grid);
         }

@@ -6,6 +6,7 @@ use crate::frame::tolerance::part_camera::{PartCamera, PartEye, PixelScale};
 use crate::math::hilbert;
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
+use smallvec::SmallVec;
 use std::f64::consts::FRAC_PI_2;
 
 /// Tiles that are culled together, and that one call of a job looks at.
@@ -54,83 +55,85 @@ struct Group {
     bits: [u64; WORDS],
 }
 
-/// Bounding boxes of a part's tiles, and their normal cones.
-#[derive(Debug, Default)]
-pub(crate) struct PartBoxes {
-    /// Of [`RANGE`] consecutive tiles each.
-    ranges: Vec<BoundingBox>,
-    /// Of the groups of one range after the other, [`GROUPS`] for each but the last.
+/// Bounding boxes of [`RANGE`] consecutive tiles, and their normal cones.
+#[derive(Debug)]
+pub(super) struct RangeBoxes {
+    /// Of all of them.
+    place: BoundingBox,
     groups: Vec<Group>,
-    /// The tiles of each group, as numbers within their range.
+    /// The tiles of each group, as numbers within the range.
     members: Vec<u16>,
     tiles: Vec<BoundingBox>,
     /// Cones of outward normals. Empty for open parts, whose back faces may be visible.
     cones: Vec<Cone>,
 }
 
-impl PartBoxes {
-    /// Reads the table of derivative bounds of each tile.
-    pub(crate) fn of(part: &PreparedPart) -> Self {
+impl RangeBoxes {
+    /// Reads the tables of derivative bounds of the tiles of a range.
+    pub(super) fn of(part: &PreparedPart, range: usize, is_closed: bool) -> Self {
         let face = |tile: &Tile| &part.faces[part.face_of(tile)];
-        let tiles: Vec<BoundingBox> = boxes(part).collect();
+        let rows = &part.tiles[RANGE * range..part.tiles.len().min(RANGE * (range + 1))];
+        let tiles: Vec<BoundingBox> = rows.iter().map(|tile| tile_box(face(tile), tile)).collect();
         let around = |tiles: &[BoundingBox]| tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
-        let ranges = tiles.chunks(RANGE).map(around).collect();
-        let (mut groups, mut members) = (Vec::with_capacity(tiles.len().div_ceil(GROUP)), Vec::new());
-        for range in tiles.chunks(RANGE) {
-            let along = hilbert::along_curve(range.iter().map(|tile| 0.5 * (tile.low + tile.high)));
-            for of_group in along.chunks(GROUP) {
-                let boxes: Vec<_> = of_group.iter().map(|&tile| range[tile]).collect();
-                let is_full = boxes.iter().all(|tile| tile.low.cmple(tile.high).all());
-                let mut bits = [0; WORDS];
-                of_group.iter().for_each(|&tile| bits[tile / 64] |= 1 << (tile % 64));
-                groups.push(Group { place: around(&boxes), is_full, bits });
-                members.extend(of_group.iter().map(|&tile| tile as u16));
-            }
-        }
-        let closed = part.open_edges().count == 0;
-        let cones = part.tiles.iter().filter(|_| closed).map(|tile| normals(face(tile), tile)).collect();
-        Self { ranges, groups, members, tiles, cones }
+        let members = hilbert::along_curve(tiles.iter().map(|tile| 0.5 * (tile.low + tile.high)));
+        let group = |members: &[usize]| {
+            let boxes: SmallVec<[_; GROUP]> = members.iter().map(|&tile| tiles[tile]).collect();
+            let is_full = boxes.iter().all(|tile| tile.low.cmple(tile.high).all());
+            let mut bits = [0; WORDS];
+            members.iter().for_each(|&tile| bits[tile / 64] |= 1 << (tile % 64));
+            Group { place: around(&boxes), is_full, bits }
+        };
+        let groups = members.chunks(GROUP).map(group).collect();
+        let cones = rows.iter().filter(|_| is_closed).map(|tile| normals(face(tile), tile)).collect();
+        let members = members.into_iter().map(|tile| tile as u16).collect();
+        Self { place: around(&tiles), groups, members, tiles, cones }
     }
+}
 
+/// Bounding boxes of a part's tiles, and their normal cones: one range after the other.
+#[derive(Debug, Default)]
+pub(super) struct PartBoxes(pub(super) Vec<RangeBoxes>);
+
+impl PartBoxes {
     /// Number of tiles.
-    pub(crate) fn len(&self) -> usize {
-        self.tiles.len()
+    pub(super) fn len(&self) -> usize {
+        self.0.iter().map(|range| range.tiles.len()).sum()
     }
 
-    /// Number of groups.
-    pub(crate) fn groups(&self) -> usize {
-        self.groups.len()
+    /// Number of groups. All ranges but the last have [`GROUPS`].
+    pub(super) fn groups(&self) -> usize {
+        self.0.iter().map(|range| range.groups.len()).sum()
     }
 
     /// Whether any tile may be back-facing and not drawn for that, with `cull_back_faces`.
-    pub(crate) fn may_cull(&self, cull_back_faces: bool) -> bool {
-        cull_back_faces && !self.cones.is_empty()
+    pub(super) fn may_cull(&self, cull_back_faces: bool) -> bool {
+        cull_back_faces && self.0.iter().any(|range| !range.cones.is_empty())
     }
 
     /// The tiles of a group of a range, as numbers within the range.
-    pub(crate) fn members(&self, range: usize, group: usize) -> &[u16] {
-        let first = RANGE * range + GROUP * group;
-        &self.members[first..self.members.len().min(first + GROUP)]
+    pub(super) fn members(&self, range: usize, group: usize) -> &[u16] {
+        let members = &self.0[range].members;
+        &members[GROUP * group..members.len().min(GROUP * (group + 1))]
     }
 
     /// A bit for each of these tiles.
-    pub(crate) fn word_bits(&self, range: usize, group: usize) -> &[u64; WORDS] {
-        &self.groups[GROUPS * range + group].bits
+    pub(super) fn word_bits(&self, range: usize, group: usize) -> &[u64; WORDS] {
+        &self.0[range].groups[group].bits
     }
 
     /// Calls `each` with the groups of a range of which tiles may be in the view frustum. With bounds on their scales
     /// if all are certainly.
-    pub(crate) fn groups_seen_by(
+    pub(super) fn groups_seen_by(
         &self,
         sight: &PartCamera,
         range: usize,
         mut each: impl FnMut(usize, Option<PixelScale>),
     ) {
-        if sight.look(&self.ranges[range]).is_none() {
+        let RangeBoxes { place, groups, .. } = &self.0[range];
+        if sight.look(place).is_none() {
             return;
         }
-        let first = GROUPS * range;
-        for (k, Group { place, is_full, .. }) in self.groups[first..].iter().take(GROUPS).enumerate() {
+        for (k, Group { place, is_full, .. }) in groups.iter().enumerate() {
             let all = if *is_full { sight.look_within(place) } else { None };
             if all.is_some() || sight.look(place).is_some() {
                 each(k, all);
@@ -138,34 +141,35 @@ impl PartBoxes {
         }
     }
 
-    /// The bounding box of all tiles of a part.
-    pub(crate) fn whole(part: &PreparedPart) -> BoundingBox {
-        boxes(part).fold(BoundingBox::EMPTY, |all, tile| all.with(&tile))
-    }
-
-    /// The longest side of any tile's bounding box.
-    pub(crate) fn largest(part: &PreparedPart) -> f64 {
-        boxes(part).map(|tile| (tile.high - tile.low).max_element()).fold(0.0, f64::max)
-    }
-
     /// Calls `each` with the tiles of a group of a range that are in the view frustum, as numbers within the range.
     /// With an eye, skips back-facing tiles of closed parts.
-    pub(crate) fn seen_by(
+    pub(super) fn seen_by(
         &self,
         InstanceSight { sight, eye, .. }: &InstanceSight,
         (range, group): (usize, usize),
         mut each: impl FnMut(usize, PixelScale),
     ) {
+        let RangeBoxes { tiles, cones, .. } = &self.0[range];
         for k in self.members(range, group).iter().map(|&k| usize::from(k)) {
-            let place = &self.tiles[RANGE * range + k];
+            let place = &tiles[k];
             let Some(seen) = sight.look(place) else { continue };
-            let cone = || self.cones.get(RANGE * range + k);
+            let cone = || cones.get(k);
             let is_back = |eye: &PartEye| cone().is_some_and(|cone| eye.sees_back(place, cone.axis, cone.half_angle));
             if !eye.as_ref().is_some_and(is_back) {
                 each(k, seen);
             }
         }
     }
+}
+
+/// The bounding box of all tiles of a part.
+pub(crate) fn box_of_part(part: &PreparedPart) -> BoundingBox {
+    boxes(part).fold(BoundingBox::EMPTY, |all, tile| all.with(&tile))
+}
+
+/// The longest side of any tile's bounding box.
+pub(crate) fn largest_tile(part: &PreparedPart) -> f64 {
+    boxes(part).map(|tile| (tile.high - tile.low).max_element()).fold(0.0, f64::max)
 }
 
 fn boxes(part: &PreparedPart) -> impl Iterator<Item = BoundingBox> + '_ {

@@ -146,7 +146,8 @@ pub(super) struct VisibleTiles {
 /// Result of looking at tiles: what should change.
 #[derive(Default)]
 pub(super) struct RateChanges {
-    pub(super) rates: Vec<WantedRate>,
+    /// In lists of up to [`PLANNED`].
+    pub(super) rates: Vec<Vec<WantedRate>>,
     pub(super) near: Vec<(usize, usize)>,
     /// Tiles whose turn has come.
     pub(super) due: Vec<(usize, usize)>,
@@ -154,6 +155,15 @@ pub(super) struct RateChanges {
     pub(super) groups: Vec<(usize, usize, GroupBand)>,
     /// Cells that tiles would have.
     pub(super) estimates: Vec<(usize, usize, CellsAt)>,
+}
+
+impl RateChanges {
+    pub(super) fn want(&mut self, rate: WantedRate) {
+        if self.rates.last().is_none_or(|list| list.len() == PLANNED) {
+            self.rates.push(Vec::new());
+        }
+        self.rates.last_mut().expect("pushed above").push(rate);
+    }
 }
 
 /// The cells that a tile would have at a step, and at which terms.
@@ -242,7 +252,8 @@ pub(super) struct PlanDraft {
     /// Has one owner between steps.
     pub(super) page: Arc<Plan>,
     pub(super) sights: Arc<Sights>,
-    pub(super) wanted: Vec<WantedRate>,
+    /// In lists, a call of a job each.
+    pub(super) wanted: Vec<Vec<WantedRate>>,
     /// Drawn tiles with a step per sub-box. Their edges are checked box by box in every frame.
     pub(super) near: Vec<(usize, usize)>,
     pub(super) changes: PlanChanges,
@@ -253,6 +264,14 @@ impl PlanDraft {
     pub(super) fn new(page: Arc<Plan>, sights: Sights) -> Self {
         let (wanted, near, changes) = (Vec::new(), Vec::new(), PlanChanges::default());
         Self { page, sights: Arc::new(sights), wanted, near, changes }
+    }
+
+    /// Adds a list of rates, to the last one if both are short. Long ones are not copied.
+    pub(super) fn want(&mut self, mut list: Vec<WantedRate>) {
+        match self.wanted.last_mut() {
+            Some(last) if last.len() + list.len() <= PLANNED => last.append(&mut list),
+            _ => self.wanted.push(list),
+        }
     }
 
     /// The finished plan, and what changed.

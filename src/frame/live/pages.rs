@@ -1,8 +1,10 @@
 //! Consecutive plans -> their differences, and a buffer that holds two of them.
 
 use crate::control::{Jobs, chunks, map};
-use crate::frame::plan::output::{EdgePolyline, Plan, TileLattice};
+use crate::frame::plan::output::{EdgePolyline, PartPlan, Plan, TileLattice};
+use crate::frame::plan::rows::PlanRows;
 use crate::model::{PartId, RowId, TileId};
+use std::mem::replace;
 use std::sync::Arc;
 
 /// Differences between two consecutive plans of a planner.
@@ -29,8 +31,36 @@ pub(super) fn renewed<T: Default>(mut old: Vec<T>, from: &[Option<PartId>]) -> V
 /// Rows that took the place of others, by part and row, in the order in which they did.
 #[derive(Default)]
 pub(super) struct NewRows {
-    pub(super) lattices: Vec<(usize, usize, Arc<TileLattice>)>,
-    pub(super) edges: Vec<(usize, usize, Arc<EdgePolyline>)>,
+    pub(super) lattices: Vec<(usize, usize, Replaced<TileLattice>)>,
+    pub(super) edges: Vec<(usize, usize, Replaced<EdgePolyline>)>,
+}
+
+/// A new row and the old one, which a frame's thread keeps instead of freeing it: [`PlanPages::next`] does so on all.
+type Replaced<T> = [Arc<T>; 2];
+
+/// Copies of the rows of some parts, which share them, made by all threads: each row is elsewhere in memory, and one more
+/// owner takes a miss of the caches.
+fn copies<T: Send + Sync + 'static>(
+    jobs: &dyn Jobs,
+    plan: &Arc<Plan>,
+    parts: &[PartId],
+    rows: fn(&PartPlan) -> &PlanRows<T>,
+) -> Vec<PlanRows<T>> {
+    /// Blocks that a call copies.
+    const COPIED: usize = 8;
+    let of_part = |(k, part): (usize, &PartId)| {
+        let (part, blocks) = (part.index(), rows(&plan.parts[part.index()]).blocks().len());
+        (0..blocks).step_by(COPIED).map(move |from| (k, part, from..blocks.min(from + COPIED)))
+    };
+    let mut copies: Vec<_> =
+        parts.iter().map(|part| PlanRows::with_room(rows(&plan.parts[part.index()]).len())).collect();
+    let pieces = parts.iter().enumerate().flat_map(of_part).collect();
+    let shared = Arc::clone(plan);
+    let made = map(jobs, pieces, move |(k, part, blocks)| (k, rows(&shared.parts[part]).blocks()[blocks].to_vec()));
+    for (k, blocks) in made {
+        blocks.into_iter().for_each(|block| copies[k].push_block(block));
+    }
+    copies
 }
 
 /// Double-buffered plans. The older one is updated and reused, so that a frame costs as much as it changes.
@@ -51,12 +81,15 @@ impl PlanPages {
         let NewRows { lattices, edges } = std::mem::take(&mut self.new);
         let mut spare = self.spare.take();
         let Some(page) = spare.as_mut().and_then(Arc::get_mut) else { return Arc::new(Plan::clone(&self.last)) };
-        for &part in &self.parts {
-            page.parts[part.index()].clone_from(&self.last.parts[part.index()]);
+        let tiles = copies(jobs, &self.last, &self.parts, |part| &part.tiles);
+        let lines = copies(jobs, &self.last, &self.parts, |part| &part.edges);
+        for (part, (tiles, edges)) in self.parts.iter().zip(tiles.into_iter().zip(lines)) {
+            page.parts[part.index()] = PartPlan { tiles, edges };
         }
-        let replaced = lattices.into_iter().map(|(p, row, new)| std::mem::replace(&mut page.parts[p].tiles[row], new));
+        let replaced =
+            lattices.into_iter().map(|(p, row, [new, old])| [replace(&mut page.parts[p].tiles[row], new), old]);
         let tiles = chunks(jobs, replaced.collect(), FREED).into_iter().map(|rows| (rows, Vec::new()));
-        let replaced = edges.into_iter().map(|(p, row, new)| std::mem::replace(&mut page.parts[p].edges[row], new));
+        let replaced = edges.into_iter().map(|(p, row, [new, old])| [replace(&mut page.parts[p].edges[row], new), old]);
         let edges = chunks(jobs, replaced.collect(), FREED).into_iter().map(|rows| (Vec::new(), rows));
         // On all threads: each row is elsewhere in memory, and to free it takes a miss of the caches.
         map(jobs, tiles.chain(edges).collect(), drop);

@@ -1,7 +1,7 @@
 //! Instances, and where they are -> those that each view may show.
 
 use super::attributes::{AttributeTable, Attributes};
-use super::culling::{InstanceSight, PartBoxes};
+use super::culling::{InstanceSight, box_of_part};
 use crate::frame::tolerance::part_camera::{PixelScale, sphere_around};
 use crate::math::sphere_tree::{Sphere, SphereTree};
 use crate::mesh::SceneInstance;
@@ -83,7 +83,7 @@ impl PlacedInstances {
     pub(crate) fn add_parts(&mut self, prepared: &Prepared) {
         for (part, of_scene) in prepared.parts.iter().zip(&prepared.scene.parts).skip(self.boxes.len()) {
             let lod_of = of_scene.mesh_of.and_then(|part| self.boxes.get(part.index()).copied());
-            self.boxes.push(lod_of.unwrap_or_else(|| PartBoxes::whole(part)));
+            self.boxes.push(lod_of.unwrap_or_else(|| box_of_part(part)));
             self.model_parts.push(of_scene.mesh_of.unwrap_or(PartId::new(self.model_parts.len())));
         }
     }

@@ -4,23 +4,23 @@
 //! to the eye or partly off-screen has a step for each of its sub-boxes instead. An edge takes the finest step of its
 //! tiles; next to a tile with several steps, it has steps for its own boxes. Off-screen tiles keep their steps.
 
-use super::culling::{PartBoxes, WORDS};
+use super::culling::WORDS;
 use super::defer;
 use super::draft::{
-    CellsAt, ChangedRows, GroupBand, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, SeenTiles, Sights,
-    TessellantUpdate, Touched, VisibleTiles, WantedRate,
+    ChangedRows, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, Sights, TessellantUpdate, Touched,
+    VisibleTiles, WantedRate,
 };
+use super::first;
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages, renewed};
 use super::placed::{PlacedInstances, Shown};
 use super::rate::{Rate, Terms};
-use super::rates::{PartRates, Rates};
-use super::resync::{LineHistory, Turns};
-use crate::control::{Alone, Jobs, chunks, map};
-use crate::frame::plan::budget::{Budget, cells};
+use super::rates::Rates;
+use super::resync::Turns;
+use crate::control::{Alone, Jobs, chunks, map, map_with};
+use crate::frame::plan::budget::Budget;
 use crate::frame::plan::lattice::Lattices;
 use crate::frame::plan::limits::Shortfall;
-use crate::frame::plan::make::coarsest;
 use crate::frame::plan::output::{EdgePolyline, PartPlan, Plan, TileLattice};
 use crate::frame::plan::tessellants::Tessellants;
 use crate::mesh::successors;
@@ -142,37 +142,17 @@ impl Planner {
     /// Begins with the coarsest plan of each part that views may show for the first time. Cost: a few microseconds per
     /// tile and per edge of these, divided among threads.
     fn begin(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
-        let Rates { prepared, parts, options, .. } = own(&mut self.rates);
+        let rates = own(&mut self.rates);
         let page = own(&mut draft.page);
-        let bare = draft.sights.parts().filter(|&row| !page.parts[row].is_of(&prepared.parts[row]));
-        let rows: Vec<usize> = bare.collect();
+        let is_bare = |row: &usize| !page.parts[*row].is_of(&rates.prepared.parts[*row]);
+        let rows: Vec<usize> = draft.sights.parts().filter(is_bare).collect();
         if rows.is_empty() {
             return;
         }
-        let planned = coarsest(jobs, prepared, &rows, &options.limits);
+        let _span = tracing::trace_span!("begin").entered();
+        let planned = first::begin(jobs, rates, &rows);
         for (row, plan) in rows.into_iter().zip(planned) {
-            let part = &prepared.parts[row];
-            // LODs have the same tiles.
-            let of_all = prepared.scene.parts[row].mesh_of.map_or(row, |part| part.index());
-            let boxes = &mut parts[of_all].boxes;
-            if boxes.len() < part.tiles.len() {
-                *boxes = Arc::new(PartBoxes::of(part));
-            }
-            let boxes = Arc::clone(boxes);
-            parts[row] = PartRates {
-                groups: vec![GroupBand::NONE; boxes.groups()],
-                boxes,
-                tiles: vec![Rate::Even(None); part.tiles.len()],
-                bands: vec![(0.0, 0.0); part.tiles.len()],
-                edges: vec![Rate::Even(None); part.edges.len()],
-                tile_terms: vec![0; part.tiles.len()],
-                edge_terms: vec![0; part.edges.len()],
-                kept: LineHistory::none(part),
-                cells: plan.tiles.iter().map(|lattice| cells(lattice)).collect(),
-                estimates: vec![CellsAt::NEVER; if options.budget.is_some() { part.tiles.len() } else { 0 }],
-                seen: SeenTiles::none(part.tiles.len()),
-            };
-            self.touched.stamps[row] = vec![0; part.edges.len()];
+            self.touched.stamps[row] = vec![0; plan.edges.len()];
             page.parts[row] = plan;
             draft.changes.parts.push(PartId::new(row));
         }
@@ -270,7 +250,7 @@ impl Planner {
             own(&mut draft.page).drawn.reset(views.len());
             self.see(jobs, &mut draft);
             self.look(jobs, &mut draft);
-            self.defer(&mut draft);
+            self.defer(jobs, &mut draft);
             self.apply(jobs, &mut draft);
             self.tessellate(jobs, &mut draft);
             if self.fits() {
@@ -351,7 +331,7 @@ impl Planner {
         });
         let parts = &mut own(&mut self.rates).parts;
         for RateChanges { rates, near, due, groups, estimates } in found {
-            draft.wanted.extend(rates);
+            rates.into_iter().for_each(|list| draft.want(list));
             draft.near.extend(near);
             groups.into_iter().for_each(|(p, group, band)| parts[p].groups[group] = band);
             estimates.into_iter().for_each(|(p, t, estimate)| parts[p].estimates[t] = estimate);
@@ -360,23 +340,23 @@ impl Planner {
     }
 
     /// Defers the changes that exceed the budget.
-    fn defer(&self, draft: &mut PlanDraft) {
+    fn defer(&self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
         let Some(budget) = self.rates.options.budget else { return };
         let _span = tracing::trace_span!("defer").entered();
-        let wanted = std::mem::take(&mut draft.wanted);
+        let wanted: Vec<WantedRate> = std::mem::take(&mut draft.wanted).into_iter().flatten().collect();
         let count = wanted.len();
-        draft.wanted = defer::within(budget, wanted, &self.rates.prepared, &draft.page);
-        draft.changes.deferred = (count - draft.wanted.len()) as u32;
+        let now = defer::within(budget, wanted, &self.rates.prepared, &draft.page);
+        draft.changes.deferred = (count - now.len()) as u32;
+        draft.wanted = chunks(jobs, now, PLANNED);
     }
 
     /// Plans the lattices of the tiles that change, and marks their edges.
     fn apply(&mut self, jobs: &dyn Jobs, draft: &mut PlanDraft) {
         let _span = tracing::trace_span!("lattices").entered();
         let (rates, page) = (Arc::clone(&self.rates), Arc::clone(&draft.page));
-        let wanted = chunks(jobs, std::mem::take(&mut draft.wanted), PLANNED);
-        let made = map(jobs, wanted, move |wanted| -> Vec<_> {
-            let mut lattices = Lattices::default();
-            let made = |wanted: WantedRate| (rates.new_lattice(&wanted, &page, &mut lattices), wanted);
+        let (wanted, mut spaces) = (std::mem::take(&mut draft.wanted), Vec::<Lattices>::new());
+        let made = map_with(jobs, &mut spaces, wanted, move |lattices, wanted| -> Vec<_> {
+            let made = |wanted: WantedRate| (rates.new_lattice(&wanted, &page, lattices), wanted);
             wanted.into_iter().map(made).collect()
         });
         let Self { rates, pages, touched, limited, changed, .. } = self;
@@ -391,8 +371,8 @@ impl Planner {
             mark(&mut limited.lines, id, !new.kept.lines);
             if let Some((cells, [made, again])) = new.made {
                 rates.set_cells(t, cells);
-                page.parts[p].tiles[t] = made;
-                pages.new.lattices.push((p, t, again));
+                let old = std::mem::replace(&mut page.parts[p].tiles[t], made);
+                pages.new.lattices.push((p, t, [again, old]));
                 changed.lattices.add(p, t);
                 changed.tiles.add(p, t);
             }
@@ -429,8 +409,8 @@ impl Planner {
             let id = PartId::new(p);
             mark(&mut limited.edges, (id, e), !kept);
             if let Some(([line, again], tiles)) = line {
-                page.parts[p].edges[k] = line;
-                pages.new.edges.push((p, k, again));
+                let old = std::mem::replace(&mut page.parts[p].edges[k], line);
+                pages.new.edges.push((p, k, [again, old]));
                 changed.edges.add(p, k);
                 tiles.into_iter().for_each(|tile| changed.tiles.add(p, tile.index()));
             }
@@ -484,6 +464,7 @@ fn own<T>(shared: &mut Arc<T>) -> &mut T {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::live::draft::GroupBand;
     use crate::frame::plan::limits::PlanLimits;
     use crate::frame::plan::make::completed;
     use crate::model::{ModelBuilder, shapes};

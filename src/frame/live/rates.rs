@@ -221,7 +221,7 @@ impl Rates {
                     None => (0.0, 1.0),
                 };
                 let (urgency, chord) = (urgency + raised, 1.0 / most);
-                wanted.rates.push(WantedRate { urgency, growth, part: p, tile: t, rate, band, chord, replace: due });
+                wanted.want(WantedRate { urgency, growth, part: p, tile: t, rate, band, chord, replace: due });
             }
         }
         if all_keep { of_all } else { GroupBand::NONE }

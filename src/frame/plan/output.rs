@@ -146,13 +146,13 @@ impl PartPlan {
     pub(crate) fn pieces(mut self, most: usize) -> SmallVec<[(Self, usize); 1]> {
         let mut pieces = SmallVec::new();
         loop {
-            let blocks = self.tiles.blocks() + self.edges.blocks();
+            let blocks = self.tiles.blocks().len() + self.edges.blocks().len();
             if blocks <= most {
                 pieces.push((self, blocks));
                 return pieces;
             }
             let edges = self.edges.take_last(most);
-            let tiles = self.tiles.take_last(most - edges.blocks());
+            let tiles = self.tiles.take_last(most - edges.blocks().len());
             pieces.push((Self { tiles, edges }, most));
         }
     }

@@ -25,9 +25,9 @@ impl<T> PlanRows<T> {
         Self(Vec::with_capacity(rows.div_ceil(BLOCK)))
     }
 
-    /// Number of blocks.
-    pub(super) fn blocks(&self) -> usize {
-        self.0.len()
+    /// The blocks in their order.
+    pub(crate) fn blocks(&self) -> &[Vec<Arc<T>>] {
+        &self.0
     }
 
     /// Takes the last blocks, so many if there are.
@@ -140,9 +140,9 @@ mod tests {
                 assert_eq!([63, 64].map(|row| *rows[row]), [63, 0]);
             }
             let all = count.div_ceil(64);
-            assert_eq!(rows.blocks(), all);
+            assert_eq!(rows.blocks().len(), all);
             let last = rows.take_last(2);
-            assert_eq!([rows.blocks(), last.blocks()], [all.saturating_sub(2), all.min(2)]);
+            assert_eq!([&rows, &last].map(|rows| rows.blocks().len()), [all.saturating_sub(2), all.min(2)]);
             assert_eq!(rows.iter().chain(&last).count(), count);
         }
     }

@@ -305,12 +305,7 @@ impl PreparedPart {
         let mut open = OpenEdges::default();
         for edge in &self.edges {
             let EdgeShape::Curve(curve) = &edge.shape else { continue };
-            let mut odd = vec![false; edge.breaks.len().saturating_sub(1)];
-            for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
-                let used = &self.tiles[tile.0 as usize].loops[l as usize][u as usize];
-                let (from, to) = (used.from.min(used.to), used.from.max(used.to));
-                odd[from as usize..to as usize].iter_mut().for_each(|o| *o = !*o);
-            }
+            let odd = self.odd_stretches(edge);
             let mut stretches = odd.iter().enumerate().filter(|(_, o)| **o).map(|(k, _)| k).peekable();
             if let Some(&k) = stretches.peek() {
                 open.count += 1;
@@ -324,6 +319,28 @@ impl PreparedPart {
             }
         }
         open
+    }
+
+    /// Whether there are no [open edges](Self::open_edges). Cost: a pass over the edges, up to the first open one.
+    pub(crate) fn is_closed(&self) -> bool {
+        let is_open = |edge: &PreparedEdge| self.odd_stretches(edge).contains(&true);
+        !self.edges.iter().any(|edge| matches!(edge.shape, EdgeShape::Curve(_)) && is_open(edge))
+    }
+
+    /// For each stretch of an edge between breaks: whether tiles use it an odd number of times.
+    fn odd_stretches(&self, edge: &PreparedEdge) -> SmallVec<[bool; 4]> {
+        let stretches = edge.breaks.len().saturating_sub(1);
+        if stretches == 1 {
+            // Every use has all of it, so no tile has to be looked at. Most edges are of this kind.
+            return SmallVec::from_elem(edge.uses.len() % 2 == 1, 1);
+        }
+        let mut odd = SmallVec::from_elem(false, stretches);
+        for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
+            let used = &self.tiles[tile.0 as usize].loops[l as usize][u as usize];
+            let (from, to) = (used.from.min(used.to), used.from.max(used.to));
+            odd[from as usize..to as usize].iter_mut().for_each(|o: &mut bool| *o = !*o);
+        }
+        odd
     }
 
     /// The prepared face; `None` if prepare could not use it, or the number is unknown.
@@ -345,5 +362,29 @@ impl PreparedPart {
     #[must_use]
     pub fn face_of(&self, tile: &Tile) -> usize {
         self.face_rows[tile.face.index()].expect("a tile's face has a row") as usize
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::shapes;
+    use crate::prepare::{PrepareOptions, prepare};
+
+    #[test]
+    fn closed_parts_have_no_open_edges() {
+        for (name, is_closed) in [("box", true), ("torus", true), ("washer", true), ("square", false), ("wave", false)]
+        {
+            let model = shapes::by_name(name).expect("a shape");
+            let mut prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+            let part = prepared.parts.remove(0);
+            assert_eq!((part.is_closed(), part.open_edges().count == 0), (is_closed, is_closed), "{name}");
+            // Edges with one stretch are not looked at: each of their uses has all of it.
+            let uses = part.tiles.iter().flat_map(|tile| tile.loops.iter().flatten());
+            let of_one = uses.filter(|used| part.edges[used.edge.index()].breaks.len() == 2);
+            assert!(
+                of_one.clone().count() > 0 && of_one.clone().all(|used| used.from.abs_diff(used.to) == 1),
+                "{name}"
+            );
+        }
     }
 }

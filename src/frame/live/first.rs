@@ -1,0 +1,93 @@
+//! Parts that views show for the first time -> their coarsest plans, and the state of their tiles and edges.
+
+use super::culling::{PartBoxes, RANGE, RangeBoxes};
+use super::draft::{CellsAt, GroupBand, SeenTiles};
+use super::rate::Rate;
+use super::rates::{PartRates, Rates};
+use super::resync::LineHistory;
+use crate::control::{Jobs, map};
+use crate::frame::plan::budget::cells;
+use crate::frame::plan::make::coarsest;
+use crate::frame::plan::output::PartPlan;
+use crate::model::PartId;
+use crate::prepare::Prepared;
+use crate::prepare::internals::PreparedPart;
+use std::sync::Arc;
+
+/// Gives these parts a state, and returns the coarsest plan of each.
+///
+/// Cost: a few microseconds per tile and per edge, divided among threads.
+pub(super) fn begin(jobs: &dyn Jobs, rates: &mut Rates, rows: &[usize]) -> Vec<PartPlan> {
+    bound(jobs, rates, rows);
+    let planned = coarsest(jobs, &rates.prepared, rows, &rates.options.limits);
+    let (planned, cells) = counted(jobs, planned);
+    let Rates { prepared, parts, options, .. } = rates;
+    for (&row, cells) in rows.iter().zip(cells) {
+        let boxes = Arc::clone(&parts[of_model(prepared, row)].boxes);
+        parts[row] = PartRates::first(&prepared.parts[row], boxes, cells, options.budget.is_some());
+    }
+    planned
+}
+
+impl PartRates {
+    /// Of a part with its coarsest plan, whose tiles have so many cells. Nothing has a rate yet.
+    fn first(part: &PreparedPart, boxes: Arc<PartBoxes>, cells: Vec<u64>, is_budgeted: bool) -> Self {
+        let (tiles, edges) = (part.tiles.len(), part.edges.len());
+        Self {
+            groups: vec![GroupBand::NONE; boxes.groups()],
+            boxes,
+            tiles: vec![Rate::Even(None); tiles],
+            bands: vec![(0.0, 0.0); tiles],
+            edges: vec![Rate::Even(None); edges],
+            tile_terms: vec![0; tiles],
+            edge_terms: vec![0; edges],
+            kept: LineHistory::none(part),
+            cells,
+            estimates: vec![CellsAt::NEVER; if is_budgeted { tiles } else { 0 }],
+            seen: SeenTiles::none(tiles),
+        }
+    }
+}
+
+/// The row of the part that has the boxes of one.
+fn of_model(prepared: &Prepared, row: usize) -> usize {
+    prepared.scene.of_model(PartId::new(row)).index()
+}
+
+/// Makes the boxes that these parts need and do not have yet.
+fn bound(jobs: &dyn Jobs, rates: &mut Rates, rows: &[usize]) {
+    let Rates { prepared, parts, .. } = rates;
+    let mut bare: Vec<usize> = rows.iter().map(|&row| of_model(prepared, row)).collect();
+    bare.sort_unstable();
+    bare.dedup();
+    bare.retain(|&row| parts[row].boxes.len() < prepared.parts[row].tiles.len());
+    let shared = Arc::clone(prepared);
+    let closed = map(jobs, bare.clone(), move |row| shared.parts[row].is_closed());
+    let ranges = |row: usize| prepared.parts[row].tiles.len().div_ceil(RANGE);
+    let of_part = |(&row, closed): (&usize, bool)| (0..ranges(row)).map(move |range| (row, range, closed));
+    let items = bare.iter().zip(closed).flat_map(of_part).collect();
+    let shared = Arc::clone(prepared);
+    let made = map(jobs, items, move |(row, range, closed)| RangeBoxes::of(&shared.parts[row], range, closed));
+    let mut made = made.into_iter();
+    for row in bare {
+        parts[row].boxes = Arc::new(PartBoxes(made.by_ref().take(ranges(row)).collect()));
+    }
+}
+
+/// Plans, and the numbers of cells of their tiles.
+fn counted(jobs: &dyn Jobs, plans: Vec<PartPlan>) -> (Vec<PartPlan>, Vec<Vec<u64>>) {
+    let of_part = |(part, plan): (usize, &PartPlan)| {
+        let tiles = plan.tiles.len();
+        (0..tiles).step_by(RANGE).map(move |from| (part, from..tiles.min(from + RANGE)))
+    };
+    let items = plans.iter().enumerate().flat_map(of_part).collect();
+    let mut counts: Vec<_> = plans.iter().map(|plan| Vec::with_capacity(plan.tiles.len())).collect();
+    let plans = Arc::new(plans);
+    let shared = Arc::clone(&plans);
+    // On all threads: each lattice is elsewhere in memory, and to look at it takes a miss of the caches.
+    let made = map(jobs, items, move |(part, tiles)| -> (usize, Vec<u64>) {
+        (part, tiles.map(|tile| cells(&shared[part].tiles[tile])).collect())
+    });
+    made.into_iter().for_each(|(part, cells)| counts[part].extend(cells));
+    (Arc::into_inner(plans).expect("the loop has ended"), counts)
+}
