@@ -257,7 +257,7 @@ impl Scaling {
         text
     }
 
-    /// Writes the speedups as a chart.
+    /// Writes the speedups of stages that take their time as a chart.
     pub(super) fn plot(&self, file: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
         let mut text = String::new();
         self.draw(&mut text).map_err(|why| Failure::Cannot(format!("{}: {why}", file.display())))?;
@@ -266,6 +266,8 @@ impl Scaling {
 
     fn draw(&self, text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
         const FONT: (&str, u32) = ("sans-serif", 15);
+        /// Milliseconds on one thread below which a stage is not drawn: it is a matter of waking threads.
+        const LEAST: f64 = 0.1;
         let most = self.threads.last().map_or(2.0, |&most| most.max(2) as f64);
         let area = SVGBackend::with_string(text, (960, 540)).into_drawing_area();
         area.fill(&WHITE).map_err(|e| e.to_string())?;
@@ -276,7 +278,7 @@ impl Scaling {
             .y_label_area_size(56)
             .build_cartesian_2d((0.9..most * 1.1).log_scale().base(2.0), (0.5..most * 1.1).log_scale().base(2.0))
             .map_err(|e| e.to_string())?;
-        let label = |x: &f64| format!("{x:.0}");
+        let label = f64::to_string;
         let mut mesh = chart.configure_mesh();
         mesh.x_desc("threads").y_desc("speedup").x_label_formatter(&label).y_label_formatter(&label);
         mesh.label_style(FONT).light_line_style(TRANSPARENT).draw().map_err(|e| e.to_string())?;
@@ -286,7 +288,8 @@ impl Scaling {
             .map_err(|e| e.to_string())?
             .label("ideal")
             .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLACK.mix(0.3)));
-        for (k, stage) in self.stages.iter().enumerate() {
+        let drawn = self.stages.iter().filter(|stage| stage.ms.first().is_some_and(|ms| *ms >= LEAST));
+        for (k, stage) in drawn.enumerate() {
             let colour = Palette99::pick(k).to_rgba();
             let points = self.threads.iter().zip(&stage.speedup).map(|(&p, &s)| (p as f64, s.max(0.5)));
             let series = LineSeries::new(points, colour.stroke_width(2)).point_size(3);
