@@ -325,8 +325,8 @@ impl Round {
 
 /// Cells and tessellants planned so far by all threads, and how many there may be.
 ///
-/// A thread adds a block of rows at a time. With a sum for each row, 16 threads waited for each other's cache line for
-/// most of a plan: 25 000 rows took 2.6 ms, however many threads there were.
+/// A thread adds a block of rows at a time. With a sum for each row, 16 threads waited for each other's cache line: the
+/// 25 000 edges of a model took them 2.7 ms, and 4.8 ms one thread (decision 069).
 struct SharedBudget {
     cells: AtomicU64,
     left: u64,

@@ -104,13 +104,17 @@ class Begun:
         self.path = scratch(job) / f"begun-{name}"
         self.descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
 
+    def __enter__(self) -> "Begun":
+        return self
+
+    def __exit__(self, error: object, *_: object) -> None:
+        """Removes it if the worker is about to tell the outcomes."""
+        os.close(self.descriptor)
+        if error is None:
+            self.path.unlink(missing_ok=True)
+
     def advance(self) -> None:
         os.write(self.descriptor, b".")
-
-    def end(self) -> None:
-        """Removes it: the worker is about to tell the outcomes."""
-        os.close(self.descriptor)
-        self.path.unlink()
 
     @staticmethod
     def take(job: Json, name: str) -> int:
@@ -140,21 +144,20 @@ def run_bundle(bundle: Json) -> Json:
     start = time.perf_counter()
     check_worker(bundle)
     outcomes = []
-    begun = Begun(bundle["job"], bundle["name"])
-    for path, local, failure, seconds in fetched(bundle):
-        SERVER.start()
-        begun.advance()
-        before = time.time()
-        outcome = failure or SERVER.convert({**bundle["job"], "path": local})
-        if outcome["status"] == "no-adapter":
-            raise BatchError(f"worker {socket.gethostname()} cannot draw pictures: {outcome['message']}")
-        outcome.update(path=path, started=before - seconds, finished=time.time())
-        if seconds:
-            outcome["seconds"] = {"fetch": seconds, **outcome.get("seconds", {})}
-        outcomes.append(outcome)
-        if outcome["status"] == "full" or time.perf_counter() - start > bundle["patience"]:
-            break
-    begun.end()
+    with Begun(bundle["job"], bundle["name"]) as begun:
+        for path, local, failure, seconds in fetched(bundle):
+            SERVER.start()
+            begun.advance()
+            before = time.time()
+            outcome = failure or SERVER.convert({**bundle["job"], "path": local})
+            if outcome["status"] == "no-adapter":
+                raise BatchError(f"worker {socket.gethostname()} cannot draw pictures: {outcome['message']}")
+            outcome.update(path=path, started=before - seconds, finished=time.time())
+            if seconds:
+                outcome["seconds"] = {"fetch": seconds, **outcome.get("seconds", {})}
+            outcomes.append(outcome)
+            if outcome["status"] == "full" or time.perf_counter() - start > bundle["patience"]:
+                break
     return {"outcomes": outcomes, "seconds": time.perf_counter() - start, **place()}
 
 
