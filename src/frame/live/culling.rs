@@ -105,9 +105,9 @@ impl PartBoxes {
         self.0.iter().map(|range| range.groups.len()).sum()
     }
 
-    /// Whether any tile may be back-facing and not drawn for that, with `cull_back_faces`.
-    pub(super) fn may_cull(&self, cull_back_faces: bool) -> bool {
-        cull_back_faces && self.0.iter().any(|range| !range.cones.is_empty())
+    /// Whether a tile of a range may be back-facing and not drawn for that, with `cull_back_faces`.
+    pub(super) fn may_cull(&self, range: usize, cull_back_faces: bool) -> bool {
+        cull_back_faces && !self.0[range].cones.is_empty()
     }
 
     /// The tiles of a group of a range, as numbers within the range.

@@ -104,7 +104,7 @@ impl Rates {
             in_any |= groups;
             touched.push(groups);
         }
-        let judged = if self.turns.are_taken() || boxes.may_cull(self.options.cull_back_faces) {
+        let judged = if self.turns.are_taken() || boxes.may_cull(*range, self.options.cull_back_faces) {
             0
         } else {
             *whole & in_any & !in_part
