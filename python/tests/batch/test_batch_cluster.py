@@ -93,17 +93,17 @@ def test_a_run_gives_up_once_no_node_is_left():
         Driver.count_slots(driver)
 
 
-def test_a_run_gives_up_once_no_worker_gets_as_far_as_a_file():
-    plan = SimpleNamespace(lost=lambda bundle, begun: None)
-    driver = SimpleNamespace(lost_early=0, plan=plan)
+def test_a_run_gives_up_once_workers_are_lost_at_no_file():
+    plan = SimpleNamespace(lost=lambda bundle, at: [])
+    driver = SimpleNamespace(lost_idle=0, plan=plan)
     for _ in range(2):
-        for _ in range(drive.MOST_LOST_EARLY):
-            Driver.lose(driver, None, 0, "it died")
-        Driver.lose(driver, None, 1, "it died")
-    for _ in range(drive.MOST_LOST_EARLY):
+        for _ in range(drive.MOST_LOST_IDLE):
+            Driver.lose(driver, None, None, "it died")
         Driver.lose(driver, None, 0, "it died")
-    with pytest.raises(BatchError, match="101 workers in a row were lost before they began a file: it died"):
-        Driver.lose(driver, None, 0, "it died")
+    for _ in range(drive.MOST_LOST_IDLE):
+        Driver.lose(driver, None, None, "it died")
+    with pytest.raises(BatchError, match="101 workers in a row were lost while they were at no file: it died"):
+        Driver.lose(driver, None, None, "it died")
 
 
 def test_a_retry_goes_to_another_node():

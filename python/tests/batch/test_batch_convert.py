@@ -88,42 +88,59 @@ def test_a_full_disk_is_told_apart(job, data, monkeypatch, number):
 
 def test_a_worker_gives_files_back_when_its_patience_ends(job, data):
     cube = str(data / "red_cube_blue_cylinder.step")
-    bundle = {"name": "0", "paths": [cube] * 5, "version": trimtess.__version__, "patience": 0.0, "job": {**job, "seconds": 60.0}}
+    bundle = {"name": "0", "paths": [cube] * 5, "version": trimtess.__version__, "patience": 0.0}
+    bundle["job"] = {**job, "seconds": 60.0}
     assert len(task.run_bundle(bundle)["outcomes"]) == 1
     assert len(task.run_bundle({**bundle, "patience": 60.0})["outcomes"]) == 5
     task.SERVER.stop()
 
 
-def test_a_lost_worker_leaves_how_many_files_it_began(job, data, monkeypatch):
+@pytest.mark.parametrize("where, at", [("in work", 2), ("between files", None)])
+def test_a_lost_worker_leaves_which_file_it_was_at(job, data, monkeypatch, where, at):
     cube = str(data / "red_cube_blue_cylinder.step")
     bundle = {"name": "7", "paths": [cube] * 5, "version": trimtess.__version__, "patience": 60.0}
     bundle["job"] = {**job, "seconds": 60.0}
-    assert len(task.run_bundle(bundle)["outcomes"]) == 5 and task.Begun.take(bundle["job"], "7") == 0
-    convert = task.SERVER.convert
-    left = [2]
+    assert len(task.run_bundle(bundle)["outcomes"]) == 5 and not list(task.scratch(job).iterdir())
+    name = "convert" if where == "in work" else "start"
+    before = getattr(task.SERVER, name)
+    # `convert` starts the server, too.
+    left = [2 if where == "in work" else 4]
 
-    def convert_and_die(job):
+    def die_at_the_third(*arguments):
         if not left[0]:
             os._exit(9)
         left[0] -= 1
-        return convert(job)
+        return before(*arguments)
 
-    monkeypatch.setattr(task.SERVER, "convert", convert_and_die)
+    monkeypatch.setattr(task.SERVER, name, die_at_the_third)
     child = os.fork()
     if child == 0:
         task.run_bundle(bundle)
         os._exit(0)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
-    assert task.Begun.take(bundle["job"], "7") == 3 and task.Begun.take(bundle["job"], "7") == 0
+    assert len(list(task.scratch(job).iterdir())) == 1
+    assert task.Marks.take(bundle["job"], "7") == at and not list(task.scratch(job).iterdir())
     task.SERVER.stop()
 
 
 def test_a_server_that_ends_as_it_starts_costs_no_file(job, data, monkeypatch):
-    monkeypatch.setattr(task.sys, "executable", "false")
-    bundle = {"name": "8", "paths": [str(data / "red_cube_blue_cylinder.step")], "version": trimtess.__version__}
+    cube = str(data / "red_cube_blue_cylinder.step")
+    bundle = {"name": "8", "paths": [cube] * 3, "version": trimtess.__version__, "patience": 60.0}
+    bundle["job"] = {**job, "seconds": 60.0}
+    convert = task.SERVER.convert
+
+    def convert_and_lose_the_server(job):
+        outcome = convert(job)
+        task.SERVER.stop()
+        monkeypatch.setattr(task.sys, "executable", "false")
+        return outcome
+
+    # What was done before is told; the rest is given back.
+    monkeypatch.setattr(task.SERVER, "convert", convert_and_lose_the_server)
+    assert len(task.run_bundle(bundle)["outcomes"]) == 1
     with pytest.raises(task.ServerLost, match="the process that starts conversions was lost .status 1."):
-        task.run_bundle({**bundle, "patience": 60.0, "job": {**job, "seconds": 60.0}})
-    assert task.Begun.take(job, "8") == 0
+        task.run_bundle(bundle)
+    assert task.Marks.take(job, "8") is None
 
 
 def test_keys_differ_by_content_options_and_version():

@@ -101,24 +101,24 @@ def test_files_that_a_worker_gives_back_are_dealt_again():
 def test_a_file_that_workers_are_lost_at_comes_back_alone_and_is_given_up():
     dealt = Plan(files(1, 2), LIMITS)
     bundle = dealt.next(1)
-    suspect, other = bundle.works[1], bundle.works[0]
-    assert dealt.lost(bundle, 2) is None
+    other, suspect = bundle.works
+    assert dealt.lost(bundle, 1) == []
     for _ in range(plan.MOST_LOSSES - 1):
         bundle = dealt.next(1)
         assert bundle.works == [suspect] and suspect.attempts == 0
-        assert dealt.lost(bundle, 1) is None
-    assert dealt.lost(dealt.next(1), 1) is suspect and suspect.losses == 1 + plan.MOST_LOSSES
+        assert dealt.lost(bundle, 0) == []
+    assert dealt.lost(dealt.next(1), 0) == [suspect] and suspect.losses == 1 + plan.MOST_LOSSES
     assert dealt.next(1).works == [other] and other.losses == 0 and not dealt
 
 
-def test_nobody_is_blamed_for_a_worker_that_is_lost_before_it_begins():
+def test_nobody_is_blamed_for_a_worker_that_is_lost_at_no_file():
     dealt = Plan(files(1, 2, 3), LIMITS)
     for _ in range(3 * plan.MOST_LOSSES):
         bundle = dealt.next(1)
         assert [work.source.size for work in bundle.works] == [3, 2, 1]
-        assert dealt.lost(bundle, 0) is None
+        assert dealt.lost(bundle, None) == []
     dealt.failed(dealt.next(1).works[2], "crashed", MIB, None)
     for _ in range(3 * plan.MOST_LOSSES):
         bundle = dealt.next(1)
         assert [(work.source.size, work.losses, work.attempts) for work in bundle.works] == [(1, 0, 1)]
-        assert dealt.lost(bundle, 0) is None
+        assert dealt.lost(bundle, None) == []

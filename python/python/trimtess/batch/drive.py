@@ -38,8 +38,8 @@ DEFAULT_MEMORY = 4096 * MIB
 #: Seconds without any node after which a run gives up.
 LOST_SECONDS = 30.0
 
-#: Workers lost in a row before they began a file, after which a run gives up.
-MOST_LOST_EARLY = 100
+#: Workers lost in a row while they were at no file, after which a run gives up.
+MOST_LOST_IDLE = 100
 
 #: Bundles under way, per core: one in work and one that waits for the worker.
 AHEAD = 2
@@ -175,7 +175,7 @@ class Driver:
         self.plan, self.job, self.catalogue, self.statuses, self.meter = plan, job, catalogue, statuses, meter
         #: Bundles under way, and their names.
         self.flying: Dict[object, Tuple[Bundle, str]] = {}
-        self.launched = self.lost_early = 0
+        self.launched = self.lost_idle = 0
         self.rows: List[Json] = []
         self.flushed = self.seen = time.monotonic()
         self.stop: Optional[int] = None
@@ -255,9 +255,9 @@ class Driver:
             answer = self.ray.get(ref)
         except self.ray.exceptions.RayError as error:
             self.stop_if_hopeless(getattr(error, "cause", None))
-            self.lose(bundle, task.Begun.take(self.job, name), clusters.one_line(error))
+            self.lose(bundle, task.Marks.take(self.job, name), clusters.one_line(error))
             return
-        self.lost_early = 0
+        self.lost_idle = 0
         done = len(answer["outcomes"])
         self.plan.learn(bundle, done, answer["seconds"])
         self.plan.give_back(bundle.works[done:])
@@ -269,15 +269,15 @@ class Driver:
             ):
                 self.record(work, outcome, bundle, answer["host"])
 
-    def lose(self, bundle: Bundle, begun: int, reason: str) -> None:
-        """Deals the files of a bundle again whose worker was lost. Raises if no worker gets as far as its first file."""
-        self.lost_early = 0 if begun else self.lost_early + 1
-        if self.lost_early > MOST_LOST_EARLY:
-            raise BatchError(f"{self.lost_early} workers in a row were lost before they began a file: {reason}")
-        gone = self.plan.lost(bundle, begun)
-        if gone is not None:
-            message = f"its worker was lost {gone.losses} times: {reason}"
-            self.record(gone, {"status": "lost", "message": message}, bundle, None)
+    def lose(self, bundle: Bundle, at: Optional[int], reason: str) -> None:
+        """Deals the files of a bundle again whose worker was lost, while at file `at` or at none. Raises if that happens
+        at none again and again: no file is to blame, and the run would never end."""
+        self.lost_idle = self.lost_idle + 1 if at is None else 0
+        if self.lost_idle > MOST_LOST_IDLE:
+            raise BatchError(f"{self.lost_idle} workers in a row were lost while they were at no file: {reason}")
+        for work in self.plan.lost(bundle, at):
+            message = f"its worker was lost {work.losses} times: {reason}"
+            self.record(work, {"status": "lost", "message": message}, bundle, None)
 
     def stop_if_hopeless(self, cause: Optional[BaseException]) -> None:
         """Raises for causes of a failed task that every further task would meet."""

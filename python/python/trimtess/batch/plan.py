@@ -42,7 +42,7 @@ class Work:
     source: Source
     #: Attempts that ended with a retriable outcome.
     attempts: int = 0
-    #: Times that its worker was lost while at it. Not its fault in general, so counted apart.
+    #: Times that a worker was lost while at it. Not its fault in general, so counted apart.
     losses: int = 0
     #: Memory of the next attempt, bytes; `None` for what its size suggests.
     memory: Optional[int] = None
@@ -153,23 +153,22 @@ class Plan:
         self.again.append(work)
         return True
 
-    def lost(self, bundle: Bundle, begun: int) -> Optional[Work]:
-        """Puts back the files of a bundle whose worker was lost after it had begun `begun` of them. The last of these
-        counts a loss; it is returned, not put back, if it was lost too often."""
-        works = list(bundle.works)
-        gone = None
-        if begun:
-            suspect = works.pop(begun - 1)
-            suspect.losses += 1
-            if suspect.losses > MOST_LOSSES:
-                gone = suspect
-            else:
-                self.again.append(suspect)
-        if len(bundle.works) == 1:
-            self.again.extend(works)
+    def lost(self, bundle: Bundle, at: Optional[int]) -> List[Work]:
+        """Puts back the files of a bundle whose worker was lost while it was at one of them, or between files. That one
+        counts a loss. Returns it, and does not put it back, if it was lost too often."""
+        if at is None:
+            suspects, others = [], bundle.works
         else:
-            # Results of those before the last are in the store.
-            self.give_back(works)
+            suspects, others = bundle.works[at : at + 1], bundle.works[:at] + bundle.works[at + 1 :]
+        for work in suspects:
+            work.losses += 1
+        gone = [work for work in suspects if work.losses > MOST_LOSSES]
+        self.again.extend(work for work in suspects if work.losses <= MOST_LOSSES)
+        if len(bundle.works) == 1:
+            self.again.extend(others)
+        else:
+            # Results of those that were done are in the store.
+            self.give_back(others)
         return gone
 
 

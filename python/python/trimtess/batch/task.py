@@ -96,36 +96,42 @@ class Server:
 SERVER = Server()
 
 
-class Begun:
-    """How many files of a bundle were begun, on disk, so that the driver knows it when the worker is lost: a byte for
-    each, in the run's scratch folder."""
+class Marks:
+    """Where a bundle is, on disk, so that the driver knows it when the worker is lost: two bytes for each file in the
+    run's scratch folder, one as it begins and one as it ends."""
 
     def __init__(self, job: Json, name: str) -> None:
-        self.path = scratch(job) / f"begun-{name}"
+        self.path = scratch(job) / f"marks-{name}"
         self.descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
 
-    def __enter__(self) -> "Begun":
+    def __enter__(self) -> "Marks":
         return self
 
     def __exit__(self, error: object, *_: object) -> None:
-        """Removes it if the worker is about to tell the outcomes."""
+        """Removes them if the worker is about to tell the outcomes."""
         os.close(self.descriptor)
-        if error is None:
+        if not error:
             self.path.unlink(missing_ok=True)
 
-    def advance(self) -> None:
-        os.write(self.descriptor, b".")
+    @contextlib.contextmanager
+    def file(self) -> Iterator[None]:
+        """Around the work on the next file. An error counts as its end: the worker lives."""
+        os.write(self.descriptor, b"(")
+        try:
+            yield
+        finally:
+            os.write(self.descriptor, b")")
 
     @staticmethod
-    def take(job: Json, name: str) -> int:
-        """What a lost worker left. Removes it."""
-        path = scratch(job) / f"begun-{name}"
+    def take(job: Json, name: str) -> Optional[int]:
+        """The number of the file that a lost worker was at; `None` if it was between files. Removes the marks."""
+        path = scratch(job) / f"marks-{name}"
         try:
-            begun = path.stat().st_size
+            done, in_work = divmod(path.stat().st_size, 2)
             path.unlink()
-            return begun
         except FileNotFoundError:
-            return 0
+            return None
+        return done if in_work else None
 
 
 def scratch(job: Json) -> pathlib.Path:
@@ -138,18 +144,23 @@ def run_bundle(bundle: Json) -> Json:
 
     `bundle`: its `name` within the run, `paths`, `version` of the driver, `patience` in seconds, and what jobs have in
     common as `job`. Returns `outcomes`, one per file in order, and `host`, `node` and `seconds` of the bundle. There
-    are fewer outcomes than files if the patience ended or the disk is full. Raises `BatchError` if the worker cannot
-    do any file. A worker that is lost leaves `Begun`.
+    are fewer outcomes than files if the patience ended, the disk is full or the server does not start again. Raises
+    `BatchError` if the worker cannot do any file. A worker that is lost leaves `Marks`.
     """
     start = time.perf_counter()
     check_worker(bundle)
-    outcomes = []
-    with Begun(bundle["job"], bundle["name"]) as begun:
+    outcomes: List[Json] = []
+    with Marks(bundle["job"], bundle["name"]) as marks:
         for path, local, failure, seconds in fetched(bundle):
-            SERVER.start()
-            begun.advance()
+            try:
+                SERVER.start()
+            except ServerLost:
+                if outcomes:
+                    break
+                raise
             before = time.time()
-            outcome = failure or SERVER.convert({**bundle["job"], "path": local})
+            with marks.file():
+                outcome = failure or SERVER.convert({**bundle["job"], "path": local})
             if outcome["status"] == "no-adapter":
                 raise BatchError(f"worker {socket.gethostname()} cannot draw pictures: {outcome['message']}")
             outcome.update(path=path, started=before - seconds, finished=time.time())
