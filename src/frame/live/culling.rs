@@ -6,7 +6,6 @@ use crate::frame::tolerance::part_camera::{PartCamera, PartEye, PixelScale};
 use crate::math::hilbert;
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
-use smallvec::SmallVec;
 use std::f64::consts::FRAC_PI_2;
 
 /// Tiles that are culled together, and that one call of a job looks at.
@@ -64,29 +63,29 @@ pub(super) struct RangeBoxes {
     /// The tiles of each group, as numbers within the range.
     members: Vec<u16>,
     tiles: Vec<BoundingBox>,
-    /// Cones of outward normals. Empty for open parts, whose back faces may be visible.
+    /// Cones of outward normals. Empty where nothing is culled by them: back faces of open parts may be visible.
     cones: Vec<Cone>,
 }
 
 impl RangeBoxes {
-    /// Reads the tables of derivative bounds of the tiles of a range.
-    pub(super) fn of(part: &PreparedPart, range: usize, is_closed: bool) -> Self {
+    /// Reads the tables of derivative bounds of the tiles of a range. Cones only if `may_cull`.
+    pub(super) fn of(part: &PreparedPart, range: usize, may_cull: bool) -> Self {
         let face = |tile: &Tile| &part.faces[part.face_of(tile)];
         let rows = &part.tiles[RANGE * range..part.tiles.len().min(RANGE * (range + 1))];
         let tiles: Vec<BoundingBox> = rows.iter().map(|tile| tile_box(face(tile), tile)).collect();
-        let around = |tiles: &[BoundingBox]| tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
         let members = hilbert::along_curve(tiles.iter().map(|tile| 0.5 * (tile.low + tile.high)));
         let group = |members: &[usize]| {
-            let boxes: SmallVec<[_; GROUP]> = members.iter().map(|&tile| tiles[tile]).collect();
-            let is_full = boxes.iter().all(|tile| tile.low.cmple(tile.high).all());
+            let place = members.iter().fold(BoundingBox::EMPTY, |all, &tile| all.with(&tiles[tile]));
+            let is_full = members.iter().all(|&tile| tiles[tile].low.cmple(tiles[tile].high).all());
             let mut bits = [0; WORDS];
             members.iter().for_each(|&tile| bits[tile / 64] |= 1 << (tile % 64));
-            Group { place: around(&boxes), is_full, bits }
+            Group { place, is_full, bits }
         };
         let groups = members.chunks(GROUP).map(group).collect();
-        let cones = rows.iter().filter(|_| is_closed).map(|tile| normals(face(tile), tile)).collect();
+        let place = tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
+        let cones = rows.iter().filter(|_| may_cull).map(|tile| normals(face(tile), tile)).collect();
         let members = members.into_iter().map(|tile| tile as u16).collect();
-        Self { place: around(&tiles), groups, members, tiles, cones }
+        Self { place, groups, members, tiles, cones }
     }
 }
 
@@ -105,9 +104,9 @@ impl PartBoxes {
         self.0.iter().map(|range| range.groups.len()).sum()
     }
 
-    /// Whether a tile of a range may be back-facing and not drawn for that, with `cull_back_faces`.
-    pub(super) fn may_cull(&self, range: usize, cull_back_faces: bool) -> bool {
-        cull_back_faces && !self.0[range].cones.is_empty()
+    /// Whether a tile of a range may be back-facing and not drawn for that.
+    pub(super) fn may_cull(&self, range: usize) -> bool {
+        !self.0[range].cones.is_empty()
     }
 
     /// The tiles of a group of a range, as numbers within the range.

@@ -56,18 +56,18 @@ fn of_model(prepared: &Prepared, row: usize) -> usize {
 
 /// Makes the boxes that these parts need and do not have yet.
 fn bound(jobs: &dyn Jobs, rates: &mut Rates, rows: &[usize]) {
-    let Rates { prepared, parts, .. } = rates;
+    let Rates { prepared, parts, options, .. } = rates;
     let mut bare: Vec<usize> = rows.iter().map(|&row| of_model(prepared, row)).collect();
     bare.sort_unstable();
     bare.dedup();
     bare.retain(|&row| parts[row].boxes.len() < prepared.parts[row].tiles.len());
-    let shared = Arc::clone(prepared);
-    let closed = map(jobs, bare.clone(), move |row| shared.parts[row].is_closed());
+    let (shared, culls) = (Arc::clone(prepared), options.cull_back_faces);
+    let may_cull = map(jobs, bare.clone(), move |row| culls && shared.parts[row].is_closed());
     let ranges = |row: usize| prepared.parts[row].tiles.len().div_ceil(RANGE);
-    let of_part = |(&row, closed): (&usize, bool)| (0..ranges(row)).map(move |range| (row, range, closed));
-    let items = bare.iter().zip(closed).flat_map(of_part).collect();
+    let of_part = |(&row, may_cull): (&usize, bool)| (0..ranges(row)).map(move |range| (row, range, may_cull));
+    let items = bare.iter().zip(may_cull).flat_map(of_part).collect();
     let shared = Arc::clone(prepared);
-    let made = map(jobs, items, move |(row, range, closed)| RangeBoxes::of(&shared.parts[row], range, closed));
+    let made = map(jobs, items, move |(row, range, may_cull)| RangeBoxes::of(&shared.parts[row], range, may_cull));
     let mut made = made.into_iter();
     for row in bare {
         parts[row].boxes = Arc::new(PartBoxes(made.by_ref().take(ranges(row)).collect()));

@@ -104,11 +104,7 @@ impl Rates {
             in_any |= groups;
             touched.push(groups);
         }
-        let judged = if self.turns.are_taken() || boxes.may_cull(*range, self.options.cull_back_faces) {
-            0
-        } else {
-            *whole & in_any & !in_part
-        };
+        let judged = if self.turns.are_taken() || boxes.may_cull(*range) { 0 } else { *whole & in_any & !in_part };
         let of_range = &groups[GROUPS * *range..];
         let keep = ones(judged).filter(|&group| self.keeps(&of_range[group], bounds[group]));
         let kept = keep.fold(0, |kept, group| kept | 1 << group);
