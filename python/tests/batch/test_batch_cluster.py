@@ -1,4 +1,5 @@
-"""Runs on a Ray cluster that is there already."""
+"""Runs on a Ray cluster that is there already: also those that need many runs, because a Ray of its own takes each of
+them ten seconds to start and to end."""
 
 import os
 import pathlib
@@ -9,8 +10,11 @@ import sys
 import time
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from PIL import Image
 
+import trimtess
 from trimtess.batch import cluster as clusters
 from trimtess.batch import drive, task
 from trimtess.batch.catalogue import read
@@ -19,6 +23,7 @@ from trimtess.batch.errors import BatchError
 from trimtess.batch.plan import Bundle, Work
 from trimtess.batch.sources import Source
 
+from . import chaos, variations
 from .running import batch
 
 
@@ -67,6 +72,44 @@ def test_files_are_converted_on_a_cluster(cluster, data, tmp_path, way):
     assert done.returncode in (0, 3), done.stderr
     assert sorted(os.listdir(tmp_path / "out")) == ["catalogue", "objects"]
     assert {row["status"] for row in read(tmp_path / "out")[1].to_pylist()} <= {"whole", "partial"}
+
+
+def test_limits_cost_rows_that_can_be_tried_again(cluster, data, tmp_path):
+    """Files over their memory, then over their time, are tried again with more of both."""
+    folder = tmp_path / "in"
+    variations.write([data / "nist_ctc05.step"], folder, 6, seed=3, broken=0.0)
+    out = tmp_path / "out"
+    options = ["--address", cluster["host"], "--retries", 1]
+    done = batch("convert", folder, "--out", out, "--max-memory", 1, *options)
+    assert done.returncode == 3
+    assert {(row["status"], row["attempts"]) for row in chaos.rows(out)} == {("limit", 1)}
+    done = batch("convert", folder, "--out", out, "--retry-failed", "--time-limit", 0.001, *options)
+    assert {(row["status"], row["attempts"]) for row in chaos.rows(out)} == {("timeout", 2)}
+    done = batch("convert", folder, "--out", out, "--retry-failed", *options)
+    assert done.returncode in (0, 3) and len(chaos.rows(out)) == 6
+    assert {row["status"] for row in chaos.rows(out)} <= {"whole", "partial"}
+
+
+def test_pictures_appear_with_meshes(cluster, prepared, data, tmp_path):
+    try:
+        expected = prepared.render(320, 240)
+    except trimtess.NoAdapterError as error:
+        pytest.skip(str(error))
+    options = ["--formats", "glb,png", "--size", "320x240", "--address", cluster["host"], "-q"]
+    done = batch("convert", data / "red_cube_blue_cylinder.step", "--out", tmp_path / "out", *options)
+    assert done.returncode == 0, done.stderr
+    [row] = read(tmp_path / "out")[1].to_pylist()
+    assert [output["format"] for output in row["outputs"]] == ["glb", "png"] and row["attempts"] == 1
+    with Image.open(tmp_path / "out" / row["outputs"][1]["path"]) as picture:
+        assert np.array_equal(np.asarray(picture), expected)
+
+
+def test_a_catalogue_of_other_options_is_one_clear_line(cluster, data, tmp_path):
+    cube = data / "red_cube_blue_cylinder.step"
+    assert batch("convert", cube, "--out", tmp_path / "out", "--address", cluster["host"]).returncode == 0
+    done = batch("convert", cube, "--out", tmp_path / "out", "--angle", 5)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert "catalogue of other options: angle 20.0 (now 5.0)" in done.stderr
 
 
 def test_a_worker_with_another_version_stops_the_run(tmp_path):

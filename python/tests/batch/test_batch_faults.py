@@ -128,22 +128,6 @@ def test_a_full_disk_stops_the_run_and_costs_nothing(archive, reference, tmp_pat
     chaos.compare(reference, out)
 
 
-def test_limits_cost_rows_that_can_be_tried_again(archive, tmp_path):
-    """Files over their memory, then over their time, are tried again with more of both."""
-    folder = tmp_path / "in"
-    variations.write([archive / "twin1.step"], folder, 6, seed=3, broken=0.0)
-    out = tmp_path / "out"
-    options = ["--cores", 2, "--retries", 1]
-    done = batch("convert", folder, "--out", out, "--max-memory", 1, *options)
-    assert done.returncode == 3
-    assert {(row["status"], row["attempts"]) for row in chaos.rows(out)} == {("limit", 1)}
-    done = batch("convert", folder, "--out", out, "--retry-failed", "--time-limit", 0.001, *options)
-    assert {(row["status"], row["attempts"]) for row in chaos.rows(out)} == {("timeout", 2)}
-    done = batch("convert", folder, "--out", out, "--retry-failed", *options)
-    assert done.returncode in (0, 3) and len(chaos.rows(out)) == 6
-    assert {row["status"] for row in chaos.rows(out)} <= {"whole", "partial"}
-
-
 def test_attacks_cost_their_own_rows(shared, tmp_path, ray_folders):
     out = tmp_path / "out"
     done = batch("convert", shared / "attack", "--out", out, "--time-limit", 60, "--max-memory", 2048)

@@ -8,11 +8,8 @@ import socket
 import subprocess
 import time
 
-import numpy as np
 import pytest
-from PIL import Image
 
-import trimtess
 from trimtess.batch.catalogue import read
 
 from . import chaos
@@ -66,20 +63,6 @@ def test_objects_of_a_store_are_converted(bucket, data, tmp_path):
         "s3://parts/no.step": "refused",
     }
     assert all(row["seconds_fetch"] > 0 for row in rows)
-
-
-def test_pictures_appear_with_meshes(prepared, data, tmp_path):
-    try:
-        expected = prepared.render(320, 240)
-    except trimtess.NoAdapterError as error:
-        pytest.skip(str(error))
-    options = ["--formats", "glb,png", "--size", "320x240", "--cores", 1, "-q"]
-    done = batch("convert", data / "red_cube_blue_cylinder.step", "--out", tmp_path / "out", *options)
-    assert done.returncode == 0, done.stderr
-    [row] = read(tmp_path / "out")[1].to_pylist()
-    assert [output["format"] for output in row["outputs"]] == ["glb", "png"] and row["attempts"] == 1
-    with Image.open(tmp_path / "out" / row["outputs"][1]["path"]) as picture:
-        assert np.array_equal(np.asarray(picture), expected)
 
 
 def test_a_machine_that_cannot_draw_is_one_clear_line(data, tmp_path):
@@ -139,14 +122,6 @@ def test_a_folder_that_cannot_be_written_is_one_clear_line(data, tmp_path):
     (tmp_path / "file").write_text("")
     done = batch("convert", data, "--out", tmp_path / "file" / "out")
     assert done.returncode == 1 and done.stderr == f"trimtess-batch: {tmp_path}/file/out/catalogue: Not a directory\n"
-
-
-def test_a_catalogue_of_other_options_is_one_clear_line(data, tmp_path):
-    cube = data / "red_cube_blue_cylinder.step"
-    assert batch("convert", cube, "--out", tmp_path / "out", "--cores", 1).returncode == 0
-    done = batch("convert", cube, "--out", tmp_path / "out", "--angle", 5)
-    assert done.returncode == 1 and done.stderr.count("\n") == 1
-    assert "catalogue of other options: angle 20.0 (now 5.0)" in done.stderr
 
 
 @pytest.mark.parametrize(
