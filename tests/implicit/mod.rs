@@ -2,17 +2,22 @@
 //! for intersecting parametric and algebraic curves", ACM TOG 13(1), 1994): an independent check of the crate's
 //! subdivision.
 
-use crate::common::elevated;
-use faer::Mat;
 use glam::{DMat2, DVec2, DVec3};
+use nalgebra::{Complex, DMatrix, Schur, SymmetricEigen};
 
 /// The point at `t` of a rational Bézier curve, from its control points `(w x, w y, w)`.
 pub(crate) fn point(control: &[DVec3], t: f64) -> DVec2 {
+    let p = homogeneous_point(control, t);
+    p.truncate() / p.z
+}
+
+/// The same point as `(w x, w y, w)`.
+fn homogeneous_point(control: &[DVec3], t: f64) -> DVec3 {
     let mut rest = control.to_vec();
     while rest.len() > 1 {
         rest = rest.windows(2).map(|w| w[0].lerp(w[1], t)).collect();
     }
-    rest[0].truncate() / rest[0].z
+    rest[0]
 }
 
 fn binomial(n: usize, k: usize) -> f64 {
@@ -25,78 +30,85 @@ fn scaled(control: &[DVec3]) -> Vec<DVec3> {
     control.iter().enumerate().map(|(i, &c)| c * binomial(n, i)).collect()
 }
 
-/// Bézout's matrix of two polynomials of degree n.
-fn bezout(f: &[f64], g: &[f64]) -> Mat<f64> {
+/// Bézout's matrix of two polynomials of degree n. It is symmetric.
+fn bezout(f: &[f64], g: &[f64]) -> DMatrix<f64> {
     let n = f.len() - 1;
-    Mat::from_fn(n, n, |i, j| (0..=i.min(n - 1 - j)).map(|k| f[j + k + 1] * g[i - k] - f[i - k] * g[j + k + 1]).sum())
+    let entry =
+        |i: usize, j: usize| (0..=i.min(n - 1 - j)).map(|k| f[j + k + 1] * g[i - k] - f[i - k] * g[j + k + 1]).sum();
+    DMatrix::from_fn(n, n, entry)
+}
+
+/// A Bézier curve as the points at which Bézout's matrix is singular. The matrix is linear in the point.
+struct Implicit {
+    xy: DMatrix<f64>,
+    wy: DMatrix<f64>,
+    xw: DMatrix<f64>,
+}
+
+impl Implicit {
+    fn new(curve: &[DVec3]) -> Self {
+        let scaled = scaled(curve);
+        let coordinate = |k: usize| scaled.iter().map(|c| c[k]).collect::<Vec<f64>>();
+        let (x, y, w) = (coordinate(0), coordinate(1), coordinate(2));
+        Self { xy: bezout(&x, &y), wy: bezout(&w, &y), xw: bezout(&x, &w) }
+    }
+
+    /// The matrix at `(w x, w y, w)`. Its kernel at a point of the curve contains the powers of t / (1 - t).
+    fn at(&self, p: DVec3) -> DMatrix<f64> {
+        &self.xy * p.z - &self.wy * p.x - &self.xw * p.y
+    }
+}
+
+/// The s at which the matrix polynomial with these coefficients, by powers of s / (1 - s), is singular: the generalised
+/// eigenvalues of a companion pencil. None if it is singular everywhere.
+fn singular(coefficients: &[DMatrix<f64>]) -> Vec<Complex<f64>> {
+    /// A value of s / (1 - s) far from those in question, and not special, so that hardly a root is near.
+    const SHIFT: f64 = -0.7;
+    let (n, m) = (coefficients[0].nrows(), coefficients.len() - 1);
+    let (size, last) = (n * m, n * (m - 1));
+    let mut left = DMatrix::zeros(size, size);
+    left.view_mut((0, n), (last, last)).fill_with_identity();
+    for (k, c) in coefficients[..m].iter().enumerate() {
+        left.view_mut((last, k * n), (n, n)).copy_from(&-c);
+    }
+    let mut right = DMatrix::identity(size, size);
+    right.view_mut((last, last), (n, n)).copy_from(&coefficients[m]);
+    // One matrix with the eigenvalues 1 / (s / (1 - s) - SHIFT), which are finite at both ends.
+    let Some(matrix) = (left - &right * SHIFT).lu().solve(&right) else { return Vec::new() };
+    let schur = Schur::try_new(matrix, f64::EPSILON, 100 * size).expect("converges");
+    schur.complex_eigenvalues().iter().map(|v| (v * SHIFT + 1.0) / (v * (SHIFT + 1.0) + 1.0)).collect()
 }
 
 /// All intersections of two Bézier curves. `a` is implicitised as the determinant of Bézout's matrix at a point; with
 /// `b` substituted, the roots are the generalised eigenvalues of a companion pencil.
 pub(crate) fn by_eigenvalues(a: &[DVec3], b: &[DVec3]) -> Vec<[f64; 2]> {
-    /// Minimum rows of a pencil: with fewer, faer 0.24 exceeds the buffer size it requested.
-    const LEAST: usize = 4;
-    if (a.len() - 1) * (b.len() - 1) < LEAST {
-        return by_eigenvalues(a, &elevated(b));
-    }
-    let (n, m) = (a.len() - 1, b.len() - 1);
-    let (of_a, of_b) = (scaled(a), scaled(b));
-    let coordinate = |k: usize| of_a.iter().map(|c| c[k]).collect::<Vec<f64>>();
-    let (x, y, w) = (coordinate(0), coordinate(1), coordinate(2));
-    let (xy, wy, xw) = (bezout(&x, &y), bezout(&w, &y), bezout(&x, &w));
-    let powers: Vec<Mat<f64>> = of_b
-        .iter()
-        .map(|c| Mat::from_fn(n, n, |i, j| c.z * xy[(i, j)] - c.x * wy[(i, j)] - c.y * xw[(i, j)]))
-        .collect();
-    let size = n * m;
-    let shift = |i: usize, j: usize| f64::from(u8::from(j == i + n));
-    let left =
-        Mat::from_fn(
-            size,
-            size,
-            |i, j| {
-                if i < size - n { shift(i, j) } else { -powers[j / n][(i - (size - n), j % n)] }
-            },
-        );
-    let right = Mat::from_fn(size, size, |i, j| {
-        if i < size - n {
-            f64::from(u8::from(i == j))
-        } else if j >= size - n {
-            powers[m][(i - (size - n), j - (size - n))]
-        } else {
-            0.0
-        }
-    });
-    let Ok(pencil) = left.generalized_eigen(&right) else { return Vec::new() };
-    let mut out: Vec<[f64; 2]> = Vec::new();
-    for k in 0..size {
-        let (alpha, beta) = (pencil.S_a().column_vector()[k], pencil.S_b().column_vector()[k]);
-        let s = alpha / (alpha + beta);
+    let implicit = Implicit::new(a);
+    let coefficients: Vec<DMatrix<f64>> = scaled(b).into_iter().map(|c| implicit.at(c)).collect();
+    let mut out = Vec::new();
+    for s in singular(&coefficients) {
         // Roots near each other lose half their digits.
         if !(s.im.abs() <= 1e-5 && (-1e-5..=1.0 + 1e-5).contains(&s.re)) {
             continue;
         }
-        // The kernel of Bézout's matrix contains the powers of t / (1 - t).
-        let vector = pencil.U().col(k);
-        let t = if n == 1 {
-            along(a, point(b, s.re))
-        } else {
-            // Blocks are multiplied by powers of s / (1 - s): the largest has the most digits.
-            let size = |k: usize| (0..n).map(|i| vector[k * n + i].norm()).sum::<f64>();
-            let block = (0..m).max_by(|&a, &b| size(a).total_cmp(&size(b))).unwrap();
-            let entry = |i: usize| vector[block * n + i];
-            let pair = (0..n - 1).max_by(|&a, &b| {
-                let size = |i: usize| entry(i).norm() + entry(i + 1).norm();
-                size(a).total_cmp(&size(b))
-            });
-            let i = pair.unwrap();
-            (entry(i + 1) / (entry(i) + entry(i + 1))).re
-        };
+        let p = homogeneous_point(b, s.re);
+        let t = if a.len() == 2 { along(a, p.truncate() / p.z) } else { parameter(&implicit, p) };
         if (-1e-3..=1.0 + 1e-3).contains(&t) {
             out.extend(polished(a, b, [t, s.re]));
         }
     }
     out
+}
+
+/// Parameter of the point `(w x, w y, w)` of a curve of degree 2 or more.
+fn parameter(curve: &Implicit, p: DVec3) -> f64 {
+    let matrix = curve.at(p);
+    let most = 100 * matrix.nrows();
+    let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, most).expect("converges");
+    let kernel = eigen.eigenvectors.column(eigen.eigenvalues.iamin());
+    let size = |i: usize| kernel[i].abs() + kernel[i + 1].abs();
+    // The largest two adjacent powers have the most digits.
+    let i = (0..kernel.len() - 1).max_by(|&i, &j| size(i).total_cmp(&size(j))).unwrap();
+    kernel[i + 1] / (kernel[i] + kernel[i + 1])
 }
 
 /// Parameter of the point of a straight line nearest to `p`.
