@@ -13,12 +13,12 @@ use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::density::FollowLines;
 use crate::frame::plan::lattice::{LatticeRequest, Lattices, is_single, places};
 use crate::frame::plan::output::Plan;
-use crate::frame::plan::tessellants::{Tessellants, turns_more_than_bends};
+use crate::frame::plan::tessellants::{Tessellants, is_bare, turns_more_than_bends};
 use crate::frame::tolerance::box_tolerance::BoxTolerances;
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::math::Elementary as _;
 use crate::math::bits::ones;
-use crate::model::{RowId, SurfaceKind, TileId};
+use crate::model::{RowId, SurfaceKind};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{BoundingBox, PreparedFace, Tile};
 use smallvec::SmallVec;
@@ -300,8 +300,7 @@ impl Rates {
         let replace = why & REPLACED > 0;
         let planned = why & BESIDE_NEW == 0 && !replace && rates.edge_terms[k] == self.term;
         let page = &page.parts[p];
-        let single = |tile: TileId| page.tiles[tile.0 as usize].cells() == (1, 1);
-        if planned && edge.straight && self.terms.size.is_none() && edge.uses.iter().all(|place| single(place.tile)) {
+        if planned && self.terms.size.is_none() && is_bare(edge, &page.tiles) {
             return None;
         }
         let rate = if beside().any(Rate::is_each) {

@@ -31,14 +31,16 @@ pub(crate) struct Tessellants {
     ts: Vec<f64>,
 }
 
-/// The breaks alone, for a straight edge whose tiles have one cell each: they meet any chord and angle tolerance.
-/// `None` for closed edges, and for all others.
-pub(crate) fn bare(edge: &PreparedEdge, tiles: &PlanRows<TileLattice>) -> Option<EdgePolyline> {
+/// Whether the breaks alone meet any chord and angle tolerance: those of a straight edge whose tiles have one cell each.
+/// Not those of a closed edge.
+pub(crate) fn is_bare(edge: &PreparedEdge, tiles: &PlanRows<TileLattice>) -> bool {
     let single = |tile: TileId| tiles[tile.0 as usize].cells() == (1, 1);
-    if !edge.straight || is_closed(edge) || !edge.uses.iter().all(|place| single(place.tile)) {
-        return None;
-    }
-    Some(breaks_alone(edge))
+    edge.straight && !is_closed(edge) && edge.uses.iter().all(|place| single(place.tile))
+}
+
+/// The breaks alone, where [`is_bare`] says that they are enough.
+pub(crate) fn bare(edge: &PreparedEdge, tiles: &PlanRows<TileLattice>) -> Option<EdgePolyline> {
+    is_bare(edge, tiles).then(|| breaks_alone(edge))
 }
 
 /// The breaks without anything between. None for an edge that no tile uses.
