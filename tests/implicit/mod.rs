@@ -60,10 +60,11 @@ impl Implicit {
 }
 
 /// The s at which the matrix polynomial with these coefficients, by powers of s / (1 - s), is singular: the generalised
-/// eigenvalues of a companion pencil. None if it is singular everywhere.
+/// eigenvalues of a companion pencil. Panics if it is singular everywhere.
 fn singular(coefficients: &[DMatrix<f64>]) -> Vec<Complex<f64>> {
-    /// A value of s / (1 - s) far from those in question, and not special, so that hardly a root is near.
-    const SHIFT: f64 = -0.7;
+    /// Values of s / (1 - s) far from those in question, and not special, so that hardly a root is near. With nalgebra
+    /// 0.35, the iteration for the eigenvalues of a few matrices in a million goes round in circles.
+    const SHIFTS: [f64; 3] = [-0.7, -0.6, -0.8];
     let (n, m) = (coefficients[0].nrows(), coefficients.len() - 1);
     let (size, last) = (n * m, n * (m - 1));
     let mut left = DMatrix::zeros(size, size);
@@ -73,10 +74,13 @@ fn singular(coefficients: &[DMatrix<f64>]) -> Vec<Complex<f64>> {
     }
     let mut right = DMatrix::identity(size, size);
     right.view_mut((last, last), (n, n)).copy_from(&coefficients[m]);
-    // One matrix with the eigenvalues 1 / (s / (1 - s) - SHIFT), which are finite at both ends.
-    let Some(matrix) = (left - &right * SHIFT).lu().solve(&right) else { return Vec::new() };
-    let schur = Schur::try_new(matrix, f64::EPSILON, 100 * size).expect("converges");
-    schur.complex_eigenvalues().iter().map(|v| (v * SHIFT + 1.0) / (v * (SHIFT + 1.0) + 1.0)).collect()
+    let by_shift = |shift: f64| {
+        // One matrix with the eigenvalues 1 / (s / (1 - s) - shift), which are finite at both ends.
+        let matrix = (&left - &right * shift).lu().solve(&right)?;
+        let eigenvalues = Schur::try_new(matrix, f64::EPSILON, 30 * size)?.complex_eigenvalues();
+        Some(eigenvalues.iter().map(|v| (v * shift + 1.0) / (v * (shift + 1.0) + 1.0)).collect())
+    };
+    SHIFTS.into_iter().find_map(by_shift).expect("curves without a component in common")
 }
 
 /// All intersections of two Bézier curves. `a` is implicitised as the determinant of Bézout's matrix at a point; with
@@ -102,7 +106,7 @@ pub(crate) fn by_eigenvalues(a: &[DVec3], b: &[DVec3]) -> Vec<[f64; 2]> {
 /// Parameter of the point `(w x, w y, w)` of a curve of degree 2 or more.
 fn parameter(curve: &Implicit, p: DVec3) -> f64 {
     let matrix = curve.at(p);
-    let most = 100 * matrix.nrows();
+    let most = 30 * matrix.nrows();
     let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, most).expect("converges");
     let kernel = eigen.eigenvectors.column(eigen.eigenvalues.iamin());
     let size = |i: usize| kernel[i].abs() + kernel[i + 1].abs();
