@@ -4,7 +4,7 @@ use super::chains::{Closedness, Sum, TurnedFace};
 use super::closing::Closure;
 use super::kept::{FaceContent, KeptFace, KeptFaces};
 use super::limits::PrepareBudget;
-use super::orient::{self, orient, wrong_volume};
+use super::orient::{self, orient, wanted_sign, wrong_volume};
 use super::prepared::{PartCost, PreparedPart};
 use super::topology::{self, ClosingOutcome, Unclosed};
 use super::{chains, fill, shells};
@@ -342,11 +342,7 @@ impl PartPreparation<'_> {
                 faces.drafts[k] = Some(draft);
             }
         }
-        let wanted = match part.shells.get(shell as usize).map(|s| s.kind) {
-            Some(ShellKind::Outer) => 1.0,
-            Some(ShellKind::Void) => -1.0,
-            _ => return,
-        };
+        let Some(wanted) = wanted_sign(part, shell) else { return };
         let group: Vec<(usize, bool)> = of_shell().map(|k| (k, reversed[k])).collect();
         if wrong_volume(self.call, &faces.drafts, &group, reversed, wanted).is_some_and(|volume| volume != 0.0) {
             group.iter().for_each(|&(k, _)| reversed[k] = !reversed[k]);
@@ -431,15 +427,19 @@ impl PartPreparation<'_> {
         for (k, &has_draft) in has_draft.iter().enumerate() {
             let boundary = self.boundary(k);
             fill::straighten(&mut self.part, &boundary);
-            let cause = FaceError::Internal(reason.to_owned());
-            let filled = self.filled(k, None).filter(|_| has_draft);
-            let severity = if filled.is_some() { Severity::Warning } else { Severity::Error };
-            if has_draft {
-                let area = filled.as_ref().map_or(0.0, |filled| filled.area);
-                self.tell(k, severity, told_filled(&cause, area));
+            if !has_draft {
+                faces.drafts.push(None);
+                continue;
             }
-            faces.drafts.push(filled.map(|fill::FilledFace { mut draft, area, .. }| {
-                draft.repairs.push(told_filled(&cause, area));
+            let cause = FaceError::Internal(reason.to_owned());
+            let filled = self.filled(k, None);
+            let (severity, told) = match &filled {
+                Some(filled) => (Severity::Warning, told_filled(&cause, filled.area)),
+                None => (Severity::Error, Finding::new(None, FaceTrouble::Unusable(cause))),
+            };
+            self.tell(k, severity, told.clone());
+            faces.drafts.push(filled.map(|fill::FilledFace { mut draft, .. }| {
+                draft.repairs.push(told);
                 draft
             }));
         }
@@ -463,7 +463,7 @@ impl PartPreparation<'_> {
         };
         let assemble =
             || topology::assemble(self.call, &self.part, self.finely_cut, drafts, reversed, refill, &mut told);
-        let prepared = catch_unwind(AssertUnwindSafe(assemble)).map_err(|panic| panic_message(&*panic).to_owned())?;
+        let prepared = catch_unwind(AssertUnwindSafe(assemble)).map_err(|panic| panic_message(&*panic))?;
         let lost =
             told.iter().filter(|(_, closed)| matches!(closed, ClosingOutcome::Lost(_))).map(|(k, _)| *k).collect();
         self.tell_closed(told);
@@ -559,38 +559,4 @@ impl PartPreparation<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::limits::PrepareLimits;
-    use super::*;
-    use crate::control::{Alone, Control};
-    use crate::model::shapes;
-    use crate::prepare::tiles::draft::DraftAlong;
-
-    #[test]
-    fn a_panic_while_a_face_is_assembled_costs_no_other_face() {
-        let part = shapes::by_name("box").expect("a shape").parts.remove(0);
-        let control = Control::default();
-        let call = Call::new(&Alone, &control);
-        let mut maker = PartPreparation {
-            call,
-            id: PartId(0),
-            free: part.faces.iter().map(|_| None).collect(),
-            size: 1.0,
-            gap_edges: part.edges.len()..part.edges.len(),
-            finely_cut: part.edges.len(),
-            part: Cow::Borrowed(&part),
-            diagnostics: Vec::new(),
-        };
-        let budget = PrepareBudget::new(PrepareLimits::DEFAULT, 6, call);
-        let mut faces = maker.fill(maker.draft(None, &budget).results);
-        let directed = maker.direct(&mut faces);
-        let broken = faces.drafts[2].as_mut().expect("a draft");
-        broken.tiles[0].loops[0][0].along = DraftAlong::Border(1000);
-        let (prepared, lost) = maker.assemble(faces.drafts, &directed.reversed).expect("no panic");
-        let filled: Vec<bool> = prepared.faces.iter().map(|face| face.filled).collect();
-        assert_eq!((filled, lost), (vec![false, false, true, false, false, false], Vec::new()));
-        assert_eq!(prepared.open_edges().count, 0);
-        let told: Vec<_> = maker.diagnostics.iter().map(|d| (d.severity, d.face, d.kind.code())).collect();
-        assert_eq!(told, [(Severity::Warning, Some(FaceId(2)), "face-internal-error")]);
-    }
-}
+mod tests;
