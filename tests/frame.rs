@@ -215,7 +215,7 @@ fn lattice_vertices_have_the_bits_of_single_points() {
         let mut seen = 0;
         for batch in &mesh(&prepared, &plan).batches {
             let part = &prepared.parts[batch.part.index()];
-            let face = &part.faces[part.face_of(&part.tiles[batch.tile.0 as usize])];
+            let face = part.face_of(&part.tiles[batch.tile.0 as usize]);
             let lattice = &plan.parts[batch.part.index()].tiles[batch.tile.0 as usize];
             for (k, origin) in batch.mesh.origins.iter().enumerate() {
                 let Origin::Lattice { i, j } = *origin else { continue };

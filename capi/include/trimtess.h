@@ -1034,7 +1034,7 @@ tt_status tt_prepare(tt_model model, const tt_prepare_options *options, tt_contr
 // Counts and measures a prepared model.
 tt_status tt_prepared_get_info(tt_prepared prepared, tt_prepared_info *info);
 
-// Describes a part. O(tiles of the model).
+// Describes a part.
 tt_status tt_prepared_get_part(tt_prepared prepared, uint32_t index, tt_part *part);
 
 // Copies the name of a part into `text`.

@@ -171,13 +171,6 @@ pub unsafe extern "C" fn tt_prepared_get_info(prepared: tt_prepared, info: *mut 
     })
 }
 
-/// Number of tiles of each part.
-pub(crate) fn tiles(prepared: &Prepared) -> Vec<u32> {
-    let mut tiles = vec![0; prepared.scene.parts.len()];
-    prepared.tiles().for_each(|(part, _, _)| tiles[part.index()] += 1);
-    tiles
-}
-
 pub(crate) fn instance(placed: &SceneInstance) -> tt_instance {
     tt_instance {
         part: placed.part.0,
@@ -199,7 +192,7 @@ pub(crate) fn instance_at(instances: &[SceneInstance], index: u32) -> Result<&Sc
     instances.get(index as usize).ok_or_else(|| Failure::index("instance", index.into(), instances.len()))
 }
 
-/// Describes a part. O(tiles of the model).
+/// Describes a part.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_prepared_get_part(prepared: tt_prepared, index: u32, part: *mut tt_part) -> tt_status {
     entry!(c => {
@@ -208,7 +201,7 @@ pub unsafe extern "C" fn tt_prepared_get_part(prepared: tt_prepared, index: u32,
         out.give(&tt_part {
             size: 0,
             faces: found.face_colours.len() as u32,
-            tiles: tiles(&prepared)[index as usize],
+            tiles: prepared.parts[index as usize].tiles.len() as u32,
             closed: found.closed.into(),
             centre: found.centre.to_array(),
             radius: found.radius,

@@ -5,39 +5,14 @@
 
 use glam::DVec2;
 
-/// On which side of a directed line a point lies, with x to the right and y up.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
-pub enum Side {
-    /// Counter-clockwise of the direction.
-    Left,
-    /// Exactly on the line.
-    On,
-    /// Clockwise of the direction.
-    Right,
-}
-
 /// A difference of two rounded products whose magnitude exceeds this share of the products' sum has the right sign.
 /// Shewchuk's constant is (3 + 16 eps) eps = 3.3307e-16; this is larger because the bound itself is rounded.
 const FILTER: f64 = 4.5e-16;
 
-/// The side of the line from `a` to `b` on which `p` lies; `On` if `a == b`.
-///
-/// Exact for finite coordinates whose products neither overflow nor underflow.
-#[inline]
-pub fn side_of(a: DVec2, b: DVec2, p: DVec2) -> Side {
-    let turn = orient2d(a, b, p);
-    if turn > 0.0 {
-        Side::Left
-    } else if turn < 0.0 {
-        Side::Right
-    } else {
-        Side::On
-    }
-}
-
 /// Twice the signed area of the triangle `a`, `b`, `c`: positive if counter-clockwise.
 ///
-/// The sign is exact (0.0 if and only if the points are collinear), the magnitude is rounded.
+/// The sign is exact (0.0 if and only if the points are collinear) for finite coordinates whose products neither overflow
+/// nor underflow, the magnitude is rounded.
 #[inline]
 pub fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let left = (a.x - c.x) * (b.y - c.y);
@@ -84,18 +59,18 @@ mod tests {
     }
 
     #[test]
-    fn sides_follow_the_turn() {
+    fn a_point_near_a_line_is_on_its_side() {
         let (a, b) = (DVec2::ZERO, DVec2::X);
-        assert_eq!(side_of(a, b, DVec2::new(0.3, 1e-300)), Side::Left);
-        assert_eq!(side_of(a, b, DVec2::new(7.0, 0.0)), Side::On);
-        assert_eq!(side_of(a, b, DVec2::new(0.3, -1e-300)), Side::Right);
-        assert_eq!(side_of(a, a, DVec2::Y), Side::On);
+        assert!(orient2d(a, b, DVec2::new(0.3, 1e-300)) > 0.0);
+        assert!(orient2d(a, b, DVec2::new(0.3, -1e-300)) < 0.0);
+        assert_eq!([DVec2::new(7.0, 0.0), a, b].map(|p| orient2d(a, b, p)), [0.0; 3]);
+        assert_eq!(orient2d(a, a, DVec2::Y), 0.0);
     }
 
     #[test]
     fn rotating_the_points_keeps_the_sign() {
         let p = [DVec2::new(0.1, 0.1), DVec2::new(0.2, 0.2), DVec2::new(0.3, 0.3 + f64::EPSILON / 8.0)];
-        let s = |i: usize| side_of(p[i], p[(i + 1) % 3], p[(i + 2) % 3]);
+        let s = |i: usize| orient2d(p[i], p[(i + 1) % 3], p[(i + 2) % 3]).partial_cmp(&0.0);
         assert_eq!(s(0), s(1));
         assert_eq!(s(1), s(2));
     }

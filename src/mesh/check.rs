@@ -4,7 +4,8 @@
 //! `--check` and the examples share this check.
 
 use super::cause::ExpectedUnbalanced;
-use super::{Batch, BatchView, Cause, EdgeLine, FrameView, SceneInstance};
+use super::packed::lines_of;
+use super::{Batch, BatchView, Cause, FrameView, SceneInstance};
 use crate::math::Elementary as _;
 use crate::math::boxes::around;
 use crate::math::buckets::Buckets;
@@ -204,9 +205,7 @@ fn facts_of(frame: &FrameView<'_>) -> SceneFacts {
         let before = facts.faces_without_triangles.len();
         facts.faces_without_triangles.extend(empty);
         missing[index] = (facts.faces_without_triangles.len() - before) as u64;
-        let lines = frame.edge_lines.partition_point(|line| line.part < id);
-        let lines = &frame.edge_lines[lines..];
-        let lines: &[EdgeLine] = &lines[..lines.partition_point(|line| line.part == id)];
+        let lines = lines_of(frame.edge_lines, id);
         facts.parts.push(check_batches(batches.into_iter().copied(), &ExpectedUnbalanced::of(part, lines)));
     }
     for SceneInstance { part, transform, .. } in &frame.scene.instances {

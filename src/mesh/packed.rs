@@ -52,10 +52,14 @@ impl PackedFrame {
     /// Edge polylines of a part, ascending by edge.
     #[must_use]
     pub fn edge_lines_of(&self, part: PartId) -> &[EdgeLine] {
-        let start = self.edge_lines.partition_point(|line| line.part < part);
-        let of_part = &self.edge_lines[start..];
-        &of_part[..of_part.partition_point(|line| line.part == part)]
+        lines_of(&self.edge_lines, part)
     }
+}
+
+/// The lines of a part. `lines`: ascending by part.
+pub(super) fn lines_of(lines: &[EdgeLine], part: PartId) -> &[EdgeLine] {
+    let of_part = &lines[lines.partition_point(|line| line.part < part)..];
+    &of_part[..of_part.partition_point(|line| line.part == part)]
 }
 
 impl PartMesh {

@@ -76,6 +76,15 @@ impl Scene {
         self.parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
     }
 
+    /// Numbers the faces of all instances, one instance after the other.
+    pub(crate) fn number_faces(&mut self) {
+        let mut first = 0;
+        for instance in &mut self.instances {
+            instance.first_face = first;
+            first += self.parts[instance.part.index()].face_colours.len() as u32;
+        }
+    }
+
     /// The model's part of a part, which may be one of its LODs: both have the same tiles.
     pub(crate) fn of_model(&self, part: PartId) -> PartId {
         self.parts[part.index()].mesh_of.unwrap_or(part)

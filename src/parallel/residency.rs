@@ -24,7 +24,6 @@ struct PartTiles {
     triangles: Vec<u32>,
     /// Bytes of each tile that is resident; of others 0.
     bytes: Vec<u32>,
-    tiles: usize,
     /// Whether `drawn` has any tile.
     is_drawn: bool,
     /// Whether tiles turned stale since the last committed frame.
@@ -53,7 +52,6 @@ impl PartTiles {
             drawn: words,
             triangles: vec![0; part.tiles.len()],
             bytes: vec![0; part.tiles.len()],
-            tiles: part.tiles.len(),
             is_drawn: false,
             is_outdated: true,
             is_planned: false,
@@ -67,10 +65,11 @@ impl PartTiles {
         self.present.fill(0);
         self.bytes.fill(0);
         self.stale.fill(u64::MAX);
+        let tiles = self.triangles.len();
         if let Some(last) = self.stale.last_mut()
-            && !self.tiles.is_multiple_of(64)
+            && !tiles.is_multiple_of(64)
         {
-            *last = (1 << (self.tiles % 64)) - 1;
+            *last = (1 << (tiles % 64)) - 1;
         }
     }
 }
@@ -183,7 +182,7 @@ impl Residency {
     pub(super) fn memory(&self) -> usize {
         /// Of a tile: its triangles and bytes, and five bits.
         const TILE: usize = 9;
-        self.parts.iter().map(|part| size_of::<PartTiles>() + TILE * part.tiles).sum()
+        self.parts.iter().map(|part| size_of::<PartTiles>() + TILE * part.triangles.len()).sum()
     }
 
     /// Marks everything as not resident.

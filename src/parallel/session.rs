@@ -292,7 +292,7 @@ impl Session {
         self.edits.add(key, instance.visible);
         self.scene.instances.push(instance);
         self.repaint(looks);
-        self.number_faces();
+        self.scene.number_faces();
         Ok(key)
     }
 
@@ -310,7 +310,7 @@ impl Session {
         self.rows.remove(row);
         let visible = self.edits.remove(key).visible;
         let gone = self.scene.instances.remove(row);
-        self.number_faces();
+        self.scene.number_faces();
         Ok(SceneInstance { part: self.scene.of_model(gone.part), visible, colour: stated.colour, ..gone })
     }
 
@@ -379,14 +379,6 @@ impl Session {
         for (row, InstanceLook { visible, colour }) in looks {
             let instance = &mut self.scene.instances[row];
             (instance.visible, instance.colour) = (visible, colour);
-        }
-    }
-
-    fn number_faces(&mut self) {
-        let mut first = 0;
-        for instance in &mut self.scene.instances {
-            instance.first_face = first;
-            first += self.scene.parts[instance.part.index()].face_colours.len() as u32;
         }
     }
 

@@ -28,7 +28,7 @@ pub(crate) fn chain_faults(part: &PreparedPart, scene: &ScenePart) -> Vec<String
     let mut faults = Vec::new();
     let mut sums: BTreeMap<(u32, u32), i32> = BTreeMap::new();
     for (number, tile) in part.tiles.iter().enumerate() {
-        let face = &part.faces[part.face_of(tile)];
+        let face = part.face_of(tile);
         let sign = if face.reversed { -1 } else { 1 };
         for (index, l) in tile.loops.iter().enumerate() {
             let point = |edge: RowId, at: u32| part.edges[edge.index()].breaks[at as usize].point;

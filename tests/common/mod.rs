@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::frame::Plan;
-use trimtess::math::predicates::{Side, side_of};
+use trimtess::math::predicates::orient2d;
 use trimtess::mesh::MemorySink;
 use trimtess::model::{Face, Instance, Loop, Model, Part, PartId, Surface};
 use trimtess::parallel::{FrameReport, serial};
@@ -63,9 +63,9 @@ pub(crate) fn elevated(points: &[DVec3]) -> Vec<DVec3> {
 pub(crate) fn winding(points: &[DVec2], q: DVec2) -> i32 {
     let turn = |(a, b): (&DVec2, &DVec2)| {
         if a.y <= q.y {
-            i32::from(b.y > q.y && side_of(*a, *b, q) == Side::Left)
+            i32::from(b.y > q.y && orient2d(*a, *b, q) > 0.0)
         } else {
-            -i32::from(b.y <= q.y && side_of(*a, *b, q) == Side::Right)
+            -i32::from(b.y <= q.y && orient2d(*a, *b, q) < 0.0)
         }
     };
     points.iter().zip(points.iter().cycle().skip(1)).map(turn).sum()

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::common::winding;
 use arbitrary::{Result, Unstructured};
 use glam::{DVec2, DVec3};
-use trimtess::math::predicates::{Side, orient2d, side_of};
+use trimtess::math::predicates::orient2d;
 
 use crate::cases::border;
 use crate::checker::{Tile, area};
@@ -246,13 +246,13 @@ fn meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
         return false;
     }
     let between = |p: DVec2, q: DVec2, r: DVec2| r.cmpge(p.min(q)).all() && r.cmple(p.max(q)).all();
-    let [c_side, d_side, a_side, b_side] = [side_of(a, b, c), side_of(a, b, d), side_of(c, d, a), side_of(c, d, b)];
-    let across = |s: Side, t: Side| s != Side::On && t != Side::On && s != t;
+    let [c_side, d_side, a_side, b_side] = [orient2d(a, b, c), orient2d(a, b, d), orient2d(c, d, a), orient2d(c, d, b)];
+    let across = |s: f64, t: f64| s > 0.0 && t < 0.0 || s < 0.0 && t > 0.0;
     (across(c_side, d_side) && across(a_side, b_side))
-        || (c_side == Side::On && between(a, b, c))
-        || (d_side == Side::On && between(a, b, d))
-        || (a_side == Side::On && between(c, d, a))
-        || (b_side == Side::On && between(c, d, b))
+        || (c_side == 0.0 && between(a, b, c))
+        || (d_side == 0.0 && between(a, b, d))
+        || (a_side == 0.0 && between(c, d, a))
+        || (b_side == 0.0 && between(c, d, b))
 }
 
 /// A tile whose holes are moved until they cross something.

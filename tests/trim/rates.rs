@@ -85,7 +85,7 @@ impl Rates {
     fn replan(&self, part: &PreparedPart, plan: &mut PartPlan) {
         for (k, (tile, lattice)) in part.tiles.iter().zip(&mut plan.tiles).enumerate() {
             let [nu, nv] = self.cells[k % self.cells.len()];
-            let face = &part.faces[part.face_of(tile)];
+            let face = part.face_of(tile);
             let creases = &face.creases;
             // A plane does not bend, so its lines are even.
             let lines =

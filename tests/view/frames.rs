@@ -502,7 +502,7 @@ fn culled_tiles_are_not_in_the_picture() {
                 continue;
             }
             culled += 1;
-            let face = &prepared.parts[0].faces[prepared.parts[0].face_of(tile)];
+            let face = prepared.parts[0].face_of(tile);
             for k in 0..25 {
                 let at = tile.min + (tile.max - tile.min) * glam::DVec2::new(f64::from(k % 5), f64::from(k / 5)) / 4.0;
                 let d = face.patches.derivatives(at.x, at.y);

@@ -144,7 +144,7 @@ fn a_camera_inside_does_not_explode_the_cost() {
             if k % 2 == 0 {
                 // On the surface.
                 let tile = &prepared.parts[0].tiles[draw.range(0.0, prepared.parts[0].tiles.len() as f64) as usize];
-                let face = &prepared.parts[0].faces[prepared.parts[0].face_of(tile)];
+                let face = prepared.parts[0].face_of(tile);
                 let uv = tile.min + (tile.max - tile.min) * DVec2::new(draw.unit(), draw.unit());
                 view.camera.eye = face.patches.point(uv.x, uv.y);
             }

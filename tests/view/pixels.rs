@@ -69,7 +69,7 @@ pub(crate) fn worst(
     ];
     let part = &prepared.parts[batch.part.index()];
     let tile = &part.tiles[batch.tile.0 as usize];
-    let face = &part.faces[part.face_of(tile)];
+    let face = part.face_of(tile);
     let mesh = &batch.mesh;
     let uv = |v: u32| {
         let natural = mesh.uvs[v as usize].as_dvec2();

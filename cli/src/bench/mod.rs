@@ -283,7 +283,7 @@ fn costly(prepared: &Prepared, costs: &Costs) -> Vec<Costly> {
         let (frame, ms) = costs.frames.iter().map(|f| f[number]).enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let (part, tile): (trimtess::model::PartId, trimtess::model::TileId) = (part, tile);
         let rows = &prepared.parts[part.index()];
-        let entity = rows.faces[rows.face_of(row)].entity;
+        let entity = rows.face_of(row).entity;
         Some(Costly { part: part.0, face: row.face.0, tile: tile.0, entity, us: 1e3 * ms, share: ms / work[frame] })
     };
     let mut all: Vec<Costly> = prepared.tiles().enumerate().filter_map(worst).collect();

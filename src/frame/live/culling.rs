@@ -70,9 +70,8 @@ pub(super) struct RangeBoxes {
 impl RangeBoxes {
     /// Reads the tables of derivative bounds of the tiles of a range. Cones only if `may_cull`.
     pub(super) fn of(part: &PreparedPart, range: usize, may_cull: bool) -> Self {
-        let face = |tile: &Tile| &part.faces[part.face_of(tile)];
         let rows = &part.tiles[RANGE * range..part.tiles.len().min(RANGE * (range + 1))];
-        let tiles: Vec<BoundingBox> = rows.iter().map(|tile| tile_box(face(tile), tile)).collect();
+        let tiles: Vec<BoundingBox> = rows.iter().map(|tile| tile_box(part.face_of(tile), tile)).collect();
         let members = hilbert::along_curve(tiles.iter().map(|tile| 0.5 * (tile.low + tile.high)));
         let group = |members: &[usize]| {
             let place = members.iter().fold(BoundingBox::EMPTY, |all, &tile| all.with(&tiles[tile]));
@@ -83,7 +82,7 @@ impl RangeBoxes {
         };
         let groups = members.chunks(GROUP).map(group).collect();
         let place = tiles.iter().fold(BoundingBox::EMPTY, |all, tile| all.with(tile));
-        let cones = rows.iter().filter(|_| may_cull).map(|tile| normals(face(tile), tile)).collect();
+        let cones = rows.iter().filter(|_| may_cull).map(|tile| normals(part.face_of(tile), tile)).collect();
         let members = members.into_iter().map(|tile| tile as u16).collect();
         Self { place, groups, members, tiles, cones }
     }
@@ -172,7 +171,7 @@ pub(crate) fn largest_tile(part: &PreparedPart) -> f64 {
 }
 
 fn boxes(part: &PreparedPart) -> impl Iterator<Item = BoundingBox> + '_ {
-    part.tiles.iter().map(|tile| tile_box(&part.faces[part.face_of(tile)], tile))
+    part.tiles.iter().map(|tile| tile_box(part.face_of(tile), tile))
 }
 
 /// The bounding box of a tile's surface, enlarged by the gap between surface and edges.

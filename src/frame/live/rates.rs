@@ -16,7 +16,6 @@ use crate::frame::plan::output::Plan;
 use crate::frame::plan::tessellants::{Tessellants, is_bare, turns_more_than_bends};
 use crate::frame::tolerance::box_tolerance::BoxTolerances;
 use crate::frame::tolerance::part_camera::PixelScale;
-use crate::math::Elementary as _;
 use crate::math::bits::ones;
 use crate::model::{RowId, SurfaceKind};
 use crate::prepare::Prepared;
@@ -202,7 +201,7 @@ impl Rates {
                 (Rate::Even(step), band(step))
             } else {
                 wanted.near.push((p, t));
-                let face = &part.faces[part.face_of(&part.tiles[t])];
+                let face = part.face_of(&part.tiles[t]);
                 // The edges of tiles with one cell at any density may bend, but they have their own boxes.
                 let single = is_single(face, self.terms.size);
                 let boxes = || places(face, &part.tiles[t]).filter(|_| !single);
@@ -236,7 +235,7 @@ impl Rates {
         let mut known = estimates[t];
         if known.term != self.term || known.step.is_some() != rate.finest().is_some() {
             let part = &self.prepared.parts[p];
-            let (tile, face) = (&part.tiles[t], &part.faces[part.face_of(&part.tiles[t])]);
+            let (tile, face) = (&part.tiles[t], part.face_of(&part.tiles[t]));
             let need = self.terms.need(rate, self.prepared.scene.parts[p].radius);
             let (made, _) = Lattices::default().lattice(&self.request((face, tile), &need, None));
             known = CellsAt { term: self.term, step: rate.finest(), cells: cells(&made) as f64 };
@@ -248,7 +247,7 @@ impl Rates {
         };
         let growth = known.cells * more / now[t] as f64;
         // What has no step of these terms comes before what is only refined for its edges' sake.
-        ((growth.binary_logarithm() / growth_of(1.0).binary_logarithm()).max(1.0), growth)
+        (steps_of(growth).max(1.0), growth)
     }
 
     fn request<'a>(
@@ -266,7 +265,7 @@ impl Rates {
         let WantedRate { part: p, tile: t, rate, chord, replace, .. } = wanted;
         let (part, rates) = (&self.prepared.parts[*p], &self.parts[*p]);
         let (tile, old) = (&part.tiles[*t], &page.parts[*p].tiles[*t]);
-        let face = &part.faces[part.face_of(tile)];
+        let face = part.face_of(tile);
         let need = self.terms.need(rate, self.prepared.scene.parts[*p].radius);
         let before = self.turns.follow(&**old, *replace || rates.tile_terms[*t] != self.term);
         let before_lines = before.as_ref().map(|b| b as &dyn FollowLines);

@@ -16,12 +16,6 @@ impl Budget {
     pub(crate) fn of(limits: &PlanLimits, held_mib: u32) -> Self {
         Self { left: limits.allowed(held_mib) / 2, cells_per_tile: (limits.triangles_per_tile / 2).max(1) }
     }
-
-    /// `None` if fewer are left.
-    pub(crate) fn spend(&mut self, cells: u64) -> Option<()> {
-        self.left = self.left.checked_sub(cells)?;
-        Some(())
-    }
 }
 
 /// Number of cells of a lattice.

@@ -60,5 +60,5 @@ pub fn plan_for_view_on(jobs: &dyn Jobs, prepared: &Prepared, view: &View, limit
     };
     let mut asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(seen).map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
-    plan_parts(jobs, prepared, asked, limits, 0)
+    plan_parts(jobs, prepared.parts.clone(), asked, limits, 0)
 }

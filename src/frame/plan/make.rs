@@ -45,15 +45,15 @@ pub fn plan_on(jobs: &dyn Jobs, prepared: &Prepared, tolerance: &Tolerance, limi
         |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
     let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
     let held_mib = u32::try_from(prepared.memory().total().div_ceil(1 << 20)).unwrap_or(u32::MAX);
-    plan_parts(jobs, prepared, asked, limits, held_mib)
+    plan_parts(jobs, prepared.parts.clone(), asked, limits, held_mib)
 }
 
 /// The coarsest plan of some parts within limits, in their order.
 pub(crate) fn coarsest(jobs: &dyn Jobs, prepared: &Prepared, rows: &[usize], limits: &PlanLimits) -> Vec<PartPlan> {
     let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
     let asked = rows.iter().map(|&row| PartTolerance::everywhere(&coarsest, prepared.scene.parts[row].radius));
-    let parts = rows.iter().map(|&row| Arc::clone(&prepared.parts[row])).collect();
-    plan_parts(jobs, &Prepared { parts, ..Prepared::default() }, asked.collect(), limits, 0).parts
+    let parts = rows.iter().map(|&row| Arc::clone(&prepared.parts[row]));
+    plan_parts(jobs, parts.collect(), asked.collect(), limits, 0).parts
 }
 
 /// The plan, with the coarsest rows for parts of `prepared` that it has none of.
@@ -76,7 +76,7 @@ pub(crate) fn completed(jobs: &dyn Jobs, plan: &Arc<Plan>, prepared: &Prepared, 
 /// memory of the prepared model that counts towards the limits, MiB.
 pub(crate) fn plan_parts(
     jobs: &dyn Jobs,
-    prepared: &Prepared,
+    parts: Vec<Arc<PreparedPart>>,
     asked: Vec<PartTolerance>,
     limits: &PlanLimits,
     held_mib: u32,
@@ -88,8 +88,8 @@ pub(crate) fn plan_parts(
     let mut shortfall = Shortfall { held_mib, ..Shortfall::none(limits) };
     // A part without tiles meets any tolerance.
     let unusable = |(part, asked): (&Arc<PreparedPart>, &PartTolerance)| asked.unusable && !part.tiles.is_empty();
-    shortfall.unusable = prepared.parts.iter().zip(&asked).any(unusable);
-    let wanted = Arc::new(Wanted { parts: prepared.parts.clone(), asked });
+    shortfall.unusable = parts.iter().zip(&asked).any(unusable);
+    let wanted = Arc::new(Wanted { parts, asked });
     let mut round = 0;
     loop {
         shortfall.density = LOWER.powi(round);
@@ -99,7 +99,7 @@ pub(crate) fn plan_parts(
         }
         let asked =
             PlanRequest { jobs, wanted: &wanted, density: shortfall.density, cells_per_tile: budget.cells_per_tile };
-        if let Some(parts) = asked.plan(0..prepared.parts.len(), &mut budget, &mut shortfall) {
+        if let Some(parts) = asked.plan(0..wanted.parts.len(), &mut budget, &mut shortfall) {
             return Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any() };
         }
         if round == 0 {
@@ -165,7 +165,7 @@ impl PlanRequest<'_> {
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
         let lattices = Arc::into_inner(lattices)?;
-        budget.spend(round.spent.cells.load(Ordering::Relaxed))?;
+        budget.left -= round.spent.cells.load(Ordering::Relaxed);
         Some(lattices.into_iter().zip(lines).map(|(tiles, edges)| PartPlan { tiles, edges }).collect())
     }
 }
@@ -278,7 +278,7 @@ impl Round {
             let (asked, part) = (&self.wanted.asked[stretch.0], &self.wanted.parts[stretch.0]);
             planned.plan(stretch, &self.spent, |row| {
                 let tile = &part.tiles[row];
-                let face = &part.faces[part.face_of(tile)];
+                let face = part.face_of(tile);
                 asked.over(places(face, tile), &mut need);
                 let (factor, most_cells) = (self.density, self.cells_per_tile);
                 let request = LatticeRequest { face, tile, need: &need, factor, most_cells, before: None };

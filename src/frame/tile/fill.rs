@@ -1,6 +1,7 @@
 //! A tile's boundary -> triangles that close it, from the points of its edges alone. For tiles whose surface or
 //! parameters cannot be used.
 
+use super::job::oriented;
 use super::ladder::Rung;
 use super::outcome::{Degradation, TileOutcome};
 use crate::frame::plan::output::Plan;
@@ -21,7 +22,7 @@ use glam::{DVec2, DVec3, Vec2};
 pub fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
     let (rows, plan) = (&prepared.parts[part.index()], &plan.parts[part.index()]);
     let tile = &rows.tiles[tile.0 as usize];
-    let reversed = rows.faces[rows.face_of(tile)].reversed;
+    let reversed = rows.face_of(tile).reversed;
     let mut mesh = TileMesh::default();
     let (mut loop_starts, mut ts) = (vec![0], Vec::new());
     for l in &tile.loops {
@@ -34,7 +35,7 @@ pub fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, w
     let input = TrimInput { cells: (1, 1), points: &points, loop_starts: &loop_starts, places: &mesh.positions };
     let mut filled = TrimOutput::default();
     fill_loops(&input, &mut filled);
-    mesh.triangles = filled.closing.iter().map(|&[a, b, c]| if reversed { [a, c, b] } else { [a, b, c] }).collect();
+    mesh.triangles = filled.closing.iter().map(|&corners| oriented(corners, reversed)).collect();
     mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];
     let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
     for corners in &mesh.triangles {

@@ -76,7 +76,7 @@ impl<'a> Job<'a> {
         let rows = &prepared.parts[part.index()];
         let plan = &plan.parts[part.index()];
         let row = &rows.tiles[tile.0 as usize];
-        let face = &rows.faces[rows.face_of(row)];
+        let face = rows.face_of(row);
         Self { part: rows, plan, tile: row, lattice: &plan.tiles[tile.0 as usize], face }
     }
 
@@ -347,7 +347,7 @@ fn are_apart(positions: &[DVec3], corners: [u32; 3]) -> bool {
 
 /// A triangle with its corners in the order of its face's outside.
 #[inline(always)]
-fn oriented([a, b, c]: [u32; 3], reversed: bool) -> [u32; 3] {
+pub(super) fn oriented([a, b, c]: [u32; 3], reversed: bool) -> [u32; 3] {
     if reversed { [a, c, b] } else { [a, b, c] }
 }
 

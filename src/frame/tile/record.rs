@@ -49,7 +49,7 @@ pub fn record_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId)
     let outcome = tessellate_tile(prepared, plan, (part, tile), MeshLists::ALL, &mut scratch);
     let rows = &prepared.parts[part.index()];
     let row = &rows.tiles[tile.0 as usize];
-    let face = &rows.faces[rows.face_of(row)];
+    let face = rows.face_of(row);
     let lattice = TileLattice::clone(&plan.parts[part.index()].tiles[tile.0 as usize]);
     let cells = lattice.cells();
     let Scratch { cells: mut points, uvs, loop_starts, trim, trimmed, .. } = scratch;

@@ -5,6 +5,7 @@
 
 use super::images::EdgeImages;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, Tile};
+use crate::math::bits::of_point;
 use crate::model::{NurbsCurve3, RowId};
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
@@ -184,10 +185,10 @@ impl Closer<'_> {
 
     /// A loop's use of a straight edge between two points, each given with its (u,v).
     fn straight(&mut self, from: (DVec3, DVec2), to: (DVec3, DVec2)) -> EdgeUse {
-        let reversed = key(to.0) < key(from.0);
+        let reversed = of_point(to.0) < of_point(from.0);
         let [a, b] = if reversed { [to, from] } else { [from, to] };
         let edges = &mut *self.edges;
-        let edge = *self.known.entry([key(a.0), key(b.0)]).or_insert_with(|| {
+        let edge = *self.known.entry([of_point(a.0), of_point(b.0)]).or_insert_with(|| {
             let line = BezierSpline3::new(&NurbsCurve3::line(a.0, b.0), (0.0, 1.0));
             edges.push(PreparedEdge {
                 bounds: CurveBounds::new(&line),
@@ -212,7 +213,7 @@ impl Closer<'_> {
     fn is_closed(&self, runs: &[BreakRun]) -> bool {
         let mut ends: BTreeMap<[u64; 3], i32> = BTreeMap::new();
         for run in runs {
-            let end = |at: u32| key(break_point(self.edges, RowId(run.edge), at));
+            let end = |at: u32| of_point(break_point(self.edges, RowId(run.edge), at));
             *ends.entry(end(run.from)).or_default() -= 1;
             *ends.entry(end(run.to)).or_default() += 1;
         }
@@ -221,7 +222,7 @@ impl Closer<'_> {
 
     /// Links runs to closed walks.
     fn walks(&self, runs: &[BreakRun]) -> Vec<Vec<BreakRun>> {
-        let end = |run: &BreakRun, at: u32| key(break_point(self.edges, RowId(run.edge), at));
+        let end = |run: &BreakRun, at: u32| of_point(break_point(self.edges, RowId(run.edge), at));
         let mut from: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
         for (k, run) in runs.iter().enumerate().rev() {
             from.entry(end(run, run.from)).or_default().push(k);
@@ -270,11 +271,6 @@ impl Closer<'_> {
         tile.loops.push(l);
         tile.entangled = true;
     }
-}
-
-/// The bits of a point, equal for 0 and -0.
-fn key(p: DVec3) -> [u64; 3] {
-    p.to_array().map(|x| (x + 0.0).to_bits())
 }
 
 #[cfg(test)]

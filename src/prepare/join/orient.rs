@@ -87,11 +87,7 @@ pub(crate) fn orient(
         for (face, turned) in &group {
             reversed[*face] = *turned != flip;
         }
-        let wanted = match part.shells.get(part.faces[start].shell as usize).map(|s| s.kind) {
-            Some(ShellKind::Outer) => 1.0,
-            Some(ShellKind::Void) => -1.0,
-            _ => continue,
-        };
+        let Some(wanted) = wanted_sign(part, part.faces[start].shell) else { continue };
         // Only a group without free edges has a volume.
         let closed = group.iter().all(|(face, _)| whole[*face]);
         if closed && let Some(volume) = wrong_volume(call, drafts, &group, &reversed, wanted) {
@@ -108,6 +104,15 @@ pub(crate) fn orient(
 /// The sign of a volume counts above this share of the faces' absolute contributions. Samples are accurate to a few per
 /// cent of these. A thin shell is a small difference of two large contributions: it keeps the file's orientation.
 const DECISIVE: f64 = 0.3;
+
+/// The sign of the volume that the faces of a shell enclose, if the file says it.
+pub(crate) fn wanted_sign(part: &Part, shell: u32) -> Option<f64> {
+    match part.shells.get(shell as usize)?.kind {
+        ShellKind::Outer => Some(1.0),
+        ShellKind::Void => Some(-1.0),
+        ShellKind::Open => None,
+    }
+}
 
 /// The volume of a closed group if its sign is not `wanted`; zero if it is only rounding.
 ///

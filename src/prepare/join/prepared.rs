@@ -355,13 +355,13 @@ impl PreparedPart {
         (0..self.brep_edges).filter(|&edge| !self.edges[edge].uses.is_empty()).map(EdgeId::new)
     }
 
-    /// Row of a tile's face in [`faces`](Self::faces).
+    /// The prepared face of a tile.
     ///
     /// # Panics
     /// Never for tiles of this part: only faces that have a row get tiles.
     #[must_use]
-    pub fn face_of(&self, tile: &Tile) -> usize {
-        self.face_rows[tile.face.index()].expect("a tile's face has a row") as usize
+    pub fn face_of(&self, tile: &Tile) -> &PreparedFace {
+        self.face(tile.face).expect("a tile's face has a row")
     }
 }
 

@@ -33,7 +33,7 @@ impl EdgeImages {
                 let share = (used.uv.point(t, &mut hint) - tile.min) / (tile.max - tile.min);
                 share.as_vec2().to_array()
             };
-            let breaks = if out.cuts.is_empty() { &edge.bounds.breaks[..] } else { &out.cuts };
+            let breaks = out.strips(&edge.bounds);
             let range = |strip: &[f64]| (strip[0].max(ends[0]), strip[1].min(ends[1]));
             let first = breaks.windows(2).position(|strip| range(strip).0 < range(strip).1).unwrap_or(0);
             strips.clear();

@@ -298,7 +298,7 @@ fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Separati
     };
     let can_split = [a, b].map(|s| s.can_split());
     if depth >= 2 * most || can_split == [false; 2] {
-        separate_below_samples(a, b, found);
+        separate_below_samples((a, b), shared[0].is_some(), found);
         return;
     }
     let (halved, other) = if is_halved_first([a, b], can_split, shared[0].is_some()) { (a, b) } else { (b, a) };
@@ -308,10 +308,9 @@ fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Separati
 }
 
 /// The same for arcs of edges in space that cannot be halved at samples. If they run along each other, breaks gain
-/// nothing, and the pair is kept as it is.
-fn separate_below_samples<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a, '_>) {
+/// nothing, and the pair is kept as it is. `joined`: whether they have a common end.
+fn separate_below_samples<'a>((a, b): (ArcSpan<'a>, ArcSpan<'a>), joined: bool, found: &mut Separation<'a, '_>) {
     // If they leave a common end side by side, each halving would only ask for the next.
-    let joined = shared_ends(a, b)[0].is_some();
     if a.arc.exact || joined || (!a.is_curved() && !b.is_curved()) {
         found.keep((a, b), Vec::new());
         return;

@@ -82,7 +82,7 @@ pub(crate) fn cloud(call: Call<'_>, part: &PreparedPart) -> Vec<DVec3> {
     let used = part.edges.iter().filter(|e| !e.uses.is_empty());
     let mut out = call.each(SHARE, used, points_of).concat();
     let mut bounds = Hull::of(&out);
-    let faces = part.tiles.chunk_by(|a, b| a.face == b.face).map(|tiles| (&part.faces[part.face_of(&tiles[0])], tiles));
+    let faces = part.tiles.chunk_by(|a, b| a.face == b.face).map(|tiles| (part.face_of(&tiles[0]), tiles));
     // Most faces are within the hull of the edges, and no face leaves it once it is wider.
     let beyond = call.each(SHARE, faces, |(face, tiles)| {
         // A straight line has its extremes at its ends, which lie on edges.

@@ -247,16 +247,14 @@ fn scene(model: &Model, prepared: &[Arc<PreparedPart>]) -> Scene {
         }
     };
     let parts = model.parts.iter().zip(prepared).map(part).collect();
-    let mut first_face = 0;
     let place = |i: &Instance| {
-        let faces = model.parts.get(i.part.index())?.faces.len();
-        let first = first_face;
-        first_face += u32::try_from(faces).unwrap_or(0);
         let Instance { part, transform, colour, name, assembly } = i.clone();
-        Some(SceneInstance { part, transform, colour, visible: true, name, assembly, first_face: first })
+        SceneInstance { part, transform, colour, visible: true, name, assembly, first_face: 0 }
     };
-    let instances = model.instances.iter().filter_map(place).collect();
-    Scene { name: model.name.clone(), parts, instances }
+    let of_known_parts = model.instances.iter().filter(|i| i.part.index() < model.parts.len());
+    let mut scene = Scene { name: model.name.clone(), parts, instances: of_known_parts.map(place).collect() };
+    scene.number_faces();
+    scene
 }
 
 #[cfg(test)]

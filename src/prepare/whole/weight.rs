@@ -33,7 +33,7 @@ pub(crate) fn weigh(call: Call<'_>, part: &mut PreparedPart, diagonal: f64) {
     let chord = CHORD * diagonal;
     let of_edge: Vec<Counts> = call.each(SHARE, &part.edges, |edge| segments(edge, chord));
     let of_tile = |tile: &Tile| {
-        let lines = lines(&part.faces[part.face_of(tile)], tile, chord);
+        let lines = lines(part.face_of(tile), tile, chord);
         let along = |u: &EdgeUse| tessellants(u, &part.edges[u.edge.index()], &of_edge[u.edge.index()], tile, lines);
         let tessellants: f64 = tile.loops.iter().flatten().map(along).sum();
         let cells = lines.x * lines.y;
