@@ -2,7 +2,6 @@
 //! (Manocha & Demmel, "Algorithms for intersecting parametric and algebraic curves", ACM TOG 13(1), 1994).
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-mod common;
 mod implicit;
 #[path = "sequence/random.rs"]
 mod random;
