@@ -106,12 +106,18 @@ fn add_lost_lines(all: &mut Vec<Diagnostic>, made: &FrameReport, prepared: &Prep
     }
 }
 
-/// Adds an error for each face without triangles that no stage explained. A note explains a face only if that has no
-/// area.
+/// Codes of notes that say why a face has no area. Other notes do not explain a face without triangles.
+const NO_AREA: [&str; 3] = ["face-without-area", "face-thin", "trims-keep-nothing"];
+
+/// Adds an error for each face without triangles that no stage explained. A note explains a face only if it
+/// says that the face has no area.
 fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &Prepared) {
-    let told = all.iter().filter_map(|d| Some((d.severity, d.part.zip(d.face)?)));
-    let explains = |severity, (part, face)| severity > Severity::Note || prepared.scene.has_no_area(part, face);
-    let explained: HashSet<_> = told.filter(|&(severity, at)| explains(severity, at)).map(|(_, at)| at).collect();
+    let told = all.iter().filter_map(|d| Some((d.severity, &d.kind, d.part.zip(d.face)?)));
+    let explains = |severity, kind: &DiagnosticKind, (part, face)| {
+        severity > Severity::Note || NO_AREA.contains(&kind.code()) || prepared.scene.has_no_area(part, face)
+    };
+    let explained: HashSet<_> =
+        told.filter(|(severity, kind, at)| explains(*severity, kind, *at)).map(|(_, _, at)| at).collect();
     for (part, faces) in meshed.iter().enumerate() {
         for face in (0..faces.len()).filter(|&face| !faces[face]) {
             let (part, face) = (PartId::new(part), FaceId::new(face));
