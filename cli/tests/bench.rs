@@ -220,10 +220,12 @@ fn stages_are_measured_on_more_and_more_threads() {
     for (frames, coherence) in replayed.iter().zip(["cold", "coherent"]) {
         assert_eq!(frames["coherence"], coherence);
         let all = |field: &str| frames[field].as_array().unwrap().iter().filter_map(Value::as_f64).collect::<Vec<_>>();
-        let (whole, alone, speedup) = (all("frame_ms"), all("not_divided_ms"), all("speedup"));
-        assert_eq!((whole.len(), speedup[0], all("measured_ms").len()), (6, 1.0, 2));
-        // Steps are cut for 32 threads, and what is cut is the larger part of a frame.
-        assert!(whole.iter().zip(&alone).all(|(whole, alone)| alone < whole) && speedup[5] > 2.0, "{frames}");
+        let (whole, alone, work) = (all("frame_ms"), all("not_divided_ms"), all("work_ms"));
+        assert_eq!((whole.len(), all("speedup")[0], all("measured_ms").len()), (6, 1.0, 2));
+        assert!(whole.iter().zip(&alone).all(|(whole, alone)| alone < whole), "{frames}");
+        // Steps are cut for several threads: these are done before the sum of their work. How much earlier is a matter of
+        // what else the machine does.
+        assert!(whole.iter().zip(&work).skip(1).all(|(whole, work)| whole < work), "{frames}");
         let of_step = |name: &str| {
             let step = frames["steps"].as_array().unwrap().iter().find(|step| step["name"] == name);
             number(step.unwrap_or_else(|| panic!("no step {name}")), "/ms/0")
