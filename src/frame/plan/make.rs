@@ -165,6 +165,7 @@ impl PlanRequest<'_> {
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
         let lattices = Arc::into_inner(lattices)?;
+        // Not more than are left: no list was refused.
         budget.left -= round.spent.cells.load(Ordering::Relaxed);
         Some(lattices.into_iter().zip(lines).map(|(tiles, edges)| PartPlan { tiles, edges }).collect())
     }
