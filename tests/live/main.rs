@@ -352,6 +352,17 @@ fn picking_a_pixel_finds_what_it_shows() {
     for outside in [(0, 0), (SIZE.0, 0), (0, SIZE.1), (u32::MAX, u32::MAX)] {
         assert_eq!(live.pick(outside, 0, &view).unwrap(), None);
     }
+    // An answer that arrives after a frame with fewer instances.
+    let first = scene.instances[0].transform.transform_point3(DVec3::new(0.4, 0.6, 0.0));
+    let picking = live.begin_pick(pixel_of(&perspective, first), 0, &view).unwrap().unwrap();
+    let fewer = Scene { instances: scene.instances[..1].to_vec(), ..scene.clone() };
+    send(&whole(&fewer, 3), &mut live);
+    let answer = loop {
+        if let Some(answer) = live.poll_pick(&picking) {
+            break answer.unwrap();
+        }
+    };
+    assert_eq!(answer, None, "the instances are others");
     // On a box, the nearest side.
     let boxed = box_frame(DVec3::splat(20.0), &[DAffine3::from_translation(DVec3::splat(1e6))]);
     send(&boxed, &mut live);

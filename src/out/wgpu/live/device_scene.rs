@@ -37,9 +37,14 @@ pub(super) struct DevicePlace {
     pub(super) first_face: u32,
 }
 
+/// Whether two lists of instances have the same records and draws.
+pub(super) fn look_like(a: &[DevicePlace], b: &[DevicePlace]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.looks_like(b))
+}
+
 impl DevicePlace {
     /// Whether the two have the same records and draws. Transforms may differ.
-    pub(super) fn looks_like(&self, other: &Self) -> bool {
+    fn looks_like(&self, other: &Self) -> bool {
         (self.instance, self.part, self.colour, self.visible, self.first_face)
             == (other.instance, other.part, other.colour, other.visible, other.first_face)
     }
@@ -94,6 +99,12 @@ impl DeviceScene {
         places.retain(|place| (place.part as usize) < self.parts.len());
         places.sort_by_key(|place| place.part);
         places
+    }
+
+    /// Whether the instances have the same records and draws, and are of the same parts.
+    pub(super) fn has_instances_of(&self, other: &Self) -> bool {
+        let numbers = |scene: &Self| scene.parts.iter().map(|part| part.number).collect::<Vec<_>>();
+        look_like(&self.places, &other.places) && numbers(self) == numbers(other)
     }
 
     /// Replaces the instances.

@@ -28,7 +28,7 @@ pub(super) struct Records {
     all: bool,
     /// Parts and tiles whose rows are outdated.
     stale: Vec<(u32, u32)>,
-    /// Counts changes of `instances`.
+    /// Counts changes of `instances`, and of the frame's instances, which `instances` follow with the next refresh.
     pub(super) layout: u64,
 }
 
@@ -42,6 +42,12 @@ impl Records {
     /// Marks all rows as outdated.
     pub(super) fn stale_all(&mut self) {
         self.all = true;
+    }
+
+    /// Marks all rows as outdated, because instances came or went.
+    pub(super) fn leave_instances(&mut self) {
+        self.stale_all();
+        self.layout += 1;
     }
 
     /// Marks the rows of a tile as outdated. The list stays bounded if nothing is drawn for many frames.

@@ -1,7 +1,7 @@
 //! Frames of triangles to the device: each is uploaded next to the one that is drawn and replaces it when it ends.
 
 use super::super::error::RenderError;
-use super::device_scene::DeviceScene;
+use super::device_scene::{DeviceScene, look_like};
 use super::pending::{Base, Pending};
 use super::scene::LiveScene;
 use super::store::line as encoded_line;
@@ -59,6 +59,7 @@ impl LiveScene {
         match base {
             Base::New(shown, from) => {
                 let mut old = std::mem::replace(&mut self.shown, shown);
+                let same = from.is_empty() && self.shown.has_instances_of(&old);
                 if from.is_empty() {
                     self.shown.hidden = std::mem::take(&mut old.hidden);
                 } else {
@@ -70,14 +71,16 @@ impl LiveScene {
                     }
                 }
                 old_tiles.extend(old.parts.into_iter().flat_map(|part| part.tiles).flatten());
-                self.records.stale_all();
+                if same {
+                    self.records.stale_all()
+                } else {
+                    self.records.leave_instances()
+                }
                 edges_changed = true;
             }
             Base::Changes(places) => {
-                let same = places.len() == self.shown.places.len()
-                    && places.iter().zip(&self.shown.places).all(|(new, old)| new.looks_like(old));
-                if !same {
-                    self.records.stale_all();
+                if !look_like(&places, &self.shown.places) {
+                    self.records.leave_instances();
                     edges_changed = true;
                 }
                 self.shown.place(places);
