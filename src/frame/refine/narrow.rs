@@ -1,10 +1,9 @@
 //! A tile's triangles -> the same, with those that are wider than a cell brought within the chord tolerance.
 //!
 //! Crossings are replaced by tessellants, so triangles between tessellants may reach from one cell into the next, where
-//! the lattice's bounds do not hold for them. Their distance from the surface is measured at the middles of their
-//! sides, which is exact for surfaces of second degree. While it is too large, edges are flipped that reduce it (C. L.
-//! Lawson, *Software for C1 surface interpolation*, 1977). If no flip does, an edge is split at a point of the surface.
-//! That point is inside the tile, so neighbours are not affected.
+//! the lattice's bounds do not hold for them. While they are too far from the surface, edges are flipped that reduce the
+//! distance (C. L. Lawson, *Software for C1 surface interpolation*, 1977). If no flip does, an edge is split at a point
+//! of the surface. That point is inside the tile, so neighbours are not affected.
 
 use super::lift::FaceSurface;
 use super::web::{Change, TriangleShape, Web};
@@ -44,10 +43,11 @@ pub(crate) fn narrow(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &
     let mut left = CHANGES * wide.len();
     while let (Some(t), 1..) = (wide.pop(), left) {
         left -= 1;
-        if surface.deviation(web.mesh, web.mesh.triangles[t]) <= chord {
+        let off = surface.deviation(web.mesh, web.mesh.triangles[t]);
+        if off <= chord {
             continue;
         }
-        let best = web.flips(t).into_iter().filter_map(|flip| Some((surface.gain(&web, &flip)?, flip)));
+        let best = web.flips(t).into_iter().filter_map(|flip| Some((surface.gain(&web, &flip, off)?, flip)));
         let change = best.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, flip)| flip);
         let Some(change) = change.or_else(|| surface.split(&mut web, t)) else { continue };
         web.apply(&change);
@@ -65,11 +65,12 @@ impl FaceSurface<'_> {
         let (a, b, c) = edge((0..3).max_by(|&i, &j| lifts[i].total_cmp(&lifts[j]))?);
         let other = web.left_of(b, a)?;
         let d = web.third(other, a, b)?;
-        let (uv, at) = self.middle(a, b);
+        let uv = self.middle(a, b);
+        let [point, du, dv] = self.face.patches.tangents(uv.x, uv.y);
         let mesh = &mut *web.mesh;
         let m = mesh.positions.len() as u32;
-        let outwards = at.du.cross(at.dv).normalize_or_zero() * if self.face.reversed { -1.0 } else { 1.0 };
-        mesh.positions.push(at.point);
+        let outwards = du.cross(dv).normalize_or_zero() * if self.face.reversed { -1.0 } else { 1.0 };
+        mesh.positions.push(point);
         mesh.normals.push(outwards.as_vec3());
         mesh.origins.push(Origin::Inner { k: m });
         self.uvs.push(uv);
@@ -88,20 +89,16 @@ impl FaceSurface<'_> {
         Some(change)
     }
 
-    /// How much a flip reduces the deviation. `None` if it does not, or makes triangles that face inwards or are flat.
-    fn gain(&self, web: &Web<'_>, flip: &Change) -> Option<f64> {
-        if !web.keeps_outline(flip) {
-            return None;
-        }
+    /// How much a flip reduces the deviation, which is `off` for the first of its triangles. `None` if it does not, or
+    /// makes triangles that face inwards or are flat.
+    fn gain(&self, web: &Web<'_>, flip: &Change, off: f64) -> Option<f64> {
         let mesh = &*web.mesh;
-        let worst = |all: &mut dyn Iterator<Item = [u32; 3]>| {
-            all.map(|corners| self.deviation(mesh, corners)).fold(0.0, f64::max)
-        };
-        if !flip.triangles.iter().all(|(_, corners)| follows(mesh, *corners)) {
+        if !(flip.made().all(|corners| follows(mesh, corners)) && web.keeps_outline(flip)) {
             return None;
         }
-        let before = worst(&mut flip.triangles.iter().map(|(t, _)| mesh.triangles[*t]));
-        let gain = before - worst(&mut flip.triangles.iter().map(|(_, corners)| *corners));
+        let others = flip.triangles[1..].iter().map(|(t, _)| self.deviation(mesh, mesh.triangles[*t]));
+        let before = others.fold(off, f64::max);
+        let gain = before - flip.made().map(|corners| self.deviation(mesh, corners)).fold(0.0, f64::max);
         (gain > LEAST_GAIN * before).then_some(gain)
     }
 }

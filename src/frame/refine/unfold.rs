@@ -33,24 +33,24 @@ const LEAST_GAIN: f64 = 1e-3;
 /// Gives up after weighing `weighed` triangles of changes. Cost: if one is folded, a few nanoseconds for every triangle
 /// of the tile.
 pub(crate) fn unfold(mesh: &mut TileMesh, doubtful: &[usize], chord: f64, weighed: usize, surface: &FaceSurface<'_>) {
-    let is_wrong = |corners: [u32; 3]| TriangleShape::of(mesh, corners).is_wrong(mesh);
-    let folded: Vec<usize> = doubtful.iter().copied().rev().filter(|&t| is_wrong(mesh.triangles[t])).collect();
+    let is_wrong = |t: usize| TriangleShape::is_wrong(mesh, mesh.triangles[t]);
+    let folded: Vec<usize> = doubtful.iter().copied().rev().filter(|&t| is_wrong(t)).collect();
     if folded.is_empty() {
         return;
     }
     let stated = mesh.triangles.clone();
     let mut left = weighed;
     let clear_area = TriangleShape::clear_area(&mesh.positions);
+    let mut web = Web::new(mesh);
     for least in [f64::INFINITY, chord] {
-        let mut web = Web::new(mesh);
         let near = Near { surface, chord: least, clear_area, left: Cell::new(left) };
         web.unfold(folded.clone(), &near);
         left = near.left.get();
         if web.improves(&stated, &Near { surface, chord, clear_area, left: Cell::new(0) }) {
-            mesh.triangles.retain(|t| *t != GONE);
+            web.mesh.triangles.retain(|t| *t != GONE);
             break;
         }
-        mesh.triangles.clone_from(&stated);
+        web.restore(&stated);
     }
 }
 
@@ -83,8 +83,8 @@ struct Near<'a> {
 }
 
 impl Near<'_> {
-    /// Whether a change may still be weighed. Counts its triangles.
-    fn weighs(&self, change: &Change) -> bool {
+    /// Counts the triangles of a change that is weighed. Returns whether they were still allowed.
+    fn spend(&self, change: &Change) -> bool {
         let left = self.left.get().checked_sub(change.triangles.len());
         self.left.set(left.unwrap_or(0));
         left.is_some()
@@ -96,7 +96,8 @@ impl Near<'_> {
 const MOST_LOSS: f64 = 8.0;
 
 impl Web<'_> {
-    /// Changes folded triangles, the last first, while that helps. The others wait for a change nearby.
+    /// Changes folded triangles while that helps: from the end of the list, where those come that a change folds. The
+    /// others wait for a change nearby.
     fn unfold(&mut self, folded: Vec<usize>, near: &Near<'_>) {
         let mut left = CHANGES * folded.len();
         let mut fillings = MOST_FILLINGS;
@@ -108,18 +109,18 @@ impl Web<'_> {
                 break;
             }
             let corners = self.mesh.triangles[t];
-            if corners == GONE || !TriangleShape::of(self.mesh, corners).is_wrong(self.mesh) {
+            if corners == GONE || !TriangleShape::is_wrong(self.mesh, corners) {
                 continue;
             }
             let (flips, merges) = (self.flips(t), self.merges(t));
             let flips: Vec<Choice> = flips.into_iter().map(|flip| self.choice(vec![flip])).collect();
             let gaining = self.best(flips.iter().chain(&merges), 1.0 - LEAST_GAIN, near).cloned();
             let change = gaining.or_else(|| self.best(merges.iter(), MOST_LOSS, near).cloned());
-            let anew = || {
+            let retriangulated = || {
                 fillings = fillings.checked_sub(1)?;
-                self.anew(t, near)
+                self.retriangulate(t, near)
             };
-            let Some(change) = change.or_else(anew) else {
+            let Some(change) = change.or_else(retriangulated) else {
                 let beside = self.beside(t).into_iter().map(|t| self.mesh.triangles[t]);
                 waiting.add(t, beside.chain([corners]).flatten().map(|v| self.one(v)));
                 continue;
@@ -129,14 +130,13 @@ impl Web<'_> {
                 waiting.leave(self.one(*v), |t| folded.push_front(t));
             }
             self.apply(&change);
-            let now_folded =
-                |corners: [u32; 3]| corners != GONE && TriangleShape::of(self.mesh, corners).is_wrong(self.mesh);
-            folded.extend(change.triangles.iter().filter(|(_, corners)| now_folded(*corners)).map(|(t, _)| *t));
+            let is_folded = |corners: [u32; 3]| corners != GONE && TriangleShape::is_wrong(self.mesh, corners);
+            folded.extend(change.triangles.iter().filter(|(_, corners)| is_folded(*corners)).map(|(t, _)| *t));
         }
     }
 
     /// Retriangulates the neighbourhood of a folded triangle so that less of it faces inwards, or else is steep.
-    fn anew(&self, t: usize, near: &Near<'_>) -> Option<Change> {
+    fn retriangulate(&self, t: usize, near: &Near<'_>) -> Option<Change> {
         near.left.set(near.left.get().saturating_sub(FILLING));
         let gain = |change: &Change| {
             let old = self.wrong(change.triangles.iter().map(|(t, _)| self.mesh.triangles[*t]));
@@ -146,9 +146,10 @@ impl Web<'_> {
         let is_flat = |t: [u32; 3]| TriangleShape::of(self.mesh, t).is_flat(self.mesh);
         let fitting = self
             .refills(t, near.surface.uvs)
-            .filter(|change| near.weighs(change) && !change.made().any(is_flat) && self.stays(change, near));
-        let gaining = fitting.filter_map(|change| Some((gain(&change)?, change)));
-        gaining.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
+            .filter(|change| near.spend(change))
+            .filter_map(|change| Some((gain(&change)?, change)))
+            .filter(|(_, change)| !change.made().any(is_flat) && self.stays(change, near));
+        fitting.max_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))).map(|(_, change)| change)
     }
 
     /// Twice the inward-facing area, the same including steep triangles, and the number of flat triangles.
@@ -221,7 +222,7 @@ impl Web<'_> {
         let mut best: Option<((f64, f64), &Change)> = None;
         let places = (&self.mesh.positions[..], &self.mesh.normals[..]);
         let changes = choices.flat_map(|choice| choice.changes.iter().map(move |change| (choice, change)));
-        for (Choice { area: before, has_flat, .. }, change) in changes.filter(|(_, change)| near.weighs(change)) {
+        for (Choice { area: before, has_flat, .. }, change) in changes.filter(|(_, change)| near.spend(change)) {
             // Flat triangles do not show in the sums. Removing one is an improvement if nothing folds.
             let is_enough = |after: f64| {
                 (after > share * before || *has_flat && after >= *before)
@@ -255,10 +256,11 @@ impl Web<'_> {
         if !self.keeps_outline(change) {
             return false;
         }
-        let pairs: Vec<([u32; 3], [u32; 3])> =
-            change.triangles.iter().map(|(t, new)| (self.mesh.triangles[*t], *new)).collect();
-        let changed = || pairs.iter().map(|(old, new)| (old, new));
-        to.chord == f64::INFINITY || self.is_as_near(changed(), to) && self.covers(changed(), to.chord)
+        if to.chord == f64::INFINITY {
+            return true;
+        }
+        let changed = || change.triangles.iter().map(|(t, new)| (&self.mesh.triangles[*t], new));
+        self.is_as_near(changed(), to) && self.covers(changed(), to.chord)
     }
 
     /// Merges of each lattice point of triangle `t` into each of its neighbours.

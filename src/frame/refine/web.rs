@@ -2,6 +2,7 @@
 
 use crate::frame::trim::chain::same_boundary;
 use crate::math::BitMix;
+use crate::math::bits;
 use crate::math::buckets::Buckets;
 use crate::math::order::larger;
 use crate::mesh::{Origin, TileMesh};
@@ -48,8 +49,9 @@ impl TriangleShape {
     }
 
     /// Whether it faces inwards, is steep or flat.
-    pub(crate) fn is_wrong(&self, mesh: &TileMesh) -> bool {
-        self.outwards < 0.0 || self.is_flat(mesh)
+    pub(crate) fn is_wrong(mesh: &TileMesh, corners: [u32; 3]) -> bool {
+        let shape = Self::of(mesh, corners);
+        shape.outwards < 0.0 || shape.is_flat(mesh)
     }
 
     /// Fast test that a triangle is certainly not [wrong](Self::is_wrong): the same comparisons of squares, without
@@ -59,7 +61,7 @@ impl TriangleShape {
         let [a, b, c] = corners.map(|v| positions[v as usize]);
         let cross = (b - a).cross(c - a);
         let [n, o, p] = corners.map(|v| normals[v as usize]);
-        // Single precision is exact enough, because three unit normals are taken for as long as they can be together.
+        // Single precision is exact enough, because the sum of three unit normals is at most 3 long, and counts as that long.
         let normal = (n + o + p).as_dvec3();
         let (facing, area) = (cross.dot(normal), cross.length_squared());
         let steep = ROOM * STEEP * 3.0;
@@ -178,6 +180,13 @@ impl<'a> Web<'a> {
         }
     }
 
+    /// Takes all changes back. `stated` are the triangles before any.
+    pub(crate) fn restore(&mut self, stated: &[[u32; 3]]) {
+        self.mesh.triangles.clear();
+        self.mesh.triangles.extend_from_slice(stated);
+        self.changed.clear();
+    }
+
     fn enter(&mut self, t: usize) {
         let corners = self.mesh.triangles[t].map(|v| self.one(v));
         (0..3).for_each(|k| {
@@ -257,8 +266,8 @@ impl Poles {
     fn of(mesh: &TileMesh) -> Self {
         let on_boundary = |o: &Origin| matches!(o, Origin::Edge { .. } | Origin::Border { .. });
         let count = mesh.origins.iter().position(|o| !on_boundary(o)).unwrap_or(mesh.origins.len());
-        let place = |v: usize| mesh.positions[v].to_array().map(f64::to_bits);
-        let mut places: HashMap<[u64; 3], u32> = HashMap::new();
+        let place = |v: usize| bits::of_point(mesh.positions[v]);
+        let mut places: HashMap<[u64; 3], u32, BuildHasherDefault<BitMix>> = HashMap::default();
         for v in 1..count {
             if mesh.positions[v] == mesh.positions[v - 1] {
                 places.entry(place(v)).or_insert(v as u32 - 1);
