@@ -13,7 +13,7 @@ use std::io::Write as _;
 use std::path::Path;
 use trimtess::audit::{DeviationReport, EconomyReport};
 use trimtess::frame::{Ladder, Rung};
-use trimtess::mesh::{MemorySink, Scene};
+use trimtess::mesh::{FrameView, MemorySink, Scene};
 use trimtess::model::{Diagnostic, Severity};
 use trimtess::parallel::FrameReport;
 use trimtess::prepare::Prepared;
@@ -115,12 +115,12 @@ impl Report {
     pub(crate) fn of(frame: &MemorySink, prepared: &Prepared, made: &FrameReport) -> Self {
         let scene = &frame.scene;
         let mut sizes = vec![(0_u64, 0_u64); scene.parts.len()];
-        let mut meshed: Vec<Vec<bool>> = scene.parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
+        let view = FrameView::from(frame);
+        let meshed = view.meshed();
         for batch in &frame.batches {
             let (triangles, vertices) = &mut sizes[batch.part.index()];
             *triangles += batch.mesh.triangles.len() as u64;
             *vertices += batch.mesh.positions.len() as u64;
-            meshed[batch.part.index()][batch.face.index()] |= !batch.mesh.triangles.is_empty();
         }
         let mut report = Self { parts: scene.parts.len(), instances: scene.instances.len(), ..Self::default() };
         for instance in &scene.instances {
@@ -136,7 +136,7 @@ impl Report {
             });
             report.ladder.add(Rung::Normal, normal);
         }
-        report.diagnostics = placed(&made.diagnostics(frame, prepared), scene);
+        report.diagnostics = placed(&made.diagnostics(&view, prepared), scene);
         report.fills = fills::placed(made, scene);
         report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
         report

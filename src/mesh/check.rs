@@ -193,14 +193,9 @@ pub fn check_scene<'a>(frame: impl Into<FrameView<'a>>) -> SceneFacts {
 fn facts_of(frame: &FrameView<'_>) -> SceneFacts {
     let mut facts = SceneFacts::default();
     let mut missing = vec![0_u64; frame.scene.parts.len()];
-    for (index, (part, batches)) in frame.scene.parts.iter().zip(frame.batches_by_part()).enumerate() {
+    let by_part = frame.batches_by_part().into_iter().zip(frame.meshed());
+    for (index, (part, (batches, meshed))) in frame.scene.parts.iter().zip(by_part).enumerate() {
         let id = PartId::new(index);
-        let mut meshed = vec![false; part.face_colours.len()];
-        for batch in batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()) {
-            if let Some(face) = meshed.get_mut(batch.face.index()) {
-                *face = true;
-            }
-        }
         let empty = meshed.iter().enumerate().filter(|(_, meshed)| !**meshed).map(|(face, _)| (id, FaceId::new(face)));
         let before = facts.faces_without_triangles.len();
         facts.faces_without_triangles.extend(empty);

@@ -92,6 +92,18 @@ pub struct FrameView<'a> {
 }
 
 impl<'a> FrameView<'a> {
+    /// For each part, whether each of its faces has triangles. O(batches + faces).
+    #[must_use]
+    pub fn meshed(&self) -> Vec<Vec<bool>> {
+        let mut meshed: Vec<Vec<bool>> =
+            self.scene.parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
+        for batch in self.batches.iter().filter(|batch| !batch.mesh.triangles.is_empty()) {
+            let face = meshed.get_mut(batch.part.index()).and_then(|faces| faces.get_mut(batch.face.index()));
+            face.into_iter().for_each(|face| *face = true);
+        }
+        meshed
+    }
+
     /// Groups batches by part, keeping their order.
     pub(crate) fn batches_by_part(&self) -> Vec<Vec<&BatchView<'a>>> {
         self.by_part(&self.batches, |batch| batch.part)

@@ -1,6 +1,6 @@
 //! A part -> the box around it, and the same part at another place.
 
-use super::{Face, FreeTrims, Loop, Part, Surface};
+use super::{Face, FreeTrims, Part, Surface};
 use crate::math::boxes::around;
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ impl Part {
     /// without any. A size, not a bound.
     pub(crate) fn control_box(&self) -> [DVec3; 2] {
         let edges = self.edges.iter().flat_map(|edge| &edge.curve.points);
-        let alone = self.faces.iter().filter(|face| !face.loops.iter().any(|l| matches!(l, Loop::Edges(_))));
+        let alone = self.faces.iter().filter(|face| face.wires().next().is_none());
         around(self.vertices.iter().chain(edges).copied().chain(alone.flat_map(samples)))
     }
 

@@ -91,6 +91,16 @@ pub struct Face {
     pub refused: Option<StepCause>,
 }
 
+impl Face {
+    /// The coedges of each loop of edges, in the order of the loops.
+    pub fn wires(&self) -> impl Iterator<Item = &[Coedge]> {
+        self.loops.iter().filter_map(|l| match l {
+            Loop::Edges(coedges) => Some(&coedges[..]),
+            Loop::Vertex(_) => None,
+        })
+    }
+}
+
 /// What a shell bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShellKind {

@@ -208,7 +208,7 @@ impl Part {
             face.surface.check().map_err(|error| PartError::Surface { face: id, error })?;
         }
         let finite = |(a, b): (f64, f64)| a.is_finite() && b.is_finite();
-        let edges = face.loops.iter().any(|l| matches!(l, Loop::Edges(_)));
+        let edges = face.wires().next().is_some();
         let is_bounded =
             edges || !refused && !face.loops.is_empty() || face.trims.as_ref().is_some_and(|t| !t.curves.is_empty());
         if !is_bounded && refused {

@@ -22,12 +22,7 @@ impl FrameReport {
     #[must_use]
     pub fn diagnostics<'a>(&self, frame: impl Into<FrameView<'a>>, prepared: &Prepared) -> Vec<Diagnostic> {
         let frame = &frame.into();
-        let parts = &frame.scene.parts;
-        let mut meshed: Vec<Vec<bool>> = parts.iter().map(|part| vec![false; part.face_colours.len()]).collect();
-        for batch in &frame.batches {
-            let known = meshed.get_mut(batch.part.index()).and_then(|faces| faces.get_mut(batch.face.index()));
-            known.into_iter().for_each(|meshed| *meshed |= !batch.mesh.triangles.is_empty());
-        }
+        let meshed = frame.meshed();
         let mut all = prepared.diagnostics.clone();
         add_degraded(&mut all, self, &meshed, prepared);
         add_lost_lines(&mut all, self, prepared);

@@ -3,7 +3,6 @@
 //! by bit. Breaks are found by parameter, so a use may start or end at a break next to its neighbour's: a straight edge
 //! then joins both. The remaining difference to the chain is added as further loops.
 
-use super::images::EdgeImages;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, Tile};
 use crate::math::bits::of_point;
 use crate::model::{NurbsCurve3, RowId};
@@ -12,7 +11,6 @@ use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
 use crate::prepare::wires::chain::Chain;
 use glam::{DVec2, DVec3};
-use smallvec::SmallVec;
 use std::collections::BTreeMap;
 
 /// What the loops of a face must sum to.
@@ -189,15 +187,7 @@ impl Closer<'_> {
         let [a, b] = if reversed { [to, from] } else { [from, to] };
         let edges = &mut *self.edges;
         let edge = *self.known.entry([of_point(a.0), of_point(b.0)]).or_insert_with(|| {
-            let line = BezierSpline3::new(&NurbsCurve3::line(a.0, b.0), (0.0, 1.0));
-            edges.push(PreparedEdge {
-                bounds: CurveBounds::new(&line),
-                shape: EdgeShape::Curve(line),
-                breaks: [(0.0, a.0), (1.0, b.0)].map(|(t, point)| Break { t, point }).to_vec(),
-                straight: true,
-                uses: SmallVec::new(),
-                images: EdgeImages::default(),
-            });
+            edges.push(line([(0.0, a.0), (1.0, b.0)].map(|(t, point)| Break { t, point }).to_vec()));
             edges.len() as u32 - 1
         });
         self.added.joints += 1;
@@ -273,22 +263,22 @@ impl Closer<'_> {
     }
 }
 
+/// The edge from the first of `breaks` to the last, in a line.
+fn line(breaks: Vec<Break>) -> PreparedEdge {
+    let line = NurbsCurve3::line(breaks[0].point, breaks[breaks.len() - 1].point);
+    let line = BezierSpline3::new(&line, (0.0, 1.0));
+    let bounds = CurveBounds::new(&line);
+    PreparedEdge::new(EdgeShape::Curve(line), bounds, breaks, true)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::model::FaceId;
 
     fn edge(points: &[DVec3]) -> PreparedEdge {
-        let line = BezierSpline3::new(&NurbsCurve3::line(points[0], points[points.len() - 1]), (0.0, 1.0));
         let share = |k: usize| k as f64 / (points.len() - 1) as f64;
-        PreparedEdge {
-            bounds: CurveBounds::new(&line),
-            shape: EdgeShape::Curve(line),
-            breaks: points.iter().enumerate().map(|(k, &point)| Break { t: share(k), point }).collect(),
-            straight: true,
-            uses: SmallVec::new(),
-            images: EdgeImages::default(),
-        }
+        line(points.iter().enumerate().map(|(k, &point)| Break { t: share(k), point }).collect())
     }
 
     /// A bow tie whose crossing edges pass each other at a distance, with one lobe reversed.

@@ -45,8 +45,7 @@ impl FaceContent {
     /// `shared` marks edges that have other faces. `size` is that of the part. `None` if an edge or a vertex is not in
     /// the part.
     pub(crate) fn of(part: &Part, face: &Face, shared: &[bool], size: f64) -> Option<Self> {
-        let wires = face.loops.iter().filter_map(|of| if let Loop::Edges(uses) = of { Some(uses) } else { None });
-        let edges = ascending(wires.flatten().map(|used| used.edge.0).collect());
+        let edges = ascending(face.wires().flatten().map(|used| used.edge.0).collect());
         let rows: Vec<(&Edge, bool)> = edges
             .iter()
             .map(|&edge| Some((part.edges.get(edge as usize)?, *shared.get(edge as usize)?)))
@@ -152,10 +151,7 @@ mod tests {
             // Only a neighbour goes.
             |part| {
                 let edge = uses(part)[0].edge;
-                let of = |face: &Face| {
-                    let uses = |of: &Loop| matches!(of, Loop::Edges(uses) if uses.iter().any(|used| used.edge == edge));
-                    face.loops.iter().any(uses)
-                };
+                let of = |face: &Face| face.wires().flatten().any(|used| used.edge == edge);
                 let neighbour = (0..part.faces.len()).find(|&k| k != 2 && of(&part.faces[k])).expect("a neighbour");
                 part.faces[neighbour].loops.clear();
             },

@@ -97,6 +97,13 @@ pub struct PreparedEdge {
     pub images: EdgeImages,
 }
 
+impl PreparedEdge {
+    /// An edge that no tile uses yet.
+    pub(crate) fn new(shape: EdgeShape, bounds: CurveBounds, breaks: Vec<Break>, straight: bool) -> Self {
+        Self { shape, breaks, bounds, straight, uses: SmallVec::new(), images: EdgeImages::default() }
+    }
+}
+
 /// A stretch of an edge as one tile's trim loop uses it.
 #[derive(Clone, Debug)]
 pub struct EdgeUse {

@@ -1,7 +1,6 @@
 //! Face drafts of a part -> one table of edges: breaks from all faces, borders numbered, loops of tiles closed.
 
 use super::closing::{BreakSpan, Closure, Wanted, close};
-use super::images::EdgeImages;
 use super::prepared::TileUse;
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use super::sample_images;
@@ -14,7 +13,6 @@ use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape
 use crate::prepare::uv::uv_curve::SAME_SHARE;
 use crate::prepare::wires::chain::Chain;
 use glam::{DVec2, DVec3};
-use smallvec::SmallVec;
 
 /// Edges that a thread takes at a time: a few microseconds each.
 const SHARE: usize = 16;
@@ -233,7 +231,7 @@ fn border(b: DraftBorder, edges: &[PreparedEdge]) -> PreparedEdge {
         EdgeShape::Point(point) => Break { t, point: *point },
     }));
     breaks.push(Break { t: b.range.1, point: ends[1] });
-    PreparedEdge { shape, breaks, bounds, straight, uses: SmallVec::new(), images: EdgeImages::default() }
+    PreparedEdge::new(shape, bounds, breaks, straight)
 }
 
 /// Moves the ends of borders along poles to the ends of the adjacent edges. A file may have several vertices close to a
@@ -317,14 +315,8 @@ fn nearest_break(breaks: &[Break], t: f64) -> usize {
 fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdge {
     let (t0, t1) = e.range;
     if !used {
-        return PreparedEdge {
-            shape: EdgeShape::Point(part.vertices.get(e.start.index()).copied().unwrap_or_default()),
-            breaks: Vec::new(),
-            bounds: CurveBounds::none(e.range),
-            straight: true,
-            uses: SmallVec::new(),
-            images: EdgeImages::default(),
-        };
+        let shape = EdgeShape::Point(part.vertices.get(e.start.index()).copied().unwrap_or_default());
+        return PreparedEdge::new(shape, CurveBounds::none(e.range), Vec::new(), true);
     }
     let curve = BezierSpline3::new(&e.curve, e.range);
     let bounds = CurveBounds::new(&curve);
@@ -338,12 +330,5 @@ fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdg
     breaks.push(Break { t: t0, point: part.vertices[e.start.index()] });
     breaks.extend(ts.into_iter().map(|t| Break { t, point: curve.point(t) }));
     breaks.push(Break { t: t1, point: part.vertices[e.end.index()] });
-    PreparedEdge {
-        shape: EdgeShape::Curve(curve),
-        breaks,
-        bounds,
-        straight,
-        uses: SmallVec::new(),
-        images: EdgeImages::default(),
-    }
+    PreparedEdge::new(EdgeShape::Curve(curve), bounds, breaks, straight)
 }

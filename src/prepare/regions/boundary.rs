@@ -1,6 +1,6 @@
 //! Loops of a face -> the chain of edges that they use, and whether they close.
 
-use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
+use crate::model::{Coedge, EdgeId, Face, Part, VertexId};
 use crate::prepare::trims::free_faces::{FreeFace, FreeFaces};
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use crate::prepare::wires::chain::{Chain, summed};
@@ -32,9 +32,8 @@ pub(crate) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
         return loops.filter(|l| !l.is_empty()).collect();
     }
     let mut given = WireSet::default();
-    let of_coedges = |coedges: &Vec<Coedge>| coedges.iter().map(|c| (c.edge.0, c.reversed)).collect::<Vec<_>>();
-    let wires = face.loops.iter().filter_map(|l| if let Loop::Edges(coedges) = l { Some(coedges) } else { None });
-    wires.filter(|coedges| given.is_first(coedges)).map(of_coedges).filter(|l| !l.is_empty()).collect()
+    let of_coedges = |coedges: &[Coedge]| coedges.iter().map(|c| (c.edge.0, c.reversed)).collect::<Vec<_>>();
+    face.wires().filter(|coedges| given.is_first(coedges)).map(of_coedges).filter(|l| !l.is_empty()).collect()
 }
 
 /// Reverses the loops of a boundary that run against a chain.
@@ -65,8 +64,7 @@ pub(crate) fn shared_edges(part: &Part, free: &FreeFaces) -> Vec<bool> {
         *known = face;
     };
     for (k, face) in part.faces.iter().enumerate() {
-        let coedges = face.loops.iter().flat_map(|l| if let Loop::Edges(coedges) = l { &coedges[..] } else { &[] });
-        coedges.for_each(|c| add(k, c.edge.0));
+        face.wires().flatten().for_each(|c| add(k, c.edge.0));
     }
     for (k, made) in free.iter().enumerate() {
         let Some(Ok(made)) = made else { continue };
@@ -94,10 +92,7 @@ pub(crate) fn is_closed(part: &Part, face: &Face, free: Option<&FreeFace>) -> bo
         let all = boundary(face, free);
         return all.iter().all(|l| is_chain(l.iter().map(|&(edge, reversed)| vertices(edge, reversed))));
     }
-    face.loops.iter().all(|l| match l {
-        Loop::Edges(coedges) => is_chain(coedges.iter().map(|c| vertices(c.edge.0, c.reversed))),
-        Loop::Vertex(_) => true,
-    })
+    face.wires().all(|coedges| is_chain(coedges.iter().map(|c| vertices(c.edge.0, c.reversed))))
 }
 
 /// Whether each edge starts where the previous one ends, and the first where the last one does.

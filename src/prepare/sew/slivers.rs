@@ -5,7 +5,7 @@
 
 use super::candidate::is_sound;
 use super::overlap::CurveQuery;
-use crate::model::{Loop, Part};
+use crate::model::Part;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::Along;
 use std::collections::BTreeMap;
@@ -60,17 +60,13 @@ impl<'a> SliverCheck<'a> {
 
 impl Rim {
     fn new(part: &Part, free: &FreeFaces, face: usize, reach: f64) -> Self {
-        let told = part.faces[face].loops.iter().filter_map(|l| match l {
-            Loop::Edges(coedges) => Some(coedges),
-            Loop::Vertex(_) => None,
-        });
         let untold = free.get(face).and_then(|f| f.as_ref()?.as_ref().ok());
         let pieces = untold.iter().flat_map(|f| &f.region.loops).flat_map(|l| &l.pieces);
         let of_pieces = pieces.filter_map(|piece| match piece.along {
             Along::Edge(edge) => Some(edge),
             Along::Pole(_) => None,
         });
-        let mut numbers: Vec<u32> = told.flatten().map(|c| c.edge.0).chain(of_pieces).collect();
+        let mut numbers: Vec<u32> = part.faces[face].wires().flatten().map(|c| c.edge.0).chain(of_pieces).collect();
         numbers.sort_unstable();
         numbers.dedup();
         let course = |number: u32| {

@@ -1,6 +1,6 @@
 //! Loops of faces -> the edges in use, with counts per shell.
 
-use crate::model::{Loop, Part};
+use crate::model::Part;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::order::WireSet;
@@ -27,8 +27,7 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
     };
     for (face, f) in part.faces.iter().enumerate() {
         let mut given = WireSet::default();
-        for l in &f.loops {
-            let Loop::Edges(coedges) = l else { continue };
+        for coedges in f.wires() {
             if given.is_first(coedges) {
                 coedges.iter().for_each(|c| add(face, c.edge.0, false, false));
             }

@@ -9,7 +9,7 @@ use super::extent::Patched;
 use super::grid::Grid;
 use super::joints::common_point;
 use super::traced::{self, Traced};
-use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, Surface};
+use crate::model::{Coedge, Face, FaceError, FaceTrouble, Part, Surface};
 use crate::prepare::regions::mend::{MAX_TANGLES, Mend, Tangle, Way};
 use crate::prepare::regions::unroll::region;
 use crate::prepare::regions::{boundary, lobes, mend};
@@ -93,9 +93,8 @@ pub(crate) fn draft(
 fn boundary_memory(part: &Part, face: &Face) -> usize {
     const PER_USE: usize = 2 << 10;
     const PER_POINT: usize = 6 << 10;
-    let loops = face.loops.iter().filter_map(|l| if let Loop::Edges(uses) = l { Some(uses) } else { None });
     let points = |c: &Coedge| part.edges.get(c.edge.index()).map_or(0, |edge| edge.curve.points.len());
-    loops.flatten().map(|c| PER_USE + PER_POINT * points(c)).fold(0, usize::saturating_add)
+    face.wires().flatten().map(|c| PER_USE + PER_POINT * points(c)).fold(0, usize::saturating_add)
 }
 
 /// Prepares a face by itself with loops that run as stated, however they are nested.

@@ -144,15 +144,12 @@ fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
     if projector.poles.is_empty() {
         return out;
     }
-    for l in &face.loops {
-        let Loop::Edges(coedges) = l else { continue };
-        for c in coedges {
-            let edge = &part.edges[c.edge.index()];
-            let stops = projector.pole_passages(edge);
-            if !stops.is_empty() {
-                let curve = BezierSpline3::new(&edge.curve, edge.range);
-                out.insert(c.edge.0, stops.into_iter().map(|t| (t, curve.point(t))).collect());
-            }
+    for c in face.wires().flatten() {
+        let edge = &part.edges[c.edge.index()];
+        let stops = projector.pole_passages(edge);
+        if !stops.is_empty() {
+            let curve = BezierSpline3::new(&edge.curve, edge.range);
+            out.insert(c.edge.0, stops.into_iter().map(|t| (t, curve.point(t))).collect());
         }
     }
     out
@@ -160,8 +157,7 @@ fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
 
 /// Diagonal of the box of the face's edges. `None` for a face without edges.
 pub(crate) fn face_extent(part: &Part, face: &Face) -> Option<f64> {
-    let coedges = face.loops.iter().filter_map(|l| if let Loop::Edges(coedges) = l { Some(coedges) } else { None });
-    let [low, high] = around(coedges.flatten().flat_map(|c| &part.edges[c.edge.index()].curve.points).copied());
+    let [low, high] = around(face.wires().flatten().flat_map(|c| &part.edges[c.edge.index()].curve.points).copied());
     let d = (high - low).length();
     (d.is_finite() && d > 0.0).then_some(d)
 }

@@ -269,8 +269,7 @@ fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
         return;
     }
     for (face, f) in part.faces.iter().enumerate() {
-        let uses = f.loops.iter().flat_map(|l| if let Loop::Edges(coedges) = l { &coedges[..] } else { &[] });
-        let bad_uses = uses.filter_map(|c| Some((c.edge, *bad.get(&c.edge.0)?)));
+        let bad_uses = f.wires().flatten().filter_map(|c| Some((c.edge, *bad.get(&c.edge.0)?)));
         if let Some((edge, (gap_mm, vertex))) = bad_uses.max_by(|(_, a), (_, b)| a.0.total_cmp(&b.0)) {
             let place = part.vertices.get(vertex.index()).copied();
             let told = Finding { edge: Some(edge), ..Finding::new(place, WireTrouble::EdgeOffVertex { gap_mm }) };
