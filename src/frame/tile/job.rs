@@ -38,27 +38,7 @@ pub fn tessellate_tile(
     let mut mesh = scratch.take_mesh();
     trace_loops(job.part, job.plan, job.tile, job.lattice, scratch, &mut mesh);
     let trimmed = job.trim(scratch, &mesh);
-    let Finished { rung, degradation, slivers, rewound } = job.finish(trimmed, lists, scratch, &mut mesh);
-    if !lists.origins {
-        mesh.origins.clear();
-    }
-    TileOutcome { face: job.tile.face, mesh, rung, degradation, slivers, rewound }
-}
-
-/// A [`TileOutcome`] without its mesh.
-struct Finished {
-    rung: Rung,
-    degradation: Option<Degradation>,
-    slivers: u32,
-    rewound: f64,
-}
-
-/// How a tile was triangulated.
-enum Trimmed {
-    /// By the trim stage.
-    By(TrimOutcome),
-    /// The trim stage refused for this reason, and the boundary is filled.
-    Filled(String),
+    job.finish(trimmed, lists, scratch, mesh)
 }
 
 /// A tile and everything that its tessellation reads.
@@ -80,33 +60,37 @@ impl<'a> Job<'a> {
         Self { part: rows, plan, tile: row, lattice: &plan.tiles[tile.0 as usize], face }
     }
 
-    /// Triangulates the loops in the scratch and the mesh. The triangles go to `scratch.trimmed`.
-    fn trim(&self, scratch: &mut Scratch, mesh: &TileMesh) -> Trimmed {
+    /// Triangulates the loops in the scratch and the mesh. The triangles go to `scratch.trimmed`. Where the trim stage
+    /// refuses, it says why, and the boundary is filled.
+    fn trim(&self, scratch: &mut Scratch, mesh: &TileMesh) -> Result<TrimOutcome, String> {
         let Scratch { cells, loop_starts, trim, trimmed, .. } = scratch;
         let input = TrimInput { cells: self.lattice.cells(), points: cells, loop_starts, places: &mesh.positions };
         // Only the reference measures the area that meeting loops do not wind around exactly once.
         let outcome =
             if self.tile.entangled { trim_tile_reference(&input, trimmed) } else { trim_tile(&input, trim, trimmed) };
-        match outcome {
-            Ok(outcome) => Trimmed::By(outcome),
-            Err(refused) => {
-                fill_loops(&input, trimmed);
-                Trimmed::Filled(refused.to_string())
-            }
-        }
+        outcome.map_err(|refused| {
+            fill_loops(&input, trimmed);
+            refused.to_string()
+        })
     }
 
     /// Finishes a tile whose loops were traced and triangulated.
-    fn finish(&self, trimmed: Trimmed, lists: MeshLists, scratch: &mut Scratch, mesh: &mut TileMesh) -> Finished {
+    fn finish(
+        &self,
+        trimmed: Result<TrimOutcome, String>,
+        lists: MeshLists,
+        scratch: &mut Scratch,
+        mut mesh: TileMesh,
+    ) -> TileOutcome {
         let Self { tile, lattice, face, .. } = *self;
-        finish(face, (tile, lattice), scratch, mesh);
-        add_parameters(face, lattice, lists, (&scratch.uvs, mesh));
-        let rewound = add_layers(face, scratch, mesh);
+        make_triangles(face, (tile, lattice), scratch, &mut mesh);
+        add_parameters(face, lattice, lists, (&scratch.uvs, &mut mesh));
+        let rewound = add_layers(face, scratch, &mut mesh);
         let before = mesh.triangles.len();
-        scratch.trimmed.closing.iter().for_each(|&t| push_triangle(mesh, t, face.reversed));
+        scratch.trimmed.closing.iter().for_each(|&t| push_triangle(&mut mesh, t, face.reversed));
         let mut slivers = (mesh.triangles.len() - before) as u32;
-        if face.filled || !matches!(trimmed, Trimmed::By(outcome) if outcome < TrimOutcome::Repaired { split: 0 }) {
-            slivers += mesh.triangles[..before].iter().filter(|&&t| has_no_area(mesh, t)).count() as u32;
+        if face.filled || !matches!(trimmed, Ok(outcome) if outcome < TrimOutcome::Repaired { split: 0 }) {
+            slivers += mesh.triangles[..before].iter().filter(|&&t| has_no_area(&mesh, t)).count() as u32;
         }
         let least = match face {
             PreparedFace { filled: true, .. } => Rung::Filled,
@@ -114,16 +98,19 @@ impl<'a> Job<'a> {
             _ => Rung::Normal,
         };
         let (rung, degradation) = match trimmed {
-            _ if mesh.triangles.is_empty() => (Rung::NoArea, Some(Degradation::Empty)),
-            Trimmed::Filled(why) => (Rung::Filled, Some(Degradation::Filled(why))),
-            Trimmed::By(TrimOutcome::Repaired { split }) => {
+            Err(why) => (Rung::Filled, Some(Degradation::Filled(why))),
+            Ok(_) if mesh.triangles.is_empty() => (Rung::NoArea, Some(Degradation::Empty)),
+            Ok(TrimOutcome::Repaired { split }) => {
                 let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
                 let place = first.map(|k| mesh.positions[k]);
                 (Rung::Repaired.max(least), Some(Degradation::NotSimple { split, place }))
             }
-            Trimmed::By(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
+            Ok(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
         };
-        Finished { rung, degradation, slivers, rewound }
+        if !lists.origins {
+            mesh.origins.clear();
+        }
+        TileOutcome { face: tile.face, mesh, rung, degradation, slivers, rewound }
     }
 }
 
@@ -146,7 +133,7 @@ fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
 }
 
 /// Makes lattice points, normals and oriented triangles, and refines those of the trim stage.
-fn finish(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, mesh: &mut TileMesh) {
+fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, mesh: &mut TileMesh) {
     let corners_used = name_vertices((tile, lattice), s, &mut mesh.origins);
     evaluate_vertices(face, lattice, corners_used, s, mesh);
     std::mem::swap(&mut mesh.triangles, &mut s.trimmed.triangles);

@@ -8,7 +8,7 @@ use crate::frame::trim::output::TrimStats;
 use crate::frame::trim::record::TrimRecord;
 use crate::frame::vertices::boundary::cell_size;
 use crate::frame::vertices::scratch::Scratch;
-use crate::mesh::{MeshLists, Origin};
+use crate::mesh::MeshLists;
 use crate::model::{PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use glam::DVec2;
@@ -52,27 +52,16 @@ pub fn record_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId)
     let face = rows.face_of(row);
     let lattice = TileLattice::clone(&plan.parts[part.index()].tiles[tile.0 as usize]);
     let cells = lattice.cells();
-    let Scratch { cells: mut points, uvs, loop_starts, trim, trimmed, .. } = scratch;
-    points.truncate(loop_starts.last().map_or(0, |&end| end as usize));
-    let input = TrimInput { cells, points: &points, loop_starts: &loop_starts, places: &[] };
+    let Scratch { cells: mut places, uvs, loop_starts, trim, trimmed, .. } = scratch;
+    let tessellants = loop_starts.last().map_or(0, |&end| end as usize);
+    let input = TrimInput { cells, points: &places[..tessellants], loop_starts: &loop_starts, places: &[] };
     let trim = trim.record(&input, &trimmed.stats);
     let size = cell_size(row, &lattice);
     let extent = DVec2::new(f64::from(cells.0), f64::from(cells.1)) * size;
-    let to_cells = |uv: DVec2| {
-        let cell = DVec2::new(cell_coordinate(&lattice.us, uv.x), cell_coordinate(&lattice.vs, uv.y));
-        cell * size
-    };
-    // Tessellants have the cell coordinates that the triangulation used, other vertices those of their parameters.
-    let others = uvs.iter().skip(points.len()).map(|uv| to_cells(*uv));
-    let mut places: Vec<DVec2> = points.iter().copied().chain(others).collect();
-    places.truncate(if outcome.mesh.origins.is_empty() { points.len() } else { outcome.mesh.origins.len() });
-    for (place, origin) in places.iter_mut().zip(&outcome.mesh.origins) {
-        match *origin {
-            Origin::Lattice { i, j } => *place = DVec2::new(f64::from(i), f64::from(j)) * size,
-            Origin::Crossing { k } => *place = trimmed.extra_points[k as usize],
-            _ => {}
-        }
-    }
+    let to_cells =
+        |uv: &DVec2| DVec2::new(cell_coordinate(&lattice.us, uv.x), cell_coordinate(&lattice.vs, uv.y)) * size;
+    // Points that split a triangle have parameters only.
+    places.extend(uvs[places.len()..].iter().map(to_cells));
     let (full_cells, stats) = (trimmed.full_cells, trimmed.stats);
     let (kind, reversed) = (face.kind, face.reversed);
     TileRecord { kind, reversed, lattice, outcome, places, loop_starts, extent, full_cells, stats, trim }

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
 /// A sum of directed edges.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub(crate) struct EdgeSum {
     /// By ends in ascending order: uses in that direction minus uses in the other.
     edges: HashMap<(u32, u32), i32, BuildHasherDefault<BitMix>>,

@@ -177,11 +177,6 @@ impl Cleanup<'_> {
         self.polygon.triangulate(&mut triangles).then_some(triangles)
     }
 
-    fn loop_ends(&self, index: usize) -> [u32; 2] {
-        let l = self.loops[index].loop_index as usize;
-        [self.tile.loop_starts[l], self.tile.loop_starts[l + 1]]
-    }
-
     /// The rings of a cell: those of the chains that cross its sides, or that of its corners.
     fn rings_of_cell(&self, cell: u32) -> Vec<u32> {
         let (i, j) = self.cell_position(cell);
@@ -299,7 +294,6 @@ impl Cleanup<'_> {
                 continue;
             }
             self.refusals[root as usize] += 1;
-            self.out.stats.grown += 1;
             if self.refusals[root as usize] > GIVE_UP_AFTER || !self.grow(root) {
                 return Err(NotSimple);
             }
@@ -320,6 +314,7 @@ impl Cleanup<'_> {
     fn grow(&mut self, root: u32) -> bool {
         let mut members = self.members[root as usize].clone();
         members.push(root);
+        let refusals = self.refusals[root as usize];
         let mut grown = false;
         for full_cells in [false, true] {
             for &member in &members {
@@ -327,7 +322,7 @@ impl Cleanup<'_> {
                     grown |= self.join(neighbour, root);
                 }
             }
-            if grown && self.refusals[root as usize] <= FULL_CELLS_AFTER {
+            if grown && refusals <= FULL_CELLS_AFTER {
                 break;
             }
         }
@@ -450,8 +445,9 @@ impl Cleanup<'_> {
     fn append_edges(&mut self, piece: u32, edges: &mut Vec<[u32; 2]>) {
         if let RingOrigin::Loops(from, to) = self.rings.rings[piece as usize].origin {
             for index in from..to {
-                let [start, end] = self.loop_ends(index as usize);
-                edges.extend((start..end).map(|v| [v, if v + 1 == end { start } else { v + 1 }]));
+                let l = self.loops[index as usize].loop_index;
+                let [start, end] = self.tile.ends(l);
+                edges.extend((start..end).map(|v| [v, self.tile.next(l, v)]));
             }
             return;
         }

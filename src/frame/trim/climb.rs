@@ -61,8 +61,9 @@ impl Rungs {
             out.stats.retraced = reach == 0.0;
             match self.by_cells(tile, reach, out) {
                 Ok(outcome) => return outcome,
-                Err(Refusal::OrderOfCrossings) => {}
-                Err(Refusal::NotSimple) => break,
+                // Without crossings there is nothing to trace again.
+                Err(Refusal::OrderOfCrossings) if tile.cells != (1, 1) => {}
+                Err(_) => break,
             }
         }
         out.stats.whole_tile = true;
@@ -79,12 +80,11 @@ impl Rungs {
             return Ok(TrimOutcome::Certified);
         }
         rings.build(tile, trace, polygon, out).map_err(|_| Refusal::OrderOfCrossings)?;
-        out.stats.rings = rings.rings.len() as u32;
         out.stats.failed_rings = rings.failed;
         if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
             cleanup::clean_up(tile, trace, rings, polygon, out).map_err(|_| Refusal::NotSimple)?;
             certified(tile, out)
-        } else if rings.close(trace) {
+        } else if rings.is_closed(trace) {
             Ok(TrimOutcome::Certified)
         } else {
             Err(Refusal::OrderOfCrossings)

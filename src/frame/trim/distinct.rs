@@ -3,12 +3,14 @@
 use super::close;
 use super::input::{TrimInput, TrimInputError};
 use super::output::{TrimOutcome, TrimOutput};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// Loops without segments of length zero, and the origin of their points.
 #[derive(Default)]
 pub(crate) struct Distinct {
     pub(crate) points: Vec<DVec2>,
+    /// Their positions in space; empty if the input has none.
+    pub(crate) places: Vec<DVec3>,
     pub(crate) loop_starts: Vec<u32>,
     /// By point, its index in the input.
     pub(crate) original: Vec<u32>,
@@ -34,6 +36,7 @@ impl Distinct {
         let place = |v: u32| input.places.get(v as usize);
         let differ = |v: u32, w: u32| place(v).is_none() || place(v) != place(w);
         self.points.clear();
+        self.places.clear();
         self.original.clear();
         self.loop_starts.clear();
         self.loop_starts.push(0);
@@ -45,11 +48,13 @@ impl Distinct {
                     self.moves |= self.original.last().is_some_and(|&w| differ(v, w));
                 } else {
                     self.points.push(p);
+                    self.places.extend(place(v));
                     self.original.push(v);
                 }
             }
             while self.points.len() > start && self.points[start] == self.points[self.points.len() - 1] {
                 self.points.pop();
+                self.places.pop();
                 let (left_out, first) = (self.original.pop(), self.original.get(start));
                 self.moves |= left_out.zip(first).is_some_and(|(v, &w)| differ(v, w));
             }
@@ -59,7 +64,7 @@ impl Distinct {
     }
 
     pub(crate) fn tile<'a>(&'a self, input: &TrimInput<'_>) -> TrimInput<'a> {
-        TrimInput { cells: input.cells, points: &self.points, loop_starts: &self.loop_starts, places: &[] }
+        TrimInput { cells: input.cells, points: &self.points, loop_starts: &self.loop_starts, places: &self.places }
     }
 
     pub(crate) fn restore_ids(&self, input: &TrimInput<'_>, out: &mut TrimOutput) {

@@ -94,16 +94,16 @@ impl Mesh {
                 while at < self.queue.len() && left > 0 {
                     let edge = self.queue[at];
                     self.waits[edge as usize] = false;
-                    left -= usize::from(self.is_flipped(points, edge));
+                    left -= usize::from(self.flip_edge(points, edge));
                     at += 1;
                 }
             },
         );
     }
 
-    /// Flips one edge, if that is better, and puts the edges around it into the queue.
+    /// Flips one edge, if that is better, and puts the edges around it into the queue. Returns whether it did.
     #[inline(always)]
-    fn is_flipped(&mut self, points: &[DVec2], edge: u32) -> bool {
+    fn flip_edge(&mut self, points: &[DVec2], edge: u32) -> bool {
         let [first, second] = self.sides[edge as usize];
         if second == NONE {
             return false;

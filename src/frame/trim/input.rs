@@ -95,7 +95,7 @@ impl TrimInput<'_> {
         let upper = DVec2::new(f64::from(nu), f64::from(nv));
         // Written so that NaN fails.
         let inside = |p: &DVec2| (p.x >= 0.0) & (p.y >= 0.0) & (p.x <= upper.x) & (p.y <= upper.y);
-        // Nearly always all are, so none is skipped.
+        // Nearly always all points are inside. No early exit, so that the loop is vectorised.
         if self.points.iter().fold(true, |all, p| all & inside(p)) {
             return Ok(());
         }
@@ -106,6 +106,18 @@ impl TrimInput<'_> {
     /// The tessellant ids of each loop.
     pub(crate) fn loops(&self) -> impl Iterator<Item = std::ops::Range<u32>> + '_ {
         self.loop_starts.windows(2).map(|w| w[0]..w[1])
+    }
+
+    /// The first tessellant of a loop, and the end of its tessellants.
+    #[inline(always)]
+    pub(crate) fn ends(&self, loop_index: u32) -> [u32; 2] {
+        [0, 1].map(|k| self.loop_starts[(loop_index + k) as usize])
+    }
+
+    /// The tessellant after `v` in its loop.
+    #[inline(always)]
+    pub(crate) fn next(&self, loop_index: u32, v: u32) -> u32 {
+        next_in(&self.ends(loop_index), v)
     }
 
     /// The directed segments (from, to), loop after loop.

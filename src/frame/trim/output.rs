@@ -62,16 +62,12 @@ pub struct TrimStats {
     pub outcome: TrimOutcome,
     /// Crossings of tessellant segments with lattice lines.
     pub crossings: u32,
-    /// Cell polygons.
-    pub rings: u32,
     /// Cell polygons that could not be triangulated by themselves.
     pub failed_rings: u32,
     /// Failed cell polygons that could be triangulated together with one neighbour.
     pub merged_rings: u32,
     /// Constrained Delaunay triangulations of groups of cells.
     pub clusters: u32,
-    /// Times a cluster was refused and grew by its neighbours.
-    pub grown: u32,
     /// Whether the tile was traced again with exact ownership, because two curves pass within the snapping distance.
     pub retraced: bool,
     /// Whether the tile went to the whole-tile reference.
@@ -93,7 +89,7 @@ impl TrimOutput {
 
     /// Renames the vertices from `first` on of all triangles, but not of full cells.
     pub(crate) fn rename(&mut self, first: u32, mut name: impl FnMut(u32) -> u32) {
-        // Most tiles have tessellants alone, which takes less to see than to rename none of them.
+        // Most tiles have tessellants alone. Finding the largest number costs less than a pass that renames none.
         let vertices = self.triangles.as_flattened();
         let renamed = widest(
             #[inline(always)]

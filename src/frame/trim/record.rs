@@ -64,21 +64,17 @@ impl TrimScratch {
         if (nu as u32, nv as u32) != input.cells {
             return out;
         }
-        let next = |v: u32, loop_index: u32| {
-            let ends = &traced.loop_starts[loop_index as usize..];
-            if v + 1 >= ends[1] { ends[0] } else { v + 1 }
-        };
         for (k, crossing) in trace.crossings.iter().enumerate() {
             let (at, beyond) = trace.place(crossing);
             let l = crossing.loop_index;
-            let segment = [crossing.segment, next(crossing.segment, l)];
+            let segment = [crossing.segment, traced.next(l, crossing.segment)];
             let snap = segment[usize::from(crossing.snap != crossing.segment)];
             let cell = crossing.cell.map(u32::from);
             let [segment, snap] = [segment, [snap; 2]].map(|ids| ids.map(original));
             out.crossings.push(TracedCrossing { at, segment, snap: snap[0], cells: [cell, beyond] });
             // The chain from here lies in the cell that the next crossing leaves.
             let to = &trace.crossings[trace.crossings[k].next as usize];
-            let mut v = next(crossing.segment, l);
+            let mut v = traced.next(l, crossing.segment);
             let count = if crossing.segment == to.segment && !crossing.wraps {
                 0
             } else {
@@ -87,7 +83,7 @@ impl TrimScratch {
             };
             for _ in 0..count {
                 out.cell_of[original(v) as usize] = Some(to.cell.map(u32::from));
-                v = next(v, l);
+                v = traced.next(l, v);
             }
         }
         let cell_at = |cell: u32| [cell % input.cells.0, cell / input.cells.0];

@@ -8,7 +8,7 @@
 
 use super::cdt::{self, AtCrossings, Segment};
 use super::distinct::{Distinct, by_distinct};
-use super::input::{CORNER_CLEARANCE, TrimInput, TrimInputError};
+use super::input::{CORNER_CLEARANCE, NONE, TrimInput, TrimInputError};
 use super::output::{TrimOutcome, TrimOutput};
 use glam::DVec2;
 
@@ -35,10 +35,10 @@ pub(crate) fn triangulate_tile(input: &TrimInput<'_>, out: &mut TrimOutput) -> T
     let mut segments: Vec<Segment> = input.segments().map(|(a, b)| Segment { ends: [a, b], weight: 1 }).collect();
 
     let (nu, nv) = input.cells;
-    let mut site_of_corner = vec![u32::MAX; ((nu + 1) * (nv + 1)) as usize];
+    let mut site_of_corner = vec![NONE; ((nu + 1) * (nv + 1)) as usize];
     let mut corner = |i: u32, j: u32| {
         let slot = &mut site_of_corner[(j * (nu + 1) + i) as usize];
-        if *slot == u32::MAX {
+        if *slot == NONE {
             *slot = sites.len() as u32;
             sites.push(DVec2::new(f64::from(i), f64::from(j)));
             ids.push(input.corner_id(i, j));

@@ -139,7 +139,7 @@ impl Rings {
     /// rings that leave and enter there, one in either cell, since crossings alternate. A whole edge belongs to a ring
     /// or full cell that goes around its ends. So all sides cancel if rings and full cells go around every kept corner
     /// in all of its four cells, and around no other corner. Rings go around kept corners only: counting is enough.
-    pub(crate) fn close(&self, trace: &Trace) -> bool {
+    pub(crate) fn is_closed(&self, trace: &Trace) -> bool {
         self.corners == 4 * trace.kept.count()
     }
 
@@ -212,7 +212,7 @@ fn walk(
 fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut Polygon) -> u32 {
     let from = &trace.crossings[k as usize];
     let to = &trace.crossings[from.next as usize];
-    let (start, end) = (tile.loop_starts[from.loop_index as usize], tile.loop_starts[from.loop_index as usize + 1]);
+    let [start, end] = tile.ends(from.loop_index);
     let wrap = |v: u32| if v == end { start } else { v };
     let mut push = |v: u32| {
         let v = wrap(v);

@@ -273,7 +273,8 @@ impl Trace {
         } else {
             self.lists[edge.index] = EdgeList { first: index, last: index, recent: index };
         }
-        // Border corners are never kept, and all crossings on the border lie on one: they must not reach the slow path.
+        // A segment along the tile's border crosses inner lines at corners of the border. These are never kept, so they
+        // need not take the slow path.
         let (line, at) = nearest_line(position);
         let distance = (position - at).abs();
         let limit = if edge.horizontal { self.nu } else { self.nv };
@@ -328,15 +329,11 @@ impl Trace {
     #[inline(never)]
     fn less_exact(&self, tile: &TrimInput<'_>, index: u32, other: u32) -> bool {
         let [crossing, other] = [index, other].map(|k| &self.crossings[k as usize]);
-        let ends = |c: &Crossing| {
-            let end = tile.loop_starts[c.loop_index as usize + 1];
-            let next = if c.segment + 1 == end { tile.loop_starts[c.loop_index as usize] } else { c.segment + 1 };
-            (tile.points[c.segment as usize], tile.points[next as usize])
-        };
+        let ends = |c: &Crossing| [c.segment, tile.next(c.loop_index, c.segment)].map(|v| tile.points[v as usize]);
         // The left of a segment is "greater" along the edge if it crosses a horizontal edge downwards or a vertical one
         // to the right.
         let leftward_is_greater = |c: &Crossing| c.side < 2;
-        let ((a, d), (b, e)) = (ends(crossing), ends(other));
+        let ([a, d], [b, e]) = (ends(crossing), ends(other));
         let (at_a, at_d) = (orient2d(b, e, a), orient2d(b, e, d));
         if at_a >= 0.0 && at_d >= 0.0 && (at_a > 0.0 || at_d > 0.0) {
             return !leftward_is_greater(other);
@@ -351,8 +348,8 @@ impl Trace {
     #[cold]
     #[inline(never)]
     fn note_near_crossing(&mut self, segment: &TracedSegment<'_>, (i, j): (usize, usize), distance: f64, snap: u32) {
-        let ends = &segment.tile.loop_starts[segment.loop_index as usize..];
-        let tessellant = if snap == ends[1] { ends[0] } else { snap };
+        let [start, end] = segment.tile.ends(segment.loop_index);
+        let tessellant = if snap == end { start } else { snap };
         // Puts a tessellant on the corner, at distance 0, before a crossing there.
         let distance = distance + f64::MIN_POSITIVE;
         self.candidates.push(CornerCandidate { corner: (j * (self.nu + 1) + i) as u32, distance, tessellant });

@@ -40,7 +40,7 @@ impl Polygon {
 
     /// Adds a loop of the tile's.
     pub(crate) fn add_loop(&mut self, tile: &TrimInput<'_>, index: u32) {
-        let ends = [0, 1].map(|k| tile.loop_starts[(index + k) as usize]);
+        let ends = tile.ends(index);
         self.begin_loop();
         self.ids.extend(ends[0]..ends[1]);
         self.points.extend_from_slice(&tile.points[ends[0] as usize..ends[1] as usize]);

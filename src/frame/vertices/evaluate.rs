@@ -27,20 +27,13 @@ pub(super) struct Roles {
 }
 
 impl Roles {
-    /// Degree 1 in u and 2 in v, and the reverse: parts of cylinders and cones.
-    const WIDE: Self =
-        Self { inner_is_v: true, outer_points: 2, inner_points: 3, stride_outer: 3, stride_inner: 1, sign: 1.0 };
-    const TALL: Self =
-        Self { inner_is_v: false, outer_points: 2, inner_points: 3, stride_outer: 1, stride_inner: 2, sign: -1.0 };
-
-    /// As many control points in u as in v.
-    const fn square(n: usize) -> Self {
-        Self { inner_is_v: true, outer_points: n, inner_points: n, stride_outer: n, stride_inner: 1, sign: 1.0 }
+    pub(super) fn of(patches: &BezierPatches) -> Self {
+        Self::with(patches.degree_u + 1, patches.degree_v + 1)
     }
 
-    pub(super) fn of(patches: &BezierPatches) -> Self {
-        let (nu, nv) = (patches.degree_u + 1, patches.degree_v + 1);
-        if patches.degree_v >= patches.degree_u {
+    /// Those of patches with `nu` × `nv` control points.
+    const fn with(nu: usize, nv: usize) -> Self {
+        if nv >= nu {
             Self { inner_is_v: true, outer_points: nu, inner_points: nv, stride_outer: nv, stride_inner: 1, sign: 1.0 }
         } else {
             Self {
@@ -91,6 +84,9 @@ impl PointBlock {
 /// Up to degree (3, 3) about 30 ns per point if neighbours are in the same patch, else 100 ns.
 // Not generic: the loops for all degrees and registers take 300 KB of code, which would be there for each caller.
 pub fn evaluate_points(patches: &BezierPatches, at: &[DVec2], put: &mut dyn FnMut(usize, &PointBlock)) -> usize {
+    if at.is_empty() {
+        return 0;
+    }
     in_fours(SinglePoints { patches, at, put })
 }
 
@@ -350,12 +346,14 @@ fn evaluate_lanes<const L: usize, F: Lanes<L>>(
     let patch = if roles.inner_is_v { patches.patch(outer, inner) } else { patches.patch(inner, outer) };
     // Constant sizes, so that the compiler unrolls the loops. Where degrees are equal, v is inside.
     match (patches.rational, roles.outer_points, roles.inner_points) {
-        (false, 2, 2) => in_constant_patch::<L, F, false, 2, 2>(zero, patch, Roles::square(2), at),
-        (false, 4, 4) => in_constant_patch::<L, F, false, 4, 4>(zero, patch, Roles::square(4), at),
-        (true, 3, 3) => in_constant_patch::<L, F, true, 3, 3>(zero, patch, Roles::square(3), at),
-        (true, 4, 4) => in_constant_patch::<L, F, true, 4, 4>(zero, patch, Roles::square(4), at),
-        (true, 2, 3) if roles.inner_is_v => in_constant_patch::<L, F, true, 2, 3>(zero, patch, Roles::WIDE, at),
-        (true, 2, 3) => in_constant_patch::<L, F, true, 2, 3>(zero, patch, Roles::TALL, at),
+        (false, 2, 2) => in_constant_patch::<L, F, false, 2, 2>(zero, patch, const { Roles::with(2, 2) }, at),
+        (false, 4, 4) => in_constant_patch::<L, F, false, 4, 4>(zero, patch, const { Roles::with(4, 4) }, at),
+        (true, 3, 3) => in_constant_patch::<L, F, true, 3, 3>(zero, patch, const { Roles::with(3, 3) }, at),
+        (true, 4, 4) => in_constant_patch::<L, F, true, 4, 4>(zero, patch, const { Roles::with(4, 4) }, at),
+        (true, 2, 3) if roles.inner_is_v => {
+            in_constant_patch::<L, F, true, 2, 3>(zero, patch, const { Roles::with(2, 3) }, at)
+        }
+        (true, 2, 3) => in_constant_patch::<L, F, true, 2, 3>(zero, patch, const { Roles::with(3, 2) }, at),
         (rational, n, m) => bernstein::with_lanes(
             n - 1,
             #[inline(always)]

@@ -5,13 +5,14 @@
 //! per lattice).
 
 use super::evaluate::{Found, LANES, LinePlace, Points, Roles, limit_normal, points, set_lane};
+use crate::frame::trim::input::NONE;
 use crate::math::bernstein;
 use crate::math::lanes::{Lanes, Work, in_fours};
 use crate::prepare::internals::decompose::{BezierPatches, Piece};
 use glam::DVec3;
 
 /// The place of lattice points that [`evaluate_lattice`] leaves out.
-pub const UNWANTED: u32 = u32::MAX;
+pub const UNWANTED: u32 = NONE;
 
 /// Buffers that the evaluators reuse. They do not affect results.
 #[derive(Default, Debug)]
@@ -209,7 +210,7 @@ impl Stretch<'_> {
             if let Some(room) = room.take() {
                 curve = self.contract(m, room);
             }
-            let found = kernel::<LANES, F, RATIONAL>(zero, self.roles.sign, &curve[..2 * m], lanes, m);
+            let found = kernel::<F, RATIONAL>(zero, self.roles.sign, &curve[..2 * m], lanes, m);
             if found.regular == (1 << LANES) - 1 {
                 put_wanted(wanted, &found.to_points(), put);
             } else {
@@ -301,16 +302,16 @@ fn put_wanted(wanted: [u32; LANES], points: &Points<LANES>, put: &mut impl FnMut
 
 /// Evaluates the contracted curve of `m` control points at the inner lanes.
 #[inline(always)]
-fn kernel<const L: usize, F: Lanes<L>, const RATIONAL: bool>(
+fn kernel<F: Lanes<LANES>, const RATIONAL: bool>(
     zero: F,
     sign: f64,
     curve: &[[f64; 4]],
-    lanes: &[[f64; L]],
+    lanes: &[[f64; LANES]],
     m: usize,
 ) -> Found<F> {
     let (value, slope) = curve.split_at(m);
     let (basis, rate) = lanes.split_at(m);
-    points::<L, F, RATIONAL>(
+    points::<LANES, F, RATIONAL>(
         zero,
         sign,
         #[inline(always)]

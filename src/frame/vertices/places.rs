@@ -1,10 +1,9 @@
 //! Parameters of a tile's vertices -> positions and normals.
 
 use super::evaluate::evaluate_points;
-use super::lattice::{UNWANTED, evaluate_lattice};
+use super::lattice::evaluate_lattice;
 use super::scratch::Scratch;
 use crate::frame::plan::output::TileLattice;
-use crate::frame::trim::input::NONE;
 use crate::mesh::TileMesh;
 use crate::prepare::internals::PreparedFace;
 use glam::{DVec3, Vec3};
@@ -32,12 +31,10 @@ pub(crate) fn evaluate_vertices(
     positions.resize(uvs.len(), DVec3::NAN);
     if let Some(normal) = face.plane_normal {
         normals.resize(uvs.len(), (normal * side).as_vec3());
-        if let others @ [_, ..] = &uvs[tessellants..] {
-            let positions = &mut positions[tessellants..];
-            evaluate_points(&face.patches, others, &mut |first, points| {
-                positions[first..].iter_mut().zip(points.iter()).for_each(|(to, (position, _))| *to = position);
-            });
-        }
+        let positions = &mut positions[tessellants..];
+        evaluate_points(&face.patches, &uvs[tessellants..], &mut |first, points| {
+            positions[first..].iter_mut().zip(points.iter()).for_each(|(to, (position, _))| *to = position);
+        });
         return;
     }
     normals.resize(uvs.len(), Vec3::Z);
@@ -50,8 +47,6 @@ pub(crate) fn evaluate_vertices(
     let mut rest = &uvs[tessellants..];
     let mut first = 0;
     if corners_used >= LATTICE_FROM && corners_used * LATTICE_SHARE >= corners.len() {
-        // A corner without a vertex is unwanted.
-        const { assert!(NONE == UNWANTED) };
         let (positions, normals) = (&mut *positions, &mut *normals);
         // Owns its slices: if it referred to them, they would be loaded again for each point.
         let put = move |vertex: usize, position: DVec3, n: DVec3| {
