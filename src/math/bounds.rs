@@ -13,7 +13,7 @@ use super::bernstein::binomials;
 use super::lanes::widest;
 use super::order::larger;
 use glam::{DVec3, DVec4};
-use smallvec::SmallVec;
+use smallvec::{SmallVec, smallvec};
 
 /// Upper bounds on the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv` over a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -134,13 +134,12 @@ fn general_bounds(p: &Poly, w: &Poly) -> NetBounds {
     let quu = sum(&[(1.0, w, &qu.by_u()), (-2.0, &wu, &qu)]);
     let quv = sum(&[(1.0, w, &qu.by_v()), (-2.0, &wv, &qu)]);
     let qvv = sum(&[(1.0, w, &qv.by_v()), (-2.0, &wv, &qv)]);
-    NetBounds {
-        du: qu.over(|| w2.clone()),
-        dv: qv.over(|| w2.clone()),
-        duu: quu.over(|| w3.clone()),
-        duv: quv.over(|| w3.clone()),
-        dvv: qvv.over(|| w3.clone()),
-    }
+    // As `over` raises them, once for all. Neither direction is constant: the weights would be a product.
+    let [w2, w3] = [w2, w3].map(|w| {
+        let (nu, nv) = (w.nu + 1, w.nv + 1);
+        w.raised(nu, nv)
+    });
+    NetBounds { du: qu.ratio(&w2), dv: qv.ratio(&w2), duu: quu.ratio(&w3), duv: quv.ratio(&w3), dvv: qvv.ratio(&w3) }
 }
 
 /// Upper bounds on `‖C'‖` and `‖C''‖` over one rational Bézier segment with positive weights.
@@ -241,20 +240,29 @@ impl Poly {
 
     /// Adds `factor · a · b`, which has the degrees of the sum. `a`: scalar coefficients, `columns` per row.
     fn add_product(&mut self, factor: f64, (columns, a): (usize, &[f64]), b: &Self) {
+        /// Coefficients that need no memory of their own: those of bicubic patches do not.
+        const ROOM: usize = 256;
         debug_assert_eq!((self.nu, self.nv), (a.len() / columns + b.nu - 1, columns + b.nv - 1));
         let (row, row_of_b) = (self.nv * self.dim, b.nv * b.dim);
         widest(
             #[inline(always)]
             || {
-                let mut padded: SmallVec<[f64; 128]> = SmallVec::new();
+                let (mut room, mut spilled);
                 let b = if b.nu == 1 || row_of_b == row {
                     &b.c[..]
                 } else {
                     // With zeros between its rows, all of `b` is one run.
-                    padded.resize((b.nu - 1) * row + row_of_b, 0.0);
+                    let length = (b.nu - 1) * row + row_of_b;
+                    let padded = if length <= ROOM {
+                        room = [0.0; ROOM];
+                        &mut room[..length]
+                    } else {
+                        spilled = vec![0.0; length];
+                        &mut spilled
+                    };
                     let rows = padded.chunks_mut(row).zip(b.c.chunks_exact(row_of_b));
                     rows.for_each(|(to, from)| to[..row_of_b].copy_from_slice(from));
-                    &padded[..]
+                    &*padded
                 };
                 for (i, values) in a.chunks_exact(columns).enumerate() {
                     for (j, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
@@ -277,7 +285,13 @@ impl Poly {
         // What is constant stays the same.
         let raised = |n: usize| if n > 1 { n + more } else { n };
         let (nu, nv) = (raised(self.nu.max(below.nu)), raised(self.nv.max(below.nv)));
-        let (top, below) = (self.raised(nu, nv), below.raised(nu, nv));
+        self.ratio(&below.raised(nu, nv))
+    }
+
+    /// The largest ratio of a coefficient's length to the same coefficient of `below`, which has at least as many; 0 if
+    /// there are none.
+    fn ratio(self, below: &Self) -> f64 {
+        let top = self.raised(below.nu, below.nv);
         let lengths = top.c.chunks_exact(3).map(|n| n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         lengths.zip(&below.c).fold(0.0_f64, |most, (n, &w)| most.max(n / (w * w))).sqrt()
     }
@@ -288,9 +302,11 @@ fn binomial_grid(nu: usize, nv: usize) -> SmallVec<[f64; 16]> {
     if nu == 0 || nv == 0 {
         return SmallVec::new();
     }
-    let in_v = binomials(nv - 1);
-    let mut grid = SmallVec::with_capacity(nu * nv);
-    binomials(nu - 1).iter().for_each(|u| grid.extend(in_v.iter().map(|v| u * v)));
+    let (in_u, in_v) = (binomials(nu - 1), binomials(nv - 1));
+    let mut grid = smallvec![0.0; nu * nv];
+    for (row, u) in grid.chunks_exact_mut(nv).zip(&in_u) {
+        row.iter_mut().zip(&in_v).for_each(|(x, v)| *x = u * v);
+    }
     grid
 }
 

@@ -135,8 +135,8 @@ impl Surface {
         let found = match self {
             Self::Plane { frame } => frame.local(p).truncate(),
             Self::Cylinder { frame, .. } => {
-                let (u, _, z) = polar(frame, p);
-                DVec2::new(turn(u), z)
+                let local = frame.local(p);
+                DVec2::new(turn(local.y.arc_tangent_to(local.x)), local.z)
             }
             Self::Cone { frame, radius, half_angle } => {
                 let (u, rho, z) = polar(frame, p);
@@ -177,7 +177,9 @@ fn polar(frame: &Frame3, p: DVec3) -> (f64, f64, f64) {
 
 /// Wraps an angle to [0, 2π).
 fn turn(angle: f64) -> f64 {
-    let wrapped = angle.rem_euclid(TAU);
+    // Nearly all are within a turn, where there is nothing to divide.
+    let within = if angle < 0.0 { angle + TAU } else { angle };
+    let wrapped = if angle.abs() < TAU { within } else { angle.rem_euclid(TAU) };
     if wrapped < TAU { wrapped } else { 0.0 }
 }
 

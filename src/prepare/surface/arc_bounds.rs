@@ -28,18 +28,14 @@ struct ArcStrip {
 }
 
 impl ArcStrip {
-    /// Part `i` of `n` of a span of `step` radians that starts at angle `start` and is `width` wide in the parameter.
-    fn new(start: f64, step: f64, width: f64, i: usize, n: usize) -> Self {
+    /// The halves of a span of `step` radians that starts at angle `start` and is `width` wide in the parameter.
+    fn halves(start: f64, step: f64, width: f64) -> [Self; PARTS] {
         let k = (0.25 * step).tangent();
-        let s = |i: usize| 2.0 * i as f64 / n as f64 - 1.0;
-        let (a, b) = (s(i), s(i + 1));
-        // φ' falls with |s|. |φ''| grows with |s| while k²s² < 1/3: for all steps up to 120°.
-        let least = if a <= 0.0 && b >= 0.0 { 0.0 } else { a.abs().min(b.abs()) };
-        let most = a.abs().max(b.abs());
-        let rate = |s: f64| 4.0 * k / (1.0 + (k * s).powi(2));
-        let bend = |s: f64| 16.0 * k.powi(3) * s / (1.0 + (k * s).powi(2)).powi(2);
-        let angle = |s: f64| start + 0.5 * step + 2.0 * (k * s).arc_tangent();
-        Self { first: rate(least) / width, second: bend(most) / (width * width), angles: (angle(a), angle(b)) }
+        // φ' falls with |s|: largest at 0. |φ''| grows with |s| while k²s² < 1/3, for all steps up to 120°: largest at 1.
+        let (first, second) = (4.0 * k / width, 16.0 * k.powi(3) / (1.0 + k.powi(2)).powi(2) / (width * width));
+        let (middle, half) = (start + 0.5 * step, 2.0 * k.arc_tangent());
+        let ends = [(middle - half, middle), (middle, middle + half)];
+        ends.map(|angles| Self { first, second, angles })
     }
 
     /// Bounds `reach · e''`, where e is the unit vector at angle φ. The share `level` of the centripetal part lies
@@ -77,10 +73,8 @@ fn swings(map: &AxisMap, breaks: &[f64]) -> Option<(Vec<f64>, Vec<ArcStrip>)> {
     let mut borders = Vec::with_capacity(PARTS * spans as usize + 1);
     let mut out = Vec::with_capacity(PARTS * spans as usize);
     for (k, w) in breaks.windows(2).enumerate() {
-        for i in 0..PARTS {
-            borders.push(w[0] + (w[1] - w[0]) * i as f64 / PARTS as f64);
-            out.push(ArcStrip::new(start + step * k as f64, step, w[1] - w[0], i, PARTS));
-        }
+        borders.extend((0..PARTS).map(|i| w[0] + (w[1] - w[0]) * i as f64 / PARTS as f64));
+        out.extend(ArcStrip::halves(start + step * k as f64, step, w[1] - w[0]));
     }
     borders.extend(breaks.last());
     Some((borders, out))
@@ -124,15 +118,17 @@ fn ruled(maps: &[AxisMap; 2], patches: &BezierPatches, reach: f64, half_angle: f
         return None;
     }
     let (breaks_u, around) = swings(&maps[0], &patches.breaks_u)?;
+    let (sine, cosine) = (half_angle.sine(), half_angle.cosine());
+    let slope = half_angle.tangent().abs();
     let cells = around
         .iter()
         .map(|s| BoxBounds {
-            uu: s.acceleration(reach, half_angle.cosine(), half_angle.sine().abs()),
-            uv: tangential(half_angle.tangent().abs() * s.first),
+            uu: s.acceleration(reach, cosine, sine.abs()),
+            uv: tangential(slope * s.first),
             vv: Bend::default(),
             u: reach * s.first,
-            v: 1.0 / half_angle.cosine(),
-            turn_u: 2.0 * (half_angle.cosine() * (0.5 * s.turn()).sine()).arc_sine(),
+            v: 1.0 / cosine,
+            turn_u: 2.0 * (cosine * (0.5 * s.turn()).sine()).arc_sine(),
             turn_v: 0.0,
         })
         .collect();
@@ -143,17 +139,21 @@ fn ruled(maps: &[AxisMap; 2], patches: &BezierPatches, reach: f64, half_angle: f
 fn tube(maps: &[AxisMap; 2], patches: &BezierPatches, major: f64, minor: f64) -> Option<SurfaceBounds> {
     let (breaks_u, around) = swings(&maps[0], &patches.breaks_u)?;
     let (breaks_v, across) = swings(&maps[1], &patches.breaks_v)?;
+    let of_strip = |t: &ArcStrip| {
+        let (cos, sin) = t.extremes();
+        let reach = [t.angles.0, t.angles.1].map(|v| (major + minor * v.cosine()).abs());
+        // Inside the strip the distance from the axis is extreme only where cos v is.
+        let reach = if cos == 1.0 { major + minor } else { reach[0].max(reach[1]) };
+        (cos, sin, reach, t.acceleration(minor, 1.0, 0.0))
+    };
+    let constants: Vec<(f64, f64, f64, Bend)> = across.iter().map(of_strip).collect();
     let mut cells = Vec::with_capacity(around.len() * across.len());
     for s in &around {
-        for t in &across {
-            let (cos, sin) = t.extremes();
-            let reach = [t.angles.0, t.angles.1].map(|v| (major + minor * v.cosine()).abs());
-            // Inside the strip the distance from the axis is extreme only where cos v is.
-            let reach = if cos == 1.0 { major + minor } else { reach[0].max(reach[1]) };
+        for (t, &(cos, sin, reach, vv)) in across.iter().zip(&constants) {
             cells.push(BoxBounds {
                 uu: s.acceleration(reach, cos, sin),
                 uv: tangential(minor * sin * s.first * t.first),
-                vv: t.acceleration(minor, 1.0, 0.0),
+                vv,
                 u: reach * s.first,
                 v: minor * t.first,
                 turn_u: cos * s.turn(),
@@ -188,16 +188,13 @@ pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Strips> {
                 return None;
             }
             let (radius, place) = (length / half.tangent(), BoundingBox::of_net(net));
-            let strip = |i| {
-                let s = ArcStrip::new(0.0, 2.0 * half, width, i, PARTS);
-                StripBounds {
-                    first: radius * s.first,
-                    second: radius * s.first.powi(2).hypotenuse(s.second),
-                    turn: s.turn(),
-                    place,
-                }
+            let strip = |s: ArcStrip| StripBounds {
+                first: radius * s.first,
+                second: radius * s.first.powi(2).hypotenuse(s.second),
+                turn: s.turn(),
+                place,
             };
-            Some((0..PARTS).map(strip).collect())
+            Some(ArcStrip::halves(0.0, 2.0 * half, width).map(strip).into_iter().collect())
         }
         _ => None,
     }

@@ -246,17 +246,24 @@ impl BezierPatches {
     #[must_use]
     pub fn point(&self, u: f64, v: f64) -> DVec3 {
         let ((i, x), (j, y)) = (locate(&self.breaks_u, u), locate(&self.breaks_v, v));
-        let nv = self.degree_v + 1;
-        bernstein::with_rows(self.degree_u, |rows_u| {
-            bernstein::with_rows(self.degree_v, |rows_v| {
-                let (nu, nv) = (&mut rows_u[..=self.degree_u], &mut rows_v[..nv]);
-                bernstein::basis(x, nu);
-                bernstein::basis(y, nv);
-                let lines = nu.iter().zip(self.patch(i, j).chunks_exact(nv.len()));
-                let sum = lines.fold(DVec4::ZERO, |sum, (&n, line)| sum + dot(nv, line) * n);
-                sum.truncate() * (1.0 / sum.w)
-            })
-        })
+        let patch = self.patch(i, j);
+        let sum = bernstein::with_rows(self.degree_u, |rows_u| {
+            let nu = &mut rows_u[..=self.degree_u];
+            bernstein::basis(x, nu);
+            match self.degree_v {
+                // Constant degrees, so that the compiler unrolls the loops.
+                1 => sum_of_lines::<2>(nu, y, patch),
+                2 => sum_of_lines::<3>(nu, y, patch),
+                3 => sum_of_lines::<4>(nu, y, patch),
+                degree => bernstein::with_rows(degree, |rows_v| {
+                    let nv = &mut rows_v[..=degree];
+                    bernstein::basis(y, nv);
+                    let lines = nu.iter().zip(patch.chunks_exact(nv.len()));
+                    lines.fold(DVec4::ZERO, |sum, (&n, line)| sum + dot(nv, line) * n)
+                }),
+            }
+        });
+        sum.truncate() * (1.0 / sum.w)
     }
 
     /// The point and its five partial derivatives. At a break they are those of the patch that starts there, outside
@@ -395,6 +402,15 @@ fn sum<const N: usize>(x: f64, segment: &[DVec4]) -> DVec4 {
     let mut n = [0.0; N];
     bernstein::basis(x, &mut n);
     dot(&n, &segment[..N])
+}
+
+/// The sum of a patch's lines of `N` control points, each times its basis at `y`, and the lines times `nu`.
+#[inline]
+fn sum_of_lines<const N: usize>(nu: &[f64], y: f64, patch: &[DVec4]) -> DVec4 {
+    let lines = nu.iter().zip(patch.as_chunks::<N>().0);
+    let mut nv = [0.0; N];
+    bernstein::basis(y, &mut nv);
+    lines.fold(DVec4::ZERO, |sum, (&n, line)| sum + dot(&nv, line) * n)
 }
 
 /// Like [`sum`], with the sum for the first derivative.

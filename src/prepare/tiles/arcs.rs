@@ -288,26 +288,28 @@ impl<'a> ArcSpan<'a> {
         if self.pieces().is_empty() { self.exact_range_along(n) } else { self.range_along(n) }
     }
 
-    /// The same of all cubics between its points. `sampled`: that of its samples.
-    fn extent_along(&self, n: DVec2, sampled: (f64, f64)) -> (f64, f64) {
-        (0..self.pieces().len()).filter_map(|k| self.cubic(k)).fold(sampled, |(low, high), cubic| {
+    /// The largest coordinate along `n` of all cubics between its points. `sampled`: that of its samples.
+    fn most_along(&self, n: DVec2, sampled: f64) -> f64 {
+        (0..self.pieces().len()).filter_map(|k| self.cubic(k)).fold(sampled, |most, cubic| {
             // A cubic whose Bézier points are within adds nothing.
-            let within = |x: &DVec2| (low..=high).contains(&n.dot(*x));
-            if cubic.points().iter().all(within) {
-                return (low, high);
-            }
-            let exact = cubic.exact_range_along(n);
-            (low.min(exact.0), high.max(exact.1))
+            let is_within = cubic.points().iter().all(|x| n.dot(*x) <= most);
+            if is_within { most } else { most.max(cubic.exact_range_along(n).1) }
         })
     }
 
     /// Whether a line along its chord separates it from another stretch.
     pub(super) fn is_beyond(&self, other: Self) -> bool {
         let n = directions(*self)[0];
-        let are_apart = |a: (f64, f64), b: (f64, f64)| a.1 < b.0 || b.1 < a.0;
         let (here, there) = (self.sampled_along(n), other.sampled_along(n));
-        // Where samples overlap, the stretches do.
-        are_apart(here, there) && are_apart(self.extent_along(n, here), other.extent_along(n, there))
+        // Where samples overlap, the stretches do. Elsewhere only the sides that face each other can meet.
+        let (n, here, there) = if here.1 < there.0 {
+            (n, here.1, there.0)
+        } else if there.1 < here.0 {
+            (-n, -here.0, -there.1)
+        } else {
+            return false;
+        };
+        self.most_along(n, here) < -other.most_along(-n, -there)
     }
 
     /// Whether it may be halved further below samples: up to [`MAX_DEPTH_BELOW`] times.

@@ -99,8 +99,8 @@ fn is_curve(patches: &BezierPatches) -> bool {
     };
     let vs = places(&patches.breaks_v);
     places(&patches.breaks_u).into_iter().flat_map(|u| vs.iter().map(move |&v| (u, v))).all(|(u, v)| {
-        let d = patches.derivatives(u, v);
-        d.du.cross(d.dv).length() <= PARALLEL * d.du.length() * d.dv.length()
+        let [_, du, dv] = patches.tangents(u, v);
+        du.cross(dv).length() <= PARALLEL * du.length() * dv.length()
     })
 }
 
@@ -116,8 +116,8 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
         (&nurbs.knots_v, nurbs.degree_v, &patches.breaks_v, &patches.breaks_u)
     };
     let tangent = |x: f64, y: f64| {
-        let d = if axis == 0 { patches.derivatives(x, y) } else { patches.derivatives(y, x) };
-        if axis == 0 { d.du } else { d.dv }
+        let [_, du, dv] = if axis == 0 { patches.tangents(x, y) } else { patches.tangents(y, x) };
+        if axis == 0 { du } else { dv }
     };
     // A crease may be as short as one piece: three samples per piece, and the end.
     let places = LazyCell::new(|| {

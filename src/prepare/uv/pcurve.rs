@@ -7,6 +7,7 @@
 use super::foot::{Foot, jacobian_solve, least_squares, newton_step};
 use super::lead::{EndBlend, before_breaks, leads};
 use super::uv_curve::UvSample;
+use crate::math::boxes::around;
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
@@ -249,6 +250,9 @@ impl<'a> Projector<'a> {
     /// Moves parameters into the domain: by whole periods, or clamped where the surface is not periodic.
     fn wrap(&self, uv: DVec2) -> DVec2 {
         let mut uv = self.clamp(uv);
+        if self.period == [None, None] {
+            return uv;
+        }
         for axis in 0..2 {
             let (lo, hi) = self.domain[axis];
             if let Some(p) = self.period[axis]
@@ -343,27 +347,32 @@ impl<'a> Projector<'a> {
         if self.poles.is_empty() || edge.kind == CurveKind::Line {
             return Vec::new();
         }
+        let near = 10.0 * self.tolerance;
+        // A curve is in the box of its points, and most poles are far away.
+        let [low, high] = around(edge.curve.points.iter().copied());
+        let may_pass = |pole: &&Pole| pole.point.distance(pole.point.max(low).min(high)) <= 2.0 * near;
+        let poles: SmallVec<[&Pole; 2]> = self.poles.iter().filter(may_pass).collect();
+        if poles.is_empty() {
+            return Vec::new();
+        }
         let ts = self.first_parameters(edge);
+        let tangents: Vec<[DVec3; 2]> = ts.iter().map(|&t| edge.curve.tangent(t)).collect();
         let ends = [edge.curve.point(edge.range.0), edge.curve.point(edge.range.1)];
         let mut out = Vec::new();
-        for pole in &self.poles {
+        for pole in poles {
             // Where the distance to the pole stops falling.
-            let slope = |t: f64| {
-                let [point, d1] = edge.curve.tangent(t);
-                (point - pole.point).dot(d1)
-            };
-            for w in ts.windows(2) {
-                if slope(w[0]) >= 0.0 || slope(w[1]) < 0.0 {
+            let slope = |[point, d1]: [DVec3; 2]| (point - pole.point).dot(d1);
+            for (w, along) in ts.windows(2).zip(tangents.windows(2)) {
+                if slope(along[0]) >= 0.0 || slope(along[1]) < 0.0 {
                     continue;
                 }
                 let (mut lo, mut hi) = (w[0], w[1]);
                 for _ in 0..60 {
                     let mid = 0.5 * (lo + hi);
-                    if slope(mid) < 0.0 { lo = mid } else { hi = mid }
+                    if slope(edge.curve.tangent(mid)) < 0.0 { lo = mid } else { hi = mid }
                 }
                 // Not at the ends: loops handle poles at vertices.
                 let p = edge.curve.point(hi);
-                let near = 10.0 * self.tolerance;
                 let clear = ends.iter().all(|end| end.distance(p) > 10.0 * near);
                 if clear && p.distance(pole.point) <= near {
                     out.push(hi);

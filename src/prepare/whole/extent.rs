@@ -10,7 +10,7 @@ use crate::prepare::uv::inside::{TileRegion, points_along};
 use glam::{DVec2, DVec3, DVec4};
 use std::sync::Arc;
 
-/// Samples per strip of an edge's bounds table; a tile has four times as many per Bézier piece and direction. Sixteen
+/// An edge has as many samples per border of its strips, evenly spaced; a tile has four times as many per Bézier piece and direction. Sixteen
 /// on a quarter turn find its extreme point to 0.1 % of the radius.
 const SAMPLES: usize = 4;
 
@@ -105,7 +105,14 @@ fn points_of(edge: &PreparedEdge) -> Vec<DVec3> {
     let (EdgeShape::Curve(curve), false) = (&edge.shape, edge.straight) else { return breaks.collect() };
     let (a, b) = curve.range();
     let n = SAMPLES * edge.bounds.breaks.len();
-    breaks.chain((1..n).map(|k| curve.point(a + (b - a) * k as f64 / n as f64))).collect()
+    let ts: Vec<f64> = (1..n).map(|k| a + (b - a) * k as f64 / n as f64).collect();
+    let mut out = Vec::with_capacity(edge.breaks.len() + ts.len());
+    out.extend(breaks);
+    widest(
+        #[inline(always)]
+        || curve.points(&ts, &mut out),
+    );
+    out
 }
 
 /// Which pieces of a face may extend a hull: those whose control nets reach beyond it.
