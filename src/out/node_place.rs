@@ -37,7 +37,7 @@ impl PointNumbers {
         frame.edge_lines.iter().for_each(|line| reach(line.part, &line.points));
         let scales = frame.scene.largest_scales();
         let step = |(furthest, scale): (f64, f64)| {
-            let step = (furthest * METRES_PER_MILLIMETRE / f64::from(i16::MAX)).log2().ceil().exp2();
+            let step = power_of_two(furthest * METRES_PER_MILLIMETRE / f64::from(i16::MAX));
             // The distance to the nearest point of the grid.
             let moved = 0.5 * 3_f64.sqrt() * step / METRES_PER_MILLIMETRE * scale;
             let fits = (f64::from(f32::MIN_POSITIVE)..f64::from(f32::MAX)).contains(&step) && 2.0 * moved <= most;
@@ -140,9 +140,17 @@ impl NodePlace {
     }
 }
 
+/// The least power of two that is not below `x`; infinite if there is none. Exact, so that files do not depend on the
+/// platform's logarithm. `x` is positive and normal, or 0, of which it makes 0.
+fn power_of_two(x: f64) -> f64 {
+    const MANTISSA: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
+    let below = f64::from_bits(x.to_bits() & !MANTISSA);
+    if below < x { 2.0 * below } else { below }
+}
+
 /// A matrix as rotation and scale, and how far that moves a point at distance 1. `None` if it mirrors.
 fn rotation(exact: DMat3) -> Option<(Turn, f64)> {
-    let scale = exact.determinant().cbrt();
+    let scale = libm::cbrt(exact.determinant());
     if !(scale > 0.0 && scale.is_finite()) {
         return None;
     }
@@ -198,4 +206,19 @@ fn same_in_double(number: f32) -> f32 {
     };
     let bits = number.to_bits();
     (0..f32::MANTISSA_DIGITS).map(|k| f32::from_bits(bits >> k << k)).find(is_same).unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::power_of_two;
+
+    #[test]
+    fn a_power_of_two_is_the_least_that_is_not_below() {
+        for exponent in -1000..1000 {
+            let power = 2_f64.powi(exponent);
+            let cases = [power, power.next_down(), 0.7 * power, (0.5 * power).next_up()];
+            assert_eq!(cases.map(power_of_two), [power; 4]);
+        }
+        assert_eq!([0.0, f64::MAX].map(power_of_two), [0.0, f64::INFINITY]);
+    }
 }

@@ -1,6 +1,6 @@
 //! A frame to Wavefront OBJ: text, millimetres, world coordinates at full f64 precision.
 
-use super::placed::{Placement, distinct, instance_name, placed};
+use super::placed::{distinct, instance_name, placed};
 use crate::mesh::{FrameView, Scene, SceneInstance};
 use glam::DVec3;
 use std::fmt::Write as _;
@@ -20,8 +20,7 @@ pub fn write_obj<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> 
     let mut text = String::new();
     let mut world: Vec<DVec3> = Vec::new();
     let mut first = 1_u64;
-    for (instance, batches) in placed(frame, &by_part) {
-        let placement = Placement::new(&instance.transform);
+    for (instance, placement, batches) in placed(frame, &by_part) {
         writeln!(file, "o {}", object_name(frame.scene, instance))?;
         let mut face = None;
         for batch in batches {

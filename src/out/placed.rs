@@ -13,12 +13,16 @@ pub(super) fn instance_name<'a>(part: &'a str, instance: &'a SceneInstance) -> &
     &name[..end.unwrap_or(0)]
 }
 
-/// Pairs each instance with the batches of its part. Instances of unknown parts are skipped.
+/// Each instance with its placement and the batches of its part. Instances of unknown parts are skipped.
 pub(super) fn placed<'a>(
     frame: &'a FrameView<'a>,
     by_part: &'a [Vec<&'a BatchView<'a>>],
-) -> impl Iterator<Item = (&'a SceneInstance, &'a [&'a BatchView<'a>])> {
-    frame.scene.instances.iter().filter_map(|instance| Some((instance, by_part.get(instance.part.index())?.as_slice())))
+) -> impl Iterator<Item = (&'a SceneInstance, Placement, &'a [&'a BatchView<'a>])> {
+    let of = |instance: &'a SceneInstance| {
+        let batches = by_part.get(instance.part.index())?;
+        Some((instance, Placement::new(&instance.transform), &batches[..]))
+    };
+    frame.scene.instances.iter().filter_map(of)
 }
 
 /// The triangles of `mesh` whose corners are three different points of `rounded`. Triangles with a missing vertex are

@@ -1,7 +1,7 @@
 //! A frame to PLY, binary little-endian: f64 positions in millimetres and world coordinates, f32 normals, and the face
 //! of each triangle.
 
-use super::placed::{Placement, distinct, placed};
+use super::placed::{distinct, placed};
 use crate::mesh::FrameView;
 use glam::DVec3;
 use std::io::{self, Write};
@@ -16,8 +16,7 @@ pub fn write_ply<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> 
     let by_part = frame.batches_by_part();
     let (mut vertices, mut triangles) = (0_u64, 0_u64);
     let mut world: Vec<DVec3> = Vec::new();
-    for (instance, batches) in placed(frame, &by_part) {
-        let placement = Placement::new(&instance.transform);
+    for (_, placement, batches) in placed(frame, &by_part) {
         for batch in batches {
             world.clear();
             world.extend(batch.mesh.positions.iter().map(|&point| placement.position(point)));
@@ -36,8 +35,7 @@ pub fn write_ply<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> 
          element face {triangles}\nproperty list uchar uint vertex_indices\nproperty int face_id\nend_header\n"
     )?;
     let mut bytes = Vec::new();
-    for (instance, batches) in placed(frame, &by_part) {
-        let placement = Placement::new(&instance.transform);
+    for (_, placement, batches) in placed(frame, &by_part) {
         for batch in batches {
             bytes.clear();
             for (index, &point) in batch.mesh.positions.iter().enumerate() {
@@ -53,8 +51,7 @@ pub fn write_ply<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> 
         }
     }
     let mut first = 0_u32;
-    for (instance, batches) in placed(frame, &by_part) {
-        let placement = Placement::new(&instance.transform);
+    for (instance, placement, batches) in placed(frame, &by_part) {
         for batch in batches {
             bytes.clear();
             world.clear();

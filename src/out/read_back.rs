@@ -8,7 +8,7 @@ use super::bytes::{FileTriangle, bad, bytes_at, vector};
 use super::glb_options::GlbOptions;
 #[cfg(feature = "glb")]
 use super::node_place::PointNumbers;
-use super::placed::{Placement, distinct, placed};
+use super::placed::{distinct, placed};
 #[cfg(feature = "glb")]
 use super::read_glb::{Numbers, read_glb};
 use super::single::single;
@@ -107,8 +107,7 @@ fn expected(frame: &FrameView<'_>, format: Format, most: f64) -> io::Result<Vec<
     let _ = most;
     let by_part = frame.batches_by_part();
     let mut out = Vec::new();
-    for (instance, batches) in placed(frame, &by_part) {
-        let placement = Placement::new(&instance.transform);
+    for (instance, placement, batches) in placed(frame, &by_part) {
         for batch in batches {
             let world: Vec<DVec3> = batch.mesh.positions.iter().map(|&point| placement.position(point)).collect();
             let rounded: Vec<Vec3> = match format {

@@ -7,7 +7,7 @@
 use super::glb_options::GlbOptions;
 #[cfg(feature = "glb")]
 use super::node_place::{NodePlace, PointNumbers, moved};
-use super::placed::{Placement, distinct, placed};
+use super::placed::{distinct, placed};
 use super::single::{BeyondSingle, single};
 use crate::mesh::{BatchView, FrameView, SceneInstance};
 use crate::model::FaceId;
@@ -122,8 +122,7 @@ impl Rounding {
     pub(super) fn of_placed(frame: &FrameView<'_>, as_single: bool) -> Result<Self, BeyondSingle> {
         let mut out = Self::default();
         let by_part = frame.batches_by_part();
-        for (instance, batches) in placed(frame, &by_part) {
-            let placement = Placement::new(&instance.transform);
+        for (instance, placement, batches) in placed(frame, &by_part) {
             let arithmetic = Arithmetic::of(&instance.transform);
             let count = if as_single {
                 RoundingCount::of(batches, |point| {

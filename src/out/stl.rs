@@ -19,8 +19,7 @@ pub fn write_stl<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> 
     let by_part = frame.batches_by_part();
     let mut world = Vec::new();
     let mut triangles = 0_u64;
-    for (instance, batches) in placed(frame, &by_part) {
-        let placement = Placement::new(&instance.transform);
+    for (_, placement, batches) in placed(frame, &by_part) {
         for batch in batches {
             round(batch, &placement, &mut world)?;
             triangles += distinct(&batch.mesh, &world).count() as u64;
@@ -35,8 +34,7 @@ pub fn write_stl<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> 
     file.write_all(&head)?;
     file.write_all(&count.to_le_bytes())?;
     let mut bytes = Vec::new();
-    for (instance, batches) in placed(frame, &by_part) {
-        let placement = Placement::new(&instance.transform);
+    for (_, placement, batches) in placed(frame, &by_part) {
         for batch in batches {
             round(batch, &placement, &mut world)?;
             bytes.clear();

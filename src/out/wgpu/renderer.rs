@@ -8,7 +8,7 @@ use super::live::{DrawStats, LiveScene};
 use super::target::{texture, whole};
 use super::{Image, RenderOptions};
 use crate::mesh::{FrameView, MemorySink, MeshSink, SinkError};
-use crate::out::placed::{Placement, placed};
+use crate::out::placed::placed;
 use crate::view::ViewPoint;
 use ::wgpu::TextureUsages;
 
@@ -85,8 +85,7 @@ impl Renderer {
         let camera = options.camera.unwrap_or_else(|| {
             let whole = FrameView::from(frame);
             let batches = whole.batches_by_part();
-            let points = placed(&whole, &batches).flat_map(|(instance, batches)| {
-                let placement = Placement::new(&instance.transform);
+            let points = placed(&whole, &batches).flat_map(|(_, placement, batches)| {
                 let points = batches.iter().flat_map(|batch| batch.mesh.positions);
                 points.map(move |&point| placement.position(point))
             });
