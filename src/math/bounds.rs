@@ -240,29 +240,20 @@ impl Poly {
 
     /// Adds `factor · a · b`, which has the degrees of the sum. `a`: scalar coefficients, `columns` per row.
     fn add_product(&mut self, factor: f64, (columns, a): (usize, &[f64]), b: &Self) {
-        /// Coefficients that need no memory of their own: those of bicubic patches do not.
-        const ROOM: usize = 256;
         debug_assert_eq!((self.nu, self.nv), (a.len() / columns + b.nu - 1, columns + b.nv - 1));
         let (row, row_of_b) = (self.nv * self.dim, b.nv * b.dim);
         widest(
             #[inline(always)]
             || {
-                let (mut room, mut spilled);
+                let mut padded: SmallVec<[f64; 256]>;
                 let b = if b.nu == 1 || row_of_b == row {
                     &b.c[..]
                 } else {
                     // With zeros between its rows, all of `b` is one run.
-                    let length = (b.nu - 1) * row + row_of_b;
-                    let padded = if length <= ROOM {
-                        room = [0.0; ROOM];
-                        &mut room[..length]
-                    } else {
-                        spilled = vec![0.0; length];
-                        &mut spilled
-                    };
+                    padded = smallvec![0.0; (b.nu - 1) * row + row_of_b];
                     let rows = padded.chunks_mut(row).zip(b.c.chunks_exact(row_of_b));
                     rows.for_each(|(to, from)| to[..row_of_b].copy_from_slice(from));
-                    &*padded
+                    &padded[..]
                 };
                 for (i, values) in a.chunks_exact(columns).enumerate() {
                     for (j, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
