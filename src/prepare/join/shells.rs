@@ -109,9 +109,12 @@ fn unbalanced(part: &Part) -> Vec<(u32, usize)> {
     of_edges().filter(|of_edge| sum(of_edge) != 0).map(|of_edge| (of_edge[0].shell, of_edge.len())).collect()
 }
 
-/// Whether an untrimmed face has no border: each direction is periodic or ends in poles.
+/// Whether an untrimmed face has no border: each direction is periodic or ends in poles. Never for unsound surfaces.
 fn closes(face: &Face) -> bool {
     let surface = &face.surface;
+    if surface.check().is_err() {
+        return false;
+    }
     let (period, domain, poles) = (surface.period(), surface.natural_domain(), surface.poles());
     (0..2).all(|axis| {
         let (low, high) = domain[axis];
@@ -152,7 +155,7 @@ pub(crate) fn open(part: &Part, free: &FreeFaces, lost: impl Fn(usize) -> bool) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::shapes;
+    use crate::model::{Surface, shapes};
 
     #[test]
     fn a_loop_given_twice_closes_nothing() {
@@ -186,5 +189,15 @@ mod tests {
             let shells = Shells::of(&model.parts[0]);
             assert_eq!((shells.closed, shells.open), (closed, open), "{name}");
         }
+    }
+
+    #[test]
+    fn a_face_on_an_unsound_surface_leaves_its_shell_open() {
+        let mut part = shapes::by_name("wave").unwrap_or_default().parts.remove(0);
+        let Surface::Nurbs(net) = &mut part.faces[0].surface else { panic!("a wave is a spline surface") };
+        net.points.clear();
+        part.faces[0].loops.clear();
+        let shells = Shells::of(&part);
+        assert_eq!((shells.closed, shells.open), (0, 1));
     }
 }

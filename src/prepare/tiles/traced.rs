@@ -12,13 +12,17 @@ use crate::prepare::uv::uv_loop::{Along, UvLoop};
 use crate::prepare::wires::order::WireSet;
 use glam::DVec3;
 
-/// A point of a face, for diagnostics: its first vertex, or the middle of an untrimmed surface.
+/// A point of a face, for diagnostics: its first vertex, or the middle of an untrimmed surface. `None` if neither is
+/// sound, or if the face is lost and has no vertex.
 pub(crate) fn somewhere(part: &Part, face: &Face) -> Option<DVec3> {
     let vertex = boundary_points(part, face).find(|p| p.is_finite());
     vertex.or_else(|| {
+        if face.lost || face.surface.check().is_err() {
+            return None;
+        }
         let middle = face.surface.natural_domain().map(|(a, b)| 0.5 * (a + b));
         let point = middle.iter().all(|x| x.is_finite()).then(|| face.surface.point(middle[0], middle[1]));
-        point.filter(|p| p.is_finite() && !face.lost)
+        point.filter(|p| p.is_finite())
     })
 }
 

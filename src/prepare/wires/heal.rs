@@ -216,9 +216,10 @@ fn bridge(part: &mut Part, mut gaps: Vec<Gap>, done: &mut Vec<Healing>) {
     }));
 }
 
-/// The curve on a face's surface over the straight line in (u,v) between the images of two points.
+/// The curve on a face's surface over the straight line in (u,v) between the images of two points. The line between
+/// them in space if the surface is a plane, or unsound.
 fn straight(face: &Face, p: DVec3, q: DVec3) -> (NurbsCurve3, CurveKind) {
-    if matches!(face.surface, Surface::Plane { .. }) {
+    if matches!(face.surface, Surface::Plane { .. }) || face.surface.check().is_err() {
         return (NurbsCurve3::line(p, q), CurveKind::Line);
     }
     let projector = Projector::new(&face.surface, 1e-6 * p.distance(q));
