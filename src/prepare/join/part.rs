@@ -295,10 +295,13 @@ impl PartPreparation<'_> {
     }
 
     fn sums(&self, drafts: &[Option<FaceDraft>], reversed: &[bool]) -> Vec<Sum> {
-        chains::sums(drafts.iter().enumerate().filter_map(|(face, draft)| {
-            let chain = &draft.as_ref()?.chain[..];
-            Some(TurnedFace { face, shell: self.part.faces[face].shell, reversed: reversed[face], chain })
-        }))
+        chains::sums(
+            self.part.edges.len(),
+            drafts.iter().enumerate().filter_map(|(face, draft)| {
+                let chain = &draft.as_ref()?.chain[..];
+                Some(TurnedFace { face, shell: self.part.faces[face].shell, reversed: reversed[face], chain })
+            }),
+        )
     }
 
     /// Whether faces do not cancel on an edge with an even number of uses. Excludes edges that healing added.
@@ -314,7 +317,7 @@ impl PartPreparation<'_> {
             of_shell().filter(|&k| faces.drafts[k].is_some()).map(|k| (k, of_boundary(&self.boundary(k)))).collect();
         let rows =
             stated.iter().map(|(k, chain)| TurnedFace { face: *k, shell, reversed: part.faces[*k].reversed, chain });
-        if chains::sums(rows).iter().any(|s| self.is_stuck(s)) {
+        if chains::sums(part.edges.len(), rows).iter().any(|s| self.is_stuck(s)) {
             return;
         }
         for (k, chain) in stated {
