@@ -7,6 +7,7 @@
 
 use super::grid::{Grid, LineCrossing};
 use super::windings::Windings;
+use crate::math::bisection::bisected;
 use crate::prepare::regions::unroll::pole_sides;
 use crate::prepare::report::refusals::Tangled;
 use crate::prepare::uv::pcurve::Projector;
@@ -126,20 +127,9 @@ impl Arrangement {
 /// Parameter between `from` and `to` where coordinate `axis` of a Hermite piece is `x`; it is monotone there.
 fn crossing_parameter(piece: [&UvSample; 2], axis: usize, (from, to): (f64, f64), x: f64) -> f64 {
     let at = |t: f64| UvSample::interpolate(piece[0], piece[1], t)[axis];
-    let (mut lo, mut hi) = (from, to);
-    let rising = at(hi) > at(lo);
-    for _ in 0..60 {
-        let mid = 0.5 * (lo + hi);
-        if mid <= lo || mid >= hi {
-            break;
-        }
-        if (at(mid) < x) == rising {
-            lo = mid;
-        } else {
-            hi = mid;
-        }
-    }
-    0.5 * (lo + hi)
+    let rising = at(to) > at(from);
+    let [low, high] = bisected([from, to], 60, |t| (at(t) < x) == rising);
+    0.5 * (low + high)
 }
 
 /// Crossings of a piece with the grid, in loop order.
