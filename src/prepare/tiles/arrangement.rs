@@ -90,8 +90,7 @@ impl Arrangement {
     /// A whole loop, moved by `by`.
     fn whole(&mut self, l: &UvLoop, by: DVec2) -> Vec<LoopStretch> {
         let stretch = |p: &Piece| {
-            let (a, b) = (p.samples[0].t, p.samples[p.samples.len() - 1].t);
-            let (from, to) = if p.reversed { (b, a) } else { (a, b) };
+            let [from, to] = p.ends().map(|s| s.t);
             self.stretch(p, from, to, by, [None; 2])
         };
         l.pieces.iter().map(stretch).collect()
@@ -262,8 +261,7 @@ impl TileBuilder<'_> {
             loop {
                 let p = &pieces[index];
                 let last = index == b.piece && !to_wrap;
-                let end = p.samples[if p.reversed { 0 } else { p.samples.len() - 1 }].t;
-                let to = if last { b.t } else { end };
+                let to = if last { b.t } else { p.ends()[1].t };
                 let nodes = [
                     (from == a.t && index == a.piece && stretches.is_empty()).then_some(GridNode::LineCrossing(i)),
                     last.then_some(GridNode::LineCrossing(j)),
@@ -285,8 +283,7 @@ impl TileBuilder<'_> {
                         }
                     }
                 }
-                let p = &pieces[index];
-                from = p.samples[if p.reversed { p.samples.len() - 1 } else { 0 }].t;
+                from = pieces[index].ends()[0].t;
             }
             let ports = [(a.side(true), i), (b.side(false), j)];
             self.strands[row * self.grid.count(0) + column].push(Strand { stretches, ports: Some(ports) });

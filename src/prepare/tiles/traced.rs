@@ -8,7 +8,7 @@ use crate::prepare::report::room::Room;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::pcurve::Projector;
-use crate::prepare::uv::uv_loop::{Along, UvLoop};
+use crate::prepare::uv::uv_loop::UvLoop;
 use crate::prepare::wires::order::WireSet;
 use glam::DVec3;
 
@@ -75,10 +75,8 @@ impl<'a> Traced<'a> {
             projector.adopt(boundary_points(part, face));
         }
         if let Some(Ok(free)) = free {
-            let edges = free.region.loops.iter().flat_map(|l| &l.pieces).filter_map(|piece| match piece.along {
-                Along::Edge(edge) => Some(&part.edges[edge as usize]),
-                Along::Pole(_) => None,
-            });
+            let pieces = free.region.loops.iter().flat_map(|l| &l.pieces);
+            let edges = pieces.filter_map(|piece| piece.along.edge()).map(|edge| &part.edges[edge as usize]);
             projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]));
         }
         projector.adopt(passages.values().flatten().map(|p| p.1));
