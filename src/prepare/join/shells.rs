@@ -31,7 +31,9 @@ impl Shells {
     #[must_use]
     pub fn of(part: &Part) -> Self {
         let unbounded = part.faces.iter().filter(|face| !face.loops.iter().any(|l| matches!(l, Loop::Edges(_))));
-        let mut open: BTreeSet<u32> = unbounded.filter(|face| !closes(face)).map(|face| face.shell).collect();
+        // An unsound surface closes nothing.
+        let is_open = |face: &&Face| face.surface.check().is_err() || face.surface.has_border();
+        let mut open: BTreeSet<u32> = unbounded.filter(is_open).map(|face| face.shell).collect();
         let mut shells = Self::default();
         for (shell, uses) in unbalanced(part) {
             open.insert(shell);
@@ -107,20 +109,6 @@ fn unbalanced(part: &Part) -> Vec<(u32, usize)> {
     }
     let sum = |of_edge: &[Row]| of_edge.iter().map(|row| row.sign * signs[row.wire]).sum::<i32>();
     of_edges().filter(|of_edge| sum(of_edge) != 0).map(|of_edge| (of_edge[0].shell, of_edge.len())).collect()
-}
-
-/// Whether an untrimmed face has no border: each direction is periodic or ends in poles. Never for unsound surfaces.
-fn closes(face: &Face) -> bool {
-    let surface = &face.surface;
-    if surface.check().is_err() {
-        return false;
-    }
-    let (period, domain, poles) = (surface.period(), surface.natural_domain(), surface.poles());
-    (0..2).all(|axis| {
-        let (low, high) = domain[axis];
-        let pole = |end: f64| poles.iter().any(|pole| pole.axis == axis && pole.at == end);
-        period[axis].is_some() || pole(low) && pole(high)
-    })
 }
 
 /// A shell of a solid with free edges.
