@@ -255,7 +255,7 @@ fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
         worst.filter(|(distance, _)| *distance > limit).max_by(|a, b| a.0.total_cmp(&b.0))
     };
     // Most curves are clamped: their ends are the first and last control points and need no evaluation.
-    let clamped = |e: &Edge| {
+    let ends_at_vertices = |e: &Edge| {
         let at = |v: VertexId, p: Option<&DVec3>| {
             part.vertices.get(v.index()).zip(p).is_some_and(|(v, p)| v.distance(*p) <= limit)
         };
@@ -263,9 +263,9 @@ fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
         let whole = first == Some(&e.range.0) && last == Some(&e.range.1);
         whole && at(e.start, e.curve.points.first()) && at(e.end, e.curve.points.last())
     };
-    let sound = |e: &Edge| !clamped(e) && e.range.0 < e.range.1 && e.curve.check().is_ok();
+    let may_miss_vertex = |e: &Edge| !ends_at_vertices(e) && e.range.0 < e.range.1 && e.curve.check().is_ok();
     let bad: BTreeMap<u32, (f64, VertexId)> =
-        (0..).zip(&part.edges).filter(|(_, e)| sound(e)).filter_map(|(k, e)| Some((k, off(e)?))).collect();
+        (0..).zip(&part.edges).filter(|(_, e)| may_miss_vertex(e)).filter_map(|(k, e)| Some((k, off(e)?))).collect();
     if bad.is_empty() {
         return;
     }
