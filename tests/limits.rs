@@ -1,10 +1,17 @@
 //! Limits of preparing and planning: within them nothing changes, beyond them an error names the limit and the need.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use trimtess::control::{Alone, Control};
 use trimtess::frame::{self, BYTES_PER_TRIANGLE, PlanLimits, Tolerance};
-use trimtess::model::{Coedge, Loop, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, shapes};
-use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions, Prepared, prepare};
+use trimtess::model::{
+    Coedge, Frame3, FreeTrims, Loop, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve,
+    TrimRule, shapes,
+};
+use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions, Prepared, prepare, prepare_on};
 
 const FINE: Tolerance = Tolerance { chord: 1e-3, angle: 0.3, max_edge: None };
 
@@ -45,6 +52,35 @@ fn a_surface_of_more_patches_than_memory_holds_is_refused_before_it_is_cut() {
     let options = PrepareOptions::DEFAULT.with_limits(PrepareLimits::DEFAULT.with_bytes(20 << 20));
     let error = prepare(model.finish().unwrap(), &options).unwrap_err();
     assert_eq!(error, PrepareError::TooMuchMemory { limit: 20 << 20, patches: 199 * 199 });
+}
+
+#[test]
+fn free_trims_that_need_more_memory_than_the_limit_are_refused_before_they_are_cut() {
+    // 2000 corners: 32 kB in the model, a hundred times that as edges.
+    let corners = 2000_u32;
+    let corner = |k: u32| DVec2::from_angle(TAU * f64::from(k) / f64::from(corners));
+    let trims =
+        FreeTrims { rule: TrimRule::NonZero, curves: vec![TrimCurve::polygon((0..corners).map(corner).collect())] };
+    let mut part = PartBuilder::new("disk");
+    let shell = part.plain_shell(ShellKind::Open);
+    part.trimmed_face(Surface::Plane { frame: Frame3::WORLD }, shell, trims, false);
+    let mut model = ModelBuilder::new("disk");
+    let part = model.part(part.finish().unwrap());
+    model.place(part, DAffine3::IDENTITY);
+    let model = model.finish().unwrap();
+    let within = |bytes: u64| {
+        let drafted = Arc::new(AtomicU64::new(0));
+        let told = drafted.clone();
+        let control = Control::observed_by(move |progress| {
+            told.fetch_max(progress.done, Ordering::Relaxed);
+        });
+        let options = PrepareOptions::DEFAULT.with_limits(PrepareLimits::DEFAULT.with_bytes(bytes));
+        (prepare_on(&Alone, &model, &options, &control), drafted.load(Ordering::Relaxed))
+    };
+    let (error, drafted) = within(500_000);
+    assert_eq!((error.unwrap_err(), drafted), (PrepareError::TooMuchMemory { limit: 500_000, patches: 1 }, 0));
+    let (prepared, drafted) = within(20_000_000);
+    assert!(prepared.unwrap().diagnostics.is_empty() && drafted == 1);
 }
 
 #[test]

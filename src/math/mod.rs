@@ -1,5 +1,6 @@
 //! Bernstein algebra, derivative bounds, exact predicates. Knows no surfaces.
 
+pub(crate) mod bisection;
 pub(crate) mod bits;
 pub(crate) mod box_tree;
 pub(crate) mod boxes;

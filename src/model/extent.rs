@@ -24,8 +24,12 @@ impl Part {
     }
 }
 
-/// Points of a face's surface, all over the domain that it or its trims bound; none if neither does.
+/// Points of a face's surface, all over the domain that it or its trims bound; none if neither does, or if the surface
+/// is unsound.
 fn samples(face: &Face) -> Vec<DVec3> {
+    if face.surface.check().is_err() {
+        return Vec::new();
+    }
     let [(mut u0, mut u1), (mut v0, mut v1)] = face.surface.natural_domain();
     if let Some([low, high]) = face.trims.as_ref().map(FreeTrims::bounds) {
         // Where the surface is infinite, its trims bound it.

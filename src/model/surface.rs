@@ -149,4 +149,13 @@ impl Surface {
             Self::Nurbs(_) => SurfaceKind::Nurbs,
         }
     }
+
+    /// Whether the whole surface has a border: a side of its domain that is neither a pole nor the same line as the
+    /// opposite side. The surface must pass [`check`](Self::check).
+    pub(crate) fn has_border(&self) -> bool {
+        let (period, domain, poles) = (self.period(), self.natural_domain(), self.poles());
+        let is_pole = |axis: usize, at: f64| poles.iter().any(|pole| pole.axis == axis && pole.at == at);
+        let ends = |axis: usize| [domain[axis].0, domain[axis].1];
+        (0..2).any(|axis| period[axis].is_none() && ends(axis).iter().any(|&at| !is_pole(axis, at)))
+    }
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::check_scene;
-use trimtess::model::{EdgeId, FaceId, Frame3, NurbsSurface, Part, ShellKind, Surface};
+use trimtess::model::{EdgeId, Face, FaceId, Frame3, Loop, NurbsSurface, Part, ShellKind, Surface};
 
 fn at(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -114,11 +114,11 @@ fn a_loop_of_ten_thousand_edges_and_a_prism_on_it() {
         let (a, b) = (corner(k as u32, 0.0), corner(next as u32, 0.0));
         let plane = Surface::Plane { frame: frame(a, (b - a).cross(DVec3::Z), b - a) };
         let round = vec![rings[0][k].clone(), ups[next].along(), rings[1][k].edge.against(), ups[k].against()];
-        part.plain_face(plane, shell, vec![trimtess::model::Loop::Edges(round)], false);
+        part.plain_face(plane, shell, vec![Loop::Edges(round)], false);
     }
     for (z, ring) in [(0.0, &rings[0]), (5.0, &rings[1])] {
         let plane = Surface::Plane { frame: crate::body::level(z) };
-        part.plain_face(plane, shell, vec![trimtess::model::Loop::Edges(ring.clone())], z == 0.0);
+        part.plain_face(plane, shell, vec![Loop::Edges(ring.clone())], z == 0.0);
     }
     let side = f64::from(count) * corner(0, 0.0).distance(corner(1, 0.0)) * 5.0;
     Ladder::solid(part.finish().expect("a valid part"), area * 5.0, 2.0 * area + side).climb();
@@ -141,10 +141,23 @@ fn numbered() -> Part {
     part
 }
 
+/// A surface without control points.
+fn unsound() -> Surface {
+    let knots = vec![0.0, 0.0, 1.0, 1.0];
+    Surface::Nurbs(NurbsSurface {
+        degree_u: 1,
+        degree_v: 1,
+        knots_u: knots.clone(),
+        knots_v: knots,
+        points: Vec::new(),
+        weights: Vec::new(),
+    })
+}
+
 #[test]
 fn one_broken_face_loses_only_its_surface_and_is_reported_by_entity() {
     type Break = fn(&mut Part);
-    let breaks: [(&'static str, Break); 5] = [
+    let breaks: [(&'static str, Break); 6] = [
         ("face-off-surface", |p| {
             p.faces[0].surface = Surface::Plane { frame: Frame3 { origin: DVec3::Z * 9.0, ..Frame3::WORLD } };
         }),
@@ -153,35 +166,44 @@ fn one_broken_face_loses_only_its_surface_and_is_reported_by_entity() {
             let frame = Frame3 { x: DVec3::ZERO, y: DVec3::ZERO, z: DVec3::ZERO, ..Frame3::WORLD };
             p.faces[0].surface = Surface::Plane { frame };
         }),
-        ("loop-without-edges", |p| p.faces[0].loops = vec![trimtess::model::Loop::Edges(Vec::new())]),
+        ("loop-without-edges", |p| p.faces[0].loops = vec![Loop::Edges(Vec::new())]),
+        ("face-surface-unsound", |p| p.faces[0].surface = unsound()),
         ("face-surface-unsound", |p| {
-            let knots = vec![0.0, 0.0, 1.0, 1.0];
-            p.faces[0].surface = Surface::Nurbs(NurbsSurface {
-                degree_u: 1,
-                degree_v: 1,
-                knots_u: knots.clone(),
-                knots_v: knots,
-                points: Vec::new(),
-                weights: Vec::new(),
-            });
+            p.faces[0].surface = unsound();
+            p.faces[0].loops.clear();
         }),
     ];
     let all = 2.0 * (12.0 - PI) + 28.0 + TAU * 2.0;
     for (number, (code, broken)) in breaks.into_iter().enumerate() {
         let mut model = placed(numbered());
         broken(&mut model.parts[0]);
-        let entity = model.parts[0].faces[0].entity;
+        let Face { entity, loops, .. } = &model.parts[0].faces[0];
+        let (entity, filled) = (*entity, matches!(loops.first(), Some(Loop::Edges(edges)) if !edges.is_empty()));
         let prepared = prepared(model.clone());
         let told = prepared.diagnostics.iter().find(|d| d.face == Some(FaceId(0)));
         let told = told.unwrap_or_else(|| panic!("case {number}: {:?}", prepared.diagnostics));
         assert!(told.entity == entity && told.kind.code() == code, "case {number}: {told:?}");
         // Its loops are filled; without loops it is lost.
-        let ladder = match code {
-            "loop-without-edges" => Ladder::open(model, all - (12.0 - PI)).lost(&[0]),
-            _ => Ladder::closed(model, all),
+        let ladder = match filled {
+            true => Ladder::closed(model, all),
+            false => Ladder::open(model, all - (12.0 - PI)).lost(&[0]),
         };
         ladder.pieces(1).named(number).told(&[code]).climb();
     }
+}
+
+#[test]
+fn a_gap_in_a_loop_on_an_unsound_surface_is_bridged_by_a_line() {
+    let mut model = placed(numbered());
+    let face = &mut model.parts[0].faces[0];
+    face.surface = unsound();
+    let Loop::Edges(coedges) = &mut face.loops[0] else { panic!("a loop of edges") };
+    coedges.pop();
+    let prepared = prepared(model.clone());
+    let codes: Vec<&str> = prepared.diagnostics.iter().map(|d| d.kind.code()).collect();
+    assert!(codes.contains(&"face-surface-unsound"), "{codes:?}");
+    let all = 2.0 * (12.0 - PI) + 28.0 + TAU * 2.0;
+    Ladder::open(model, all).told(&codes).climb();
 }
 
 #[test]

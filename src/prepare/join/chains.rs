@@ -6,6 +6,7 @@
 use crate::model::EdgeId;
 use crate::prepare::regions::boundary::sign;
 use crate::prepare::wires::chain::Chain;
+use crate::prepare::wires::tally::{EdgeSum, Tally};
 
 /// The sum of a shell's chains on one edge.
 #[derive(Clone, Copy, Debug)]
@@ -24,8 +25,13 @@ impl Sum {
     pub(crate) fn is_free(&self) -> bool {
         self.uses % 2 == 1
     }
+}
 
-    /// Adds a later face's sum on the same edge.
+impl EdgeSum for Sum {
+    fn key(&self) -> (u32, u32) {
+        (self.shell, self.edge)
+    }
+
     fn add(&mut self, next: &Self) {
         self.sum += next.sum;
         self.uses += next.uses;
@@ -41,9 +47,9 @@ pub(crate) struct TurnedFace<'a> {
     pub(crate) chain: &'a [(u32, i32)],
 }
 
-/// Sums the chains of faces by shell and edge, ascending. Returns the sums that are not 0. Cost: a sort of all uses but
-/// those by the first shell of their edge.
-pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> {
+/// Sums the chains of faces, given in ascending order, by shell and edge. Returns the sums that are not 0, ascending.
+/// The part has so many `edges`.
+pub(crate) fn sums<'a>(edges: usize, faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> {
     let of_face = |face: TurnedFace<'a>| {
         let TurnedFace { face, shell, reversed, chain } = face;
         let use_of = move |&(edge, count): &(u32, i32)| Sum {
@@ -55,33 +61,9 @@ pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> 
         };
         chain.iter().map(use_of)
     };
-    // By edge: the sum of the first shell that uses it.
-    let mut first: Vec<Option<Sum>> = Vec::new();
-    let mut others: Vec<Sum> = Vec::new();
-    for one in faces.flat_map(of_face) {
-        let edge = one.edge as usize;
-        if edge >= first.len() {
-            first.resize(edge + 1, None);
-        }
-        match &mut first[edge] {
-            Some(known) if known.shell == one.shell => known.add(&one),
-            Some(_) => others.push(one),
-            empty => *empty = Some(one),
-        }
-    }
-    let mut all = others;
-    all.extend(first.into_iter().flatten().filter(|s| s.sum != 0));
-    // One number compares faster than three.
-    all.sort_unstable_by_key(|s| u128::from(s.shell) << 64 | u128::from(s.edge) << 32 | u128::from(s.faces[0]));
-    all.dedup_by(|next, first| {
-        let same = (next.shell, next.edge) == (first.shell, first.edge);
-        if same {
-            first.add(next);
-        }
-        same
-    });
-    all.retain(|s| s.sum != 0);
-    all
+    let mut tally = Tally::new(edges);
+    faces.flat_map(of_face).for_each(|one| tally.add(one));
+    tally.into_sums(|sum| sum.sum != 0)
 }
 
 /// Whether a part is closed, as known before any mesh is made.
@@ -139,7 +121,7 @@ mod tests {
                 reversed: *reversed,
                 chain,
             });
-            let got = sums(turned);
+            let got = sums(20, turned);
             let mut expected = Vec::new();
             for (shell, edge) in (0..3).flat_map(|shell| (0..20).map(move |edge| (shell, edge))) {
                 let of = faces.iter().enumerate().filter(|(_, face)| face.0 == shell);

@@ -8,7 +8,6 @@ use crate::model::{Coedge, CurveKind, EdgeId, Frame3, NurbsCurve3, Part, Surface
 use crate::prepare::regions::boundary::of_boundary;
 use crate::prepare::surface::arc_bounds;
 use crate::prepare::surface::decompose::BezierPatches;
-use crate::prepare::surface::tables::SurfaceBounds;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
 use glam::{DVec2, DVec3};
@@ -52,7 +51,7 @@ pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<FilledF
     if !patches.control.iter().all(|c| c.is_finite()) {
         return None;
     }
-    let bounds = arc_bounds::analytic(&surface, &maps, &patches).unwrap_or_else(|| SurfaceBounds::new(&patches));
+    let bounds = arc_bounds::analytic(&surface, &maps, &patches)?;
     let loops = outlines.iter().map(|l| l.iter().map(|o| o.seen_in(&frame)).collect()).collect();
     let draft = FaceDraft {
         patches: Arc::new(patches),

@@ -3,12 +3,14 @@
 use super::kept::KeptFace;
 use super::prepared::{Break, EdgeShape, EdgeUse, PartFacts, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::mesh::{SceneInstance, ScenePart};
-use crate::model::{Coedge, Edge, Face, Instance, Loop, Model, NurbsCurve3, Part, Surface};
+use crate::model::{Coedge, Edge, Face, Instance, Loop, Model, NurbsCurve3, Part, Surface, TrimPiece};
 use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
 use crate::prepare::surface::tables::{BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 use crate::prepare::tiles::draft::{DraftBorder, DraftShape, DraftTile, DraftUse, FaceDraft};
+use crate::prepare::trims::spans::Span;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
-use glam::{DVec3, DVec4};
+use crate::prepare::uv::uv_loop::Piece;
+use glam::{DVec2, DVec3, DVec4};
 
 /// Bytes of an allocation besides its contents: rounding up, and the allocator's own.
 const ALLOCATION: usize = 16;
@@ -49,8 +51,34 @@ fn of_face(face: &Face) -> usize {
         Loop::Edges(uses) => size_of::<Loop>() + ALLOCATION + uses.len() * size_of::<Coedge>(),
         Loop::Vertex(_) => size_of::<Loop>(),
     });
+    let trims = face.trims.iter().flat_map(|trims| &trims.curves).flat_map(|curve| &curve.pieces).map(of_trim);
     // Colours and rows of faces stay when the model goes.
-    size_of::<Face>() + face.name.len() + surface + loops.sum::<usize>() + 3 * ALLOCATION
+    size_of::<Face>() + face.name.len() + surface + loops.sum::<usize>() + trims.sum::<usize>() + 3 * ALLOCATION
+}
+
+/// A piece of a trimming curve, with what is made of it before anything else counts memory: monotone spans, and an edge
+/// along each.
+fn of_trim(piece: &TrimPiece) -> usize {
+    /// Control points and knots of the curve along a span that one cubic follows.
+    const CUBIC: usize = 4 * (size_of::<DVec3>() + size_of::<DVec4>() + STRIP) + 8 * 8 + 3 * ALLOCATION;
+    /// Such an edge with its image in (u,v), and a vertex.
+    const EDGE: usize = size_of::<Edge>()
+        + CUBIC
+        + PREPARED_EDGE
+        + size_of::<DVec3>()
+        + size_of::<Piece>()
+        + 2 * size_of::<UvSample>()
+        + ALLOCATION;
+    let (stated, spans, order) = match piece {
+        TrimPiece::Polyline(points) => (size_of_val(&points[..]), points.len(), 2),
+        TrimPiece::Nurbs(curve) => {
+            let lists = curve.points.len() * size_of::<DVec2>() + 8 * (curve.knots.len() + curve.weights.len());
+            (lists, curve.points.len(), curve.degree.saturating_add(1))
+        }
+    };
+    // Points of a spline of few spans count for the extremes at which these are cut.
+    let span = size_of::<Span>() + order.saturating_mul(size_of::<DVec3>()) + ALLOCATION + EDGE;
+    stated.saturating_add(spans.saturating_mul(span)) + 3 * ALLOCATION
 }
 
 fn of_curve(curve: &NurbsCurve3) -> usize {

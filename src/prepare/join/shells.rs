@@ -31,7 +31,9 @@ impl Shells {
     #[must_use]
     pub fn of(part: &Part) -> Self {
         let unbounded = part.faces.iter().filter(|face| !face.loops.iter().any(|l| matches!(l, Loop::Edges(_))));
-        let mut open: BTreeSet<u32> = unbounded.filter(|face| !closes(face)).map(|face| face.shell).collect();
+        // An unsound surface closes nothing.
+        let is_open = |face: &&Face| face.surface.check().is_err() || face.surface.has_border();
+        let mut open: BTreeSet<u32> = unbounded.filter(is_open).map(|face| face.shell).collect();
         let mut shells = Self::default();
         for (shell, uses) in unbalanced(part) {
             open.insert(shell);
@@ -109,17 +111,6 @@ fn unbalanced(part: &Part) -> Vec<(u32, usize)> {
     of_edges().filter(|of_edge| sum(of_edge) != 0).map(|of_edge| (of_edge[0].shell, of_edge.len())).collect()
 }
 
-/// Whether an untrimmed face has no border: each direction is periodic or ends in poles.
-fn closes(face: &Face) -> bool {
-    let surface = &face.surface;
-    let (period, domain, poles) = (surface.period(), surface.natural_domain(), surface.poles());
-    (0..2).all(|axis| {
-        let (low, high) = domain[axis];
-        let pole = |end: f64| poles.iter().any(|pole| pole.axis == axis && pole.at == end);
-        period[axis].is_some() || pole(low) && pole(high)
-    })
-}
-
 /// A shell of a solid with free edges.
 pub(crate) struct Open {
     /// Entity number of the shell in the source file, 0 if none.
@@ -152,7 +143,7 @@ pub(crate) fn open(part: &Part, free: &FreeFaces, lost: impl Fn(usize) -> bool) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::shapes;
+    use crate::model::{Surface, shapes};
 
     #[test]
     fn a_loop_given_twice_closes_nothing() {
@@ -186,5 +177,15 @@ mod tests {
             let shells = Shells::of(&model.parts[0]);
             assert_eq!((shells.closed, shells.open), (closed, open), "{name}");
         }
+    }
+
+    #[test]
+    fn a_face_on_an_unsound_surface_leaves_its_shell_open() {
+        let mut part = shapes::by_name("wave").unwrap_or_default().parts.remove(0);
+        let Surface::Nurbs(net) = &mut part.faces[0].surface else { panic!("a wave is a spline surface") };
+        net.points.clear();
+        part.faces[0].loops.clear();
+        let shells = Shells::of(&part);
+        assert_eq!((shells.closed, shells.open), (0, 1));
     }
 }

@@ -23,15 +23,12 @@ pub(crate) fn of_region(part: &Part, loops: &[UvLoop]) -> Chain {
 
 /// A face's boundary, without repeated loops.
 pub(crate) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
-    let of_piece = |piece: &Piece| match piece.along {
-        Along::Edge(edge) => Some((edge, piece.reversed)),
-        Along::Pole(_) => None,
-    };
+    let of_piece = |piece: &Piece| Some((piece.along.edge()?, piece.reversed));
     if let Some(free) = free {
         let loops = free.region.loops.iter().map(|l| l.pieces.iter().filter_map(of_piece).collect::<Vec<_>>());
         return loops.filter(|l| !l.is_empty()).collect();
     }
-    let mut given = WireSet::default();
+    let mut given = WireSet::new(face);
     let of_coedges = |coedges: &[Coedge]| coedges.iter().map(|c| (c.edge.0, c.reversed)).collect::<Vec<_>>();
     face.wires().filter(|coedges| given.is_first(coedges)).map(of_coedges).filter(|l| !l.is_empty()).collect()
 }
@@ -68,11 +65,8 @@ pub(crate) fn shared_edges(part: &Part, free: &FreeFaces) -> Vec<bool> {
     }
     for (k, made) in free.iter().enumerate() {
         let Some(Ok(made)) = made else { continue };
-        for piece in made.region.loops.iter().flat_map(|l| &l.pieces) {
-            if let Along::Edge(edge) = piece.along {
-                add(k, edge);
-            }
-        }
+        let pieces = made.region.loops.iter().flat_map(|l| &l.pieces);
+        pieces.filter_map(|piece| piece.along.edge()).for_each(|edge| add(k, edge));
     }
     shared
 }

@@ -127,10 +127,7 @@ fn lobes(
     if backwards.is_empty() {
         return None;
     }
-    let pass = |at: At| match l.pieces[at.piece].along {
-        Along::Edge(edge) => Some((edge, at.t)),
-        Along::Pole(_) => None,
-    };
+    let pass = |at: At| Some((l.pieces[at.piece].along.edge()?, at.t));
     done.cuts.extend(crossings.iter().map(|c| LobeCut { passes: c.at.map(pass), uv: c.uv }));
     Some(parts)
 }
@@ -203,7 +200,7 @@ fn settle(
     let piece = |k: usize| &l.pieces[points[segments[k]].0.piece];
     let limits = [0, 1].map(|k| {
         let (here, next) = (points[segments[k]].0, points[(segments[k] + 1) % points.len()].0);
-        let last = &piece(k).samples[if piece(k).reversed { 0 } else { piece(k).samples.len() - 1 }];
+        let last = piece(k).ends()[1];
         [here.t, if next.piece == here.piece && segments[k] + 1 < points.len() { next.t } else { last.t }]
     });
     let start = [0, 1].map(|k| limits[k][0] + (limits[k][1] - limits[k][0]) * shares[k]);
@@ -222,8 +219,7 @@ fn append_stretch(l: &UvLoop, from: At, to: At, wraps: bool, ends: [DVec2; 2], o
     loop {
         let p = &l.pieces[index];
         let last = index == to.piece && !to_wrap;
-        let (first, end) = (p.samples[0].t, p.samples[p.samples.len() - 1].t);
-        let (stated_start, stated_end) = if p.reversed { (end, first) } else { (first, end) };
+        let [stated_start, stated_end] = p.ends().map(|s| s.t);
         let (a, b) = (start.unwrap_or(stated_start), if last { to.t } else { stated_end });
         if a != b {
             let mut samples: Vec<UvSample> =

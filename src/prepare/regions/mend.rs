@@ -5,6 +5,7 @@
 //! separate, and an edge that meets itself is straightened.
 
 use crate::math::Elementary as _;
+use crate::math::bisection::bisected;
 use crate::model::{CurveKind, Part, VertexId};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
@@ -247,11 +248,7 @@ fn beside(
     let beyond: Vec<(f64, f64)> = shares.map(|share| (share, off(share))).collect();
     let other_at = |radius: f64| {
         let &(share, _) = beyond.iter().find(|(_, off)| *off >= radius)?;
-        let (mut low, mut high) = (0.0, share);
-        for _ in 0..48 {
-            let middle = 0.5 * (low + high);
-            if off(middle) < radius { low = middle } else { high = middle }
-        }
+        let [_, high] = bisected([0.0, share], 48, |share| off(share) < radius);
         Some(UvSample::on(other, start + (back - start) * high).uv)
     };
     let last = UvSample::on(samples, to);

@@ -19,7 +19,8 @@ impl Room {
         self.spent.fetch_add(bytes as u64, Ordering::Relaxed);
     }
 
-    /// Whether there is room for `bytes` more, asked before they are allocated. If not, the limit counts as exceeded.
+    /// Whether there is room for `bytes` more; if not, the whole call fails, as if the limit were exceeded. Ask before
+    /// they are allocated.
     pub(crate) fn has(&self, bytes: usize) -> bool {
         let fits = self.spent.load(Ordering::Relaxed).saturating_add(bytes as u64) <= self.limit;
         if !fits {

@@ -145,6 +145,11 @@ pub(crate) fn sew<'a>(
 
 /// Free edges of solids. In shells with faces without topology, all edges of these faces and all free edges.
 fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
+    let may_sew = part.tolerance > 0.0 || free.iter().any(|made| matches!(made, Some(Ok(_))));
+    if !may_sew {
+        // Solids are sewn within the part's own tolerance only.
+        return Vec::new();
+    }
     let uses = uses(part, free);
     let shell_of = |shell: u32| part.shells.get(shell as usize);
     let ends = |e: &Edge| Some([*part.vertices.get(e.start.index())?, *part.vertices.get(e.end.index())?]);

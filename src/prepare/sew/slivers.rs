@@ -7,7 +7,6 @@ use super::candidate::is_sound;
 use super::overlap::CurveQuery;
 use crate::model::Part;
 use crate::prepare::trims::free_faces::FreeFaces;
-use crate::prepare::uv::uv_loop::Along;
 use std::collections::BTreeMap;
 
 /// Distance, in tolerances, that a face must extend from two of its edges to be more than a sliver between them.
@@ -62,10 +61,7 @@ impl Rim {
     fn new(part: &Part, free: &FreeFaces, face: usize, reach: f64) -> Self {
         let untold = free.get(face).and_then(|f| f.as_ref()?.as_ref().ok());
         let pieces = untold.iter().flat_map(|f| &f.region.loops).flat_map(|l| &l.pieces);
-        let of_pieces = pieces.filter_map(|piece| match piece.along {
-            Along::Edge(edge) => Some(edge),
-            Along::Pole(_) => None,
-        });
+        let of_pieces = pieces.filter_map(|piece| piece.along.edge());
         let mut numbers: Vec<u32> = part.faces[face].wires().flatten().map(|c| c.edge.0).chain(of_pieces).collect();
         numbers.sort_unstable();
         numbers.dedup();

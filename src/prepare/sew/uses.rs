@@ -4,8 +4,10 @@ use crate::model::Part;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::order::WireSet;
+use crate::prepare::wires::tally::{EdgeSum, Tally};
 
 /// The uses of an edge by the faces of a shell.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct EdgeInUse {
     pub(crate) shell: u32,
     pub(crate) edge: u32,
@@ -19,14 +21,27 @@ pub(crate) struct EdgeInUse {
     pub(crate) side: bool,
 }
 
+impl EdgeSum for EdgeInUse {
+    fn key(&self) -> (u32, u32) {
+        (self.shell, self.edge)
+    }
+
+    fn add(&mut self, next: &Self) {
+        self.count += next.count;
+        self.face = self.face.min(next.face);
+        self.untold |= next.untold;
+        self.side |= next.side;
+    }
+}
+
 /// The edges in use, sorted by shell and edge.
 pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
-    let mut uses: Vec<EdgeInUse> = Vec::with_capacity(2 * part.edges.len());
+    let mut uses = Tally::new(part.edges.len());
     let mut add = |face: usize, edge: u32, untold: bool, side: bool| {
-        uses.push(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
+        uses.add(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
     };
     for (face, f) in part.faces.iter().enumerate() {
-        let mut given = WireSet::default();
+        let mut given = WireSet::new(f);
         for coedges in f.wires() {
             if given.is_first(coedges) {
                 coedges.iter().for_each(|c| add(face, c.edge.0, false, false));
@@ -47,16 +62,5 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
             }
         }
     }
-    // One number compares faster than three.
-    uses.sort_unstable_by_key(|u| u128::from(u.shell) << 96 | u128::from(u.edge) << 64 | u.face as u128);
-    uses.dedup_by(|next, first| {
-        let same = (next.shell, next.edge) == (first.shell, first.edge);
-        if same {
-            first.count += 1;
-            first.untold |= next.untold;
-            first.side |= next.side;
-        }
-        same
-    });
-    uses
+    uses.into_sums(|_| true)
 }

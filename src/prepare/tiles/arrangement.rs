@@ -7,6 +7,7 @@
 
 use super::grid::{Grid, LineCrossing};
 use super::windings::Windings;
+use crate::math::bisection::bisected;
 use crate::prepare::regions::unroll::pole_sides;
 use crate::prepare::report::refusals::Tangled;
 use crate::prepare::uv::pcurve::Projector;
@@ -89,8 +90,7 @@ impl Arrangement {
     /// A whole loop, moved by `by`.
     fn whole(&mut self, l: &UvLoop, by: DVec2) -> Vec<LoopStretch> {
         let stretch = |p: &Piece| {
-            let (a, b) = (p.samples[0].t, p.samples[p.samples.len() - 1].t);
-            let (from, to) = if p.reversed { (b, a) } else { (a, b) };
+            let [from, to] = p.ends().map(|s| s.t);
             self.stretch(p, from, to, by, [None; 2])
         };
         l.pieces.iter().map(stretch).collect()
@@ -126,20 +126,9 @@ impl Arrangement {
 /// Parameter between `from` and `to` where coordinate `axis` of a Hermite piece is `x`; it is monotone there.
 fn crossing_parameter(piece: [&UvSample; 2], axis: usize, (from, to): (f64, f64), x: f64) -> f64 {
     let at = |t: f64| UvSample::interpolate(piece[0], piece[1], t)[axis];
-    let (mut lo, mut hi) = (from, to);
-    let rising = at(hi) > at(lo);
-    for _ in 0..60 {
-        let mid = 0.5 * (lo + hi);
-        if mid <= lo || mid >= hi {
-            break;
-        }
-        if (at(mid) < x) == rising {
-            lo = mid;
-        } else {
-            hi = mid;
-        }
-    }
-    0.5 * (lo + hi)
+    let rising = at(to) > at(from);
+    let [low, high] = bisected([from, to], 60, |t| (at(t) < x) == rising);
+    0.5 * (low + high)
 }
 
 /// Crossings of a piece with the grid, in loop order.
@@ -272,8 +261,7 @@ impl TileBuilder<'_> {
             loop {
                 let p = &pieces[index];
                 let last = index == b.piece && !to_wrap;
-                let end = p.samples[if p.reversed { 0 } else { p.samples.len() - 1 }].t;
-                let to = if last { b.t } else { end };
+                let to = if last { b.t } else { p.ends()[1].t };
                 let nodes = [
                     (from == a.t && index == a.piece && stretches.is_empty()).then_some(GridNode::LineCrossing(i)),
                     last.then_some(GridNode::LineCrossing(j)),
@@ -295,8 +283,7 @@ impl TileBuilder<'_> {
                         }
                     }
                 }
-                let p = &pieces[index];
-                from = p.samples[if p.reversed { p.samples.len() - 1 } else { 0 }].t;
+                from = pieces[index].ends()[0].t;
             }
             let ports = [(a.side(true), i), (b.side(false), j)];
             self.strands[row * self.grid.count(0) + column].push(Strand { stretches, ports: Some(ports) });

@@ -12,7 +12,7 @@ use crate::prepare::uv::uv_loop::Along;
 use glam::DVec2;
 use std::sync::Arc;
 
-/// The tiles of an arrangement. Each of its stretches goes as its copy comes.
+/// The tiles of an arrangement. Frees each stretch once it is copied.
 pub(super) fn tiles(arranged: Arrangement, maps: &[AxisMap; 2]) -> Vec<DraftTile> {
     let Arrangement { tiles, borders, .. } = arranged;
     let to_patch = |p: DVec2| DVec2::new(maps[0].to_nurbs(p.x), maps[1].to_nurbs(p.y));

@@ -51,7 +51,6 @@ impl Crossings {
             // Without all meetings the images cannot be moved apart.
             out.tangles.clear();
         }
-        out.tangles.retain(|tangle| tangle.iter().all(|side| (side.0 as usize) < part.edges.len()));
         out
     }
 

@@ -18,7 +18,7 @@ use crate::prepare::report::room::Room;
 use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::region::Region;
-use crate::prepare::uv::uv_loop::{Along, UvLoop};
+use crate::prepare::uv::uv_loop::UvLoop;
 use crate::prepare::wires::chain::Chain;
 use crate::prepare::wires::order::without_seams;
 use glam::DVec3;
@@ -256,10 +256,7 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> 
         passages,
     };
     let borders = arranged.borders.iter().map(|b| maker.make(b)).collect();
-    outline.breaks.extend(arranged.crossings.iter().filter_map(|c| match c.along {
-        Along::Edge(e) => Some((e, c.t)),
-        Along::Pole(_) => None,
-    }));
+    outline.breaks.extend(arranged.crossings.iter().filter_map(|c| Some((c.along.edge()?, c.t))));
     let mut tiles = borders::tiles(arranged, &maps);
     // Not where free trims end on the edges of other faces, which are as good as those are.
     let exact = traced.free.is_some() && outline.gap == 0.0;

@@ -39,7 +39,9 @@ impl Joiner<'_> {
     /// Edge, parameter and point of both sides of a meeting.
     pub(super) fn ends(&self, m: &Meeting) -> [(u32, f64, DVec3); 2] {
         m.at.map(|((l, k), t)| {
-            let DraftAlong::Edge(e) = self.tile.loops[l][k].along else { return (u32::MAX, t, DVec3::NAN) };
+            let DraftAlong::Edge(e) = self.tile.loops[l][k].along else {
+                unreachable!("meetings are of Hermite images, which only edges have")
+            };
             let edge = &self.part.edges[e as usize];
             let point = match t {
                 _ if t == edge.range.0 => self.part.vertices[edge.start.index()],

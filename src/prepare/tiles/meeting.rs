@@ -4,6 +4,7 @@
 
 use super::arcs::ArcSpan;
 use super::draft::{DraftTile, DraftUse};
+use crate::math::bisection::bisected;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample, newton_meeting};
 use crate::prepare::uv::uv_loop::winding_about;
 use glam::DVec2;
@@ -177,22 +178,11 @@ fn tangency(uses: [&DraftUse; 2], scale: DVec2, ranges: [[f64; 2]; 2], guess: [f
         }
     }
     let foot = |t: f64| foot(0, t);
-    let [mut low, mut high] = limits[0];
-    let (start, end) = (foot(low).2, foot(high).2);
+    let (start, end) = (foot(limits[0][0]).2, foot(limits[0][1]).2);
     if !(start.abs().max(end.abs()) <= SIDE_BY_SIDE && start * end < 0.0) {
         return None;
     }
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if middle <= low || middle >= high {
-            break;
-        }
-        if (foot(middle).2 > 0.0) == (start > 0.0) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
+    let [low, _] = bisected(limits[0], 60, |t| (foot(t).2 > 0.0) == (start > 0.0));
     let (s, distance, _) = foot(low);
     (distance <= TANGENT).then_some([low, s])
 }
@@ -220,12 +210,7 @@ pub(crate) fn beside(tile: &DraftTile, meetings: &[Meeting]) -> Vec<((usize, usi
         for &(of, t, end) in &ways {
             out.extend((0..HALVINGS).map(|k| {
                 let wanted = reach * 0.5_f64.powi(k);
-                let (mut near, mut away) = (t, end);
-                for _ in 0..50 {
-                    let middle = 0.5 * (near + away);
-                    if far(of, middle) < wanted { near = middle } else { away = middle }
-                }
-                (of, near)
+                (of, bisected([t, end], 50, |t| far(of, t) < wanted)[0])
             }));
         }
     }

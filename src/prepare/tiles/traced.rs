@@ -8,17 +8,21 @@ use crate::prepare::report::room::Room;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::pcurve::Projector;
-use crate::prepare::uv::uv_loop::{Along, UvLoop};
+use crate::prepare::uv::uv_loop::UvLoop;
 use crate::prepare::wires::order::WireSet;
 use glam::DVec3;
 
-/// A point of a face, for diagnostics: its first vertex, or the middle of an untrimmed surface.
+/// A point of a face, for diagnostics: its first vertex, or the middle of an untrimmed surface. `None` if neither is
+/// sound, or if the face is lost and has no vertex.
 pub(crate) fn somewhere(part: &Part, face: &Face) -> Option<DVec3> {
     let vertex = boundary_points(part, face).find(|p| p.is_finite());
     vertex.or_else(|| {
+        if face.lost || face.surface.check().is_err() {
+            return None;
+        }
         let middle = face.surface.natural_domain().map(|(a, b)| 0.5 * (a + b));
         let point = middle.iter().all(|x| x.is_finite()).then(|| face.surface.point(middle[0], middle[1]));
-        point.filter(|p| p.is_finite() && !face.lost)
+        point.filter(|p| p.is_finite())
     })
 }
 
@@ -71,10 +75,8 @@ impl<'a> Traced<'a> {
             projector.adopt(boundary_points(part, face));
         }
         if let Some(Ok(free)) = free {
-            let edges = free.region.loops.iter().flat_map(|l| &l.pieces).filter_map(|piece| match piece.along {
-                Along::Edge(edge) => Some(&part.edges[edge as usize]),
-                Along::Pole(_) => None,
-            });
+            let pieces = free.region.loops.iter().flat_map(|l| &l.pieces);
+            let edges = pieces.filter_map(|piece| piece.along.edge()).map(|edge| &part.edges[edge as usize]);
             projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]));
         }
         projector.adopt(passages.values().flatten().map(|p| p.1));
@@ -100,12 +102,11 @@ impl<'a> Traced<'a> {
 
     fn trace(&mut self) -> Result<(), FaceError> {
         let part = self.part;
-        let mut given = WireSet::default();
-        let may_repeat = self.face.loops.len() > 1;
+        let mut given = WireSet::new(self.face);
         for l in &self.face.loops {
             match l {
                 Loop::Edges(coedges) => {
-                    if may_repeat && !given.is_first(coedges) {
+                    if !given.is_first(coedges) {
                         let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
                         self.repairs.push(Finding::new(place, FaceTrouble::LoopTwice));
                         continue;

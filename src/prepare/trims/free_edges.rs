@@ -33,7 +33,7 @@ const MAX_DEPTH: u32 = 12;
 pub(crate) fn free_faces<'a>(call: Call<'_>, part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeFaces) {
     let untrimmed = FreeTrims::default();
     let trims_of = |face: &'a Face| {
-        let trims = face.trims.as_ref().or_else(|| ends(face).then_some(&untrimmed));
+        let trims = face.trims.as_ref().or_else(|| is_bordered(face).then_some(&untrimmed));
         trims.filter(|_| !face.lost)
     };
     if part.faces.iter().all(|f| trims_of(f).is_none()) {
@@ -67,20 +67,14 @@ pub(crate) fn free_faces<'a>(call: Call<'_>, part: &'a Part, size: f64) -> (Cow<
     (Cow::Owned(whole), faces)
 }
 
-/// Whether a face is an untrimmed surface with a border: a side of its domain that is neither a pole nor the same line
-/// as the opposite side.
-fn ends(face: &Face) -> bool {
+/// Whether a face is a whole surface with a border. Never for unsound and unbounded surfaces.
+fn is_bordered(face: &Face) -> bool {
     let surface = &face.surface;
     if face.lost || !face.loops.is_empty() || face.trims.is_some() || surface.check().is_err() {
         return false;
     }
-    let domain = surface.natural_domain();
-    if domain.iter().any(|(a, b)| !(a.is_finite() && b.is_finite() && a < b)) {
-        return false;
-    }
-    let (period, poles) = (surface.period(), surface.poles());
-    let pole = |axis: usize, at: f64| poles.iter().any(|p| p.axis == axis && p.at == at);
-    (0..2).any(|axis| period[axis].is_none() && [domain[axis].0, domain[axis].1].iter().any(|&at| !pole(axis, at)))
+    let is_bounded = |&(a, b): &(f64, f64)| a.is_finite() && b.is_finite() && a < b;
+    surface.natural_domain().iter().all(is_bounded) && surface.has_border()
 }
 
 /// The rectangle of a surface's parameters in which it is trimmed, and its open sides as (axis, is upper): where the
@@ -147,7 +141,7 @@ impl<'a> EdgeMaker<'a> {
             surface,
             domain,
             poles: surface.poles(),
-            knots: inner_knots(surface),
+            knots: distinct_knots(surface),
             tolerance: FIT * size,
             told: std::mem::take(&mut region.notes),
             vertices: Vec::new(),
@@ -461,7 +455,7 @@ impl Fit {
 }
 
 /// Distinct knots of a surface in u and v.
-fn inner_knots(surface: &Surface) -> [Vec<f64>; 2] {
+fn distinct_knots(surface: &Surface) -> [Vec<f64>; 2] {
     let distinct = |knots: &[f64]| {
         let mut out = knots.to_vec();
         out.dedup();

@@ -287,12 +287,12 @@ fn coincide(a: &Span, b: &Span, from: [f64; 2], to: [f64; 2]) -> bool {
 
 /// A part of a span, with the control points of that part.
 #[derive(Clone)]
-struct CommonStretch {
+struct SpanPart {
     control: Vec<DVec3>,
     range: [f64; 2],
 }
 
-impl CommonStretch {
+impl SpanPart {
     fn of(span: &Span, range: [f64; 2]) -> Self {
         let mut control = span.control.clone();
         crate::math::bernstein::restrict(&mut control, range[0], range[1]);
@@ -342,7 +342,7 @@ impl CommonStretch {
 
 /// Appends the meetings of two spans within the given ranges, by halving. The ranges have no stretch in common.
 fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec<SpanMeeting>) {
-    let mut stack = vec![(CommonStretch::of(a, range_a), CommonStretch::of(b, range_b))];
+    let mut stack = vec![(SpanPart::of(a, range_a), SpanPart::of(b, range_b))];
     let mut looked = 0;
     while let Some((x, y)) = stack.pop() {
         looked += 1;
@@ -369,7 +369,7 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
                 continue;
             }
         } else {
-            let thick = |z: &CommonStretch, n: DVec2| {
+            let thick = |z: &SpanPart, n: DVec2| {
                 let [low, high] = z.along(n);
                 high - low
             };

@@ -5,6 +5,7 @@
 //! of the derivatives' numerators, isolated by the signs of their Bernstein coefficients (Descartes' rule).
 
 use crate::math::bernstein;
+use crate::math::bisection::bisected;
 use crate::model::{TrimCurve, TrimPiece, to_bezier};
 use glam::{DVec2, DVec3, DVec4};
 
@@ -106,18 +107,7 @@ impl Span {
     /// The `s` at which coordinate `axis` is `x`, by bisection. `x` must lie between the ends.
     pub(crate) fn at(&self, axis: usize, x: f64) -> f64 {
         let rising = self.ends[1][axis] > self.ends[0][axis];
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if middle <= low || middle >= high {
-                break;
-            }
-            if (self.point(middle)[axis] < x) == rising {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
+        let [low, high] = bisected([0.0, 1.0], 60, |s| (self.point(s)[axis] < x) == rising);
         0.5 * (low + high)
     }
 }

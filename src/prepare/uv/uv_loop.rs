@@ -12,6 +12,16 @@ pub(crate) enum Along {
     Pole(usize),
 }
 
+impl Along {
+    /// The edge, if it is one.
+    pub(crate) const fn edge(self) -> Option<u32> {
+        match self {
+            Self::Edge(edge) => Some(edge),
+            Self::Pole(_) => None,
+        }
+    }
+}
+
 /// A part of a loop with one pcurve.
 #[derive(Clone, Debug)]
 pub(crate) struct Piece {
@@ -23,12 +33,18 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
+    /// Its first and last sample in loop order.
+    pub(crate) fn ends(&self) -> [&UvSample; 2] {
+        let (first, last) = (&self.samples[0], &self.samples[self.samples.len() - 1]);
+        if self.reversed { [last, first] } else { [first, last] }
+    }
+
     pub(crate) fn start(&self) -> DVec2 {
-        self.samples[if self.reversed { self.samples.len() - 1 } else { 0 }].uv
+        self.ends()[0].uv
     }
 
     pub(crate) fn end(&self) -> DVec2 {
-        self.samples[if self.reversed { 0 } else { self.samples.len() - 1 }].uv
+        self.ends()[1].uv
     }
 
     pub(crate) fn shift(&mut self, by: DVec2) {

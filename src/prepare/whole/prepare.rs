@@ -66,7 +66,7 @@ impl Default for PrepareOptions {
 ///
 /// A face that cannot be used, or whose work panics, is reported in [`Prepared::diagnostics`]; its neighbours are
 /// unaffected. After a panic on edges, which faces share, all faces of the part are filled in space. The result does
-/// not depend on the number of threads. Cost: about 20–200 µs per face. Runs on [`Rayon`]'s threads.
+/// not depend on the number of threads, unless near the limit of memory. Cost: about 20–200 µs per face. Runs on [`Rayon`]'s threads.
 ///
 /// # Errors
 /// If the model exceeds [`PrepareOptions::limits`]. Work stops as soon as it does.

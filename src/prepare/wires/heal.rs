@@ -216,9 +216,10 @@ fn bridge(part: &mut Part, mut gaps: Vec<Gap>, done: &mut Vec<Healing>) {
     }));
 }
 
-/// The curve on a face's surface over the straight line in (u,v) between the images of two points.
+/// The curve on a face's surface over the straight line in (u,v) between the images of two points. The line between
+/// them in space if the surface is a plane, or unsound.
 fn straight(face: &Face, p: DVec3, q: DVec3) -> (NurbsCurve3, CurveKind) {
-    if matches!(face.surface, Surface::Plane { .. }) {
+    if matches!(face.surface, Surface::Plane { .. }) || face.surface.check().is_err() {
         return (NurbsCurve3::line(p, q), CurveKind::Line);
     }
     let projector = Projector::new(&face.surface, 1e-6 * p.distance(q));
@@ -254,7 +255,7 @@ fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
         worst.filter(|(distance, _)| *distance > limit).max_by(|a, b| a.0.total_cmp(&b.0))
     };
     // Most curves are clamped: their ends are the first and last control points and need no evaluation.
-    let clamped = |e: &Edge| {
+    let ends_at_vertices = |e: &Edge| {
         let at = |v: VertexId, p: Option<&DVec3>| {
             part.vertices.get(v.index()).zip(p).is_some_and(|(v, p)| v.distance(*p) <= limit)
         };
@@ -262,9 +263,9 @@ fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
         let whole = first == Some(&e.range.0) && last == Some(&e.range.1);
         whole && at(e.start, e.curve.points.first()) && at(e.end, e.curve.points.last())
     };
-    let sound = |e: &Edge| !clamped(e) && e.range.0 < e.range.1 && e.curve.check().is_ok();
+    let may_miss_vertex = |e: &Edge| !ends_at_vertices(e) && e.range.0 < e.range.1 && e.curve.check().is_ok();
     let bad: BTreeMap<u32, (f64, VertexId)> =
-        (0..).zip(&part.edges).filter(|(_, e)| sound(e)).filter_map(|(k, e)| Some((k, off(e)?))).collect();
+        (0..).zip(&part.edges).filter(|(_, e)| may_miss_vertex(e)).filter_map(|(k, e)| Some((k, off(e)?))).collect();
     if bad.is_empty() {
         return;
     }
