@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
-use trimtess::model::{BodyRefusal, Model, Severity, SolidTrouble, StepTrouble};
+use trimtess::model::{BodyRefusal, DiagnosticKind, Model, Severity, SolidTrouble, StepOutcome, StepTrouble};
 use trimtess::parallel::{Session, SessionOptions};
 
 /// A representation of `items` in context 1.
@@ -123,6 +123,29 @@ fn areas_and_faces_are_extruded() {
         flat.diagnostics.iter().any(|d| d.entity == 90 && is(d, |t| *t == SolidTrouble::AlongProfile.into())),
         "{:?}",
         flat.diagnostics
+    );
+}
+
+#[test]
+fn what_a_profile_lacks_is_reported_with_its_solid() {
+    let sweep = "#80=DIRECTION('',(0.,0.,2.));#90=EXTRUDED_FACE_SOLID('',#70,#80,3.);".to_owned() + &holding("#90");
+    // Without its surface, a profile has edges but no plane.
+    let without = model(&(disc().replace("PLANE('',#20)", "PLANE('',#99)") + &sweep));
+    assert!(without.parts[0].faces.is_empty(), "{:?}", without.diagnostics);
+    let told: Vec<_> = without.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+    assert!(told.len() == 1 && told[0].entity == 90, "{told:?}");
+    assert!(is(told[0], |t| *t == StepTrouble::NotInFile { entity: 99 }), "{told:?}");
+    // The edge of the hole is not in the file.
+    let hole = "#55=FACE_BOUND('',#56,.T.);#56=EDGE_LOOP('',(#57));#57=ORIENTED_EDGE('',*,*,#99,.T.);";
+    let holed = model(&(disc().replace("(#54),#68", "(#54,#55),#68") + hole + &sweep));
+    assert_eq!(holed.parts[0].faces.len(), 3, "{:?}", holed.diagnostics);
+    let told: Vec<_> = holed.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+    assert!(
+        told.len() == 1
+            && told[0].entity == 70
+            && (told[0].face, told[0].edge) == (None, None)
+            && matches!(told[0].kind, DiagnosticKind::Step(StepOutcome::LoopLeftOut(_))),
+        "{told:?}"
     );
 }
 

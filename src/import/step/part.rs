@@ -106,22 +106,9 @@ impl Reader<'_> {
                 refused,
             });
         }
-        let bodies: Vec<Read<_>> = self.call.each(1, &gathered.bodies, |body| self.body(body));
-        for (body, read) in gathered.bodies.iter().zip(bodies) {
-            let of_part = |trouble: Trouble| StepCause { entity: Some(trouble.entity), trouble: trouble.what };
-            match read {
-                Ok((part, lost)) => {
-                    for (trouble, place) in lost {
-                        let what = StepOutcome::LeftOutOfBody(of_part(trouble));
-                        assembly.say(Severity::Error, body.entity, place, what);
-                    }
-                    append(&mut assembly.part, part);
-                }
-                Err(trouble) => {
-                    let place = self.geometry(body.units).place_near(body.entity);
-                    assembly.say(Severity::Error, body.entity, place, StepOutcome::BodyLeftOut(of_part(trouble)));
-                }
-            }
+        for (part, diagnostics) in self.call.each(1, &gathered.bodies, |body| self.body(body)) {
+            assembly.diagnostics.extend(diagnostics);
+            append(&mut assembly.part, part);
         }
         assembly.finish()
     }
