@@ -187,6 +187,14 @@ fn exploding_assemblies_stop_at_the_limit() {
 }
 
 #[test]
+fn representations_without_shape_are_not_searched_for_bodies() {
+    // The solid belongs to no shape: it becomes part of what is left, which has no name.
+    let model = model(&(world() + &ball(60) + "#50=DEFINITIONAL_REPRESENTATION('parameters',(#60),#1);"));
+    clean(&model);
+    assert_eq!((model.parts.len(), model.parts[0].name.as_str()), (1, ""));
+}
+
+#[test]
 fn entities_without_a_product_are_read_once() {
     // A solid in a representation; a solid and a face in none.
     let text = world()

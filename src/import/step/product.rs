@@ -202,7 +202,7 @@ impl<'a> StructureBuilder<'a> {
             .table
             .of_types(|i| {
                 i.types().any(|name| name.ends_with("REPRESENTATION"))
-                    && !i.types().any(|name| PICTURES.contains(&name))
+                    && !i.types().any(|name| WITHOUT_SHAPE.contains(&name))
             })
             .filter(|i| !self.owner.contains_key(&i.id) && !self.is_left_out(i.id) && self.holds_shape(i.id))
             .map(|i| i.id)
@@ -446,8 +446,13 @@ impl<'a> StructureBuilder<'a> {
 
 const DEFINITIONS: [&str; 2] = ["PRODUCT_DEFINITION", "PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS"];
 
-/// Representations that present shapes and do not define them.
-const PICTURES: [&str; 6] = [
+/// Instances whose type ends like that of a representation but that define no shape: what presents shapes, the
+/// parameters of curves on surfaces (a file has one per pcurve), and links between properties and representations.
+const WITHOUT_SHAPE: [&str; 10] = [
+    "DEFINITIONAL_REPRESENTATION",
+    "SHAPE_DEFINITION_REPRESENTATION",
+    "PROPERTY_DEFINITION_REPRESENTATION",
+    "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION",
     "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION",
     "MECHANICAL_DESIGN_SHADED_PRESENTATION_REPRESENTATION",
     "MECHANICAL_DESIGN_PRESENTATION_REPRESENTATION_WITH_DRAUGHTING",
