@@ -40,6 +40,32 @@ fn offsets_of_lines_and_circles_are_exact() {
 }
 
 #[test]
+fn offsets_of_trimmed_curves_keep_their_ends() {
+    // A quarter of a circle, then a line along y, both moved towards the left of their direction.
+    let curve = "#80=DIRECTION('',(0.,0.,1.));\
+        #60=COMPOSITE_CURVE('',(#81,#82),.F.);#81=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#83);\
+        #82=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#84);\
+        #83=OFFSET_CURVE_3D('',#85,0.5,.F.,#80);#84=OFFSET_CURVE_3D('',#86,0.5,.F.,#80);\
+        #85=TRIMMED_CURVE('',#87,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(1.5707963267948966)),.T.,.PARAMETER.);\
+        #86=TRIMMED_CURVE('',#88,(PARAMETER_VALUE(1.5)),(PARAMETER_VALUE(5.)),.T.,.PARAMETER.);\
+        #87=CIRCLE('',#20,2.);#88=LINE('',#89,#62);#62=VECTOR('',#63,1.);#63=DIRECTION('',(0.,1.,0.));"
+        .to_owned()
+        + &point(89, [0.5, 0.0, 0.0]);
+    let edge = edge([1.5, 0.0, 0.0], [0.0, 5.0, 0.0], &curve);
+    let corner = edge.range.0 + FRAC_PI_2;
+    near(edge.curve.point(edge.range.0 + 0.5 * FRAC_PI_2), DVec3::new(1.5, 1.5, 0.0) * FRAC_1_SQRT_2);
+    near(edge.curve.point(corner), DVec3::Y * 1.5);
+    near(edge.curve.point(0.5 * (corner + edge.range.1)), DVec3::Y * 3.25);
+    // Against the direction of the circle, the left is outside.
+    let reversed = curve
+        .replace("(0.)),(PARAMETER_VALUE(1.5707963267948966)),.T.", "(1.5707963267948966)),(PARAMETER_VALUE(0.)),.F.")
+        .replace(".T.,#83", ".F.,#83")
+        .replace(&point(89, [0.5, 0.0, 0.0]), &point(89, [0.5, 1.0, 0.0]));
+    let outer = self::edge([2.5, 0.0, 0.0], [0.0, 6.0, 0.0], &reversed);
+    near(outer.curve.point(outer.range.0 + FRAC_PI_2), DVec3::Y * 2.5);
+}
+
+#[test]
 fn offsets_of_other_curves_keep_the_tolerance() {
     let curve = "#60=OFFSET_CURVE_3D('',#61,0.25,.F.,#80);#80=DIRECTION('',(0.,0.,1.));#61=ELLIPSE('',#20,4.,2.);";
     let half = edge([3.75, 0.0, 0.0], [-3.75, 0.0, 0.0], curve);

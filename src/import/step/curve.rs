@@ -208,6 +208,9 @@ impl Geometry<'_> {
             let (parent, similarity) = self.curve_replica(instance)?;
             return Ok(similarity.curve(self.bounded(parent, depth + 1)?));
         }
+        if instance.is("OFFSET_CURVE_3D") {
+            return self.bounded_offset(instance, depth);
+        }
         match self.carrier(instance.id, depth)?.0 {
             Carrier::Round { frame, a, b } => Ok(NurbsCurve3::arc(&frame, a, b, 0.0, TAU)),
             Carrier::Spline { curve, .. } => Ok(curve),

@@ -9,7 +9,7 @@ use super::replica::Similarity;
 use super::table::{Entity, Read, Trouble, missing};
 use super::units::Units;
 use crate::math::Elementary as _;
-use crate::model::{AxisMap, CurveKind, CurveTrouble, FitTrouble, NurbsCurve3, StepTrouble, Surface};
+use crate::model::{AxisMap, CurveKind, CurveTrouble, FitTrouble, Frame3, NurbsCurve3, StepTrouble, Surface};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -19,30 +19,64 @@ const MAX_NESTING: u8 = 3;
 /// Maps an angle in a full turn from 0 to the parameter of its NURBS arc.
 const TURN: AxisMap = AxisMap::Arc { start: 0.0, step: FRAC_PI_2, spans: 4 };
 
+/// What an `OFFSET_CURVE_3D` states.
+struct Offset {
+    id: u64,
+    basis: u64,
+    /// Millimetres.
+    distance: f64,
+    /// A unit vector.
+    reference: DVec3,
+}
+
+impl Offset {
+    /// The way from a point of the basis with this tangent to that of the offset.
+    fn aside(&self, tangent: DVec3) -> Read<DVec3> {
+        let aside = self.reference.cross(tangent).try_normalize();
+        let aside = aside.ok_or_else(|| Trouble::new(self.id, FitTrouble::AlongBasis))?;
+        Ok(aside * self.distance)
+    }
+
+    /// Whether the offset of a circle or ellipse is a circle.
+    fn is_circle(&self, frame: &Frame3, a: f64, b: f64) -> bool {
+        a == b && frame.z.cross(self.reference).length() <= 1e-12
+    }
+
+    fn vanishes(&self) -> FitTrouble {
+        FitTrouble::Vanishes { distance_mm: self.distance, leaves: "a point of the circle" }
+    }
+
+    /// The offset of a bounded basis, in cubic pieces.
+    fn fitted(&self, basis: &NurbsCurve3, tolerance: f64) -> Read<NurbsCurve3> {
+        if let Some(t) = basis.kinks().first() {
+            return Err(Trouble::new(self.id, FitTrouble::Corner { parameter: *t }));
+        }
+        let breaks = breaks_of(&basis.knots, basis.domain());
+        let curve = fitted(&breaks, tolerance, |t| {
+            let d = basis.derivatives(t);
+            let aside = self.reference.cross(d.d1).try_normalize();
+            Ok(d.point + aside.ok_or(FitTrouble::NoDirection)? * self.distance)
+        });
+        Ok(curve.map_err(|what| Trouble::new(self.id, what))?.0)
+    }
+}
+
 impl Geometry<'_> {
-    /// An `OFFSET_CURVE_3D`: the basis, moved by `distance` along reference direction × tangent.
+    /// The carrier of an `OFFSET_CURVE_3D`: the basis, moved by `distance` along reference direction × tangent.
     pub(super) fn offset_curve(&self, instance: Entity<'_>, depth: usize) -> Read<(Carrier, bool)> {
-        let id = instance.id;
-        let own = instance.fields("OFFSET_CURVE_3D", 1);
-        let (basis, distance) = (own.reference(0)?, self.length(own.real(1)?, id)?);
-        let reference = self.direction(own.reference(3)?)?.try_normalize();
-        let reference = reference.ok_or_else(|| Trouble::new(id, missing("an offset", "reference direction")))?;
-        let lost = || Trouble::new(id, FitTrouble::AlongBasis);
+        let offset = self.read_offset(instance)?;
+        let Offset { id, basis, distance, reference } = offset;
         match self.carrier(basis, depth + 1)? {
             (Carrier::Line { point, along }, same) => {
                 let sense = if same { along } else { -along };
-                let aside = reference.cross(sense).try_normalize().ok_or_else(lost)?;
-                return Ok((Carrier::Line { point: point + aside * distance, along }, same));
+                return Ok((Carrier::Line { point: point + offset.aside(sense)?, along }, same));
             }
             // The offset of a circle about the reference direction is a circle; positive distances lead inwards.
-            (Carrier::Round { mut frame, a, b }, same) if a == b && frame.z.cross(reference).length() <= 1e-12 => {
+            (Carrier::Round { mut frame, a, b }, same) if offset.is_circle(&frame, a, b) => {
                 let inwards = if (frame.z.dot(reference) > 0.0) == same { distance } else { -distance };
                 let radius = a - inwards;
                 if radius.abs() <= 1e-12 * a {
-                    return Err(Trouble::new(
-                        id,
-                        FitTrouble::Vanishes { distance_mm: distance, leaves: "a point of the circle" },
-                    ));
+                    return Err(Trouble::new(id, offset.vanishes()));
                 }
                 if radius < 0.0 {
                     // Beyond the centre, the same angles lie on the other side.
@@ -52,18 +86,41 @@ impl Geometry<'_> {
             }
             _ => {}
         }
-        let basis = self.bounded(basis, depth + 1)?;
-        if let Some(t) = basis.kinks().first() {
-            return Err(Trouble::new(id, FitTrouble::Corner { parameter: *t }));
-        }
-        let breaks = breaks_of(&basis.knots, basis.domain());
-        let curve = fitted(&breaks, self.fit, |t| {
-            let d = basis.derivatives(t);
-            let aside = reference.cross(d.d1).try_normalize();
-            Ok(d.point + aside.ok_or(FitTrouble::NoDirection)? * distance)
-        });
-        let (curve, _) = curve.map_err(|what| Trouble::new(id, what))?;
+        let curve = offset.fitted(&self.bounded(basis, depth + 1)?, self.fit)?;
         Ok((Carrier::Spline { curve, kind: CurveKind::Spline }, true))
+    }
+
+    /// An `OFFSET_CURVE_3D` between the ends of its basis, with the parameters of that.
+    pub(super) fn bounded_offset(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
+        let offset = self.read_offset(instance)?;
+        let mut curve = self.bounded(offset.basis, depth + 1)?;
+        let [start, tangent] = curve.tangent(curve.domain().0);
+        match self.carrier(offset.basis, depth + 1)?.0 {
+            Carrier::Line { .. } => {
+                let aside = offset.aside(tangent)?;
+                curve.points.iter_mut().for_each(|p| *p += aside);
+            }
+            // All of a circle is at the same distance from the offset: it is scaled about its centre.
+            Carrier::Round { frame, a, b } if offset.is_circle(&frame, a, b) => {
+                let out = start - frame.origin;
+                let scale = 1.0 + offset.aside(tangent)?.dot(out) / out.length_squared();
+                if scale.abs() <= 1e-12 {
+                    return Err(Trouble::new(offset.id, offset.vanishes()));
+                }
+                curve.points.iter_mut().for_each(|p| *p = frame.origin + (*p - frame.origin) * scale);
+            }
+            _ => curve = offset.fitted(&curve, self.fit)?,
+        }
+        Ok(curve)
+    }
+
+    fn read_offset(&self, instance: Entity<'_>) -> Read<Offset> {
+        let id = instance.id;
+        let own = instance.fields("OFFSET_CURVE_3D", 1);
+        let (basis, distance) = (own.reference(0)?, self.length(own.real(1)?, id)?);
+        let reference = self.direction(own.reference(3)?)?.try_normalize();
+        let reference = reference.ok_or_else(|| Trouble::new(id, missing("an offset", "reference direction")))?;
+        Ok(Offset { id, basis, distance, reference })
     }
 
     /// Reads a `PCURVE` or a `DEGENERATE_PCURVE`. Returns the surface, the curve in the file's parameters, and their
