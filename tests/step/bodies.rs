@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
-use trimtess::model::{BodyRefusal, DiagnosticKind, Model, Severity, SolidTrouble, StepOutcome, StepTrouble};
+use trimtess::model::{BodyRefusal, DiagnosticKind, Model, Severity, SolidTrouble, StepOutcome, StepTrouble, Surface};
 use trimtess::parallel::{Session, SessionOptions};
 
 /// A representation of `items` in context 1.
@@ -205,6 +205,22 @@ fn triangles_share_their_edges() {
     clean(&model);
     assert_eq!(model.parts[0].faces.len(), 1);
     assert!((facts(model).area - 0.5 * 25.4 * 25.4).abs() < 1e-9);
+}
+
+#[test]
+fn a_repositioned_set_of_triangles_is_moved() {
+    let moved = "REPOSITIONED_TESSELLATED_ITEM(#30)REPRESENTATION_ITEM('')TESSELLATED_ITEM()";
+    let text = world()
+        + &placement(30, [0.0, 0.0, 5.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + "#40=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(0.,1.,0.)));"
+        + &format!(
+            "#50=(GEOMETRIC_REPRESENTATION_ITEM(){moved}TESSELLATED_SURFACE_SET(#40,3,())\
+             TRIANGULATED_SURFACE_SET((),((1,2,3))));"
+        );
+    let model = model(&(text + &holding("#50")));
+    clean(&model);
+    let Surface::Plane { frame } = model.parts[0].faces[0].surface else { panic!("no plane") };
+    assert_eq!(frame.origin.z, 5.0);
 }
 
 #[test]
