@@ -278,10 +278,12 @@ impl<'a> StructureBuilder<'a> {
             });
             self.place(parent, Child { group: child, entity: usage.id, transform, name: name.into(), colour });
         }
-        // Relationships with a transformation that no occurrence uses place representations directly.
+        // Relationships with a transformation that no occurrence uses place representations directly. Where occurrences
+        // place the same group, they only repeat one.
         let pairs =
             self.groups.iter().enumerate().flat_map(|(g, group)| group.children.iter().map(move |c| (g, c.group)));
-        let mut known: Set<(usize, usize)> = pairs.collect();
+        let known: Set<(usize, usize)> = pairs.collect();
+        let mut placed: Set<(usize, usize, [u64; 12])> = Set::default();
         for relation in relations.moved.keys().filter(|id| !used.contains(id)).copied().collect::<Vec<_>>() {
             let Some(&(first, second, _)) = relations.moved.get(&relation) else { continue };
             let (Some(&child), Some(&parent)) = (self.owner.get(&first), self.owner.get(&second)) else { continue };
@@ -290,9 +292,11 @@ impl<'a> StructureBuilder<'a> {
             }
             match self.placed_by(relations, relation, parent, child) {
                 Ok(transform) => {
-                    known.insert((parent, child));
-                    let name = Arc::default();
-                    self.place(parent, Child { group: child, entity: relation, transform, name, colour: None });
+                    // The sum turns a negative zero into a positive one.
+                    if placed.insert((parent, child, transform.to_cols_array().map(|value| (value + 0.0).to_bits()))) {
+                        let name = Arc::default();
+                        self.place(parent, Child { group: child, entity: relation, transform, name, colour: None });
+                    }
                 }
                 Err(trouble) => self.lose(relation, Some(child), &trouble),
             }
