@@ -225,7 +225,7 @@ impl Geometry<'_> {
     }
 
     /// Follows references through curves that only add pcurves to another curve.
-    fn unwrap(&self, id: u64, depth: usize) -> Read<Entity<'_>> {
+    pub(super) fn unwrap(&self, id: u64, depth: usize) -> Read<Entity<'_>> {
         let mut instance = self.get(id)?;
         for _ in depth..MAX_DEPTH {
             let Some(kind) = WRAPPERS.into_iter().find(|kind| instance.is(kind)) else { return Ok(instance) };
@@ -409,7 +409,7 @@ impl Geometry<'_> {
     }
 }
 
-const SPLINES: [&str; 6] = [
+pub(super) const SPLINES: [&str; 6] = [
     "B_SPLINE_CURVE",
     "B_SPLINE_CURVE_WITH_KNOTS",
     "RATIONAL_B_SPLINE_CURVE",

@@ -45,6 +45,7 @@ mod replica;
 mod boundary;
 
 mod face_location;
+mod parameters;
 mod trimmed;
 mod revolution;
 mod offset;
