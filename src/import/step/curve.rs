@@ -6,7 +6,7 @@
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::place::Geometry;
 use super::spline;
-use super::table::{Entity, MAX_DEPTH, Read, Trouble, measure, missing};
+use super::table::{Entity, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::{Attribute, List};
 use crate::math::Elementary as _;
 use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineTrouble, StepTrouble};
@@ -247,7 +247,7 @@ impl Geometry<'_> {
             if value > 0.0 && value.is_finite() {
                 Ok(value)
             } else {
-                Err(Trouble::new(id, measure("a radius or axis", value, "mm")))
+                Err(Trouble::new(id, out_of_range("a radius or axis", value, "mm")))
             }
         };
         let length = self.units.length;

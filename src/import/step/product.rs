@@ -9,7 +9,7 @@ use super::options::StepOptions;
 use super::place::Geometry;
 use super::style::Styles;
 use super::table::{Entity, MAX_DEPTH, Read, Table, Trouble, missing};
-use super::units::Contexts;
+use super::units::{Contexts, Units};
 use super::values::{List, Map, Set};
 use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble};
 use glam::{DAffine3, DVec3};
@@ -36,8 +36,7 @@ impl Group {
     /// A point of its contents, in its own coordinates.
     pub(super) fn somewhere(&self, table: &Table, contexts: &Contexts, fit: f64) -> Option<DVec3> {
         let near = |representation: u64, id: u64| {
-            let context = self::representation(table, representation).and_then(|(_, context)| context);
-            Geometry::new(table, contexts.of(context), fit).place_near(id)
+            Geometry::new(table, units_of(table, contexts, representation), fit).place_near(id)
         };
         let mut solids = self.solids.iter().map(|&(solid, within)| near(within, solid));
         self.representations.iter().map(|&id| near(id, id)).find_map(|place| place).or_else(|| solids.find_map(|p| p))
@@ -94,6 +93,11 @@ pub(super) fn representation<'a>(
 ) -> Option<(impl Iterator<Item = u64> + use<'a>, Option<u64>)> {
     let fields = table.find(id)?.fields("REPRESENTATION", 1);
     Some((fields.links(0).ok()?, fields.optional(1)))
+}
+
+/// Units of a representation.
+pub(super) fn units_of(table: &Table, contexts: &Contexts, id: u64) -> Units {
+    contexts.of(representation(table, id).and_then(|(_, context)| context))
 }
 
 impl<'a> StructureBuilder<'a> {
@@ -231,8 +235,8 @@ impl<'a> StructureBuilder<'a> {
     }
 
     fn geometry(&self, representation_id: u64) -> Geometry<'a> {
-        let context = representation(self.table, representation_id).and_then(|(_, context)| context);
-        Geometry::new(self.table, self.contexts.of(context), self.options.fit_tolerance)
+        let units = units_of(self.table, self.contexts, representation_id);
+        Geometry::new(self.table, units, self.options.fit_tolerance)
     }
 
     /// Places usage occurrences by their relationships.
@@ -345,27 +349,29 @@ impl<'a> StructureBuilder<'a> {
         if swapped { invert(motion, operator) } else { Ok(motion) }
     }
 
+    /// Items of a type in a group's representations, each with its representation.
+    fn items_of(&self, group: usize, kind: &str) -> Vec<(u64, u64)> {
+        let is_kind = |item: &u64| self.table.find(*item).is_some_and(|i| i.is(kind));
+        let mut found = Vec::new();
+        for &id in &self.groups[group].representations {
+            let Some((items, _)) = representation(self.table, id) else { continue };
+            found.extend(items.filter(is_kind).map(|item| (item, id)));
+        }
+        found
+    }
+
     fn mapped_items(&mut self) {
         for parent in 0..self.groups.len() {
-            for id in self.groups[parent].representations.clone() {
-                let Some((items, _)) = representation(self.table, id) else { continue };
-                for item in items.filter(|item| self.table.find(*item).is_some_and(|i| i.is("MAPPED_ITEM"))) {
-                    match self.mapped(item, id) {
-                        Ok((group, _)) if group == parent => {
-                            self.lose(
-                                item,
-                                None,
-                                &Trouble::new(
-                                    item,
-                                    StepTrouble::RefersToItself { what: "a representation that it maps" },
-                                ),
-                            );
-                        }
-                        Ok((_, Ok(child))) => self.place(parent, child),
-                        Ok((group, Err(trouble))) => self.lose(item, Some(group), &trouble),
-                        Err(_) if self.maps_supplemental(item) => {}
-                        Err(trouble) => self.lose(item, None, &trouble),
+            for (item, id) in self.items_of(parent, "MAPPED_ITEM") {
+                match self.mapped(item, id) {
+                    Ok((group, _)) if group == parent => {
+                        let what = StepTrouble::RefersToItself { what: "a representation that it maps" };
+                        self.lose(item, None, &Trouble::new(item, what));
                     }
+                    Ok((_, Ok(child))) => self.place(parent, child),
+                    Ok((group, Err(trouble))) => self.lose(item, Some(group), &trouble),
+                    Err(_) if self.maps_supplemental(item) => {}
+                    Err(trouble) => self.lose(item, None, &trouble),
                 }
             }
         }
@@ -384,29 +390,26 @@ impl<'a> StructureBuilder<'a> {
     fn replicas(&mut self) {
         let mut of_solid: Map<u64, usize> = Map::default();
         for parent in 0..self.groups.len() {
-            for id in self.groups[parent].representations.clone() {
-                let Some((items, _)) = representation(self.table, id) else { continue };
-                for item in items.filter(|item| self.table.find(*item).is_some_and(|i| i.is("SOLID_REPLICA"))) {
-                    let (solid, transform) = match self.replicated(item, id) {
-                        Ok(found) => found,
-                        Err(trouble) => {
-                            self.lose(item, None, &trouble);
-                            continue;
-                        }
-                    };
-                    let group = *of_solid.entry(solid).or_insert_with(|| {
-                        let name = self.table.find(solid).map(|i| i.label().into()).unwrap_or_default();
-                        self.groups.push(Group { name, solids: vec![(solid, id)], ..Group::default() });
-                        self.groups.len() - 1
-                    });
-                    match transform {
-                        Ok(transform) => {
-                            let name = self.table.find(item).map(|i| i.label().into()).unwrap_or_default();
-                            let colour = self.styles.of(item);
-                            self.place(parent, Child { group, entity: item, transform, name, colour });
-                        }
-                        Err(trouble) => self.lose(item, Some(group), &trouble),
+            for (item, id) in self.items_of(parent, "SOLID_REPLICA") {
+                let (solid, transform) = match self.replicated(item, id) {
+                    Ok(found) => found,
+                    Err(trouble) => {
+                        self.lose(item, None, &trouble);
+                        continue;
                     }
+                };
+                let group = *of_solid.entry(solid).or_insert_with(|| {
+                    let name = self.table.find(solid).map(|i| i.label().into()).unwrap_or_default();
+                    self.groups.push(Group { name, solids: vec![(solid, id)], ..Group::default() });
+                    self.groups.len() - 1
+                });
+                match transform {
+                    Ok(transform) => {
+                        let name = self.table.find(item).map(|i| i.label().into()).unwrap_or_default();
+                        let colour = self.styles.of(item);
+                        self.place(parent, Child { group, entity: item, transform, name, colour });
+                    }
+                    Err(trouble) => self.lose(item, Some(group), &trouble),
                 }
             }
         }

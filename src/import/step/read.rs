@@ -123,7 +123,7 @@ fn model_of(
         return Err(StepError::TooManyInstances { limit: options.max_instances });
     }
     if let Some(entity) = tree.beyond {
-        return Err(StepError::TooManyOccurrences { entity, limit: table.budget.max_instances() });
+        return Err(StepError::TooManyOccurrences { entity, limit: table.budget.max_occurrences() });
     }
     within(table, options)?;
     let reader = Reader { call, table, styles: &styles, options };

@@ -34,7 +34,7 @@ pub(super) fn missing(what: impl Into<Cow<'static, str>>, part: &'static str) ->
 }
 
 /// The trouble that the `value` of `what` is out of range.
-pub(super) fn measure(what: impl Into<Cow<'static, str>>, value: f64, unit: &'static str) -> StepTrouble {
+pub(super) fn out_of_range(what: impl Into<Cow<'static, str>>, value: f64, unit: &'static str) -> StepTrouble {
     StepTrouble::Measure { what: what.into(), value, unit }
 }
 

@@ -180,8 +180,8 @@ impl<'a> Tree<'a> {
         let Child { group, entity, transform, name, colour } = occurrence;
         self.visits += 1;
         let budget = &self.table.budget;
-        self.beyond = (self.visits > budget.max_instances()).then_some(entity);
-        if self.visits > budget.max_instances().min(self.options.max_instances) || !budget.spend(BYTES_PER_INSTANCE) {
+        self.beyond = (self.visits > budget.max_occurrences()).then_some(entity);
+        if self.visits > budget.max_occurrences().min(self.options.max_instances) || !budget.spend(BYTES_PER_INSTANCE) {
             return;
         }
         self.reached.insert(group);
@@ -253,9 +253,9 @@ impl<'a> Tree<'a> {
             }
         }
         for (item, representation) in &self.groups[group].solids {
-            let context = product::representation(self.table, *representation).and_then(|(_, context)| context);
             self.gather.within = *representation;
-            self.gather.item(*item, self.contexts.of(context), gathered);
+            let units = product::units_of(self.table, self.contexts, *representation);
+            self.gather.item(*item, units, gathered);
         }
         colour
     }

@@ -21,12 +21,13 @@ impl Geometry<'_> {
         let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
         let on = self.parametric(own.reference(0)?, 1)?;
         let mut note = on.note.clone();
+        let refused = |range, beyond| Trouble::new(instance.id, StepTrouble::SurfaceTrim { range, beyond });
         let (surface, axes) = match on.axes {
             StatedAxes::Each(axes) => (on.surface, axes),
             StatedAxes::Oblique(_) => {
                 let range = (own.real(1)?, own.real(2)?);
                 let swept = swept_line(&on, range);
-                swept.ok_or_else(|| Trouble::new(instance.id, StepTrouble::SurfaceTrim { range, beyond: false }))?
+                swept.ok_or_else(|| refused(range, false))?
             }
         };
         let whole = surface.natural_domain();
@@ -41,10 +42,7 @@ impl Geometry<'_> {
                 to += surface.period()[axis].unwrap_or(0.0);
             }
             if to <= from {
-                return Err(Trouble::new(
-                    instance.id,
-                    StepTrouble::SurfaceTrim { range: (first, second), beyond: false },
-                ));
+                return Err(refused((first, second), false));
             }
             // More than one period would cover the surface twice.
             let most = match surface.period()[axis] {
@@ -53,10 +51,7 @@ impl Geometry<'_> {
             };
             let slack = 1e-6 * (to - from);
             if most.0 >= most.1 {
-                return Err(Trouble::new(
-                    instance.id,
-                    StepTrouble::SurfaceTrim { range: (first, second), beyond: true },
-                ));
+                return Err(refused((first, second), true));
             }
             if most.0 > from + slack || most.1 < to - slack {
                 note = Some((Severity::Warning, StepOutcome::TrimBeyond { range: (first, second) }));
