@@ -132,7 +132,7 @@ fn model_of(
     let millimetres_per_unit = first.unwrap_or(contexts.first).length;
     let planned = std::mem::take(&mut tree.planned);
     let counter = Counter::start(control, Stage::Read, planned.len() as u64);
-    let read: Vec<Option<(Part, Vec<Diagnostic>, Option<DVec3>)>> = call.each_by_size(
+    let read: Vec<Option<_>> = call.each_by_size(
         planned,
         |plan| plan.gathered.size(),
         |plan| {
