@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
-use trimtess::model::{BodyRefusal, Model, Severity, SolidTrouble, StepTrouble};
+use trimtess::model::{BodyRefusal, DiagnosticKind, Model, Severity, SolidTrouble, StepOutcome, StepTrouble, Surface};
 use trimtess::parallel::{Session, SessionOptions};
 
 /// A representation of `items` in context 1.
@@ -127,6 +127,29 @@ fn areas_and_faces_are_extruded() {
 }
 
 #[test]
+fn what_a_profile_lacks_is_reported_with_its_solid() {
+    let sweep = "#80=DIRECTION('',(0.,0.,2.));#90=EXTRUDED_FACE_SOLID('',#70,#80,3.);".to_owned() + &holding("#90");
+    // Without its surface, a profile has edges but no plane.
+    let without = model(&(disc().replace("PLANE('',#20)", "PLANE('',#99)") + &sweep));
+    assert!(without.parts[0].faces.is_empty(), "{:?}", without.diagnostics);
+    let told: Vec<_> = without.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+    assert!(told.len() == 1 && told[0].entity == 90, "{told:?}");
+    assert!(is(told[0], |t| *t == StepTrouble::NotInFile { entity: 99 }), "{told:?}");
+    // The edge of the hole is not in the file.
+    let hole = "#55=FACE_BOUND('',#56,.T.);#56=EDGE_LOOP('',(#57));#57=ORIENTED_EDGE('',*,*,#99,.T.);";
+    let holed = model(&(disc().replace("(#54),#68", "(#54,#55),#68") + hole + &sweep));
+    assert_eq!(holed.parts[0].faces.len(), 3, "{:?}", holed.diagnostics);
+    let told: Vec<_> = holed.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+    assert!(
+        told.len() == 1
+            && told[0].entity == 70
+            && (told[0].face, told[0].edge) == (None, None)
+            && matches!(told[0].kind, DiagnosticKind::Step(StepOutcome::LoopLeftOut(_))),
+        "{told:?}"
+    );
+}
+
+#[test]
 fn areas_and_faces_are_revolved() {
     // About the y axis, through the origin, in both directions.
     let axes = "#80=DIRECTION('',(0.,1.,0.));#81=AXIS1_PLACEMENT('',#21,#80);\
@@ -182,6 +205,22 @@ fn triangles_share_their_edges() {
     clean(&model);
     assert_eq!(model.parts[0].faces.len(), 1);
     assert!((facts(model).area - 0.5 * 25.4 * 25.4).abs() < 1e-9);
+}
+
+#[test]
+fn a_repositioned_set_of_triangles_is_moved() {
+    let moved = "REPOSITIONED_TESSELLATED_ITEM(#30)REPRESENTATION_ITEM('')TESSELLATED_ITEM()";
+    let text = world()
+        + &placement(30, [0.0, 0.0, 5.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + "#40=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(0.,1.,0.)));"
+        + &format!(
+            "#50=(GEOMETRIC_REPRESENTATION_ITEM(){moved}TESSELLATED_SURFACE_SET(#40,3,())\
+             TRIANGULATED_SURFACE_SET((),((1,2,3))));"
+        );
+    let model = model(&(text + &holding("#50")));
+    clean(&model);
+    let Surface::Plane { frame } = model.parts[0].faces[0].surface else { panic!("no plane") };
+    assert_eq!(frame.origin.z, 5.0);
 }
 
 #[test]

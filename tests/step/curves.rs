@@ -1,9 +1,9 @@
 //! Edges on every kind of curve: from vertex to vertex, in the stated sense, exactly.
 
-use crate::{clean, edge_of, model, near, only_part, placement, point, shell, vertex, world};
+use crate::{clean, edge_of, is, model, near, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
-use trimtess::model::{CurveKind, Edge, Part};
+use trimtess::model::{CurveKind, CurveTrouble, Edge, Part, StepTrouble};
 
 /// Reads edge #50 from `start` to `end` on curve #60, closed by a straight edge #51 in a plane.
 fn edge(start: [f64; 3], end: [f64; 3], same_sense: bool, curve: &str) -> (Part, Edge) {
@@ -205,6 +205,34 @@ fn a_composite_curve_joins_its_segments() {
     near(edge.curve.point(joint), DVec3::new(2.0, 0.0, 0.0));
     near(edge.curve.point(0.5 * (a + joint)), DVec3::new(3.0, 0.0, 0.0));
     near(edge.curve.point(0.5 * (joint + edge.range.1)), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+}
+
+#[test]
+fn a_composite_curve_is_trimmed_by_points_only() {
+    // A line of length 2, then a quarter circle in degrees, from the middle of one to that of the other.
+    let composite = point(64, [4.0, 0.0, 0.0])
+        + "#65=LINE('',#64,#66);#66=VECTOR('',#67,1.);#67=DIRECTION('',(-1.,0.,0.));\
+           #68=TRIMMED_CURVE('',#65,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(2.)),.T.,.PARAMETER.);\
+           #69=CIRCLE('',#20,2.);#80=TRIMMED_CURVE('',#69,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(90.)),.T.,\
+           .PARAMETER.);\
+           #81=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#68);#82=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#80);\
+           #83=COMPOSITE_CURVE('',(#81,#82),.F.);#84=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#85);\
+           #60=COMPOSITE_CURVE('',(#84),.F.);"
+        + &point(86, [3.0, 0.0, 0.0])
+        + &point(87, [2.0 * FRAC_1_SQRT_2, 2.0 * FRAC_1_SQRT_2, 0.0]);
+    let (start, end) = ([3.0, 0.0, 0.0], [2.0 * FRAC_1_SQRT_2, 2.0 * FRAC_1_SQRT_2, 0.0]);
+    let trims = "(PARAMETER_VALUE(1.),#86),(PARAMETER_VALUE(47.),#87),.T.,.PARAMETER.";
+    let (_, half) = edge(start, end, true, &format!("{composite}#85=TRIMMED_CURVE('',#83,{trims});"));
+    assert!(half.curve.points.iter().all(|p| p.x < 3.0 + 1e-9 && p.y < 2.0 * FRAC_1_SQRT_2 + 1e-9), "{half:?}");
+    let trims = "(PARAMETER_VALUE(1.)),(PARAMETER_VALUE(47.)),.T.,.PARAMETER.";
+    let back = "#50=EDGE_CURVE('',#30,#32,#60,.T.);#51=EDGE_CURVE('',#32,#30,#65,.T.);\
+                #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));\
+                #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);";
+    let text = world() + &vertex(30, start) + &vertex(32, end) + &composite + back;
+    let text = text + &format!("#85=TRIMMED_CURVE('',#83,{trims});") + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 2);
+    let told = model(&text).diagnostics;
+    let refused = |t: &StepTrouble| matches!(t, StepTrouble::Curve(CurveTrouble::OnComposite));
+    assert!(told.iter().any(|d| d.entity == 50 && is(d, refused)), "{told:?}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::{clean, edge_of, file, is, model, near, only_face, only_part, point, 
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use trimtess::import::step::{StepOptions, read};
-use trimtess::model::{Edge, FitTrouble, Model, Part, Severity, StepTrouble, Surface};
+use trimtess::model::{CurveTrouble, Edge, FitTrouble, Model, Part, Severity, StepTrouble, Surface};
 
 /// The edge #50 from `start` to `end` on curve #60, in a face with a straight second edge.
 fn edge(start: [f64; 3], end: [f64; 3], curve: &str) -> Edge {
@@ -37,6 +37,32 @@ fn offsets_of_lines_and_circles_are_exact() {
     near(middle(&outer), DVec3::new(2.5, 2.5, 0.0) * FRAC_1_SQRT_2);
     let line = format!("{up}#60=OFFSET_CURVE_3D('',#61,2.,.F.,#80);#61=LINE('',#21,#62);#62=VECTOR('',#23,1.);");
     assert_eq!(edge([0.0, 2.0, 0.0], [5.0, 2.0, 0.0], &line).curve.points.len(), 2);
+}
+
+#[test]
+fn offsets_of_trimmed_curves_keep_their_ends() {
+    // A quarter of a circle, then a line along y, both moved towards the left of their direction.
+    let curve = "#80=DIRECTION('',(0.,0.,1.));\
+        #60=COMPOSITE_CURVE('',(#81,#82),.F.);#81=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#83);\
+        #82=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#84);\
+        #83=OFFSET_CURVE_3D('',#85,0.5,.F.,#80);#84=OFFSET_CURVE_3D('',#86,0.5,.F.,#80);\
+        #85=TRIMMED_CURVE('',#87,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(1.5707963267948966)),.T.,.PARAMETER.);\
+        #86=TRIMMED_CURVE('',#88,(PARAMETER_VALUE(1.5)),(PARAMETER_VALUE(5.)),.T.,.PARAMETER.);\
+        #87=CIRCLE('',#20,2.);#88=LINE('',#89,#62);#62=VECTOR('',#63,1.);#63=DIRECTION('',(0.,1.,0.));"
+        .to_owned()
+        + &point(89, [0.5, 0.0, 0.0]);
+    let edge = edge([1.5, 0.0, 0.0], [0.0, 5.0, 0.0], &curve);
+    let corner = edge.range.0 + FRAC_PI_2;
+    near(edge.curve.point(edge.range.0 + 0.5 * FRAC_PI_2), DVec3::new(1.5, 1.5, 0.0) * FRAC_1_SQRT_2);
+    near(edge.curve.point(corner), DVec3::Y * 1.5);
+    near(edge.curve.point(0.5 * (corner + edge.range.1)), DVec3::Y * 3.25);
+    // Against the direction of the circle, the left is outside.
+    let reversed = curve
+        .replace("(0.)),(PARAMETER_VALUE(1.5707963267948966)),.T.", "(1.5707963267948966)),(PARAMETER_VALUE(0.)),.F.")
+        .replace(".T.,#83", ".F.,#83")
+        .replace(&point(89, [0.5, 0.0, 0.0]), &point(89, [0.5, 1.0, 0.0]));
+    let outer = self::edge([2.5, 0.0, 0.0], [0.0, 6.0, 0.0], &reversed);
+    near(outer.curve.point(outer.range.0 + FRAC_PI_2), DVec3::Y * 2.5);
 }
 
 #[test]
@@ -195,6 +221,114 @@ fn trimmed_surfaces_without_faces_end_where_they_are_trimmed() {
                 .iter()
                 .any(|d| is(d, |t| *t == StepTrouble::SurfaceTrim { range: (2.0, 1.0), beyond: false }))
     );
+}
+
+/// Corners of a rectangle over the surface #61 in degrees, compared with `at` at the stated parameters.
+fn corners_at(surface: &str, trims: [f64; 4], at: impl Fn(f64, f64) -> DVec3) {
+    let [u0, u1, v0, v1] = trims;
+    let found = corners(&rectangle(2, surface, &format!("{u0:?},{u1:?},{v0:?},{v1:?},.T.,.T.")));
+    for (p, (u, v)) in found.into_iter().zip([(u0, v0), (u1, v0), (u0, v1), (u1, v1)]) {
+        assert!(p.distance(at(u, v)) < 1e-9, "{surface} at {u}, {v}: {p}, not {}", at(u, v));
+    }
+}
+
+/// A trimmed curve #62 of #64 from the first parameter to the second.
+fn trimmed(from: f64, to: f64, sense: char) -> String {
+    format!("#62=TRIMMED_CURVE('',#64,(PARAMETER_VALUE({from:?})),(PARAMETER_VALUE({to:?})),.{sense}.,.PARAMETER.);")
+}
+
+fn on_circle(degrees: f64, radius: f64, z: f64) -> DVec3 {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    DVec3::new(radius * cos, radius * sin, z)
+}
+
+const CIRCLE: &str = "#62=CIRCLE('',#20,2.);";
+const EXTRUSION: &str = "#61=SURFACE_OF_LINEAR_EXTRUSION('',#62,#63);#63=VECTOR('',#22,1.);";
+/// The circle of radius 1 about (5, 0, 0) in the plane y = 0, from its outermost point upwards, about z.
+const RING: &str = "#62=CIRCLE('',#74,1.);#61=SURFACE_OF_REVOLUTION('',#62,#71);#71=AXIS1_PLACEMENT('',#21,#22);\
+    #74=AXIS2_PLACEMENT_3D('',#72,#73,#23);#72=CARTESIAN_POINT('',(5.,0.,0.));#73=DIRECTION('',(0.,-1.,0.));";
+
+#[test]
+fn parameters_on_swept_curves_are_those_of_the_curve() {
+    let arc = |of: String| of + "#64=CIRCLE('',#20,2.);" + EXTRUSION;
+    corners_at(&arc(trimmed(30.0, 150.0, 'T')), [10.0, 70.0, 0.0, 4.0], |u, v| on_circle(30.0 + u, 2.0, v));
+    corners_at(&arc(trimmed(150.0, 30.0, 'F')), [10.0, 70.0, 0.0, 4.0], |u, v| on_circle(150.0 - u, 2.0, v));
+    let line = |of: String| of + "#64=LINE('',#21,#65);#65=VECTOR('',#23,3.);" + EXTRUSION;
+    let along = |u: f64, v: f64| DVec3::new(3.0 * u, 0.0, v);
+    corners_at(&line(trimmed(1.0, 5.0, 'T')), [1.0, 3.0, 0.0, 4.0], |u, v| along(1.0 + u, v));
+    corners_at(&line(trimmed(5.0, 1.0, 'F')), [1.0, 3.0, 0.0, 4.0], |u, v| along(5.0 - u, v));
+    let torus = |u: f64, v: f64| {
+        let (sin, cos) = v.to_radians().sin_cos();
+        on_circle(u, 5.0 + cos, sin)
+    };
+    corners_at(RING, [20.0, 50.0, 100.0, 130.0], torus);
+    corners_at(RING, [20.0, 50.0, 370.0, 430.0], torus);
+}
+
+#[test]
+fn a_swept_line_keeps_the_units_of_both_directions() {
+    let skew = "#61=SURFACE_OF_LINEAR_EXTRUSION('',#62,#63);#62=LINE('',#21,#64);#64=VECTOR('',#23,3.);\
+                #63=VECTOR('',#65,2.);#65=DIRECTION('',(3.,0.,4.));";
+    let at = |u: f64, v: f64| DVec3::new(3.0 * u + 1.2 * v, 0.0, 1.6 * v);
+    corners_at(skew, [-1.0, 5.0, 2.0, 4.0], at);
+    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,-2.,5.);{skew}")), at(-2.0, 5.0));
+    let nested = skew.replace("#61=", "#66=") + "#61=RECTANGULAR_TRIMMED_SURFACE('',#66,-1.,5.,2.,4.,.T.,.T.);";
+    corners_at(&nested, [1.0, 2.0, 0.5, 1.0], |u, v| at(u - 1.0, v + 2.0));
+}
+
+#[test]
+fn parameters_on_derived_surfaces_are_those_of_their_basis() {
+    let circle = CIRCLE.to_owned() + &EXTRUSION.replace("#61=", "#66=");
+    let wider = circle.clone() + "#61=OFFSET_SURFACE('',#66,1.,.F.);";
+    for (p, (u, v)) in corners(&rectangle(2, &wider, "20.,50.,0.,4.,.T.,.T.")).into_iter().zip([(20., 0.), (50., 0.)]) {
+        assert!(p.distance(on_circle(u, 3.0, v)) < 2e-3, "{p}");
+    }
+    let nested = circle + "#61=RECTANGULAR_TRIMMED_SURFACE('',#66,20.,100.,1.,5.,.T.,.T.);";
+    corners_at(&nested, [10.0, 70.0, 1.0, 2.0], |u, v| on_circle(20.0 + u, 2.0, v + 1.0));
+    let back = nested.replace("20.,100.,1.,5.,.T.,.T.", "100.,20.,5.,1.,.F.,.F.");
+    let found = corners(&rectangle(2, &back, "10.,70.,1.,2.,.T.,.T."));
+    near(found[0], on_circle(30.0, 2.0, 3.0));
+    near(found[3], on_circle(90.0, 2.0, 4.0));
+    let spindle = "#61=DEGENERATE_TOROIDAL_SURFACE('',#20,1.,2.,.T.);";
+    let at = |u: f64, v: f64| {
+        let (sin, cos) = v.to_radians().sin_cos();
+        on_circle(u, 1.0 + 2.0 * cos, 2.0 * sin)
+    };
+    corners_at(spindle, [20.0, 50.0, -70.0, 25.0], at);
+    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,20.,25.);{spindle}")), at(20.0, 25.0));
+}
+
+#[test]
+fn points_and_curves_on_swept_curves_use_the_angle_of_a_circle() {
+    let extrusion = CIRCLE.to_owned() + EXTRUSION;
+    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,20.,3.);{extrusion}")), on_circle(20.0, 2.0, 3.0));
+    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,380.,3.);{extrusion}")), on_circle(20.0, 2.0, 3.0));
+    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,90.,60.);{RING}")), DVec3::new(0.0, 5.5, 0.75_f64.sqrt()));
+    let helix = "#60=PCURVE('',#61,#66);#66=DEFINITIONAL_REPRESENTATION('',(#67),#1);\
+                 #67=POLYLINE('',(#68,#69));#68=CARTESIAN_POINT('',(0.,0.));\
+                 #69=CARTESIAN_POINT('',(1.5707963267948966,3.));"
+        .to_owned()
+        + &extrusion;
+    let helix = edge([2.0, 0.0, 0.0], [0.0, 2.0, 3.0], &helix);
+    for k in 0..=50 {
+        let s = f64::from(k) / 50.0;
+        let p = helix.curve.point(helix.range.0 + (helix.range.1 - helix.range.0) * s);
+        assert!(p.distance(on_circle(90.0 * s, 2.0, 3.0 * s)) < 1e-3, "{p}");
+    }
+}
+
+#[test]
+fn parameters_that_are_not_kept_are_refused() {
+    let composite = "#62=COMPOSITE_CURVE('',(#64),.F.);#64=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#65);\
+                     #65=CIRCLE('',#20,2.);";
+    let hyperbola = trimmed(0.0, 2.0, 'T') + "#64=HYPERBOLA('',#20,2.,1.);";
+    for profile in [composite, &hyperbola] {
+        let model = rectangle(2, &(profile.to_owned() + EXTRUSION), "0.,1.,0.,1.,.T.,.T.");
+        assert!(only_face(&model).lost, "{profile}");
+        let refused =
+            |t: &StepTrouble| matches!(t, StepTrouble::Curve(CurveTrouble::OnComposite) | StepTrouble::NotRead { .. });
+        assert!(model.diagnostics.iter().any(|d| d.severity == Severity::Error && is(d, refused)), "{profile}");
+    }
 }
 
 #[test]

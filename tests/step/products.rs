@@ -187,6 +187,40 @@ fn exploding_assemblies_stop_at_the_limit() {
 }
 
 #[test]
+fn representations_without_shape_are_not_searched_for_bodies() {
+    // The solid belongs to no shape: it becomes part of what is left, which has no name.
+    let model = model(&(world() + &ball(60) + "#50=DEFINITIONAL_REPRESENTATION('parameters',(#60),#1);"));
+    clean(&model);
+    assert_eq!((model.parts.len(), model.parts[0].name.as_str()), (1, ""));
+}
+
+#[test]
+fn relationships_without_an_occurrence_place_a_shape_once_per_transformation() {
+    let moved = |id: u32, to: u32| {
+        format!(
+            "#{id}=(REPRESENTATION_RELATIONSHIP('','',#50,#51)\
+             REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#{})SHAPE_REPRESENTATION_RELATIONSHIP());\
+             #{}=ITEM_DEFINED_TRANSFORMATION('','',#20,#{to});",
+            id + 1,
+            id + 1
+        )
+    };
+    let text = world()
+        + &placement(30, [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + &placement(34, [2.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + "#50=SHAPE_REPRESENTATION('ball',(#20,#60),#1);#51=SHAPE_REPRESENTATION('all',(#30,#34),#1);"
+        + &ball(60)
+        + &product(100, "ball", 50)
+        + &product(110, "all", 51)
+        + &moved(200, 30)
+        + &moved(210, 34)
+        + &moved(220, 30);
+    let model = model(&text);
+    clean(&model);
+    assert_eq!(origins(&model), [DVec3::X, DVec3::X * 2.0]);
+}
+
+#[test]
 fn entities_without_a_product_are_read_once() {
     // A solid in a representation; a solid and a face in none.
     let text = world()

@@ -4,28 +4,36 @@ use super::contents::{BodyUse, PartContents, ShellUse, Source};
 use super::kinds::BodyKind;
 use super::reader::Reader;
 use super::table::{Read, Trouble};
-use super::tessellated::Loss;
 use super::{csg, sweep, tessellated};
 use crate::model::{
-    Coedge, DiagnosticKind, EdgeId, Face, Loop, Part, ShellKind, StepCause, StepOutcome, StepTrouble, VertexId,
+    Coedge, Diagnostic, DiagnosticKind, EdgeId, Face, Loop, Part, Severity, ShellKind, StepCause, StepOutcome,
+    StepTrouble, VertexId,
 };
+use glam::DVec3;
 
 impl Reader<'_> {
-    /// Makes a part of a body's faces. Also returns what was left out.
-    pub(super) fn body(&self, body: &BodyUse) -> Read<(Part, Vec<Loss>)> {
+    /// Makes a part of a body's faces, with diagnostics of what was left out. If that is all of it, the part is empty.
+    pub(super) fn body(&self, body: &BodyUse) -> (Part, Vec<Diagnostic>) {
+        self.read_body(body).unwrap_or_else(|trouble| {
+            let place = self.geometry(body.units).place_near(body.entity);
+            (Part::default(), vec![lost(body, place, StepOutcome::BodyLeftOut(cause(trouble)))])
+        })
+    }
+
+    fn read_body(&self, body: &BodyUse) -> Read<(Part, Vec<Diagnostic>)> {
         let geometry = self.geometry(body.units);
         let item = geometry.get(body.entity)?;
-        let mut lost = Vec::new();
-        let mut part = match body.kind {
-            BodyKind::Primitive => csg::primitive(&geometry, item)?,
+        let (mut part, diagnostics) = match body.kind {
+            BodyKind::Primitive => (csg::primitive(&geometry, item)?, Vec::new()),
             BodyKind::Tessellated => {
                 let (part, left_out) = tessellated::triangles(&geometry, item)?;
-                lost = left_out;
-                part
+                let told = |(trouble, place)| lost(body, place, StepOutcome::LeftOutOfBody(cause(trouble)));
+                (part, left_out.into_iter().map(told).collect())
             }
             BodyKind::Sweep => {
                 let sweep = sweep::Sweep::read(&geometry, item)?;
-                sweep.solid(&self.profile(sweep.profile, body)?)?
+                let (profile, diagnostics) = self.profile(sweep.profile, body)?;
+                (sweep.solid(&profile)?, diagnostics)
             }
         };
         for face in &mut part.faces {
@@ -34,27 +42,41 @@ impl Reader<'_> {
         }
         part.shells.iter_mut().for_each(|shell| shell.entity = body.entity);
         part.check().map_err(|error| Trouble::new(body.entity, error))?;
-        Ok((part, lost))
+        Ok((part, diagnostics))
     }
 
-    /// Reads the swept area or face, as the only face of a part.
-    fn profile(&self, source: Source, body: &BodyUse) -> Read<Part> {
+    /// Reads the swept area or face, as the only face of a part. The diagnostics name no face or edge, since those of
+    /// the solid have other numbers.
+    fn profile(&self, source: Source, body: &BodyUse) -> Read<(Part, Vec<Diagnostic>)> {
         let faces = vec![(source, false)];
         let shell = ShellUse { kind: ShellKind::Open, entity: source.id(), faces, colour: None, units: body.units };
         let gathered = PartContents { shells: vec![shell], ..PartContents::default() };
         let (part, diagnostics) = self.part(String::new(), &gathered, None);
+        let trouble = |StepCause { entity, trouble }| Trouble { entity: entity.unwrap_or(source.id()), what: trouble };
+        // Such a face has a surface that stands in for its own.
+        if let Some(cause) = part.faces.iter().find_map(|face| face.refused.clone()) {
+            return Err(trouble(cause));
+        }
         if part.faces.iter().all(|face| !face.lost) {
-            return Ok(part);
+            let of_solid = |told| Diagnostic { face: None, edge: None, ..told };
+            return Ok((part, diagnostics.into_iter().map(of_solid).collect()));
         }
         let cause = diagnostics.into_iter().find_map(|d| match d.kind {
             DiagnosticKind::Step(StepOutcome::FaceLeftOut(cause)) => Some(cause),
             _ => None,
         });
-        Err(match cause {
-            Some(StepCause { entity, trouble }) => Trouble { entity: entity.unwrap_or(source.id()), what: trouble },
-            None => Trouble::new(source.id(), StepTrouble::Unread { what: "the profile" }),
-        })
+        let unread = || Trouble::new(source.id(), StepTrouble::Unread { what: "the profile" });
+        Err(cause.map_or_else(unread, trouble))
     }
+}
+
+fn cause(trouble: Trouble) -> StepCause {
+    StepCause { entity: Some(trouble.entity), trouble: trouble.what }
+}
+
+/// The diagnostic that a body, or some of it, was left out.
+fn lost(body: &BodyUse, place: Option<DVec3>, what: StepOutcome) -> Diagnostic {
+    Diagnostic { entity: body.entity, place, ..Diagnostic::new(Severity::Error, what) }
 }
 
 /// Appends `from` to `into` and renumbers its ids.

@@ -62,10 +62,10 @@ impl Geometry<'_> {
 
     /// First and last point of a pcurve in space.
     fn pcurve_ends(&self, pcurve: Entity<'_>) -> Read<(DVec3, DVec3)> {
-        let (on, curve, [u, v]) = self.parameter_curve(pcurve, "PCURVE", 0)?;
+        let (on, curve) = self.parameter_curve(pcurve, "PCURVE", 0)?;
         let at = |t: f64| {
             let p = curve.point(t);
-            on.point(p.x * u, p.y * v)
+            on.point(p.x, p.y)
         };
         let (a, b) = curve.domain();
         Ok((at(a), at(b)))

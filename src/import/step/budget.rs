@@ -13,8 +13,8 @@ const POINTS_PER_BYTE: [usize; 2] = [1, 4];
 const FREE_POINTS: [usize; 2] = [1 << 12, 1 << 13];
 
 /// Placed parts and assemblies: so many per byte of the file, and a constant. Real files have one per 10 bytes or more.
-const INSTANCES_PER_BYTE: u64 = 8;
-const FREE_INSTANCES: u64 = 1 << 15;
+const OCCURRENCES_PER_BYTE: u64 = 8;
+const FREE_OCCURRENCES: u64 = 1 << 15;
 
 /// Memory per control point, bytes: its coordinates, weight and knots, and the copy that becomes part of the model.
 const BYTES_PER_POINT: usize = 64;
@@ -55,8 +55,8 @@ impl ReadBudget {
 
     /// How many parts and assemblies a file of this length may place. Assemblies of assemblies place as many as a power
     /// of its length.
-    pub(super) fn max_instances(&self) -> u64 {
-        (self.length as u64).saturating_mul(INSTANCES_PER_BYTE).saturating_add(FREE_INSTANCES)
+    pub(super) fn max_occurrences(&self) -> u64 {
+        (self.length as u64).saturating_mul(OCCURRENCES_PER_BYTE).saturating_add(FREE_OCCURRENCES)
     }
 
     /// Adds memory, before it is allocated. Returns whether all of it is within the limit.

@@ -74,7 +74,7 @@ impl PartContents {
 
 /// Merges all loose surfaces and faces (listed alone or in sets) into one shell, so that adjacent ones share their
 /// borders. Returns the new shell index of each use, and the shells.
-pub(super) fn distinct(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
+pub(super) fn merge_loose_shells(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
     let loose = |of: &ShellUse| {
         let alone = |source: &Source| matches!(source, Source::Surface(_)) || source.id() == of.entity;
         of.faces.iter().all(|(source, _)| alone(source))

@@ -1,7 +1,7 @@
 //! Primitives of constructive solid geometry -> exact boundary representations.
 
 use super::place::Geometry;
-use super::table::{Entity, Read, Trouble, measure};
+use super::table::{Entity, Read, Trouble, out_of_range};
 use crate::math::Elementary as _;
 use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, SolidTrouble, Surface, VertexId};
 use glam::DVec3;
@@ -13,7 +13,7 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
     let id = item.id;
     let size = |name: &'static str, index: usize| -> Read<f64> {
         let value = geometry.length(item.fields(name, 1).real(index)?, id)?;
-        if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, measure(format!("a {name} size"), value, "mm"))) }
+        if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, out_of_range(format!("a {name} size"), value, "mm"))) }
     };
     let frame = |name: &'static str| geometry.frame(item.fields(name, 1).reference(0)?);
     let mut part = PartBuilder::new(String::new());
@@ -67,14 +67,14 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
         } else {
             let stated = item.fields("RIGHT_CIRCULAR_CONE", 1).real(3)? * geometry.units.angle;
             if !(stated > 1e-12 && stated < FRAC_PI_2 - 1e-12) {
-                return Err(Trouble::new(id, measure("a cone semi-angle", stated, "radians")));
+                return Err(Trouble::new(id, out_of_range("a cone semi-angle", stated, "radians")));
             }
             ("RIGHT_CIRCULAR_CONE", stated)
         };
         let height = size(name, 1)?;
         let radius = geometry.length(item.fields(name, 1).real(2)?, id)?;
         if radius < 0.0 || (radius == 0.0 && angle == 0.0) {
-            return Err(Trouble::new(id, measure(format!("a {name} radius"), radius, "mm")));
+            return Err(Trouble::new(id, out_of_range(format!("a {name} radius"), radius, "mm")));
         }
         barrel(&mut part, &frame(name)?, height, radius, angle);
     }

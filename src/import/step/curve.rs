@@ -6,7 +6,7 @@
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::place::Geometry;
 use super::spline;
-use super::table::{Entity, MAX_DEPTH, Read, Trouble, measure, missing};
+use super::table::{Entity, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::{Attribute, List};
 use crate::math::Elementary as _;
 use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineTrouble, StepTrouble};
@@ -189,9 +189,13 @@ impl Geometry<'_> {
         self.unwrap(id, 0).is_ok_and(|curve| curve.is("CIRCLE") || curve.is("ELLIPSE"))
     }
 
-    /// Whether a curve is a composite of several segments.
-    pub(super) fn is_composite(&self, id: u64) -> bool {
-        self.unwrap(id, 0).is_ok_and(|curve| COMPOSITES.into_iter().any(|kind| curve.is(kind)))
+    /// Whether a curve is a composite of several segments, or defined by one.
+    pub(super) fn is_composite(&self, id: u64, depth: usize) -> bool {
+        let Ok(curve) = self.unwrap(id, depth) else { return false };
+        let kind = ["TRIMMED_CURVE", "CURVE_REPLICA", "OFFSET_CURVE_3D"].into_iter().find(|kind| curve.is(kind));
+        let parent = kind.and_then(|kind| curve.fields(kind, 1).optional(0)).filter(|_| depth < MAX_DEPTH);
+        COMPOSITES.into_iter().any(|kind| curve.is(kind))
+            || parent.is_some_and(|parent| self.is_composite(parent, depth + 1))
     }
 
     /// A curve with ends of its own, in its own direction. Circles and ellipses count as bounded: one turn from angle
@@ -208,6 +212,9 @@ impl Geometry<'_> {
             let (parent, similarity) = self.curve_replica(instance)?;
             return Ok(similarity.curve(self.bounded(parent, depth + 1)?));
         }
+        if instance.is("OFFSET_CURVE_3D") {
+            return self.bounded_offset(instance, depth);
+        }
         match self.carrier(instance.id, depth)?.0 {
             Carrier::Round { frame, a, b } => Ok(NurbsCurve3::arc(&frame, a, b, 0.0, TAU)),
             Carrier::Spline { curve, .. } => Ok(curve),
@@ -218,7 +225,7 @@ impl Geometry<'_> {
     }
 
     /// Follows references through curves that only add pcurves to another curve.
-    fn unwrap(&self, id: u64, depth: usize) -> Read<Entity<'_>> {
+    pub(super) fn unwrap(&self, id: u64, depth: usize) -> Read<Entity<'_>> {
         let mut instance = self.get(id)?;
         for _ in depth..MAX_DEPTH {
             let Some(kind) = WRAPPERS.into_iter().find(|kind| instance.is(kind)) else { return Ok(instance) };
@@ -240,7 +247,7 @@ impl Geometry<'_> {
             if value > 0.0 && value.is_finite() {
                 Ok(value)
             } else {
-                Err(Trouble::new(id, measure("a radius or axis", value, "mm")))
+                Err(Trouble::new(id, out_of_range("a radius or axis", value, "mm")))
             }
         };
         let length = self.units.length;
@@ -295,9 +302,17 @@ impl Geometry<'_> {
     fn trimmed(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
         let id = instance.id;
         let fields = instance.fields("TRIMMED_CURVE", 1);
-        let (carrier, same) = self.carrier(fields.reference(0)?, depth + 1)?;
+        let basis = fields.reference(0)?;
+        let (carrier, same) = self.carrier(basis, depth + 1)?;
         let sense = fields.flag(3, true);
-        let by_point = fields.keyword(4) == "CARTESIAN";
+        // The segments of a composite curve became NURBS with other parameters: only points tell its trims.
+        let composite = self.is_composite(basis, depth + 1);
+        for trim in [fields.list(1)?, fields.list(2)?] {
+            if composite && !trim.iter().any(|of| of.link().is_some()) {
+                return Err(Trouble::new(id, CurveTrouble::OnComposite));
+            }
+        }
+        let by_point = composite || fields.keyword(4) == "CARTESIAN";
         let t1 = self.trim(&carrier, fields.list(1)?, by_point, id)?;
         let t2 = self.trim(&carrier, fields.list(2)?, by_point, id)?;
         // `low` to `high` follows the carrier; the trimmed curve has that direction if its sense agrees.
@@ -394,7 +409,7 @@ impl Geometry<'_> {
     }
 }
 
-const SPLINES: [&str; 6] = [
+pub(super) const SPLINES: [&str; 6] = [
     "B_SPLINE_CURVE",
     "B_SPLINE_CURVE_WITH_KNOTS",
     "RATIONAL_B_SPLINE_CURVE",

@@ -2,47 +2,77 @@
 //! Exact where a closed form exists, else cubic pieces, refined until sampled errors are within the tolerance.
 
 use super::curve::Carrier;
-use super::face_location::{FaceLocation, Stated};
 use super::offset::{breaks_of, fitted};
+use super::parameters::Parametric;
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::table::{Entity, Read, Trouble, missing};
 use super::units::Units;
 use crate::math::Elementary as _;
-use crate::model::{AxisMap, CurveKind, CurveTrouble, FitTrouble, NurbsCurve3, StepTrouble, Surface};
+use crate::model::{CurveKind, CurveTrouble, FitTrouble, Frame3, NurbsCurve3, StepTrouble, Surface};
 use glam::DVec3;
-use std::f64::consts::FRAC_PI_2;
 
 /// Maximum nesting of points defined by each other (through curves and surfaces).
 const MAX_NESTING: u8 = 3;
 
-/// Maps an angle in a full turn from 0 to the parameter of its NURBS arc.
-const TURN: AxisMap = AxisMap::Arc { start: 0.0, step: FRAC_PI_2, spans: 4 };
+/// What an `OFFSET_CURVE_3D` states.
+struct Offset {
+    id: u64,
+    basis: u64,
+    /// Millimetres.
+    distance: f64,
+    /// A unit vector.
+    reference: DVec3,
+}
+
+impl Offset {
+    /// The way from a point of the basis with this tangent to that of the offset.
+    fn aside(&self, tangent: DVec3) -> Read<DVec3> {
+        let aside = self.reference.cross(tangent).try_normalize();
+        let aside = aside.ok_or_else(|| Trouble::new(self.id, FitTrouble::AlongBasis))?;
+        Ok(aside * self.distance)
+    }
+
+    /// Whether the offset of a circle or ellipse is a circle.
+    fn is_circle(&self, frame: &Frame3, a: f64, b: f64) -> bool {
+        a == b && frame.z.cross(self.reference).length() <= 1e-12
+    }
+
+    fn vanishes(&self) -> FitTrouble {
+        FitTrouble::Vanishes { distance_mm: self.distance, leaves: "a point of the circle" }
+    }
+
+    /// The offset of a bounded basis, in cubic pieces.
+    fn fitted(&self, basis: &NurbsCurve3, tolerance: f64) -> Read<NurbsCurve3> {
+        if let Some(t) = basis.kinks().first() {
+            return Err(Trouble::new(self.id, FitTrouble::Corner { parameter: *t }));
+        }
+        let breaks = breaks_of(&basis.knots, basis.domain());
+        let curve = fitted(&breaks, tolerance, |t| {
+            let d = basis.derivatives(t);
+            let aside = self.reference.cross(d.d1).try_normalize();
+            Ok(d.point + aside.ok_or(FitTrouble::NoDirection)? * self.distance)
+        });
+        Ok(curve.map_err(|what| Trouble::new(self.id, what))?.0)
+    }
+}
 
 impl Geometry<'_> {
-    /// An `OFFSET_CURVE_3D`: the basis, moved by `distance` along reference direction × tangent.
+    /// The carrier of an `OFFSET_CURVE_3D`: the basis, moved by `distance` along reference direction × tangent.
     pub(super) fn offset_curve(&self, instance: Entity<'_>, depth: usize) -> Read<(Carrier, bool)> {
-        let id = instance.id;
-        let own = instance.fields("OFFSET_CURVE_3D", 1);
-        let (basis, distance) = (own.reference(0)?, self.length(own.real(1)?, id)?);
-        let reference = self.direction(own.reference(3)?)?.try_normalize();
-        let reference = reference.ok_or_else(|| Trouble::new(id, missing("an offset", "reference direction")))?;
-        let lost = || Trouble::new(id, FitTrouble::AlongBasis);
+        let offset = self.read_offset(instance)?;
+        let Offset { id, basis, distance, reference } = offset;
         match self.carrier(basis, depth + 1)? {
             (Carrier::Line { point, along }, same) => {
                 let sense = if same { along } else { -along };
-                let aside = reference.cross(sense).try_normalize().ok_or_else(lost)?;
-                return Ok((Carrier::Line { point: point + aside * distance, along }, same));
+                return Ok((Carrier::Line { point: point + offset.aside(sense)?, along }, same));
             }
             // The offset of a circle about the reference direction is a circle; positive distances lead inwards.
-            (Carrier::Round { mut frame, a, b }, same) if a == b && frame.z.cross(reference).length() <= 1e-12 => {
+            (Carrier::Round { mut frame, a, b }, same) if offset.is_circle(&frame, a, b) => {
                 let inwards = if (frame.z.dot(reference) > 0.0) == same { distance } else { -distance };
                 let radius = a - inwards;
                 if radius.abs() <= 1e-12 * a {
-                    return Err(Trouble::new(
-                        id,
-                        FitTrouble::Vanishes { distance_mm: distance, leaves: "a point of the circle" },
-                    ));
+                    return Err(Trouble::new(id, offset.vanishes()));
                 }
                 if radius < 0.0 {
                     // Beyond the centre, the same angles lie on the other side.
@@ -52,66 +82,65 @@ impl Geometry<'_> {
             }
             _ => {}
         }
-        let basis = self.bounded(basis, depth + 1)?;
-        if let Some(t) = basis.kinks().first() {
-            return Err(Trouble::new(id, FitTrouble::Corner { parameter: *t }));
-        }
-        let breaks = breaks_of(&basis.knots, basis.domain());
-        let curve = fitted(&breaks, self.fit, |t| {
-            let d = basis.derivatives(t);
-            let aside = reference.cross(d.d1).try_normalize();
-            Ok(d.point + aside.ok_or(FitTrouble::NoDirection)? * distance)
-        });
-        let (curve, _) = curve.map_err(|what| Trouble::new(id, what))?;
+        let curve = offset.fitted(&self.bounded(basis, depth + 1)?, self.fit)?;
         Ok((Carrier::Spline { curve, kind: CurveKind::Spline }, true))
     }
 
-    /// Reads a `PCURVE` or a `DEGENERATE_PCURVE`. Returns the surface, the curve in the file's parameters, and their
-    /// factors to millimetres and radians.
+    /// An `OFFSET_CURVE_3D` between the ends of its basis, with the parameters of that.
+    pub(super) fn bounded_offset(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
+        let offset = self.read_offset(instance)?;
+        let mut curve = self.bounded(offset.basis, depth + 1)?;
+        let [start, tangent] = curve.tangent(curve.domain().0);
+        match self.carrier(offset.basis, depth + 1)?.0 {
+            Carrier::Line { .. } => {
+                let aside = offset.aside(tangent)?;
+                curve.points.iter_mut().for_each(|p| *p += aside);
+            }
+            // All of a circle is at the same distance from the offset: it is scaled about its centre.
+            Carrier::Round { frame, a, b } if offset.is_circle(&frame, a, b) => {
+                let out = start - frame.origin;
+                let scale = 1.0 + offset.aside(tangent)?.dot(out) / out.length_squared();
+                if scale.abs() <= 1e-12 {
+                    return Err(Trouble::new(offset.id, offset.vanishes()));
+                }
+                curve.points.iter_mut().for_each(|p| *p = frame.origin + (*p - frame.origin) * scale);
+            }
+            _ => curve = offset.fitted(&curve, self.fit)?,
+        }
+        Ok(curve)
+    }
+
+    fn read_offset(&self, instance: Entity<'_>) -> Read<Offset> {
+        let id = instance.id;
+        let own = instance.fields("OFFSET_CURVE_3D", 1);
+        let (basis, distance) = (own.reference(0)?, self.length(own.real(1)?, id)?);
+        let reference = self.direction(own.reference(3)?)?.try_normalize();
+        let reference = reference.ok_or_else(|| Trouble::new(id, missing("an offset", "reference direction")))?;
+        Ok(Offset { id, basis, distance, reference })
+    }
+
+    /// Reads a `PCURVE` or a `DEGENERATE_PCURVE`. Returns the surface, and the curve in the file's parameters.
     pub(super) fn parameter_curve(
         &self,
         pcurve: Entity<'_>,
         name: &'static str,
         depth: usize,
-    ) -> Read<(Surface, NurbsCurve3, [f64; 2])> {
+    ) -> Read<(Parametric, NurbsCurve3)> {
         let own = pcurve.fields(name, 1);
         let on = self.parametric(own.reference(0)?, depth + 1)?;
         let items = self.get(own.reference(1)?)?.fields("REPRESENTATION", 1).links(0)?;
         let curve =
             items.into_iter().next().ok_or_else(|| Trouble::new(pcurve.id, missing("a parameter curve", "items")))?;
-        // Parameters are read as plain numbers; the factors convert each to a length or an angle.
+        // Parameters are read as plain numbers; the surface converts each to a length or an angle.
         let plain = Geometry { units: Units { length: 1.0, ..self.units }, ..*self };
-        let curve = plain.bounded(curve, depth + 1)?;
-        let factors = self.factors(&on.surface);
-        Ok((on.surface, curve, factors))
-    }
-
-    /// A surface whose natural parameters are the file's. Flipped surfaces and replicas are refused.
-    pub(super) fn parametric(&self, id: u64, depth: usize) -> Read<Stated> {
-        let on = self.surface(id, &FaceLocation::default, depth)?;
-        if on.turned || self.get(id)?.is("SURFACE_REPLICA") {
-            return Err(Trouble::new(id, StepTrouble::ReplicaParameters));
-        }
-        Ok(on)
-    }
-
-    /// Millimetres and radians per unit of the surface's parameters.
-    pub(super) fn factors(&self, surface: &Surface) -> [f64; 2] {
-        let (length, angle) = (self.units.length, self.units.angle);
-        match surface {
-            Surface::Plane { .. } => [length, length],
-            Surface::Cylinder { .. } | Surface::Cone { .. } => [angle, length],
-            Surface::Sphere { .. } | Surface::Torus { .. } => [angle, angle],
-            Surface::Revolution { .. } => [angle, 1.0],
-            Surface::Extrusion { .. } | Surface::Nurbs(_) => [1.0, 1.0],
-        }
+        Ok((on, plain.bounded(curve, depth + 1)?))
     }
 
     /// A `PCURVE` as a curve in space: exact on a plane, else approximated within the tolerance.
     pub(super) fn image(&self, pcurve: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
-        let (surface, curve, [u, v]) = self.parameter_curve(pcurve, "PCURVE", depth)?;
-        let at = |p: DVec3| surface.point(p.x * u, p.y * v);
-        if let Surface::Plane { .. } = surface {
+        let (on, curve) = self.parameter_curve(pcurve, "PCURVE", depth)?;
+        let at = |p: DVec3| on.point(p.x, p.y);
+        if let Surface::Plane { .. } = on.surface {
             return Ok(NurbsCurve3 { points: curve.points.iter().map(|p| at(*p)).collect(), ..curve });
         }
         let fitted = fitted(&breaks_of(&curve.knots, curve.domain()), self.fit, |t| Ok(at(curve.point(t))));
@@ -137,17 +166,20 @@ impl Geometry<'_> {
         } else if instance.is("POINT_ON_SURFACE") {
             let own = instance.fields("POINT_ON_SURFACE", 1);
             let on = inner.parametric(own.reference(0)?, 0)?;
-            let ([u, v], domain) = (inner.factors(&on.surface), on.surface.natural_domain());
-            let period = on.surface.period();
-            let at = |k: usize, t: f64| if period[k].is_some() { Ok(t) } else { within(t, domain[k], instance.id) };
-            on.surface.point(at(0, own.real(1)? * u)?, at(1, own.real(2)? * v)?)
+            let (u, v) = (own.real(1)?, own.real(2)?);
+            let (domain, period) = (on.surface.natural_domain(), on.surface.period());
+            let at = on.natural(u, v);
+            for k in (0..2).filter(|k| period[*k].is_none()) {
+                within(at[k], domain[k], instance.id)?;
+            }
+            on.point(u, v)
         } else if instance.is("EVALUATED_DEGENERATE_PCURVE") {
             inner.point(instance.fields("EVALUATED_DEGENERATE_PCURVE", 3).reference(0)?)?
         } else {
             // The whole parameter curve is one point in space.
-            let (surface, curve, [u, v]) = inner.parameter_curve(instance, "DEGENERATE_PCURVE", 0)?;
+            let (on, curve) = inner.parameter_curve(instance, "DEGENERATE_PCURVE", 0)?;
             let at = curve.point(curve.domain().0);
-            surface.point(at.x * u, at.y * v)
+            on.point(at.x, at.y)
         };
         if !point.is_finite() {
             return Err(Trouble::new(instance.id, StepTrouble::NotFinite { what: "a point" }));
@@ -158,7 +190,7 @@ impl Geometry<'_> {
     fn point_on_curve(&self, instance: Entity<'_>) -> Read<DVec3> {
         let own = instance.fields("POINT_ON_CURVE", 1);
         let (basis, t) = (own.reference(0)?, own.real(1)?);
-        if self.is_composite(basis) {
+        if self.is_composite(basis, 0) {
             // Its pieces became NURBS with other parameters.
             return Err(Trouble::new(instance.id, CurveTrouble::OnComposite));
         }
@@ -180,15 +212,6 @@ impl Geometry<'_> {
     pub(super) fn curve_replica(&self, instance: Entity<'_>) -> Read<(u64, Similarity)> {
         let own = instance.fields("CURVE_REPLICA", 1);
         Ok((own.reference(0)?, Similarity::new(self.motion(own.reference(1)?)?)))
-    }
-
-    /// Converts a file's parameter of a swept curve to that of the curve's NURBS form. For circles and ellipses it is
-    /// an angle.
-    pub(super) fn swept_parameter(&self, swept: u64, t: f64) -> Read<f64> {
-        Ok(match self.carrier(swept, 0)?.0 {
-            Carrier::Round { .. } => TURN.to_nurbs(t * self.units.angle),
-            _ => t,
-        })
     }
 }
 

@@ -12,7 +12,8 @@
 //! | form | read as |
 //! |---|---|
 //! | `FACE`; `FACE_SURFACE` with surface `$` | face in the plane of its bounds; warning if not planar |
-//! | `SUBFACE`, `EDGE` without a curve, `VERTEX` without a point | refused |
+//! | `SUBFACE`, `VERTEX` without a point | refused |
+//! | `EDGE` without a curve | straight, with a warning |
 //! | `SEAM_EDGE` | its oriented edge; the parameter curve is ignored |
 //! | `SUBEDGE` | a separate edge on its parent's curve, not shared with faces that use the parent |
 //! | `POINT_ON_CURVE`, `POINT_ON_SURFACE` | points; refused outside the domain, and on composite curves |
@@ -45,6 +46,7 @@ mod replica;
 mod boundary;
 
 mod face_location;
+mod parameters;
 mod trimmed;
 mod revolution;
 mod offset;

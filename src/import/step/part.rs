@@ -3,7 +3,7 @@
 
 use super::body::append;
 use super::budget::Net;
-use super::contents::{PartContents, ShellUse, Source, distinct};
+use super::contents::{PartContents, ShellUse, Source, merge_loose_shells};
 use super::corners::{Corners, head_to_tail};
 use super::curve::{BoundedCurve, Carrier, Ends, Whole, straight};
 use super::draft::{EdgeDraft, EdgeDrafts};
@@ -36,7 +36,7 @@ impl Reader<'_> {
         colour: Option<Colour>,
     ) -> (Part, Vec<Diagnostic>) {
         let shells = gathered.shells.as_slice();
-        let (numbers, distinct) = distinct(shells);
+        let (numbers, merged) = merge_loose_shells(shells);
         let jobs: Vec<FaceJob<'_>> = numbers
             .into_iter()
             .zip(shells)
@@ -59,7 +59,7 @@ impl Reader<'_> {
         if stopped() {
             return <(Part, Vec<Diagnostic>)>::default();
         }
-        let mut assembly = Assembly::new(self.call, name, shells, distinct, colour, edges);
+        let mut assembly = Assembly::new(self.call, name, shells, merged, colour, edges);
         stated.iter().flatten().take_while(|_| !stopped()).for_each(|face| assembly.meet(face));
         for id in assembly.run_against(&stated) {
             let Some(Ok(draft)) = assembly.edges.get_mut(EdgeKey::Curve(id)) else { continue };
@@ -106,22 +106,9 @@ impl Reader<'_> {
                 refused,
             });
         }
-        let bodies: Vec<Read<_>> = self.call.each(1, &gathered.bodies, |body| self.body(body));
-        for (body, read) in gathered.bodies.iter().zip(bodies) {
-            let of_part = |trouble: Trouble| StepCause { entity: Some(trouble.entity), trouble: trouble.what };
-            match read {
-                Ok((part, lost)) => {
-                    for (trouble, place) in lost {
-                        let what = StepOutcome::LeftOutOfBody(of_part(trouble));
-                        assembly.say(Severity::Error, body.entity, place, what);
-                    }
-                    append(&mut assembly.part, part);
-                }
-                Err(trouble) => {
-                    let place = self.geometry(body.units).place_near(body.entity);
-                    assembly.say(Severity::Error, body.entity, place, StepOutcome::BodyLeftOut(of_part(trouble)));
-                }
-            }
+        for (part, diagnostics) in self.call.each(1, &gathered.bodies, |body| self.body(body)) {
+            assembly.diagnostics.extend(diagnostics);
+            append(&mut assembly.part, part);
         }
         assembly.finish()
     }

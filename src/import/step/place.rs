@@ -1,6 +1,6 @@
 //! Points, directions and placements of ISO 10303-42 -> vectors in millimetres and orthonormal frames.
 
-use super::table::{Entity, Read, Table, Trouble, measure, missing};
+use super::table::{Entity, Read, Table, Trouble, missing, out_of_range};
 use super::units::Units;
 use super::values::List;
 use crate::model::{Frame3, StepTrouble};
@@ -111,22 +111,17 @@ impl<'a> Geometry<'a> {
     /// An `AXIS2_PLACEMENT_3D`, an `AXIS1_PLACEMENT` (with an arbitrary first axis) or an `AXIS2_PLACEMENT_2D`.
     pub(super) fn frame(&self, id: u64) -> Read<Frame3> {
         let instance = self.get(id)?;
-        if instance.is("AXIS2_PLACEMENT_2D") {
+        let (fields, axis, reference) = if instance.is("AXIS2_PLACEMENT_2D") {
             let fields = instance.fields("AXIS2_PLACEMENT_2D", 1);
-            let (origin, x) = (self.point(fields.reference(0)?)?, self.axis(fields.optional(1), DVec3::X)?);
-            return Frame3::from_axis(origin, DVec3::Z, x)
-                .ok_or_else(|| Trouble::new(id, missing("an axis of the placement", "direction")));
-        }
-        if !(instance.is("AXIS2_PLACEMENT_3D") || instance.is("AXIS1_PLACEMENT")) {
-            return Err(Trouble::new(
-                id,
-                StepTrouble::WrongType { keyword: instance.keyword(), wanted: "a placement" },
-            ));
-        }
-        let fields = instance.fields("AXIS2_PLACEMENT_3D", 1);
+            (fields, None, fields.optional(1))
+        } else if instance.is("AXIS2_PLACEMENT_3D") || instance.is("AXIS1_PLACEMENT") {
+            let fields = instance.fields("AXIS2_PLACEMENT_3D", 1);
+            (fields, fields.optional(1), fields.optional(2))
+        } else {
+            return Err(not_a_placement(instance));
+        };
         let origin = self.point(fields.reference(0)?)?;
-        let axis = self.axis(fields.optional(1), DVec3::Z)?;
-        let reference = self.axis(fields.optional(2), DVec3::X)?;
+        let (axis, reference) = (self.axis(axis, DVec3::Z)?, self.axis(reference, DVec3::X)?);
         Frame3::from_axis(origin, axis, reference)
             .ok_or_else(|| Trouble::new(id, missing("an axis of the placement", "direction")))
     }
@@ -159,12 +154,16 @@ impl<'a> Geometry<'a> {
             let y = if y.dot(frame.y) < 0.0 { -frame.y } else { frame.y };
             let scale = own.real(3).unwrap_or(1.0);
             if scale <= 0.0 {
-                return Err(Trouble::new(id, measure("a transformation scale", scale, "")));
+                return Err(Trouble::new(id, out_of_range("a transformation scale", scale, "")));
             }
             return Ok(affine(frame.x * scale, y * scale, frame.z * scale, frame.origin));
         }
-        Err(Trouble::new(id, StepTrouble::WrongType { keyword: instance.keyword(), wanted: "a placement" }))
+        Err(not_a_placement(instance))
     }
+}
+
+fn not_a_placement(instance: Entity<'_>) -> Trouble {
+    Trouble::new(instance.id, StepTrouble::WrongType { keyword: instance.keyword(), wanted: "a placement" })
 }
 
 fn affine(x: DVec3, y: DVec3, z: DVec3, origin: DVec3) -> DAffine3 {

@@ -9,7 +9,7 @@ use super::options::StepOptions;
 use super::place::Geometry;
 use super::style::Styles;
 use super::table::{Entity, MAX_DEPTH, Read, Table, Trouble, missing};
-use super::units::Contexts;
+use super::units::{Contexts, Units};
 use super::values::{List, Map, Set};
 use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble};
 use glam::{DAffine3, DVec3};
@@ -36,8 +36,7 @@ impl Group {
     /// A point of its contents, in its own coordinates.
     pub(super) fn somewhere(&self, table: &Table, contexts: &Contexts, fit: f64) -> Option<DVec3> {
         let near = |representation: u64, id: u64| {
-            let context = self::representation(table, representation).and_then(|(_, context)| context);
-            Geometry::new(table, contexts.of(context), fit).place_near(id)
+            Geometry::new(table, units_of(table, contexts, representation), fit).place_near(id)
         };
         let mut solids = self.solids.iter().map(|&(solid, within)| near(within, solid));
         self.representations.iter().map(|&id| near(id, id)).find_map(|place| place).or_else(|| solids.find_map(|p| p))
@@ -94,6 +93,11 @@ pub(super) fn representation<'a>(
 ) -> Option<(impl Iterator<Item = u64> + use<'a>, Option<u64>)> {
     let fields = table.find(id)?.fields("REPRESENTATION", 1);
     Some((fields.links(0).ok()?, fields.optional(1)))
+}
+
+/// Units of a representation.
+pub(super) fn units_of(table: &Table, contexts: &Contexts, id: u64) -> Units {
+    contexts.of(representation(table, id).and_then(|(_, context)| context))
 }
 
 impl<'a> StructureBuilder<'a> {
@@ -202,7 +206,7 @@ impl<'a> StructureBuilder<'a> {
             .table
             .of_types(|i| {
                 i.types().any(|name| name.ends_with("REPRESENTATION"))
-                    && !i.types().any(|name| PICTURES.contains(&name))
+                    && !i.types().any(|name| WITHOUT_SHAPE.contains(&name))
             })
             .filter(|i| !self.owner.contains_key(&i.id) && !self.is_left_out(i.id) && self.holds_shape(i.id))
             .map(|i| i.id)
@@ -231,8 +235,8 @@ impl<'a> StructureBuilder<'a> {
     }
 
     fn geometry(&self, representation_id: u64) -> Geometry<'a> {
-        let context = representation(self.table, representation_id).and_then(|(_, context)| context);
-        Geometry::new(self.table, self.contexts.of(context), self.options.fit_tolerance)
+        let units = units_of(self.table, self.contexts, representation_id);
+        Geometry::new(self.table, units, self.options.fit_tolerance)
     }
 
     /// Places usage occurrences by their relationships.
@@ -278,10 +282,12 @@ impl<'a> StructureBuilder<'a> {
             });
             self.place(parent, Child { group: child, entity: usage.id, transform, name: name.into(), colour });
         }
-        // Relationships with a transformation that no occurrence uses place representations directly.
+        // Relationships with a transformation that no occurrence uses place representations directly. Where occurrences
+        // place the same group, they only repeat one.
         let pairs =
             self.groups.iter().enumerate().flat_map(|(g, group)| group.children.iter().map(move |c| (g, c.group)));
-        let mut known: Set<(usize, usize)> = pairs.collect();
+        let known: Set<(usize, usize)> = pairs.collect();
+        let mut placed: Set<(usize, usize, [u64; 12])> = Set::default();
         for relation in relations.moved.keys().filter(|id| !used.contains(id)).copied().collect::<Vec<_>>() {
             let Some(&(first, second, _)) = relations.moved.get(&relation) else { continue };
             let (Some(&child), Some(&parent)) = (self.owner.get(&first), self.owner.get(&second)) else { continue };
@@ -290,9 +296,11 @@ impl<'a> StructureBuilder<'a> {
             }
             match self.placed_by(relations, relation, parent, child) {
                 Ok(transform) => {
-                    known.insert((parent, child));
-                    let name = Arc::default();
-                    self.place(parent, Child { group: child, entity: relation, transform, name, colour: None });
+                    // The sum turns a negative zero into a positive one.
+                    if placed.insert((parent, child, transform.to_cols_array().map(|value| (value + 0.0).to_bits()))) {
+                        let name = Arc::default();
+                        self.place(parent, Child { group: child, entity: relation, transform, name, colour: None });
+                    }
                 }
                 Err(trouble) => self.lose(relation, Some(child), &trouble),
             }
@@ -341,27 +349,29 @@ impl<'a> StructureBuilder<'a> {
         if swapped { invert(motion, operator) } else { Ok(motion) }
     }
 
+    /// Items of a type in a group's representations, each with its representation.
+    fn items_of(&self, group: usize, kind: &str) -> Vec<(u64, u64)> {
+        let is_kind = |item: &u64| self.table.find(*item).is_some_and(|i| i.is(kind));
+        let mut found = Vec::new();
+        for &id in &self.groups[group].representations {
+            let Some((items, _)) = representation(self.table, id) else { continue };
+            found.extend(items.filter(is_kind).map(|item| (item, id)));
+        }
+        found
+    }
+
     fn mapped_items(&mut self) {
         for parent in 0..self.groups.len() {
-            for id in self.groups[parent].representations.clone() {
-                let Some((items, _)) = representation(self.table, id) else { continue };
-                for item in items.filter(|item| self.table.find(*item).is_some_and(|i| i.is("MAPPED_ITEM"))) {
-                    match self.mapped(item, id) {
-                        Ok((group, _)) if group == parent => {
-                            self.lose(
-                                item,
-                                None,
-                                &Trouble::new(
-                                    item,
-                                    StepTrouble::RefersToItself { what: "a representation that it maps" },
-                                ),
-                            );
-                        }
-                        Ok((_, Ok(child))) => self.place(parent, child),
-                        Ok((group, Err(trouble))) => self.lose(item, Some(group), &trouble),
-                        Err(_) if self.maps_supplemental(item) => {}
-                        Err(trouble) => self.lose(item, None, &trouble),
+            for (item, id) in self.items_of(parent, "MAPPED_ITEM") {
+                match self.mapped(item, id) {
+                    Ok((group, _)) if group == parent => {
+                        let what = StepTrouble::RefersToItself { what: "a representation that it maps" };
+                        self.lose(item, None, &Trouble::new(item, what));
                     }
+                    Ok((_, Ok(child))) => self.place(parent, child),
+                    Ok((group, Err(trouble))) => self.lose(item, Some(group), &trouble),
+                    Err(_) if self.maps_supplemental(item) => {}
+                    Err(trouble) => self.lose(item, None, &trouble),
                 }
             }
         }
@@ -380,29 +390,26 @@ impl<'a> StructureBuilder<'a> {
     fn replicas(&mut self) {
         let mut of_solid: Map<u64, usize> = Map::default();
         for parent in 0..self.groups.len() {
-            for id in self.groups[parent].representations.clone() {
-                let Some((items, _)) = representation(self.table, id) else { continue };
-                for item in items.filter(|item| self.table.find(*item).is_some_and(|i| i.is("SOLID_REPLICA"))) {
-                    let (solid, transform) = match self.replicated(item, id) {
-                        Ok(found) => found,
-                        Err(trouble) => {
-                            self.lose(item, None, &trouble);
-                            continue;
-                        }
-                    };
-                    let group = *of_solid.entry(solid).or_insert_with(|| {
-                        let name = self.table.find(solid).map(|i| i.label().into()).unwrap_or_default();
-                        self.groups.push(Group { name, solids: vec![(solid, id)], ..Group::default() });
-                        self.groups.len() - 1
-                    });
-                    match transform {
-                        Ok(transform) => {
-                            let name = self.table.find(item).map(|i| i.label().into()).unwrap_or_default();
-                            let colour = self.styles.of(item);
-                            self.place(parent, Child { group, entity: item, transform, name, colour });
-                        }
-                        Err(trouble) => self.lose(item, Some(group), &trouble),
+            for (item, id) in self.items_of(parent, "SOLID_REPLICA") {
+                let (solid, transform) = match self.replicated(item, id) {
+                    Ok(found) => found,
+                    Err(trouble) => {
+                        self.lose(item, None, &trouble);
+                        continue;
                     }
+                };
+                let group = *of_solid.entry(solid).or_insert_with(|| {
+                    let name = self.table.find(solid).map(|i| i.label().into()).unwrap_or_default();
+                    self.groups.push(Group { name, solids: vec![(solid, id)], ..Group::default() });
+                    self.groups.len() - 1
+                });
+                match transform {
+                    Ok(transform) => {
+                        let name = self.table.find(item).map(|i| i.label().into()).unwrap_or_default();
+                        let colour = self.styles.of(item);
+                        self.place(parent, Child { group, entity: item, transform, name, colour });
+                    }
+                    Err(trouble) => self.lose(item, Some(group), &trouble),
                 }
             }
         }
@@ -446,8 +453,13 @@ impl<'a> StructureBuilder<'a> {
 
 const DEFINITIONS: [&str; 2] = ["PRODUCT_DEFINITION", "PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS"];
 
-/// Representations that present shapes and do not define them.
-const PICTURES: [&str; 6] = [
+/// Instances whose type ends like that of a representation but that define no shape: what presents shapes, the
+/// parameters of curves on surfaces (a file has one per pcurve), and links between properties and representations.
+const WITHOUT_SHAPE: [&str; 10] = [
+    "DEFINITIONAL_REPRESENTATION",
+    "SHAPE_DEFINITION_REPRESENTATION",
+    "PROPERTY_DEFINITION_REPRESENTATION",
+    "CONTEXT_DEPENDENT_SHAPE_REPRESENTATION",
     "MECHANICAL_DESIGN_GEOMETRIC_PRESENTATION_REPRESENTATION",
     "MECHANICAL_DESIGN_SHADED_PRESENTATION_REPRESENTATION",
     "MECHANICAL_DESIGN_PRESENTATION_REPRESENTATION_WITH_DRAUGHTING",

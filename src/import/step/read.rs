@@ -123,7 +123,7 @@ fn model_of(
         return Err(StepError::TooManyInstances { limit: options.max_instances });
     }
     if let Some(entity) = tree.beyond {
-        return Err(StepError::TooManyOccurrences { entity, limit: table.budget.max_instances() });
+        return Err(StepError::TooManyOccurrences { entity, limit: table.budget.max_occurrences() });
     }
     within(table, options)?;
     let reader = Reader { call, table, styles: &styles, options };
@@ -132,22 +132,24 @@ fn model_of(
     let millimetres_per_unit = first.unwrap_or(contexts.first).length;
     let planned = std::mem::take(&mut tree.planned);
     let counter = Counter::start(control, Stage::Read, planned.len() as u64);
-    let read: Vec<Option<(Part, Vec<Diagnostic>)>> = call.each_by_size(
+    let read: Vec<Option<_>> = call.each_by_size(
         planned,
         |plan| plan.gathered.size(),
         |plan| {
-            let part = (!control.is_cancelled()).then(|| reader.part(plan.name, &plan.gathered, plan.colour))?;
+            let read = (!control.is_cancelled()).then(|| reader.part(plan.name, &plan.gathered, plan.colour));
+            let (mut part, mut found) = read?;
+            let centre = about_its_centre(&mut part, &mut found);
             counter.advance();
-            Some(part)
+            Some((part, found, centre))
         },
     );
     proceed(control)?;
     within(table, options)?;
     let mut model = Model { millimetres_per_unit, instances: tree.instances, ..Model::default() };
     let mut centres = Vec::with_capacity(read.len());
-    for (mut part, mut found) in read.into_iter().flatten().take_while(|_| !control.is_cancelled()) {
+    for (part, found, centre) in read.into_iter().flatten().take_while(|_| !control.is_cancelled()) {
         let id = Some(PartId::new(model.parts.len()));
-        centres.push(about_its_centre(&mut part, &mut found));
+        centres.push(centre);
         diagnostics.extend(found.into_iter().map(|d| Diagnostic { part: id, ..d }));
         model.parts.push(part);
     }

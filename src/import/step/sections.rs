@@ -30,18 +30,17 @@ pub(super) struct Prologue {
 }
 
 impl Prologue {
-    /// Reads what lies before the instances of a text that starts at byte `at`.
+    /// Reads what lies before the instances of a text.
     ///
     /// # Errors
     /// If no data section is found.
-    pub(super) fn read(text: &[u8], at: usize) -> Result<Self, Fault> {
-        let mut tokens = Tokens::new(text, at);
+    pub(super) fn read(text: &[u8]) -> Result<Self, Fault> {
+        let mut tokens = Tokens::new(text, 0);
         let mut repairs = Vec::new();
         let found = header(&mut tokens, &mut repairs);
         let mut fault = found.err().map(|fault| in_header(&tokens, *fault));
         // A quote may be missing in the header: the word counts wherever it stands.
-        let end =
-            if fault.is_none() { tokens.end() } else { find(text, at, b"ENDSEC").unwrap_or(at) + b"ENDSEC".len() };
+        let end = if fault.is_none() { tokens.end() } else { find(text, 0, b"ENDSEC").unwrap_or(0) + b"ENDSEC".len() };
         let mut at = behind(text, end);
         let (mut sections, mut elsewhere) = (Vec::new(), BTreeMap::new());
         while sections.len() < MAX_SECTIONS

@@ -6,7 +6,7 @@ use super::place::Geometry;
 use super::replica::Similarity;
 use super::revolution;
 use super::spline;
-use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, measure, missing};
+use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::Attribute;
 use crate::math::Elementary as _;
 use crate::model::{
@@ -34,7 +34,7 @@ impl Geometry<'_> {
         let frame = || self.frame(instance.fields("ELEMENTARY_SURFACE", 1).reference(0)?);
         let radius = |own: Fields<'_>, i: usize| -> Read<f64> {
             let r = self.length(own.real(i)?, id)?;
-            if r > 0.0 { Ok(r) } else { Err(Trouble::new(id, measure("a radius", r, "mm"))) }
+            if r > 0.0 { Ok(r) } else { Err(Trouble::new(id, out_of_range("a radius", r, "mm"))) }
         };
         if instance.is("PLANE") {
             Ok(Stated::exact(Surface::Plane { frame: frame()? }))
@@ -50,7 +50,7 @@ impl Geometry<'_> {
             let own = instance.fields("TOROIDAL_SURFACE", 2);
             let (major, minor) = (self.length(own.real(0)?, id)?, radius(own, 1)?);
             if major < 0.0 {
-                return Err(Trouble::new(id, measure("a torus major radius", major, "mm")));
+                return Err(Trouble::new(id, out_of_range("a torus major radius", major, "mm")));
             }
             let frame = frame()?;
             // A torus that only touches its axis has a single point there; rounded radii must not make it two.

@@ -6,7 +6,7 @@ use super::contents::Source;
 use super::kinds::{SWEEPS, profile};
 use super::place::Geometry;
 use super::spline;
-use super::table::{Entity, Read, Trouble, measure, missing};
+use super::table::{Entity, Read, Trouble, missing, out_of_range};
 use crate::math::Elementary as _;
 use crate::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, SolidTrouble,
@@ -56,7 +56,7 @@ impl Sweep {
             let axis = if angle < 0.0 { Frame3 { y: -axis.y, z: -axis.z, ..axis } } else { axis };
             let angle = angle.abs();
             if angle <= WHOLE || angle > TAU + WHOLE {
-                return Err(Trouble::new(entity, measure("a revolution", angle, "radians")));
+                return Err(Trouble::new(entity, out_of_range("a revolution", angle, "radians")));
             }
             Motion::About { axis, angle: if TAU - angle <= WHOLE { TAU } else { angle } }
         };

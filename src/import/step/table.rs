@@ -34,7 +34,7 @@ pub(super) fn missing(what: impl Into<Cow<'static, str>>, part: &'static str) ->
 }
 
 /// The trouble that the `value` of `what` is out of range.
-pub(super) fn measure(what: impl Into<Cow<'static, str>>, value: f64, unit: &'static str) -> StepTrouble {
+pub(super) fn out_of_range(what: impl Into<Cow<'static, str>>, value: f64, unit: &'static str) -> StepTrouble {
     StepTrouble::Measure { what: what.into(), value, unit }
 }
 
@@ -53,17 +53,21 @@ pub(super) struct Table {
     dense: Vec<u64>,
     /// Numbers and places, ascending, if the numbers are too sparse.
     sparse: Vec<(u64, Place)>,
-    /// Places of the instances of each type; then those of each combination of types that complex instances have.
-    of_type: Vec<Vec<Place>>,
+    /// Place of one instance of each type, if there is any; then of each combination of types that complex instances
+    /// have.
+    samples: Vec<Option<Place>>,
     /// Places of instances that are defined in other files.
     elsewhere: BTreeMap<u64, String>,
     pub(super) budget: ReadBudget,
 }
 
 /// The instances of a piece of text, in its order.
+#[derive(Default)]
 struct Instances {
     rows: Vec<Row>,
     values: Values,
+    /// Rows by type or combination of types, as an index in [`Table::samples`].
+    of_type: Vec<(usize, Vec<u32>)>,
 }
 
 /// A row of a piece.
@@ -85,8 +89,8 @@ impl Place {
     }
 }
 
-/// The rows of a piece by type, and by combination of types.
-type ByType = (Vec<(u32, Vec<u32>)>, Map<Vec<u32>, Vec<u32>>);
+/// Rows of a piece by the combination of types that its complex instances have.
+type ByCombination = Map<Vec<u32>, Vec<u32>>;
 
 /// A piece that becomes part of the table.
 struct Entry<'a> {
@@ -100,16 +104,16 @@ struct Entry<'a> {
 
 impl Entry<'_> {
     /// Nothing of it, once reading is cancelled.
-    fn none(self) -> (Instances, ByType) {
-        (Instances { rows: Vec::new(), values: Values::default() }, ByType::default())
+    fn none(self) -> (Instances, ByCombination) {
+        Default::default()
     }
 
     /// Gives types their indices, and instances their codes.
-    fn enter(self) -> (Instances, ByType) {
-        let Self { piece, of_piece: Instances { mut rows, mut values }, kinds, slots } = self;
+    fn enter(self) -> (Instances, ByCombination) {
+        let Self { piece, of_piece: Instances { mut rows, mut values, .. }, kinds, slots } = self;
         let kind = |kind: u32| kinds.get(kind as usize).copied().unwrap_or(COMPLEX);
         let mut by_kind = vec![Vec::new(); kinds.len()];
-        let mut by_combination: Map<Vec<u32>, Vec<u32>> = Map::default();
+        let mut by_combination = ByCombination::default();
         let first = rows.first().map_or(0, |row| row.id);
         for (row, number) in rows.iter_mut().zip(0..) {
             let slot = row.id.checked_sub(first).and_then(|k| slots.get_mut(usize::try_from(k).ok()?));
@@ -125,8 +129,9 @@ impl Entry<'_> {
                 row.kind = kind(row.kind);
             }
         }
-        let by_kind = kinds.into_iter().zip(by_kind).filter(|(_, rows)| !rows.is_empty()).collect();
-        (Instances { rows, values }, (by_kind, by_combination))
+        let by_kind = kinds.into_iter().map(|kind| kind as usize).zip(by_kind);
+        let of_type = by_kind.filter(|(_, rows)| !rows.is_empty()).collect();
+        (Instances { rows, values, of_type }, by_combination)
     }
 }
 
@@ -143,7 +148,7 @@ impl Table {
         let mut kinds_of = |named: Types| named.names.iter().map(|name| types.index(name.as_bytes())).collect();
         let pieces: Vec<(Instances, Vec<u32>)> = pieces
             .into_iter()
-            .map(|(rows, named, values)| (Instances { rows, values }, kinds_of(named)))
+            .map(|(rows, named, values)| (Instances { rows, values, of_type: Vec::new() }, kinds_of(named)))
             .take_while(|_| !budget.is_cancelled())
             .collect();
         let all = || pieces.iter().flat_map(|(of_piece, _)| &of_piece.rows);
@@ -165,7 +170,7 @@ impl Table {
         let mut table = Self {
             pieces: Vec::with_capacity(entered.len()),
             is_in_order,
-            of_type: vec![Vec::new(); types.names.len()],
+            samples: vec![None; types.names.len()],
             types: types.names,
             dense,
             sparse: Vec::new(),
@@ -173,17 +178,17 @@ impl Table {
             budget,
         };
         let mut combinations: Map<Vec<u32>, usize> = Map::default();
-        for (piece, (of_piece, (by_kind, by_combination))) in (0..).zip(entered) {
-            let places = |rows: Vec<u32>| rows.into_iter().map(move |row| Place { piece, row });
-            for (kind, rows) in by_kind {
-                table.of_type[kind as usize].extend(places(rows));
-            }
-            for (combination, rows) in by_combination {
+        for (piece, (mut of_piece, by_combination)) in (0..).zip(entered) {
+            of_piece.of_type.extend(by_combination.into_iter().map(|(combination, rows)| {
                 let kind = *combinations.entry(combination).or_insert_with(|| {
-                    table.of_type.push(Vec::new());
-                    table.of_type.len() - 1
+                    table.samples.push(None);
+                    table.samples.len() - 1
                 });
-                table.of_type[kind].extend(places(rows));
+                (kind, rows)
+            }));
+            for (kind, rows) in &of_piece.of_type {
+                let sample = &mut table.samples[*kind];
+                *sample = sample.or(rows.first().map(|&row| Place { piece, row }));
             }
             table.pieces.push(of_piece);
         }
@@ -226,7 +231,7 @@ impl Table {
     }
 
     fn entity(&self, Place { piece, row }: Place) -> Entity<'_> {
-        let Instances { rows, values } = &self.pieces[piece as usize];
+        let Instances { rows, values, .. } = &self.pieces[piece as usize];
         let Row { id, kind, attributes, .. } = rows[row as usize];
         Entity {
             id,
@@ -248,8 +253,13 @@ impl Table {
     /// per type or combination of types, since a file has 10 to 100 of them and up to millions of instances. Ends once
     /// reading is cancelled.
     pub(super) fn of_types(&self, wanted: impl Fn(Entity<'_>) -> bool) -> impl Iterator<Item = Entity<'_>> {
-        let is_wanted = |places: &&Vec<Place>| places.first().is_some_and(|first| wanted(self.entity(*first)));
-        let mut places: Vec<Place> = self.of_type.iter().filter(is_wanted).flatten().copied().collect();
+        let is_wanted = |sample: &Option<Place>| sample.is_some_and(|place| wanted(self.entity(place)));
+        let kinds: Vec<bool> = self.samples.iter().map(is_wanted).collect();
+        let mut places: Vec<Place> = Vec::new();
+        for (piece, of_piece) in (0..).zip(&self.pieces) {
+            let rows = of_piece.of_type.iter().filter(|(kind, _)| kinds[*kind]).flat_map(|(_, rows)| rows);
+            places.extend(rows.map(|&row| Place { piece, row }));
+        }
         if self.is_in_order {
             places.sort_unstable();
         } else {

@@ -75,23 +75,27 @@ impl Mesh {
             return Ok(());
         }
         self.visit(1, geometry, item)?;
-        let held: Vec<u64> = match HOLDERS.into_iter().find(|name| item.is(name)) {
-            Some(name) => item.fields(name, 1).links(0)?.collect(),
-            None => return self.face(geometry, item, place),
-        };
+        if !item.is("REPOSITIONED_TESSELLATED_ITEM") {
+            return self.held(geometry, item, place, depth);
+        }
+        let location = item.fields("REPOSITIONED_TESSELLATED_ITEM", 1).reference(0)?;
+        let place = *place * geometry.motion(location)?;
         // A repositioned list has other coordinates: cache it separately.
-        let moved = item.is("REPOSITIONED_TESSELLATED_ITEM");
-        let place = if moved {
-            let location = item.fields("REPOSITIONED_TESSELLATED_ITEM", 1).reference(0)?;
-            *place * geometry.motion(location)?
-        } else {
-            *place
+        let outer = std::mem::take(&mut self.lists);
+        let read = self.held(geometry, item, &place, depth);
+        self.lists = outer;
+        read
+    }
+
+    /// Adds what a holder lists, or the triangles of a single face.
+    fn held(&mut self, geometry: &Geometry<'_>, item: Entity<'_>, place: &DAffine3, depth: usize) -> Read<()> {
+        let Some(name) = HOLDERS.into_iter().find(|name| item.is(name)) else {
+            return self.face(geometry, item, place);
         };
-        let outer = if moved { std::mem::take(&mut self.lists) } else { Map::default() };
-        for id in held {
+        for id in item.fields(name, 1).links(0)? {
             let read = geometry.get(id).and_then(|face| {
                 if FACES.into_iter().chain(HOLDERS).any(|kind| face.is(kind)) {
-                    self.holder(geometry, face, &place, depth + 1)
+                    self.holder(geometry, face, place, depth + 1)
                 } else if is_shapeless(face) {
                     // Holders may list curves and points, too.
                     Ok(())
@@ -105,9 +109,6 @@ impl Mesh {
             if self.visits > geometry.table.budget.max_visits() {
                 break;
             }
-        }
-        if moved {
-            self.lists = outer;
         }
         Ok(())
     }

@@ -46,7 +46,7 @@ pub(super) fn parse(
     let error = |fault: Fault| (placed(text, fault.at, fault.fault), fault.cut);
     let refused = |fault: Fault, repairs: usize| StepError::Syntax { error: error(fault).0, repairs };
     let Prologue { data: from, fault, mut repairs, sections, elsewhere } =
-        Prologue::read(text, 0).map_err(|fault| refused(fault, 0))?;
+        Prologue::read(text).map_err(|fault| refused(fault, 0))?;
     let Data { pieces, is_in_order, mut faults, end } =
         pieces::data(call, text, from, piece, options.max_syntax_repairs)?;
     faults.splice(..0, fault);

@@ -9,6 +9,7 @@ use super::shells::Gather;
 use super::style::Styles;
 use super::table::Table;
 use super::units::Contexts;
+use super::values::Map;
 use crate::model::{Assembly, Colour, Diagnostic, Instance, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::collections::{BTreeMap, HashSet};
@@ -43,6 +44,8 @@ pub(super) struct Tree<'a> {
     path: Vec<usize>,
     /// Visited groups.
     reached: HashSet<usize>,
+    /// Points of the groups that diagnostics name, each found once.
+    somewhere: Map<usize, Option<DVec3>>,
     /// Occurrences left out as cyclic, each reported once.
     cyclic: HashSet<(usize, usize)>,
     pub(super) diagnostics: Vec<Diagnostic>,
@@ -69,6 +72,7 @@ impl<'a> Tree<'a> {
             beyond: None,
             path: Vec::new(),
             reached: HashSet::new(),
+            somewhere: Map::default(),
             cyclic: HashSet::new(),
             diagnostics: Vec::new(),
         };
@@ -96,8 +100,9 @@ impl<'a> Tree<'a> {
     }
 
     /// A point of a group, in its own coordinates.
-    fn somewhere(&self, group: usize) -> Option<DVec3> {
-        self.groups[group].somewhere(self.table, self.contexts, self.options.fit_tolerance)
+    fn somewhere(&mut self, group: usize) -> Option<DVec3> {
+        let find = || self.groups[group].somewhere(self.table, self.contexts, self.options.fit_tolerance);
+        *self.somewhere.entry(group).or_insert_with(find)
     }
 
     pub(super) fn expand(&mut self) {
@@ -175,8 +180,8 @@ impl<'a> Tree<'a> {
         let Child { group, entity, transform, name, colour } = occurrence;
         self.visits += 1;
         let budget = &self.table.budget;
-        self.beyond = (self.visits > budget.max_instances()).then_some(entity);
-        if self.visits > budget.max_instances().min(self.options.max_instances) || !budget.spend(BYTES_PER_INSTANCE) {
+        self.beyond = (self.visits > budget.max_occurrences()).then_some(entity);
+        if self.visits > budget.max_occurrences().min(self.options.max_instances) || !budget.spend(BYTES_PER_INSTANCE) {
             return;
         }
         self.reached.insert(group);
@@ -192,7 +197,8 @@ impl<'a> Tree<'a> {
             if self.path.contains(&child.group) || self.path.len() >= MAX_ASSEMBLY_DEPTH {
                 if self.cyclic.insert((group, child.group)) {
                     let what = StepOutcome::AssemblyCycle { assembly: self.groups[group].name.to_string() };
-                    self.say(Severity::Error, child.entity, self.somewhere(child.group), what);
+                    let place = self.somewhere(child.group);
+                    self.say(Severity::Error, child.entity, place, what);
                 }
                 continue;
             }
@@ -214,7 +220,8 @@ impl<'a> Tree<'a> {
         if repeated > 0 {
             let what = StepOutcome::Repeated { items: repeated, name: self.groups[group].name.to_string() };
             let entity = self.groups[group].representations.first().copied().unwrap_or(0);
-            self.say(Severity::Note, entity, self.somewhere(group), what);
+            let place = self.somewhere(group);
+            self.say(Severity::Note, entity, place, what);
         }
         let part = (!gathered.is_empty()).then(|| PartId::new(self.planned.len()));
         if part.is_some() {
@@ -246,9 +253,9 @@ impl<'a> Tree<'a> {
             }
         }
         for (item, representation) in &self.groups[group].solids {
-            let context = product::representation(self.table, *representation).and_then(|(_, context)| context);
             self.gather.within = *representation;
-            self.gather.item(*item, self.contexts.of(context), gathered);
+            let units = product::units_of(self.table, self.contexts, *representation);
+            self.gather.item(*item, units, gathered);
         }
         colour
     }

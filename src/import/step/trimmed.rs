@@ -1,10 +1,11 @@
 //! Rectangular trimmed surfaces without topology -> NURBS surfaces cut at the four trim parameters.
 
 use super::face_location::{FaceLocation, Stated};
+use super::parameters::{Parametric, StatedAxes, StatedAxis};
 use super::place::Geometry;
 use super::spline;
 use super::table::{Entity, Read, Trouble};
-use crate::model::{NurbsCurve3, NurbsSurface, Severity, StepOutcome, StepTrouble, Surface};
+use crate::model::{AxisMap, NurbsCurve3, NurbsSurface, Severity, StepOutcome, StepTrouble, Surface};
 
 impl Geometry<'_> {
     /// A surface that is a face by itself.
@@ -18,64 +19,63 @@ impl Geometry<'_> {
 
     fn rectangle(&self, instance: Entity<'_>) -> Read<Stated> {
         let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
-        let base = own.reference(0)?;
-        let on = self.parametric(base, 1)?;
-        let factors = self.factors(&on.surface);
-        let whole = on.surface.natural_domain();
+        let on = self.parametric(own.reference(0)?, 1)?;
+        let mut note = on.note.clone();
+        let refused = |range, beyond| Trouble::new(instance.id, StepTrouble::SurfaceTrim { range, beyond });
+        let (surface, axes) = match on.axes {
+            StatedAxes::Each(axes) => (on.surface, axes),
+            StatedAxes::Oblique(_) => {
+                let range = (own.real(1)?, own.real(2)?);
+                let swept = swept_line(&on, range);
+                swept.ok_or_else(|| refused(range, false))?
+            }
+        };
+        let whole = surface.natural_domain();
         let mut range = [(0.0, 0.0); 2];
-        let mut note = on.note;
         for axis in 0..2 {
-            let at = |i: usize| -> Read<f64> {
-                let stated = own.real(i)?;
-                match (&on.surface, axis) {
-                    (Surface::Extrusion { .. }, 0) => {
-                        self.swept_parameter(self.swept(base, "SURFACE_OF_LINEAR_EXTRUSION")?, stated)
-                    }
-                    (Surface::Revolution { .. }, 1) => {
-                        self.swept_parameter(self.swept(base, "SURFACE_OF_REVOLUTION")?, stated)
-                    }
-                    _ => Ok(stated * factors[axis]),
-                }
-            };
+            let at = |i: usize| -> Read<f64> { Ok(axes[axis].natural(own.real(i)?)) };
             let (first, second) = (at(1 + 2 * axis)?, at(2 + 2 * axis)?);
-            let (from, mut to) = if own.flag(5 + axis, true) { (first, second) } else { (second, first) };
+            let along = own.flag(5 + axis, true) == (axes[axis].factor > 0.0);
+            let (from, mut to) = if along { (first, second) } else { (second, first) };
             if to <= from {
                 // The trim crosses the seam of a closed surface.
-                to += on.surface.period()[axis].unwrap_or(0.0);
+                to += surface.period()[axis].unwrap_or(0.0);
             }
             if to <= from {
-                return Err(Trouble::new(
-                    instance.id,
-                    StepTrouble::SurfaceTrim { range: (first, second), beyond: false },
-                ));
+                return Err(refused((first, second), false));
             }
             // More than one period would cover the surface twice.
-            let most = match on.surface.period()[axis] {
+            let most = match surface.period()[axis] {
                 Some(period) => (from, to.min(from + period)),
                 None => (from.max(whole[axis].0), to.min(whole[axis].1)),
             };
             let slack = 1e-6 * (to - from);
             if most.0 >= most.1 {
-                return Err(Trouble::new(
-                    instance.id,
-                    StepTrouble::SurfaceTrim { range: (first, second), beyond: true },
-                ));
+                return Err(refused((first, second), true));
             }
             if most.0 > from + slack || most.1 < to - slack {
                 note = Some((Severity::Warning, StepOutcome::TrimBeyond { range: (first, second) }));
             }
             range[axis] = most;
         }
-        let (net, maps) = on.surface.to_nurbs(range[0], range[1]);
+        let (net, maps) = surface.to_nurbs(range[0], range[1]);
         let cut = [0, 1].map(|axis| (maps[axis].to_nurbs(range[axis].0), maps[axis].to_nurbs(range[axis].1)));
         let net = piece(&net, cut[0], cut[1]);
         let turned = own.flag(5, true) != own.flag(6, true);
         Ok(Stated { surface: Surface::Nurbs(net), turned, note })
     }
+}
 
-    fn swept(&self, surface: u64, name: &'static str) -> Read<u64> {
-        self.get(surface)?.fields(name, 1).reference(0)
-    }
+/// The plane of a line that is swept along another direction, as the sweep of the line's piece between two parameters.
+/// `None` if these are equal.
+fn swept_line(on: &Parametric, (first, second): (f64, f64)) -> Option<(Surface, [StatedAxis; 2])> {
+    let (low, high) = (first.min(second), first.max(second));
+    let length = high - low;
+    let axis = StatedAxis { start: -low / length, factor: 1.0 / length, arc: AxisMap::Identity };
+    let direction = on.point(low, 1.0) - on.point(low, 0.0);
+    let curve = NurbsCurve3::line(on.point(low, 0.0), on.point(high, 0.0));
+    (length > 0.0)
+        .then_some((Surface::Extrusion { curve, direction }, [axis, StatedAxis { start: 0.0, factor: 1.0, ..axis }]))
 }
 
 /// The part of a surface over `u` × `v`, clamped to its domain.

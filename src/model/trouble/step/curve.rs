@@ -26,7 +26,7 @@ pub enum CurveTrouble {
         /// First and last parameter.
         domain: (f64, f64),
     },
-    /// A point is stated on a composite curve, whose parameters the reader does not keep.
+    /// A point or a trim is stated by its parameter on a composite curve; the reader does not keep these.
     OnComposite,
     /// A line is extruded along itself.
     AlongItself,
@@ -43,7 +43,7 @@ impl fmt::Display for CurveTrouble {
             Self::Beyond { parameter, domain: (low, high) } => {
                 write!(f, "a point at parameter {parameter} is outside the domain from {low} to {high}")
             }
-            Self::OnComposite => write!(f, "points on composite curves are not read"),
+            Self::OnComposite => write!(f, "parameters on composite curves are not read"),
             Self::AlongItself => write!(f, "a line is extruded along itself"),
         }
     }

@@ -1,0 +1,224 @@
+//! Parameters that a file states on swept curves and on surfaces -> those of the model's curves and surfaces.
+//!
+//! A circle's parameter is an angle in the file's unit, that of a line a multiple of its vector, and that of a trimmed
+//! curve starts with 0 at the first trim. Where the model's form has other parameters that are not mapped, the stated ones
+//! are refused.
+
+use super::curve::{Carrier, SPLINES};
+use super::face_location::FaceLocation;
+use super::place::Geometry;
+use super::table::{Entity, MAX_DEPTH, Read, Trouble};
+use crate::model::{AxisMap, CurveTrouble, Severity, StepOutcome, StepTrouble, Surface};
+use glam::{DAffine2, DMat2, DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Maps an angle in a full turn from 0 to the parameter of its NURBS arc.
+const TURN: AxisMap = AxisMap::Arc { start: 0.0, step: FRAC_PI_2, spans: 4 };
+
+/// Maps a parameter as stated to that of a NURBS curve, or to one of a surface's natural ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct StatedAxis {
+    /// Where the stated parameter is 0.
+    pub(super) start: f64,
+    /// Millimetres, radians or parameters per unit of the stated one.
+    pub(super) factor: f64,
+    /// From there to the parameter of an arc.
+    pub(super) arc: AxisMap,
+}
+
+impl StatedAxis {
+    const SAME: Self = Self::scaled(1.0);
+
+    const fn scaled(factor: f64) -> Self {
+        Self { start: 0.0, factor, arc: AxisMap::Identity }
+    }
+
+    pub(super) fn natural(&self, stated: f64) -> f64 {
+        let t = self.start + self.factor * stated;
+        let AxisMap::Arc { start, step, spans } = self.arc else { return t };
+        // Only a whole turn goes on beyond its ends.
+        let sweep = step * f64::from(spans);
+        let turns = if (sweep - TAU).abs() <= 1e-9 { ((t - start) / sweep).floor() } else { 0.0 };
+        turns * sweep + self.arc.to_nurbs(t - turns * sweep)
+    }
+
+    /// The map of a trimmed curve or surface, whose parameter is 0 at `from` and grows as the trims say.
+    fn trimmed(self, from: f64, along: bool) -> Self {
+        let factor = if along { self.factor } else { -self.factor };
+        Self { start: self.start + self.factor * from, factor, ..self }
+    }
+}
+
+/// Maps both parameters of a surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum StatedAxes {
+    Each([StatedAxis; 2]),
+    /// A line that is swept along another direction and became a plane: the stated parameters are coordinates along
+    /// both, with their lengths as units.
+    Oblique(DAffine2),
+}
+
+/// A surface with the parameters that the file states on it.
+pub(super) struct Parametric {
+    pub(super) surface: Surface,
+    pub(super) axes: StatedAxes,
+    /// The difference from the file to report, with its severity.
+    pub(super) note: Option<(Severity, StepOutcome)>,
+}
+
+impl Parametric {
+    /// The natural parameters.
+    pub(super) fn natural(&self, u: f64, v: f64) -> [f64; 2] {
+        match &self.axes {
+            StatedAxes::Each([along_u, along_v]) => [along_u.natural(u), along_v.natural(v)],
+            StatedAxes::Oblique(map) => map.transform_point2(DVec2::new(u, v)).into(),
+        }
+    }
+
+    /// The point at stated parameters. Closed directions repeat beyond their ends.
+    pub(super) fn point(&self, u: f64, v: f64) -> DVec3 {
+        let (domain, period) = (self.surface.natural_domain(), self.surface.period());
+        let mut at = self.natural(u, v);
+        for k in 0..2 {
+            let (low, high) = domain[k];
+            if let Some(period) = period[k].filter(|_| !(low..=high).contains(&at[k])) {
+                at[k] = low + (at[k] - low).rem_euclid(period);
+            }
+        }
+        self.surface.point(at[0], at[1])
+    }
+}
+
+impl Geometry<'_> {
+    /// A surface, with the map from the file's parameters to its natural ones. Flipped surfaces and replicas are refused.
+    pub(super) fn parametric(&self, id: u64, depth: usize) -> Read<Parametric> {
+        let on = self.surface(id, &FaceLocation::default, depth)?;
+        if on.turned {
+            return Err(Trouble::new(id, StepTrouble::ReplicaParameters));
+        }
+        let axes = self.stated_axes(id, &on.surface, depth)?;
+        Ok(Parametric { surface: on.surface, axes, note: on.note })
+    }
+
+    /// The parameters of instance `id`, which was read as `surface`.
+    fn stated_axes(&self, id: u64, surface: &Surface, depth: usize) -> Read<StatedAxes> {
+        use StatedAxes::{Each, Oblique};
+        let instance = self.get(id)?;
+        let (length, angle) = (StatedAxis::scaled(self.units.length), StatedAxis::scaled(self.units.angle));
+        let inner = |name: &'static str| self.stated_axes(instance.fields(name, 1).reference(0)?, surface, depth + 1);
+        let own = |name: &'static str| instance.fields(name, 1);
+        if depth >= MAX_DEPTH {
+            Err(Trouble::new(id, StepTrouble::TooDeep { what: "surfaces" }))
+        } else if instance.is("SURFACE_REPLICA") {
+            Err(Trouble::new(id, StepTrouble::ReplicaParameters))
+        } else if instance.is("OFFSET_SURFACE") {
+            inner("OFFSET_SURFACE")
+        } else if instance.is("CURVE_BOUNDED_SURFACE") {
+            inner("CURVE_BOUNDED_SURFACE")
+        } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
+            let trims = own("RECTANGULAR_TRIMMED_SURFACE");
+            let ([u, v], along) = ([trims.real(1)?, trims.real(3)?], [5, 6].map(|i| trims.flag(i, true)));
+            Ok(match inner("RECTANGULAR_TRIMMED_SURFACE")? {
+                Each([of_u, of_v]) => Each([of_u.trimmed(u, along[0]), of_v.trimmed(v, along[1])]),
+                Oblique(map) => {
+                    let steps = along.map(|along| if along { 1.0 } else { -1.0 });
+                    Oblique(map * DAffine2::from_scale_angle_translation(steps.into(), 0.0, DVec2::new(u, v)))
+                }
+            })
+        } else if instance.is("SURFACE_OF_LINEAR_EXTRUSION") {
+            let (swept, direction) = (own("SURFACE_OF_LINEAR_EXTRUSION"), StatedAxis::SAME);
+            match surface {
+                Surface::Plane { frame } => {
+                    let along = self.vector(swept.reference(1)?)?;
+                    let (Carrier::Line { along: line, .. }, same) = self.carrier(swept.reference(0)?, depth + 1)?
+                    else {
+                        return Err(self.no_parameters(instance));
+                    };
+                    let line = if same { line } else { -line };
+                    let flat = |v: DVec3| DVec2::new(v.dot(frame.x), v.dot(frame.y));
+                    Ok(Oblique(DAffine2::from_mat2(DMat2::from_cols(flat(line), flat(along)))))
+                }
+                _ => Ok(Each([self.stated_axis(swept.reference(0)?, depth + 1)?, direction])),
+            }
+        } else if instance.is("SURFACE_OF_REVOLUTION") {
+            let swept = own("SURFACE_OF_REVOLUTION").reference(0)?;
+            Ok(Each([angle, self.stated_axis(swept, depth + 1)?]))
+        } else {
+            match surface {
+                Surface::Plane { .. } => Ok(Each([length, length])),
+                Surface::Cylinder { .. } | Surface::Cone { .. } => Ok(Each([angle, length])),
+                Surface::Sphere { .. } | Surface::Torus { .. } => Ok(Each([angle, angle])),
+                // A torus that meets its own axis; the angle is that of the torus.
+                Surface::Revolution { curve, .. } => {
+                    let (start, end) = curve.domain();
+                    let spans = (curve.points.len() - 1) / 2;
+                    Ok(Each([angle, StatedAxis { arc: arc((start, end), spans), ..angle }]))
+                }
+                Surface::Extrusion { .. } => Err(self.no_parameters(instance)),
+                Surface::Nurbs(_) => Ok(Each([StatedAxis::SAME; 2])),
+            }
+        }
+    }
+
+    fn no_parameters(&self, instance: Entity<'_>) -> Trouble {
+        let keyword = instance.keyword();
+        Trouble::new(instance.id, StepTrouble::NotRead { what: "parameters on curves and surfaces", keyword })
+    }
+
+    /// Maps the parameter of a curve with ends to that of [`bounded`](Self::bounded).
+    pub(super) fn stated_axis(&self, id: u64, depth: usize) -> Read<StatedAxis> {
+        let instance = self.unwrap(id, depth)?;
+        let inner = |name: &'static str| self.stated_axis(instance.fields(name, 1).reference(0)?, depth + 1);
+        if depth >= MAX_DEPTH {
+            Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }))
+        } else if self.is_composite(id, depth) {
+            Err(Trouble::new(id, CurveTrouble::OnComposite))
+        } else if instance.is("CIRCLE") || instance.is("ELLIPSE") {
+            Ok(StatedAxis { start: 0.0, factor: self.units.angle, arc: TURN })
+        } else if instance.is("CURVE_REPLICA") {
+            inner("CURVE_REPLICA")
+        } else if instance.is("OFFSET_CURVE_3D") {
+            inner("OFFSET_CURVE_3D")
+        } else if instance.is("TRIMMED_CURVE") {
+            self.trimmed_axis(instance, depth)
+        } else if instance.is("POLYLINE") {
+            // Each point has a parameter, but those that repeat the one before were dropped.
+            let listed = instance.fields("POLYLINE", 1).links(0)?.count();
+            let kept = self.bounded(instance.id, depth)?.points.len();
+            if kept == listed { Ok(StatedAxis::SAME) } else { Err(self.no_parameters(instance)) }
+        } else if SPLINES.into_iter().any(|kind| instance.is(kind)) {
+            Ok(StatedAxis::SAME)
+        } else {
+            Err(self.no_parameters(instance))
+        }
+    }
+
+    /// Maps the parameter of a `TRIMMED_CURVE`, which is 0 at the first trim and grows up to the second. The NURBS form
+    /// starts there, too.
+    fn trimmed_axis(&self, instance: Entity<'_>, depth: usize) -> Read<StatedAxis> {
+        let basis = instance.fields("TRIMMED_CURVE", 1).reference(0)?;
+        let curve = self.bounded(instance.id, depth)?;
+        let (start, end) = curve.domain();
+        let axis = StatedAxis { start, ..StatedAxis::SAME };
+        match self.carrier(basis, depth + 1)?.0 {
+            Carrier::Line { along, .. } => {
+                let length = curve.point(end).distance(curve.point(start));
+                Ok(StatedAxis { factor: (end - start) * along.length() / length, ..axis })
+            }
+            Carrier::Round { .. } => {
+                let spans = (curve.points.len() - 1) / 2;
+                Ok(StatedAxis { factor: self.units.angle, arc: arc((start, end), spans), ..axis })
+            }
+            Carrier::Parabola { .. } => Ok(axis),
+            Carrier::Spline { .. } if self.stated_axis(basis, depth + 1)? == StatedAxis::SAME => Ok(axis),
+            // A hyperbola's NURBS form has other parameters inside its spans.
+            Carrier::Hyperbola { .. } | Carrier::Spline { .. } => Err(self.no_parameters(instance)),
+        }
+    }
+}
+
+/// Maps the angles of an arc with equal spans.
+fn arc((start, end): (f64, f64), spans: usize) -> AxisMap {
+    let spans = u32::try_from(spans).unwrap_or(1).max(1);
+    AxisMap::Arc { start, step: (end - start) / f64::from(spans), spans }
+}
