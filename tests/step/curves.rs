@@ -236,6 +236,27 @@ fn a_composite_curve_is_trimmed_by_points_only() {
 }
 
 #[test]
+fn a_trim_of_a_curve_against_its_circle_runs_along_that_curve() {
+    // A quarter of a circle from the top to the right, its second half, and a line on from there.
+    let composite = point(64, [2.0, 0.0, 0.0])
+        + &point(86, [2.0 * FRAC_1_SQRT_2, 2.0 * FRAC_1_SQRT_2, 0.0])
+        + "#65=LINE('',#64,#66);#66=VECTOR('',#67,1.);#67=DIRECTION('',(1.,0.,0.));\
+           #68=TRIMMED_CURVE('',#65,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(2.)),.T.,.PARAMETER.);\
+           #69=CIRCLE('',#20,2.);#80=TRIMMED_CURVE('',#69,(PARAMETER_VALUE(90.)),(PARAMETER_VALUE(0.)),.F.,\
+           .PARAMETER.);#81=TRIMMED_CURVE('',#80,(#86),(#64),.T.,.CARTESIAN.);\
+           #82=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#81);#83=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#68);\
+           #60=COMPOSITE_CURVE('',(#82,#83),.F.);";
+    let (start, end) = ([2.0 * FRAC_1_SQRT_2, 2.0 * FRAC_1_SQRT_2, 0.0], [4.0, 0.0, 0.0]);
+    let (_, edge) = edge(start, end, true, &composite);
+    let (a, b) = edge.range;
+    for k in 0..=100 {
+        let p = edge.curve.point(a + (b - a) * f64::from(k) / 100.0);
+        assert!((p.length() - 2.0).abs() < 1e-9 || p.y.abs() < 1e-9 && p.x > 2.0, "{p}");
+    }
+    near(edge.curve.point(a), DVec3::from(start));
+}
+
+#[test]
 fn a_polyline_keeps_its_kind() {
     let line = arch() + "#60=POLYLINE('',(#61,#62,#63,#64));";
     let (_, edge) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &line);

@@ -315,7 +315,7 @@ impl Geometry<'_> {
         let by_point = composite || fields.keyword(4) == "CARTESIAN";
         let t1 = self.trim(&carrier, fields.list(1)?, by_point, id)?;
         let t2 = self.trim(&carrier, fields.list(2)?, by_point, id)?;
-        // `low` to `high` follows the carrier; the trimmed curve has that direction if its sense agrees.
+        // `low` to `high` follows the carrier; the trimmed curve has that direction if both senses agree.
         let (mut low, mut high) = if sense { (t1, t2) } else { (t2, t1) };
         if !same {
             (low, high) = (high, low);
@@ -356,7 +356,7 @@ impl Geometry<'_> {
                 }
             }
         };
-        Ok(if sense { curve } else { curve.reversed() })
+        Ok(if sense == same { curve } else { curve.reversed() })
     }
 
     /// The parameter of one trim on the carrier, angles in radians.
