@@ -223,10 +223,7 @@ impl Viewer {
         let mut under = |at: egui::Pos2| {
             let [x, y] = place(at);
             let picked = self.scene.pick((x.max(0.0) as u32, y.max(0.0) as u32), 0, &options);
-            picked.unwrap_or_else(|error| {
-                self.told.trouble = Some(error.to_string());
-                None
-            })
+            picked.map_err(|error| self.told.trouble = Some(error.to_string())).ok().flatten()
         };
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.dragged()) {
             // At a low frame rate, pressing the button and moving the pointer may arrive in the same picture.

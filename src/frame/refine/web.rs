@@ -61,7 +61,8 @@ impl TriangleShape {
         let [a, b, c] = corners.map(|v| positions[v as usize]);
         let cross = (b - a).cross(c - a);
         let [n, o, p] = corners.map(|v| normals[v as usize]);
-        // Single precision is exact enough, because the sum of three unit normals is at most 3 long, and counts as that long.
+        // Single precision is exact enough, because the sum of three unit normals is at most 3 long, and counts as that
+        // long.
         let normal = (n + o + p).as_dvec3();
         let (facing, area) = (cross.dot(normal), cross.length_squared());
         let steep = ROOM * STEEP * 3.0;

@@ -75,7 +75,8 @@ impl Rungs {
         self.trace.run(tile);
         let Self { trace, rings, polygon } = self;
         out.stats.crossings = trace.crossings.len() as u32;
-        // No certificate is needed: the boundary of the triangles of all loops is the loops. A tile of one cell was tried.
+        // No certificate is needed: the boundary of the triangles of all loops is the loops. A tile of one cell was
+        // tried.
         if tile.cells != (1, 1) && rings.build_one_cell(tile, trace, polygon, out) {
             return Ok(TrimOutcome::Certified);
         }

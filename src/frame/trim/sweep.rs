@@ -1,10 +1,11 @@
 //! Loops in a plane -> strictly positive triangles with the same boundary, by a sweep; or a refusal.
 //!
 //! Method: Hertel and Mehlhorn, "Fast triangulation of simple polygons", 1983. A line passes over the vertices along
-//! the longer side of their box, here from left to right. What it cuts of the region is intervals between two segments. The part of an interval's region that
-//! has no triangles yet ends on the left in a chain, which turns away from it at every inner vertex. Each vertex that
-//! the line meets extends a chain, and cuts off the triangles that are positive. A vertex that points to the left, into
-//! an interval, splits it: its partner is the last vertex of that interval. One that points to the right joins two.
+//! the longer side of their box, here from left to right. What it cuts of the region is intervals between two segments.
+//! The part of an interval's region that has no triangles yet ends on the left in a chain, which turns away from it at
+//! every inner vertex. Each vertex that the line meets extends a chain, and cuts off the triangles that are positive. A
+//! vertex that points to the left, into an interval, splits it: its partner is the last vertex of that interval. One
+//! that points to the right joins two.
 //!
 //! Diagonals and triangles are cut off chains, so the boundary of all triangles is the loops, whatever the input: that
 //! all are positive is the only thing to prove, and it is checked. Simple loops, with holes and islands to any depth,
@@ -23,8 +24,8 @@ pub(crate) struct Sweep {
     /// By vertex: its neighbours in its loop.
     next: Vec<u32>,
     prev: Vec<u32>,
-    /// The vertices in the order in which the line meets them, each with its coordinate as a number in [`ordered`]; and the place of each
-    /// there.
+    /// The vertices in the order in which the line meets them, each with its coordinate as a number in [`ordered`]; and
+    /// the place of each there.
     order: Vec<(i64, u32)>,
     rank: Vec<u32>,
     /// By the vertex that a segment starts from: the interval that it bounds.

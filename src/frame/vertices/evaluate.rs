@@ -390,8 +390,8 @@ fn in_constant_patch<const L: usize, F: Lanes<L>, const RATIONAL: bool, const N:
     in_patch::<L, F, RATIONAL>(zero, &patch[..N * M], roles, (&values, &slopes), (&basis, &rates))
 }
 
-/// Evaluates a patch at the lanes of both directions, given by basis and slopes. The sums are those of lattices, component
-/// by component, so that few numbers are alive at a time.
+/// Evaluates a patch at the lanes of both directions, given by basis and slopes. The sums are those of lattices,
+/// component by component, so that few numbers are alive at a time.
 #[inline(always)]
 fn in_patch<const L: usize, F: Lanes<L>, const RATIONAL: bool>(
     zero: F,

@@ -1,8 +1,8 @@
 //! Parameters that a file states on swept curves and on surfaces -> those of the model's curves and surfaces.
 //!
 //! A circle's parameter is an angle in the file's unit, that of a line a multiple of its vector, and that of a trimmed
-//! curve starts with 0 at the first trim. Where the model's form has other parameters that are not mapped, the stated ones
-//! are refused.
+//! curve starts with 0 at the first trim. Where the model's form has other parameters that are not mapped, the stated
+//! ones are refused.
 
 use super::curve::{Carrier, SPLINES};
 use super::face_location::FaceLocation;

@@ -136,8 +136,8 @@ impl Entry<'_> {
 }
 
 impl Table {
-    /// The instances of pieces of a text, no two of which may have the same number. `is_in_order`: whether numbers ascend.
-    /// `elsewhere`: places of instances defined in other files. Some of them once reading is cancelled.
+    /// The instances of pieces of a text, no two of which may have the same number. `is_in_order`: whether numbers
+    /// ascend. `elsewhere`: places of instances defined in other files. Some of them once reading is cancelled.
     pub(super) fn new(
         call: Call<'_>,
         (pieces, is_in_order): (Vec<(Vec<Row>, Types, Values)>, bool),

@@ -31,7 +31,8 @@ impl ArcStrip {
     /// The halves of a span of `step` radians that starts at angle `start` and is `width` wide in the parameter.
     fn halves(start: f64, step: f64, width: f64) -> [Self; PARTS] {
         let k = (0.25 * step).tangent();
-        // φ' falls with |s|: largest at 0. |φ''| grows with |s| while k²s² < 1/3, for all steps up to 120°: largest at 1.
+        // φ' falls with |s|: largest at 0. |φ''| grows with |s| while k²s² < 1/3, for all steps up to 120°: largest at
+        // 1.
         let (first, second) = (4.0 * k / width, 16.0 * k.powi(3) / (1.0 + k.powi(2)).powi(2) / (width * width));
         let (middle, half) = (start + 0.5 * step, 2.0 * k.arc_tangent());
         let ends = [(middle - half, middle), (middle, middle + half)];

@@ -10,8 +10,8 @@ use crate::prepare::uv::inside::{TileRegion, points_along};
 use glam::{DVec2, DVec3, DVec4};
 use std::sync::Arc;
 
-/// An edge has as many samples per border of its strips, evenly spaced; a tile has four times as many per Bézier piece and direction. Sixteen
-/// on a quarter turn find its extreme point to 0.1 % of the radius.
+/// An edge has as many samples per border of its strips, evenly spaced; a tile has four times as many per Bézier piece
+/// and direction. Sixteen on a quarter turn find its extreme point to 0.1 % of the radius.
 const SAMPLES: usize = 4;
 
 /// Edges or faces that a thread takes at a time: about a microsecond each.

@@ -66,7 +66,8 @@ impl Default for PrepareOptions {
 ///
 /// A face that cannot be used, or whose work panics, is reported in [`Prepared::diagnostics`]; its neighbours are
 /// unaffected. After a panic on edges, which faces share, all faces of the part are filled in space. The result does
-/// not depend on the number of threads, unless near the limit of memory. Cost: about 20–200 µs per face. Runs on [`Rayon`]'s threads.
+/// not depend on the number of threads, unless near the limit of memory. Cost: about 20–200 µs per face. Runs on
+/// [`Rayon`]'s threads.
 ///
 /// # Errors
 /// If the model exceeds [`PrepareOptions::limits`]. Work stops as soon as it does.
@@ -90,8 +91,8 @@ pub fn prepare_on(
 
 impl Prepared {
     /// Prepares another model, and takes over the parts that both have: those with the same content, bit for bit,
-    /// wherever they stand in the lists, if the border tolerance is the same. Names and colours may differ, and entity numbers,
-    /// but for those in the cause for which a face was refused.
+    /// wherever they stand in the lists, if the border tolerance is the same. Names and colours may differ, and entity
+    /// numbers, but for those in the cause for which a face was refused.
     ///
     /// Gives what [`prepare`] does: the same parts, scene and diagnostics. Only how tiles are shared among workers may
     /// differ, because a part that is taken over keeps the expected costs of its tiles. Its data is shared with `self`,
