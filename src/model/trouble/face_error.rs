@@ -157,7 +157,7 @@ impl fmt::Display for FaceError {
 impl FaceError {
     /// Whether the cause may be that seams are treated as boundaries.
     pub(crate) fn may_be_seams(&self) -> bool {
-        matches!(self, Self::Region(_) | Self::Tangled { .. } | Self::Thin { .. } | Self::NoArea { .. })
+        matches!(self, Self::Region(_) | Self::Tangled { .. })
     }
 
     /// The place in space, millimetres, if the error has one.

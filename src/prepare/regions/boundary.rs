@@ -28,7 +28,7 @@ pub(crate) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
         let loops = free.region.loops.iter().map(|l| l.pieces.iter().filter_map(of_piece).collect::<Vec<_>>());
         return loops.filter(|l| !l.is_empty()).collect();
     }
-    let mut given = WireSet::new(face);
+    let mut given = WireSet::default();
     let of_coedges = |coedges: &[Coedge]| coedges.iter().map(|c| (c.edge.0, c.reversed)).collect::<Vec<_>>();
     face.wires().filter(|coedges| given.is_first(coedges)).map(of_coedges).filter(|l| !l.is_empty()).collect()
 }

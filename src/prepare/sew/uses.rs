@@ -41,7 +41,7 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
         uses.add(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
     };
     for (face, f) in part.faces.iter().enumerate() {
-        let mut given = WireSet::new(f);
+        let mut given = WireSet::default();
         for coedges in f.wires() {
             if given.is_first(coedges) {
                 coedges.iter().for_each(|c| add(face, c.edge.0, false, false));

@@ -102,11 +102,12 @@ impl<'a> Traced<'a> {
 
     fn trace(&mut self) -> Result<(), FaceError> {
         let part = self.part;
-        let mut given = WireSet::new(self.face);
+        let mut given = WireSet::default();
+        let may_repeat = self.face.loops.len() > 1;
         for l in &self.face.loops {
             match l {
                 Loop::Edges(coedges) => {
-                    if !given.is_first(coedges) {
+                    if may_repeat && !given.is_first(coedges) {
                         let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
                         self.repairs.push(Finding::new(place, FaceTrouble::LoopTwice));
                         continue;

@@ -2,49 +2,19 @@
 
 use super::ends::ends;
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
-/// The wires of a face seen so far.
-pub(crate) struct WireSet<'a> {
-    face: &'a Face,
-    /// By sorted edges: the wires of these edges, each as its sorted coedges.
-    known: BTreeMap<Vec<u32>, Vec<Vec<(u32, bool)>>>,
-}
+/// The wires of a face seen so far, each as its sorted edges.
+#[derive(Default)]
+pub(crate) struct WireSet(BTreeSet<Vec<u32>>);
 
-impl<'a> WireSet<'a> {
-    /// No wire of `face` so far.
-    pub(crate) fn new(face: &'a Face) -> Self {
-        Self { face, known: BTreeMap::new() }
-    }
-
-    /// Records a wire of the face and returns whether it is not a repeat: no wire of the same edges came before, or
-    /// only its reverse, on a periodic surface. These two are the sides of a cut that goes round the surface. Always
-    /// true for a wire without edges.
+impl WireSet {
+    /// Records a wire and returns whether no wire of the same edges came before. Always true for a wire without edges.
     pub(crate) fn is_first(&mut self, coedges: &[Coedge]) -> bool {
-        if self.face.loops.len() < 2 || coedges.is_empty() {
-            return true;
-        }
-        let sorted = |reverse: bool| {
-            let mut wire: Vec<(u32, bool)> = coedges.iter().map(|c| (c.edge.0, c.reversed != reverse)).collect();
-            wire.sort_unstable();
-            wire
-        };
-        let wire = sorted(false);
-        let known = self.known.entry(wire.iter().map(|c| c.0).collect()).or_default();
-        let is_first = match &known[..] {
-            [] => true,
-            [other] => *other != wire && *other == sorted(true) && is_periodic(self.face),
-            _ => false,
-        };
-        if is_first {
-            known.push(wire);
-        }
-        is_first
+        let mut edges: Vec<u32> = coedges.iter().map(|c| c.edge.0).collect();
+        edges.sort_unstable();
+        edges.is_empty() || self.0.insert(edges)
     }
-}
-
-fn is_periodic(face: &Face) -> bool {
-    face.surface.check().is_ok() && face.surface.period() != [None, None]
 }
 
 /// Index of an edge in its wire, and whether to reverse it.
@@ -118,16 +88,14 @@ fn turned(ends: &[[VertexId; 2]], at: &BTreeMap<VertexId, Vec<usize>>) -> Vec<Ve
     wires
 }
 
-/// The loops of a face on a periodic surface without its seams: edges that its loops use in both directions. `None` if
+/// The loops of a face on a periodic surface without its seams: edges that one loop uses in both directions. `None` if
 /// there are no seams, or if the remaining edges do not close.
 ///
-/// A seam bounds nothing. Files add it to describe the face by a single wire, or to cut a closed surface open, by a
-/// wire for each side of the cut.
+/// A seam bounds nothing. Files add it to describe the face by a single wire.
 pub(crate) fn without_seams(part: &Part, face: &Face) -> Option<Vec<Loop>> {
-    if !is_periodic(face) {
+    if face.surface.period() == [None, None] {
         return None;
     }
-    let ways: HashSet<(EdgeId, bool)> = face.wires().flatten().map(|c| (c.edge, c.reversed)).collect();
     let mut found = false;
     let mut loops = Vec::with_capacity(face.loops.len());
     for l in &face.loops {
@@ -135,6 +103,7 @@ pub(crate) fn without_seams(part: &Part, face: &Face) -> Option<Vec<Loop>> {
             loops.push(l.clone());
             continue;
         };
+        let ways: HashSet<(EdgeId, bool)> = coedges.iter().map(|c| (c.edge, c.reversed)).collect();
         let rest: Vec<&Coedge> = coedges.iter().filter(|c| !ways.contains(&(c.edge, !c.reversed))).collect();
         if rest.len() == coedges.len() {
             loops.push(l.clone());
