@@ -173,6 +173,34 @@ fn whole_tori_thin_and_fat_with_and_without_edges() {
     }
 }
 
+/// A cylinder with a round edge below. The round part of a torus has a seam, and its loop may run either way: OpenCASCADE
+/// writes it clockwise.
+#[test]
+fn a_loop_with_a_seam_lies_around_what_it_keeps() {
+    let (radius, round, height) = (5.0, 2.0, 10.0);
+    for backwards in [false, true] {
+        let mut body = Body::solid();
+        let circles = [(0.0, radius - round), (round, radius), (height, radius)];
+        let [low, middle, high] = circles.map(|(z, radius)| body.circle(&level(z), radius));
+        let profile = Frame3 { y: DVec3::Z, z: -DVec3::Y, ..level(round) };
+        let profile = Frame3 { origin: profile.origin + DVec3::X * (radius - round), ..profile };
+        let seam = body.arc(&profile, round, -FRAC_PI_2, 0.0);
+        let mut around = vec![low.along(), seam.along(), middle.against(), seam.against()];
+        if backwards {
+            around.reverse();
+            around.iter_mut().for_each(|c| c.reversed ^= true);
+        }
+        let tube = Surface::Torus { frame: level(round), major: radius - round, minor: round };
+        body.face(tube, vec![around], false);
+        let side = Surface::Cylinder { frame: Frame3::WORLD, radius };
+        body.face(side, vec![vec![middle.along()], vec![high.against()]], false);
+        body.face(Surface::Plane { frame: level(0.0) }, vec![vec![low.against()]], true);
+        body.face(Surface::Plane { frame: level(height) }, vec![vec![high.along()]], false);
+        let (volume, area) = (PI * (223.0 + 1.0 / 3.0 + 6.0 * PI), 122.0 * PI + 6.0 * PI * PI);
+        Ladder::solid(body.finish(), volume, area).pieces(1).named(backwards).climb();
+    }
+}
+
 #[test]
 fn pipe_bends_across_the_seam_and_next_to_it() {
     let (major, minor) = (8.0, 3.0);

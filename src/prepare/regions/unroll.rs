@@ -13,6 +13,7 @@ use crate::prepare::uv::polygon::Polygon;
 use crate::prepare::uv::region::{Region, loops_box};
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::DVec2;
+use std::collections::HashMap;
 
 /// Maximum number of turns around a periodic surface. Springs have tens, threads and coils hundreds.
 const MAX_PERIODS: f64 = 20_000.0;
@@ -54,7 +55,8 @@ pub(crate) fn region(
     let mut polylines: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
     let areas: Vec<f64> = polylines.iter().map(|points| double_area(points)).collect();
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
-    if closed && areas.iter().all(|&a| a < 0.0) {
+    // A loop with a seam lies around what it keeps, whichever way it runs: the seam is in no other region.
+    if closed && areas.iter().all(|&a| a < 0.0) && !(turn && loops.iter().any(|l| has_seam(l, projector))) {
         if let Some(axis) = go_round_poles(&mut loops, projector) {
             return band(loops, axis, named_pole, projector, turn);
         }
@@ -66,6 +68,19 @@ pub(crate) fn region(
         nest(&mut loops, polylines, &areas);
     }
     Ok(Region { loops, wraps: [false, false], bounds, base: 0, unbounded: None })
+}
+
+/// Whether a loop runs along an edge in both directions, a period apart.
+fn has_seam(l: &UvLoop, projector: &Projector<'_>) -> bool {
+    let mut known: HashMap<u32, &Piece> = HashMap::new();
+    l.pieces.iter().any(|piece| {
+        let before = piece.along.edge().and_then(|edge| known.insert(edge, piece));
+        before.is_some_and(|other| {
+            let apart = piece.start() - other.end();
+            let is_apart = |axis: usize| projector.period[axis].is_some_and(|period| apart[axis].abs() > 0.5 * period);
+            other.reversed != piece.reversed && (0..2).any(is_apart)
+        })
+    })
 }
 
 /// Converts holes that touch a pole into loops that go round it, and returns the direction in which they do. `None` if
