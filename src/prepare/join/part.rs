@@ -108,7 +108,7 @@ pub(crate) fn prepare_part(
     let (part, lost) = assembled.unwrap_or_else(|reason| maker.nothing(&reason));
     closedness.lose(lost.into_iter().map(|face| of_boundary(&maker.boundary(face))));
     maker.tell_turned(&turned);
-    maker.tell_open(&part, &sums, closedness.closed);
+    maker.tell_open(&part, &sums);
     maker.tell_sewn(borders);
     PartOutcome { part, diagnostics: maker.diagnostics, without_area, closedness, cost, kept }
 }
@@ -522,8 +522,8 @@ impl PartPreparation<'_> {
         }
     }
 
-    /// Reports open shells, and edges on which faces cannot be oriented to cancel. `closed`: whether the part is closed.
-    fn tell_open(&mut self, prepared: &PreparedPart, sums: &[Sum], closed: bool) {
+    /// Reports open shells, and edges on which faces cannot be oriented to cancel.
+    fn tell_open(&mut self, prepared: &PreparedPart, sums: &[Sum]) {
         let part = &*self.part;
         let lost = |face: usize| prepared.face_rows[face].is_none();
         let diagnostic = |face: usize, edge: u32, entity: u64, severity, kind: ShellTrouble| Diagnostic {
@@ -535,11 +535,7 @@ impl PartPreparation<'_> {
             ..Diagnostic::new(severity, kind)
         };
         let mut told: Vec<Diagnostic> = Vec::new();
-        // Where faces cancel on all edges, each has an even number of uses, but for edges in gaps: what is left of these
-        // was added to a face.
-        let may_be_open = !closed || !self.gap_edges.is_empty();
-        let open = if may_be_open { shells::open(part, &self.free, lost) } else { Vec::new() };
-        told.extend(open.into_iter().map(|open| {
+        told.extend(shells::open(part, &self.free, lost).into_iter().map(|open| {
             let kind = ShellTrouble::Open { free: open.free, edges: open.edges };
             diagnostic(open.face, open.edge, open.entity, Severity::Warning, kind)
         }));
