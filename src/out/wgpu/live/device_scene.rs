@@ -103,8 +103,8 @@ impl DeviceScene {
 
     /// Whether the instances have the same records and draws, and are of the same parts.
     pub(super) fn has_instances_of(&self, other: &Self) -> bool {
-        let numbers = |scene: &Self| scene.parts.iter().map(|part| part.number).collect::<Vec<_>>();
-        look_like(&self.places, &other.places) && numbers(self) == numbers(other)
+        let [here, there] = [self, other].map(|scene| scene.parts.iter().map(|part| part.number));
+        look_like(&self.places, &other.places) && here.eq(there)
     }
 
     /// Replaces the instances.
