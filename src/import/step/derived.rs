@@ -26,11 +26,15 @@ struct Offset {
 }
 
 impl Offset {
-    /// The way from a point of the basis with this tangent to that of the offset.
+    /// The way from a point of the basis with this tangent to that of the offset. `None` if the tangent vanishes or runs
+    /// along the reference direction.
+    fn way(&self, tangent: DVec3) -> Option<DVec3> {
+        Some(self.reference.cross(tangent).try_normalize()? * self.distance)
+    }
+
+    /// [`way`](Self::way) of a line or a circle.
     fn aside(&self, tangent: DVec3) -> Read<DVec3> {
-        let aside = self.reference.cross(tangent).try_normalize();
-        let aside = aside.ok_or_else(|| Trouble::new(self.id, FitTrouble::AlongBasis))?;
-        Ok(aside * self.distance)
+        self.way(tangent).ok_or_else(|| Trouble::new(self.id, FitTrouble::AlongBasis))
     }
 
     /// Whether the offset of a circle or ellipse is a circle.
@@ -50,8 +54,7 @@ impl Offset {
         let breaks = breaks_of(&basis.knots, basis.domain());
         let curve = fitted(&breaks, tolerance, |t| {
             let d = basis.derivatives(t);
-            let aside = self.reference.cross(d.d1).try_normalize();
-            Ok(d.point + aside.ok_or(FitTrouble::NoDirection)? * self.distance)
+            Ok(d.point + self.way(d.d1).ok_or(FitTrouble::NoDirection)?)
         });
         Ok(curve.map_err(|what| Trouble::new(self.id, what))?.0)
     }
