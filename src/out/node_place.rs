@@ -140,8 +140,8 @@ impl NodePlace {
     }
 }
 
-/// The least power of two that is not below `x`; infinite if there is none. Exact, so that files do not depend on the
-/// platform's logarithm. `x` is positive and normal, or 0, of which it makes 0.
+/// Rounds `x` up to a power of two, infinity above the largest; 0 stays 0. Exact: a platform's logarithm would decide
+/// the bytes of files. `x` is 0, or positive and not subnormal.
 fn power_of_two(x: f64) -> f64 {
     const MANTISSA: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
     let below = f64::from_bits(x.to_bits() & !MANTISSA);

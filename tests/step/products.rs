@@ -188,7 +188,7 @@ fn exploding_assemblies_stop_at_the_limit() {
 
 #[test]
 fn representations_without_shape_are_not_searched_for_bodies() {
-    // The solid belongs to no shape: it becomes part of what is left, which has no name.
+    // No shape lists the solid. It is read as loose geometry, whose part has no name.
     let model = model(&(world() + &ball(60) + "#50=DEFINITIONAL_REPRESENTATION('parameters',(#60),#1);"));
     clean(&model);
     assert_eq!((model.parts.len(), model.parts[0].name.as_str()), (1, ""));

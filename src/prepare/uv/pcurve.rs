@@ -348,7 +348,7 @@ impl<'a> Projector<'a> {
             return Vec::new();
         }
         let near = 10.0 * self.tolerance;
-        // A curve is in the box of its points, and most poles are far away.
+        // A curve lies in the box of its points. Most poles are far from it; twice the distance leaves room for rounding.
         let [low, high] = around(edge.curve.points.iter().copied());
         let may_pass = |pole: &&Pole| pole.point.distance(pole.point.max(low).min(high)) <= 2.0 * near;
         let poles: SmallVec<[&Pole; 2]> = self.poles.iter().filter(may_pass).collect();
