@@ -64,9 +64,12 @@ impl SceneInstance {
     /// Uniform scale of the transform: the cube root of its determinant's absolute value.
     #[must_use]
     pub fn scale(&self) -> f64 {
+        /// Up to here the next term of the series is below half of the last digit.
+        const RIGID: f64 = 1e-8;
         let volume = self.transform.matrix3.determinant().abs();
-        // Most instances. The first cube root asks the processor what it can do, which virtual machines are slow to tell.
-        if volume == 1.0 { 1.0 } else { volume.cube_root() }
+        // Most instances, but for rounding. A frame asks for all of them.
+        let beyond = volume - 1.0;
+        if beyond.abs() <= RIGID { 1.0 + beyond / 3.0 } else { volume.cube_root() }
     }
 }
 
