@@ -202,6 +202,46 @@ fn a_loop_with_a_seam_lies_around_what_it_keeps() {
 }
 
 #[test]
+fn closed_surfaces_cut_along_one_circle_have_a_loop_for_each_side() {
+    let (major, minor) = (8.0, 3.0);
+    let ring = (torus(major, minor), TAU * PI * major * minor * minor, TAU * TAU * major * minor);
+    let whole = (sphere(minor), ball(minor), 4.0 * PI * minor * minor);
+    type Cut = fn(&mut Body, f64, f64) -> EdgeId;
+    let cuts: [(&'static str, _, Cut); 4] = [
+        ("tube", ring.clone(), |body, major, minor| tube_circle(body, major, minor, 0.0)),
+        ("tube off the seam", ring.clone(), |body, major, minor| tube_circle(body, major, minor, 2.0)),
+        ("ring", ring, |body, major, minor| body.circle(&Frame3::WORLD, major + minor)),
+        ("equator", whole, |body, _, minor| body.circle(&Frame3::WORLD, minor)),
+    ];
+    for (name, (surface, volume, area), cut) in cuts {
+        for swapped in [false, true] {
+            let mut body = Body::solid();
+            let circle = cut(&mut body, major, minor);
+            let mut loops = vec![vec![circle.along()], vec![circle.against()]];
+            if swapped {
+                loops.reverse();
+            }
+            body.face(surface.clone(), loops, false);
+            let ladder = Ladder::solid(body.finish(), volume, area).pieces(1).named((name, swapped));
+            ladder.told(&["edges-run-both-ways"]).climb();
+        }
+    }
+}
+
+#[test]
+fn a_tube_cut_around_its_middle_is_one_band() {
+    let (radius, height) = (3.0, 10.0);
+    let mut body = Body::solid();
+    let [low, middle, high] = [0.0, 4.0, height].map(|z| body.circle(&level(z), radius));
+    let loops = [low.along(), middle.against(), middle.along(), high.against()].map(|c| vec![c]).to_vec();
+    body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);
+    body.face(Surface::Plane { frame: level(0.0) }, vec![vec![low.against()]], true);
+    body.face(Surface::Plane { frame: level(height) }, vec![vec![high.along()]], false);
+    let (volume, area) = (PI * radius * radius * height, TAU * radius * (height + radius));
+    Ladder::solid(body.finish(), volume, area).pieces(1).told(&["edges-run-both-ways"]).climb();
+}
+
+#[test]
 fn pipe_bends_across_the_seam_and_next_to_it() {
     let (major, minor) = (8.0, 3.0);
     for (from, to) in [(0.0, FRAC_PI_2), (-1.0, 1.0), (5.0, 5.5), (1.0, 1.0 + 0.9 * TAU), (0.0, PI)] {

@@ -96,6 +96,35 @@ fn a_wire_given_twice_counts_once() {
 }
 
 #[test]
+fn a_wire_given_twice_on_a_closed_surface_counts_once() {
+    // A ball with a bore along x: holes in the ball are clear of its poles, and the bore goes round.
+    let (radius, bore): (f64, f64) = (5.0, 2.0);
+    let h = (radius * radius - bore * bore).sqrt();
+    for (face, reversed) in [(0, false), (0, true), (1, false), (1, true)] {
+        let mut part = PartBuilder::new("ball with a bore");
+        let shell = part.plain_shell(ShellKind::Outer);
+        let along_x = |x: f64| Frame3 { origin: DVec3::X * x, x: DVec3::Y, y: DVec3::Z, z: DVec3::X };
+        let [low, high] = [-h, h].map(|x| part.circle(&along_x(x), bore));
+        let loops = |wires: [Coedge; 2]| wires.map(|c| Loop::Edges(vec![c])).to_vec();
+        let ball = Surface::Sphere { frame: Frame3::WORLD, radius };
+        part.plain_face(ball, shell, loops([high.against(), low.along()]), false);
+        let side = Surface::Cylinder { frame: along_x(0.0), radius: bore };
+        part.plain_face(side, shell, loops([low.along(), high.against()]), true);
+        let mut part = part.finish().expect("a sound part");
+        let Loop::Edges(mut again) = part.faces[face].loops[0].clone() else { panic!("a loop of edges") };
+        again[0].reversed ^= reversed;
+        part.faces[face].loops.push(Loop::Edges(again));
+        let prepared = prepared(part);
+        for chord in CHORDS {
+            let (facts, _) = mesh(&prepared, chord);
+            assert!(facts.is_closed(), "face {face}, {reversed}, chord {chord}: {facts} {:?}", prepared.diagnostics);
+            let (volume, slack) = (4.0 / 3.0 * PI * h * h * h, chord * 8.0 * PI * radius * radius);
+            assert!((facts.volume - volume).abs() <= slack, "face {face}, {reversed}, chord {chord}: {facts}");
+        }
+    }
+}
+
+#[test]
 fn the_sense_of_a_wire_does_not_matter() {
     fn turn(l: &mut Loop) {
         let Loop::Edges(coedges) = l else { return };

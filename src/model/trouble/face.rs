@@ -20,7 +20,7 @@ pub enum FaceTrouble {
     },
     /// A repair of a free trimming curve.
     Trim(TrimTrouble),
-    /// A wire uses edges in both directions; they were left out.
+    /// The face uses edges in both directions; they were left out.
     BothWays,
     /// A loop is given twice and was used once.
     LoopTwice,
@@ -114,7 +114,7 @@ impl fmt::Display for FaceTrouble {
                 write!(f, "{cause}; its loops are filled in space, with about {area_mm2:.3e} mm²")
             }
             Self::Trim(trim) => trim.fmt(f),
-            Self::BothWays => write!(f, "edges that a wire uses in both directions were left out: they bound nothing"),
+            Self::BothWays => write!(f, "edges that run both ways were left out: they bound nothing"),
             Self::LoopTwice => write!(f, "a loop is given twice and was used once"),
             Self::LoopMissesStart { gap_mm } => write!(f, "the pcurves of a loop miss its start by {gap_mm:.3e} mm"),
             Self::ImagesMoved { by_mm } => {

@@ -242,9 +242,9 @@ fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3, samples: Sampli
 mod tests {
     use super::*;
     use crate::model::{Surface, shapes};
-    use crate::prepare::regions::boundary::shared_edges;
     use crate::prepare::report::room::Room;
     use crate::prepare::tiles::face;
+    use crate::prepare::wires::repeats::shared_edges;
 
     #[test]
     fn lobes_of_negative_winding_count_against_the_volume() {

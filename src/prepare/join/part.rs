@@ -25,6 +25,7 @@ use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::wires::chain::{Chain, summed};
 use crate::prepare::wires::heal;
 use crate::prepare::wires::heal::Healing;
+use crate::prepare::wires::repeats::{shared_edges, without_repeats, without_slits};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -65,15 +66,17 @@ pub(crate) fn prepare_part(
         // The whole result will be discarded.
         return PartOutcome::default();
     }
-    let healed = heal::heal(&trimmed, size, &mut healings);
-    let gap_edges = trimmed.edges.len()..healed.edges.len();
-    let (part, borders) = sew(call, healed, &mut free, border_tolerance * size, &mut healings);
+    let (single, repeated) = without_repeats(trimmed);
+    let healed = heal::heal(&single, size, &mut healings);
+    let gap_edges = single.edges.len()..healed.edges.len();
+    let (sewn, borders) = sew(call, healed, &mut free, border_tolerance * size, &mut healings);
+    let part = without_slits(sewn, repeated, &free, &mut healings);
     if budget.exceeded() {
         return PartOutcome::default();
     }
     healings.sort_by_key(|h| h.face);
     // Edges of free trims come after the model's own, and the pieces that sewing makes of them come last.
-    let finely_cut = if trimmed.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
+    let finely_cut = if single.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
     let mut maker = PartPreparation { call, id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
     let Drafts { results, cost, kept } = maker.draft(kept, budget);
     if budget.exceeded() {
@@ -169,7 +172,7 @@ impl PartPreparation<'_> {
     /// Drafts each face on its own, or takes its draft from `kept`, and adds up what they cost.
     fn draft(&self, kept: Option<&KeptFaces<'_>>, budget: &PrepareBudget<'_>) -> Drafts {
         let part = &*self.part;
-        let shared = boundary::shared_edges(part, &self.free);
+        let shared = shared_edges(part, &self.free);
         let draft = |(k, (f, free)): (usize, (&Face, &Option<_>))| {
             let span = || tracing::trace_span!("draft", part = self.id.0, face = k, entity = f.entity);
             let work = || {

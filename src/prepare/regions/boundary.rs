@@ -1,11 +1,10 @@
 //! Loops of a face -> the chain of edges that they use, and whether they close.
 
 use crate::model::{Coedge, EdgeId, Face, Part, VertexId};
-use crate::prepare::trims::free_faces::{FreeFace, FreeFaces};
+use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use crate::prepare::wires::chain::{Chain, summed};
 use crate::prepare::wires::ends::ends;
-use crate::prepare::wires::order::WireSet;
 
 /// A face's boundary: for each loop the edges that it uses, and whether against their direction.
 pub(crate) type Boundary = Vec<Vec<(u32, bool)>>;
@@ -21,16 +20,15 @@ pub(crate) fn of_region(part: &Part, loops: &[UvLoop]) -> Chain {
     summed(loops.iter().flat_map(|l| &l.pieces).filter_map(use_of).collect())
 }
 
-/// A face's boundary, without repeated loops.
+/// A face's boundary.
 pub(crate) fn boundary(face: &Face, free: Option<&FreeFace>) -> Boundary {
     let of_piece = |piece: &Piece| Some((piece.along.edge()?, piece.reversed));
     if let Some(free) = free {
         let loops = free.region.loops.iter().map(|l| l.pieces.iter().filter_map(of_piece).collect::<Vec<_>>());
         return loops.filter(|l| !l.is_empty()).collect();
     }
-    let mut given = WireSet::default();
     let of_coedges = |coedges: &[Coedge]| coedges.iter().map(|c| (c.edge.0, c.reversed)).collect::<Vec<_>>();
-    face.wires().filter(|coedges| given.is_first(coedges)).map(of_coedges).filter(|l| !l.is_empty()).collect()
+    face.wires().map(of_coedges).filter(|l| !l.is_empty()).collect()
 }
 
 /// Reverses the loops of a boundary that run against a chain.
@@ -47,28 +45,6 @@ pub(crate) fn turn(boundary: &mut Boundary, chain: &Chain) {
 /// The chain of a boundary.
 pub(crate) fn of_boundary(boundary: &[Vec<(u32, bool)>]) -> Chain {
     summed(boundary.iter().flatten().map(|&(edge, reversed)| (edge, sign(reversed))).collect())
-}
-
-/// For each edge whether more than one face uses it.
-pub(crate) fn shared_edges(part: &Part, free: &FreeFaces) -> Vec<bool> {
-    const NONE: u32 = u32::MAX;
-    let mut first = vec![NONE; part.edges.len()];
-    let mut shared = vec![false; part.edges.len()];
-    let mut add = |face: usize, edge: u32| {
-        let face = u32::try_from(face).unwrap_or(NONE);
-        let Some(known) = first.get_mut(edge as usize) else { return };
-        shared[edge as usize] |= *known != NONE && *known != face;
-        *known = face;
-    };
-    for (k, face) in part.faces.iter().enumerate() {
-        face.wires().flatten().for_each(|c| add(k, c.edge.0));
-    }
-    for (k, made) in free.iter().enumerate() {
-        let Some(Ok(made)) = made else { continue };
-        let pieces = made.region.loops.iter().flat_map(|l| &l.pieces);
-        pieces.filter_map(|piece| piece.along.edge()).for_each(|edge| add(k, edge));
-    }
-    shared
 }
 
 /// The count of a use in a chain.

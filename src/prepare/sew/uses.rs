@@ -3,7 +3,6 @@
 use crate::model::Part;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
-use crate::prepare::wires::order::WireSet;
 use crate::prepare::wires::tally::{EdgeSum, Tally};
 
 /// The uses of an edge by the faces of a shell.
@@ -41,12 +40,7 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
         uses.add(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
     };
     for (face, f) in part.faces.iter().enumerate() {
-        let mut given = WireSet::default();
-        for coedges in f.wires() {
-            if given.is_first(coedges) {
-                coedges.iter().for_each(|c| add(face, c.edge.0, false, false));
-            }
-        }
+        f.wires().flatten().for_each(|c| add(face, c.edge.0, false, false));
     }
     for (face, made) in free.iter().enumerate() {
         let Some(Ok(made)) = made else { continue };

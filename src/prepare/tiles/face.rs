@@ -170,14 +170,14 @@ struct FaceOutline {
 
 impl FaceOutline {
     fn of(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> Result<Self, FaceError> {
-        let (notes, repairs) = (traced.notes.clone(), traced.repairs.clone());
+        let (notes, repairs) = (traced.notes.clone(), Vec::new());
         let stops = traced.passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |stop| (edge, stop.0)));
         let (breaks, joints, lobed) = (stops.collect(), Vec::new(), Vec::new());
         let mut out = match traced.free {
             Some(free) => {
                 let free = free.as_ref().map_err(Clone::clone)?;
                 let chain = boundary::of_boundary(&boundary::boundary(traced.face, Some(free)));
-                let (notes, repairs) = ([&notes[..], &free.notes].concat(), [&repairs[..], &free.repairs].concat());
+                let (notes, repairs) = ([&notes[..], &free.notes].concat(), free.repairs.clone());
                 let (region, gap) = (free.region.clone(), free.gap);
                 Self { region, gap, chain, breaks, joints, lobed, notes, repairs }
             }

@@ -3,13 +3,11 @@
 use crate::math::boxes::around;
 use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, RegionError};
 use crate::prepare::regions::trace::{Passages, trace_loop};
-use crate::prepare::report::finding::Finding;
 use crate::prepare::report::room::Room;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::trims::free_faces::FreeFace;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_loop::UvLoop;
-use crate::prepare::wires::order::WireSet;
 use glam::DVec3;
 
 /// A point of a face, for diagnostics: its first vertex, or the middle of an untrimmed surface. `None` if neither is
@@ -48,7 +46,6 @@ pub(super) struct Traced<'a> {
     /// Largest distance between edges and surface.
     pub(super) gap: f64,
     pub(super) notes: Vec<FaceTrouble>,
-    pub(super) repairs: Vec<Finding>,
 }
 
 impl<'a> Traced<'a> {
@@ -81,7 +78,6 @@ impl<'a> Traced<'a> {
         }
         projector.adopt(passages.values().flatten().map(|p| p.1));
         let loops = Vec::with_capacity(face.loops.len());
-        let (notes, repairs) = (Vec::new(), Vec::new());
         let mut out = Self {
             part,
             face,
@@ -93,8 +89,7 @@ impl<'a> Traced<'a> {
             loops,
             named_pole: None,
             gap: 0.0,
-            notes,
-            repairs,
+            notes: Vec::new(),
         };
         out.trace()?;
         Ok(out)
@@ -102,16 +97,9 @@ impl<'a> Traced<'a> {
 
     fn trace(&mut self) -> Result<(), FaceError> {
         let part = self.part;
-        let mut given = WireSet::default();
-        let may_repeat = self.face.loops.len() > 1;
         for l in &self.face.loops {
             match l {
                 Loop::Edges(coedges) => {
-                    if may_repeat && !given.is_first(coedges) {
-                        let place = coedges.first().map(|c| part.vertices[part.edges[c.edge.index()].start.index()]);
-                        self.repairs.push(Finding::new(place, FaceTrouble::LoopTwice));
-                        continue;
-                    }
                     let (traced, miss) = trace_loop(part, coedges, &self.projector, &mut self.gap, &self.passages)?;
                     self.loops.push(traced);
                     self.notes.extend(miss.map(|gap_mm| FaceTrouble::LoopMissesStart { gap_mm }));

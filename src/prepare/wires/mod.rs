@@ -1,7 +1,8 @@
-//! Wires that have gaps or are out of order -> wires that close.
+//! Wires that have gaps, are out of order or given twice -> wires that close and bound something.
 
 pub(super) mod chain;
 pub(super) mod ends;
 pub(super) mod order;
 pub(super) mod tally;
 pub(super) mod heal;
+pub(super) mod repeats;

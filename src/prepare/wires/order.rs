@@ -2,20 +2,7 @@
 
 use super::ends::ends;
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
-use std::collections::{BTreeMap, BTreeSet, HashSet};
-
-/// The wires of a face seen so far, each as its sorted edges.
-#[derive(Default)]
-pub(crate) struct WireSet(BTreeSet<Vec<u32>>);
-
-impl WireSet {
-    /// Records a wire and returns whether no wire of the same edges came before. Always true for a wire without edges.
-    pub(crate) fn is_first(&mut self, coedges: &[Coedge]) -> bool {
-        let mut edges: Vec<u32> = coedges.iter().map(|c| c.edge.0).collect();
-        edges.sort_unstable();
-        edges.is_empty() || self.0.insert(edges)
-    }
-}
+use std::collections::{BTreeMap, HashSet};
 
 /// Index of an edge in its wire, and whether to reverse it.
 pub(crate) type OrderedEdge = (usize, bool);
