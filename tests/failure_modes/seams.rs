@@ -229,6 +229,26 @@ fn closed_surfaces_cut_along_one_circle_have_a_loop_for_each_side() {
 }
 
 #[test]
+fn a_line_marked_on_a_face_bounds_nothing() {
+    let (radius, size) = (1.0, DVec3::new(8.0, 6.0, 2.0));
+    let mut body = Body::solid();
+    let circles = [-2.0, 2.0].map(|x| {
+        let frame = Frame3 { origin: DVec3::new(4.0 + x, 3.0, size.z), ..Frame3::WORLD };
+        body.circle(&frame, radius)
+    });
+    let marks = circles.iter().flat_map(|circle| [vec![circle.against()], vec![circle.along()]]).collect();
+    body.cuboid(DVec3::ZERO, size, marks, Vec::new());
+    let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
+    Ladder::solid(body.finish(), size.element_product(), area).pieces(1).told(&["edges-run-both-ways"]).climb();
+    // Two cuts, and nothing else that bounds the surface.
+    let mut body = Body::solid();
+    let tropics = [-1.0, 1.0].map(|z| body.circle(&level(z), 8.0_f64.sqrt()));
+    let cuts = tropics.iter().flat_map(|circle| [vec![circle.along()], vec![circle.against()]]).collect();
+    body.face(sphere(3.0), cuts, false);
+    Ladder::solid(body.finish(), ball(3.0), 36.0 * PI).pieces(1).told(&["edges-run-both-ways"]).climb();
+}
+
+#[test]
 fn a_tube_cut_around_its_middle_is_one_band() {
     let (radius, height) = (3.0, 10.0);
     let mut body = Body::solid();

@@ -7,6 +7,7 @@ use crate::prepare::trims::free_faces::FreeFaces;
 use std::borrow::Cow;
 use std::cell::LazyCell;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// A loop that a face gives twice, of which one is left.
 pub(crate) struct Repeated {
@@ -17,27 +18,23 @@ pub(crate) struct Repeated {
     reversed: bool,
 }
 
-/// The part with the first of loops of the same edges in a face, and what was left out.
+/// The part with the first of loops of the same edges in a face, and what was left out, by face.
 pub(crate) fn without_repeats(mut part: Cow<'_, Part>) -> (Cow<'_, Part>, Vec<Repeated>) {
     let (mut repeated, mut dropped) = (Vec::new(), Vec::new());
     for (face, f) in part.faces.iter().enumerate().filter(|(_, f)| f.loops.len() > 1 && !f.lost) {
-        let mut known: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
-        for (index, coedges) in wires(&f.loops) {
-            let edges = sorted_edges(coedges);
-            if let Some(&first) = known.get(&edges) {
-                let Loop::Edges(first) = &f.loops[first] else { continue };
-                let reversed = sorted_uses(first, true) == sorted_uses(coedges, false);
-                repeated.push(Repeated { face, edges, reversed });
-                dropped.push((face, index));
-            } else if !edges.is_empty() {
-                known.insert(edges, index);
+        let mut known: BTreeMap<Vec<u32>, &[Coedge]> = BTreeMap::new();
+        for (index, coedges) in wires(&f.loops).filter(|(_, coedges)| !coedges.is_empty()) {
+            match known.entry(sorted_edges(coedges)) {
+                Entry::Vacant(entry) => _ = entry.insert(coedges),
+                Entry::Occupied(first) => {
+                    let reversed = sorted_uses(first.get(), true) == sorted_uses(coedges, false);
+                    repeated.push(Repeated { face, edges: first.key().clone(), reversed });
+                    dropped.push((face, index));
+                }
             }
         }
     }
-    // Back to front, so that the indices of earlier loops stay valid.
-    for (face, index) in dropped.into_iter().rev() {
-        part.to_mut().faces[face].loops.remove(index);
-    }
+    drop_loops(&mut part, &dropped);
     (part, repeated)
 }
 
@@ -55,29 +52,44 @@ pub(crate) fn without_slits<'a>(
     // Sewing makes edges of several one.
     let (mut part, again) = without_repeats(part);
     repeated.extend(again);
+    repeated.sort_by_key(|repeated| repeated.face);
     let mut dropped = Vec::new();
     let shared = LazyCell::new(|| shared_edges(&part, free));
-    for Repeated { face, edges, reversed } in repeated {
+    for of_face in repeated.chunk_by(|a, b| a.face == b.face) {
+        let face = of_face[0].face;
         let f = &part.faces[face];
-        let there = wires(&f.loops).find(|(_, coedges)| sorted_edges(coedges) == edges).map(|(index, _)| index);
-        let is_alone = || edges.iter().all(|&edge| shared.get(edge as usize) == Some(&false));
-        let is_bounded = || wires(&f.loops).nth(1).is_some() || f.surface.check().is_ok() && !f.surface.has_border();
-        let slit = there.filter(|_| reversed && is_alone() && is_bounded());
-        let place = edges.first().and_then(|&edge| part.vertices.get(part.edges.get(edge as usize)?.start.index()));
-        let (severity, what) = match slit {
-            Some(_) => (Severity::Note, FaceTrouble::BothWays),
-            None => (Severity::Warning, FaceTrouble::LoopTwice),
-        };
-        done.push(Healing { face, severity, told: Finding::new(place.copied(), what) });
-        dropped.extend(slit.map(|index| (face, index)));
+        let mut left: BTreeMap<Vec<u32>, usize> =
+            wires(&f.loops).map(|(index, coedges)| (sorted_edges(coedges), index)).collect();
+        let is_closed = f.surface.check().is_ok() && !f.surface.has_border();
+        for Repeated { edges, reversed, .. } in of_face {
+            let is_alone = || edges.iter().all(|&edge| shared.get(edge as usize) == Some(&false));
+            let is_slit = *reversed && (is_closed || left.len() > 1) && is_alone();
+            let slit = if is_slit { left.remove(edges) } else { None };
+            dropped.extend(slit.map(|index| (face, index)));
+            let (severity, what) = match slit {
+                Some(_) => (Severity::Note, FaceTrouble::BothWays),
+                None => (Severity::Warning, FaceTrouble::LoopTwice),
+            };
+            let start = edges.first().and_then(|&edge| Some(part.edges.get(edge as usize)?.start));
+            let place = start.and_then(|vertex| part.vertices.get(vertex.index()).copied());
+            done.push(Healing { face, severity, told: Finding::new(place, what) });
+        }
     }
     drop(shared);
     dropped.sort_unstable();
-    dropped.dedup();
-    for (face, index) in dropped.into_iter().rev() {
-        part.to_mut().faces[face].loops.remove(index);
-    }
+    drop_loops(&mut part, &dropped);
     part
+}
+
+/// Removes loops, given by face and index, ascending.
+fn drop_loops(part: &mut Cow<'_, Part>, dropped: &[(usize, usize)]) {
+    for of_face in dropped.chunk_by(|a, b| a.0 == b.0) {
+        let (mut index, mut rest) = (0, of_face.iter().peekable());
+        part.to_mut().faces[of_face[0].0].loops.retain(|_| {
+            index += 1;
+            rest.next_if(|(_, dropped)| dropped + 1 == index).is_none()
+        });
+    }
 }
 
 /// For each edge whether more than one face uses it.
