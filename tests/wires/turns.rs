@@ -125,6 +125,20 @@ fn a_wire_given_twice_on_a_closed_surface_counts_once() {
 }
 
 #[test]
+fn a_lost_face_silences_no_later_one() {
+    let mut part = shapes::washer();
+    let Loop::Edges(coedges) = &part.faces[0].loops[0] else { panic!("a loop of edges") };
+    let vertex = part.edges[coedges[0].edge.index()].start;
+    // Off its edges, which the lost face uses, too.
+    part.vertices[vertex.index()] += DVec3::splat(0.1);
+    part.faces[0].lost = true;
+    let again = part.faces[BOTTOM].loops[0].clone();
+    part.faces[BOTTOM].loops.push(again);
+    let prepared = prepared(part);
+    assert!(warned(&prepared, |k| *k == FaceTrouble::LoopTwice.into()), "{:?}", told(&prepared));
+}
+
+#[test]
 fn the_sense_of_a_wire_does_not_matter() {
     fn turn(l: &mut Loop) {
         let Loop::Edges(coedges) = l else { return };

@@ -395,7 +395,8 @@ impl PartPreparation<'_> {
         for (k, draft) in faces.drafts.iter_mut().enumerate() {
             let cause = faces.causes.get(&k);
             if draft.is_none() && cause.is_none() {
-                // Lost earlier, and already reported.
+                // Lost earlier, and already reported. Its repairs must not hold up those of later faces.
+                while healings.next_if(|h| h.face == k).is_some() {}
                 continue;
             }
             while let Some(healing) = healings.next_if(|h| h.face == k) {
