@@ -113,3 +113,26 @@ impl Scene {
         scales.into_iter().map(usable).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::PartId;
+    use crate::sequence::random::SplitMix;
+    use glam::{DAffine3, DMat3, DVec3};
+
+    #[test]
+    fn scales_near_one_are_cube_roots_to_the_bit() {
+        let mut draw = SplitMix(9);
+        for _ in 0..20_000 {
+            // Both sides of where the series ends.
+            let beyond = draw.range(-2e-8, 2e-8);
+            let transform = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(1.0 + beyond, 1.0, 1.0)));
+            let (colour, name, assembly) = (None, "".into(), None);
+            let placed =
+                SceneInstance { part: PartId(0), transform, colour, visible: true, name, assembly, first_face: 0 };
+            let volume = transform.matrix3.determinant();
+            assert_eq!(placed.scale().to_bits(), volume.cube_root().to_bits(), "{volume}");
+        }
+    }
+}
