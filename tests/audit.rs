@@ -249,3 +249,20 @@ fn economy_knows_the_smallest_lattice() {
     assert_eq!((tile.boundary, tile.needed()), (48.0 + 48.0 + 8.0 - 2.0, tile.boundary), "{report}");
     assert!((report.mean() - report.worst()).abs() < 1e-12);
 }
+
+#[test]
+fn weights_do_not_ask_for_triangles() {
+    // Weights from 0.03 to 30.
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let grid = || (0..16).map(|k| (f64::from(k / 4), f64::from(k % 4)));
+    let points = grid().map(|(x, y)| DVec3::new(x, y, 0.5 * (1.7 * x + 2.9 * y + 2.0).sin())).collect();
+    let weights = grid().map(|(x, y)| 10.0_f64.powf(1.5 * (2.1 * x - 4.3 * y + 2.0).cos())).collect();
+    let patch = NurbsSurface { degree_u: 3, degree_v: 3, knots_u: knots.clone(), knots_v: knots, points, weights };
+    let prepared = prepared_clean(whole(Surface::Nurbs(patch)));
+    for (chord, most) in [(0.03, 30.0), (0.003, 3.5)] {
+        let mesh = framed(&prepared, chord);
+        let (economy, deviation) = (economy(&prepared, &mesh, chord), deviation(&prepared, &mesh, chord));
+        assert!(economy.worst() <= most, "{chord}: {economy}");
+        assert!(deviation.raw.worst <= 1.0, "{chord}: {deviation}");
+    }
+}

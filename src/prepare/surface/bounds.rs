@@ -6,13 +6,12 @@
 //! samples.
 
 use super::arc_bounds::{self, Strips};
+use super::cuts::{self, Cut, SubNets};
 use super::decompose::{BezierPatches, BezierSpline3};
 use super::samples::{Sampler, sample_rows, tangent_turning};
 use super::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
-use crate::math::lanes::widest;
-use glam::DVec4;
 use smallvec::SmallVec;
 use std::cell::LazyCell;
 
@@ -26,15 +25,12 @@ impl SurfaceBounds {
     /// large rational nets. Cost: a few µs per sub-box up to degree (3, 3).
     #[must_use]
     pub fn new(patches: &BezierPatches) -> Self {
-        let (count_u, count_v) = patches.counts();
-        let cost = if patches.rational { (patches.degree_u + 1) * (patches.degree_v + 1) } else { 1 };
-        let parts_u = parts(patches.degree_u, count_u, cost);
-        let parts_v = parts(patches.degree_v, count_v, cost);
-        let breaks_u = subdivided(&patches.breaks_u, parts_u);
-        let breaks_v = subdivided(&patches.breaks_v, parts_v);
+        let [cuts_u, cuts_v] = [0, 1].map(|axis| cuts::of_surface(patches, axis));
+        let breaks_u = cuts::borders(&cuts_u, &patches.breaks_u);
+        let breaks_v = cuts::borders(&cuts_v, &patches.breaks_v);
         let size = patches.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
         let mut sampler = Sampler::new(patches.degree_u, patches.degree_v, patches.rational);
-        let mut nets = SubNets::new(patches, [parts_u, parts_v]);
+        let mut nets = SubNets::new(patches, [&cuts_u, &cuts_v]);
         let columns = breaks_v.len() - 1;
         let mut cells = Vec::with_capacity((breaks_u.len() - 1) * columns);
         let mut places = Vec::with_capacity(cells.capacity());
@@ -103,7 +99,6 @@ impl CurveBounds {
     /// Bounds all segments: lines in one strip and circular arcs in two, in closed form; others in up to four strips.
     #[must_use]
     pub fn new(spline: &BezierSpline3) -> Self {
-        let parts = parts(spline.degree, spline.segments(), 1);
         let size =
             LazyCell::new(|| spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w)));
         let mut out = Self { breaks: [spline.breaks[0]].as_slice().into(), strips: SmallVec::new() };
@@ -111,13 +106,14 @@ impl CurveBounds {
         let rows = LazyCell::new(|| sample_rows(spline.degree));
         for (k, ends) in spline.breaks.windows(2).enumerate() {
             let known = arc_bounds::segment(spline.segment(k), ends[1] - ends[0]);
+            let cuts = if known.is_none() { cuts::of_segment(spline, k) } else { SmallVec::new() };
             let strips = known.unwrap_or_else(|| {
-                let width = (ends[1] - ends[0]) / parts as f64;
-                let strip = |i| {
+                let strip = |cut: &Cut| {
                     net.clear();
                     net.extend_from_slice(spline.segment(k));
-                    let (x0, x1) = share(i, parts);
+                    let (x0, x1) = cut.ends;
                     bernstein::restrict(&mut net, x0, x1);
+                    let width = (ends[1] - ends[0]) * (x1 - x0);
                     let (first, second) = segment_bounds(&net);
                     let straight = second <= ROUNDING * *size;
                     StripBounds {
@@ -127,7 +123,7 @@ impl CurveBounds {
                         place: BoundingBox::of_net(&net),
                     }
                 };
-                (0..parts).map(strip).collect::<Strips>()
+                cuts.iter().map(strip).collect::<Strips>()
             });
             let n = strips.len();
             if k == 0 {
@@ -135,7 +131,8 @@ impl CurveBounds {
                 out.breaks.reserve_exact(n * spline.segments());
                 out.strips.reserve_exact(n * spline.segments());
             }
-            out.breaks.extend((1..n).map(|i| ends[0] + (ends[1] - ends[0]) * i as f64 / n as f64));
+            let border = |i: usize| cuts.get(i).map_or(i as f64 / n as f64, |cut| cut.ends.0);
+            out.breaks.extend((1..n).map(|i| ends[0] + (ends[1] - ends[0]) * border(i)));
             out.breaks.push(ends[1]);
             out.strips.extend(strips);
         }
@@ -183,74 +180,5 @@ impl CurveBounds {
             from = to;
         }
         out
-    }
-}
-
-/// Sub-boxes per piece and direction. More if there are few pieces, because one may then fill the screen. Fewer for
-/// rational nets of many control points: `cost` is their number, and the work per sub-box goes with its square.
-fn parts(degree: usize, pieces: usize, cost: usize) -> usize {
-    match (degree, pieces, cost) {
-        (1, ..) => 1,
-        (_, 0..=16, 0..=6) => 4,
-        (_, 0..=64, 0..=20) => 2,
-        _ => 1,
-    }
-}
-
-/// Part `i` of `n` of [0, 1].
-fn share(i: usize, n: usize) -> (f64, f64) {
-    (i as f64 / n as f64, (i + 1) as f64 / n as f64)
-}
-
-/// Cuts every interval into `parts` equal ones.
-fn subdivided(breaks: &[f64], parts: usize) -> Vec<f64> {
-    let inner = |ends: &[f64]| {
-        let (a, b) = (ends[0], ends[1]);
-        (0..parts).map(move |k| if k == 0 { a } else { a + (b - a) * k as f64 / parts as f64 })
-    };
-    let mut all: Vec<f64> = breaks.windows(2).flat_map(inner).collect();
-    all.extend(breaks.last());
-    all
-}
-
-/// The nets of all sub-boxes of a surface.
-struct SubNets<'a> {
-    patches: &'a BezierPatches,
-    /// Sub-boxes per patch in u and v.
-    parts: [usize; 2],
-    /// A row of patches, and its nets cut along v.
-    row: Option<usize>,
-    cut: Vec<DVec4>,
-    net: Vec<DVec4>,
-}
-
-impl<'a> SubNets<'a> {
-    fn new(patches: &'a BezierPatches, parts: [usize; 2]) -> Self {
-        Self { patches, parts, row: None, cut: Vec::new(), net: Vec::new() }
-    }
-
-    /// The net of sub-box (i, j), u-major. Rows in turn are cheap: sub-boxes of a row of patches share the cuts along v.
-    fn at(&mut self, i: usize, j: usize) -> &[DVec4] {
-        let Self { patches, parts: [parts_u, parts_v], row, cut, net } = self;
-        let (nu, nv) = (patches.degree_u + 1, patches.degree_v + 1);
-        widest(
-            #[inline(always)]
-            || {
-                if row.replace(i / *parts_u) != Some(i / *parts_u) {
-                    cut.clear();
-                    for j in 0..patches.counts().1 * *parts_v {
-                        let first = cut.len();
-                        cut.extend_from_slice(patches.patch(i / *parts_u, j / *parts_v));
-                        let (y0, y1) = share(j % *parts_v, *parts_v);
-                        cut[first..].chunks_exact_mut(nv).for_each(|line| bernstein::restrict_rows(line, 1, y0, y1));
-                    }
-                }
-                net.clear();
-                net.extend_from_slice(&cut[j * nu * nv..(j + 1) * nu * nv]);
-                let (x0, x1) = share(i % *parts_u, *parts_u);
-                bernstein::restrict_rows(net, nv, x0, x1);
-            },
-        );
-        net
     }
 }

@@ -4,5 +4,6 @@
 pub mod decompose;
 pub(super) mod tables;
 pub(super) mod arc_bounds;
+mod cuts;
 mod samples;
 pub(super) mod bounds;
