@@ -9,7 +9,7 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation, economy};
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, TileMesh};
+use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, TileMesh, check_scene};
 use trimtess::model::{
     Coedge, CurveKind, Edge, EdgeId, FaceId, Frame3, Loop, Model, NurbsCurve3, NurbsSurface, Part, PartId, Shell,
     ShellKind, Surface, SurfaceKind, TileId, VertexId,
@@ -264,5 +264,33 @@ fn weights_do_not_ask_for_triangles() {
         let (economy, deviation) = (economy(&prepared, &mesh, chord), deviation(&prepared, &mesh, chord));
         assert!(economy.worst() <= most, "{chord}: {economy}");
         assert!(deviation.raw.worst <= 1.0, "{chord}: {deviation}");
+    }
+}
+
+#[test]
+fn areas_of_twisted_strips_converge() {
+    // Straight along u, bent along v, and twisted: one cell along u has normals that are wrong by a constant.
+    let points =
+        [(0.0, 0.0, 0.0), (0.0, 5.0, 0.2), (0.0, 10.0, 0.0), (4.0, 0.0, -3.0), (4.0, 5.0, 0.2), (4.0, 10.0, 3.0)];
+    let surface = Surface::Nurbs(NurbsSurface {
+        degree_u: 1,
+        degree_v: 2,
+        knots_u: vec![0.0, 0.0, 1.0, 1.0],
+        knots_v: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
+        points: points.map(DVec3::from).to_vec(),
+        weights: Vec::new(),
+    });
+    let steps = 200;
+    let middle = |k: i32| (f64::from(k) + 0.5) / f64::from(steps);
+    let places = (0..steps).flat_map(|i| (0..steps).map(move |j| (middle(i), middle(j))));
+    let element = |(u, v)| {
+        let d = surface.derivatives(u, v);
+        d.du.cross(d.dv).length()
+    };
+    let exact = places.map(element).sum::<f64>() / f64::from(steps * steps);
+    let prepared = prepared_clean(whole(surface));
+    for chord in [1e-2, 1e-3, 1e-4] {
+        let area = check_scene(&framed(&prepared, chord)).total.area;
+        assert!((area - exact).abs() <= 0.2 * chord * exact, "{chord}: {area} of {exact}");
     }
 }

@@ -355,6 +355,22 @@ fn lines(
     (SmallVec::from_slice(buffer), kept)
 }
 
+/// How much of the budget the second derivative across rulings may take from the twist, as a share of the twist's.
+const BENT: f64 = 0.05;
+
+/// Number of cells along the rulings of a tile.
+///
+/// The twist lifts the surface by the product of a cell's sides, so that the number of cells hardly depends on their
+/// shape. With one cell along a ruling, normals and areas would not converge with the tolerance, as on Schwarz's
+/// lantern. Cells become as short along the rulings as costs a twentieth more of them, but not shorter than there are
+/// rows across.
+fn cells_along_rulings(twist: f64, bend: f64, along: f64, across: f64, budget: f64) -> f64 {
+    let even = (2.0 * twist * along * across / budget).sqrt();
+    let cheap = twist * along * (4.0 * BENT / (budget * bend)).sqrt();
+    let most = smaller(even, cheap).floor();
+    if most > 1.0 { most } else { 1.0 }
+}
+
 /// Densities of u- and v-lines per strip that meet the chord tolerance, in a tile of this width, where normals turn
 /// within a cell by at most the arc sine of `share`. `budget` is eight times that tolerance.
 fn chord_rates(
@@ -372,20 +388,22 @@ fn chord_rates(
         none(columns, out_u);
         return none(rows, out_v);
     }
-    // Straight in one direction: one cell that way, and the other takes the whole budget.
-    let ruled = |strips: &[Strip], across: f64, out: &mut Vec<f64>| {
-        out.extend(strips.iter().map(|strip| {
+    // Straight in one direction: few cells that way, and the other takes the whole budget.
+    let ruled = |straight: usize, most: f64, out_straight: &mut Vec<f64>, out: &mut Vec<f64>| {
+        let strips = [columns, rows];
+        let cells = cells_along_rulings(all[1].lift, most, width[straight], width[1 - straight], budget);
+        let across = width[straight] / cells;
+        out_straight.resize(strips[straight].len(), if cells > 1.0 { 1.0 / across } else { 0.0 });
+        out.extend(strips[1 - straight].iter().map(|strip| {
             let (m, c) = (strip.own.along(share), strip.mixed.along(share) * across);
             if m > 0.0 { m / ((c * c + budget * m).sqrt() - c) } else { 2.0 * c / budget }
         }));
     };
     if uu == 0.0 && vv > 0.0 {
-        none(columns, out_u);
-        return ruled(rows, width[0], out_v);
+        return ruled(0, vv, out_u, out_v);
     }
     if vv == 0.0 && uu > 0.0 {
-        none(rows, out_v);
-        return ruled(columns, width[1], out_u);
+        return ruled(1, uu, out_v, out_u);
     }
     let r = if uu > 0.0 { (uu / vv).sqrt() } else { width[1] / width[0] };
     let part = |need: f64, width: f64| need * width * width / budget;
