@@ -9,7 +9,8 @@ use std::sync::Arc;
 use trimtess::frame::{Rung, Tolerance, plan};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::{
-    Coedge, DiagnosticKind, FaceTrouble, Frame3, Loop, Part, PartBuilder, ShellKind, Surface, WireTrouble,
+    Coedge, CurveKind, DiagnosticKind, Edge, FaceTrouble, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind,
+    Surface, WireTrouble,
 };
 use trimtess::parallel::serial;
 
@@ -30,6 +31,36 @@ fn a_figure_eight_keeps_both_lobes() {
         assert!(at.distance(DVec3::new(place.0, place.1, 0.0)) < 1e-9, "{at}");
         assert_eq!(report.ladder.count(Rung::Repaired), 1);
         assert_eq!(report.rungs.len(), 1);
+    }
+}
+
+#[test]
+fn an_eight_with_kinks_keeps_both_lobes() {
+    for corners in [12, 30, 90] {
+        // One closed edge of straight pieces: a kink at every corner.
+        let at = |k: usize| {
+            let t = TAU * (k as f64 + 0.37) / f64::from(corners) + 0.5 * PI;
+            DVec3::new(4.0 * t.cos(), 2.0 * (2.0 * t).sin(), 0.0)
+        };
+        let points: Vec<DVec3> = (0..=corners as usize).map(at).collect();
+        let knots = (0..=corners).map(f64::from);
+        let knots = std::iter::once(0.0).chain(knots).chain([f64::from(corners)]).collect();
+        let mut part = PartBuilder::new("eight");
+        let shell = part.plain_shell(ShellKind::Open);
+        let curve = NurbsCurve3 { degree: 1, knots, points: points.clone(), weights: Vec::new() };
+        let start = part.vertex(points[0]);
+        let range = curve.domain();
+        let edge = part.edge(Edge { curve, range, start, end: start, kind: CurveKind::Spline, entity: 0 });
+        part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(vec![edge.along()])], false);
+        // The lobes are mirror images of each other, and cross on x = 0.
+        let enter = points.windows(2).find(|w| w[0].x < 0.0 && w[1].x >= 0.0).expect("a segment across x = 0");
+        let crossing = enter[0].lerp(enter[1], -enter[0].x / (enter[1].x - enter[0].x));
+        let from_crossing = |p: DVec3| (p - crossing).truncate();
+        let right = points.windows(2).filter(|w| w[0].x > 0.0 && w[1].x > 0.0);
+        let lobe: f64 = right.map(|w| 0.5 * from_crossing(w[0]).perp_dot(from_crossing(w[1]))).sum();
+        let (prepared, report) = has_area(part.finish().expect("a sound part"), 2.0 * lobe.abs());
+        assert!(warned(&prepared, one_lobe), "{corners}: {:?}", told(&prepared));
+        assert_eq!(report.ladder.count(Rung::Repaired), 1);
     }
 }
 

@@ -146,6 +146,10 @@ fn crossings(l: &UvLoop, near: f64) -> Option<Vec<LobeCrossing>> {
         for k in 0..n - 1 {
             let (a, b) = if p.reversed { (n - 1 - k, n - 2 - k) } else { (k, k + 1) };
             let (from, to) = (&p.samples[a], &p.samples[b]);
+            // Two samples at one place mark a kink.
+            if (to.t - from.t).abs() <= SAME_SHARE * (p.samples[n - 1].t - p.samples[0].t) {
+                continue;
+            }
             points.push((At { piece, t: from.t }, from.uv));
             let middle = 0.5 * (from.t + to.t);
             points.push((At { piece, t: middle }, UvSample::on(&p.samples, middle).uv));
