@@ -355,7 +355,7 @@ fn lists_of(sink: &dyn MeshSink) -> Result<MeshLists, FrameError> {
 }
 
 /// Whether a plan has the tiles and edges of these parts.
-fn fits(plan: &Plan, parts: &[Arc<PreparedPart>]) -> Result<(), FrameError> {
+pub(super) fn fits(plan: &Plan, parts: &[Arc<PreparedPart>]) -> Result<(), FrameError> {
     for (row, part) in parts.iter().enumerate() {
         let planned = plan.parts.get(row).map_or([0; 2], |plan| [plan.tiles.len(), plan.edges.len()]);
         let stated = [part.tiles.len(), part.edges.len()];

@@ -2,7 +2,7 @@
 
 use super::commit::{FrameReport, Rows};
 use super::crew::Crew;
-use super::engine::whole_frame;
+use super::engine::{fits, whole_frame};
 use super::error::FrameError;
 use super::owners::{hands, workers_on};
 use crate::control::{Alone, Control, Jobs};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Makes the same frame as [`Session::frame`](super::Session::frame) on the caller's thread alone.
 ///
 /// # Errors
-/// When the sink refuses; its `abort` was called.
+/// When the plan is not of this model. When the sink refuses; its `abort` was called.
 pub fn serial(
     prepared: &Arc<Prepared>,
     plan: &Arc<Plan>,
@@ -28,7 +28,8 @@ pub fn serial(
 /// threads.
 ///
 /// # Errors
-/// When the sink refuses; its `abort` was called. When cancelled: the sink was not touched, or its `abort` was called.
+/// When the plan is not of this model; the sink was not touched. When the sink refuses; its `abort` was called. When
+/// cancelled: the sink was not touched, or its `abort` was called.
 pub fn tessellate_on(
     jobs: &dyn Jobs,
     prepared: &Arc<Prepared>,
@@ -37,6 +38,7 @@ pub fn tessellate_on(
     control: &Control,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
+    fits(plan, &prepared.parts)?;
     let mut crew = Crew::of(prepared, hands(prepared, workers_on(jobs.width()), edge_lines));
     let with = (&mut crew, &mut Rows::default());
     whole_frame(with, (jobs, prepared, None), plan, (&prepared.scene, control), sink)
@@ -50,6 +52,19 @@ mod tests {
     use crate::mesh::MemorySink;
     use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
+
+    #[test]
+    fn plans_of_other_models_are_refused() {
+        let of = |model| Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+        let (all, one) = (of(shapes::all()), of(shapes::by_name("cylinder").expect("a shape")));
+        let tolerance = Tolerance { chord: 0.01, angle: 0.5, max_edge: None };
+        for (prepared, planned) in [(&all, &one), (&one, &all)] {
+            let mut sink = MemorySink::default();
+            let frame = serial(prepared, &Arc::new(plan(planned, &tolerance)), false, &mut sink);
+            assert!(matches!(frame, Err(FrameError::Plan { .. })), "{frame:?}");
+            assert!(sink.batches.is_empty());
+        }
+    }
 
     #[test]
     fn frames_are_cancelled_wherever_they_look() {

@@ -74,17 +74,25 @@ pub(super) struct PlanPages {
 }
 
 impl PlanPages {
-    /// A copy of the last plan with a single owner. Reuses the spare one unless someone still holds it.
+    /// A copy of the last plan with a single owner. Reuses the spare one unless someone still holds it, as they do after
+    /// a cancelled frame.
     pub(super) fn next(&mut self, jobs: &dyn Jobs) -> Arc<Plan> {
         /// Rows that a call frees.
         const FREED: usize = 64;
         let NewRows { lattices, edges } = std::mem::take(&mut self.new);
         let mut spare = self.spare.take();
-        let Some(page) = spare.as_mut().and_then(Arc::get_mut) else { return Arc::new(Plan::clone(&self.last)) };
-        let tiles = copies(jobs, &self.last, &self.parts, |part| &part.tiles);
-        let lines = copies(jobs, &self.last, &self.parts, |part| &part.edges);
-        for (part, (tiles, edges)) in self.parts.iter().zip(tiles.into_iter().zip(lines)) {
-            page.parts[part.index()] = PartPlan { tiles, edges };
+        let copy = |parts: &[PartId]| {
+            let tiles = copies(jobs, &self.last, parts, |part| &part.tiles);
+            let lines = copies(jobs, &self.last, parts, |part| &part.edges);
+            tiles.into_iter().zip(lines).map(|(tiles, edges)| PartPlan { tiles, edges }).collect::<Vec<_>>()
+        };
+        let Some(page) = spare.as_mut().and_then(Arc::get_mut) else {
+            let all: Vec<PartId> = (0..self.last.parts.len()).map(PartId::new).collect();
+            let Plan { drawn, shortfall, .. } = &*self.last;
+            return Arc::new(Plan { parts: copy(&all), drawn: drawn.clone(), shortfall: shortfall.clone() });
+        };
+        for (part, copy) in self.parts.iter().zip(copy(&self.parts)) {
+            page.parts[part.index()] = copy;
         }
         let replaced =
             lattices.into_iter().map(|(p, row, [new, old])| [replace(&mut page.parts[p].tiles[row], new), old]);
