@@ -28,6 +28,9 @@ pub(crate) trait Elementary: Sized {
     /// `cosh`.
     #[cfg(feature = "step")]
     fn hyperbolic_cosine(self) -> Self;
+    /// `asinh`.
+    #[cfg(feature = "step")]
+    fn inverse_hyperbolic_sine(self) -> Self;
     /// `hypot`.
     fn hypotenuse(self, other: Self) -> Self;
     /// `cbrt`.
@@ -81,6 +84,11 @@ impl Elementary for f64 {
     #[cfg(feature = "step")]
     fn hyperbolic_cosine(self) -> Self {
         libm::cosh(self)
+    }
+
+    #[cfg(feature = "step")]
+    fn inverse_hyperbolic_sine(self) -> Self {
+        libm::asinh(self)
     }
 
     fn hypotenuse(self, other: Self) -> Self {

@@ -147,7 +147,7 @@ impl Geometry<'_> {
             }
             Carrier::Hyperbola { frame, a, b } => {
                 let frame = turn(frame);
-                let at = |p: DVec3| (frame.local(p).y / b).asinh();
+                let at = |p: DVec3| (frame.local(p).y / b).inverse_hyperbolic_sine();
                 let arc = |range| hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, range);
                 BoundedCurve::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
             }
@@ -374,7 +374,7 @@ impl Geometry<'_> {
                     let d = frame.local(p);
                     (d.y / b).arc_tangent_to(d.x / a)
                 }
-                Carrier::Hyperbola { frame, b, .. } => (frame.local(p).y / b).asinh(),
+                Carrier::Hyperbola { frame, b, .. } => (frame.local(p).y / b).inverse_hyperbolic_sine(),
                 Carrier::Parabola { frame, focal } => frame.local(p).y / (2.0 * focal),
                 Carrier::Spline { curve, .. } => spline::nearest(curve, p),
             })
