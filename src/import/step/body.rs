@@ -41,7 +41,6 @@ impl Reader<'_> {
             face.colour = body.colour;
         }
         part.shells.iter_mut().for_each(|shell| shell.entity = body.entity);
-        part.check().map_err(|error| Trouble::new(body.entity, error))?;
         Ok((part, diagnostics))
     }
 

@@ -41,6 +41,7 @@ impl Reader<'_> {
         let groups: Vec<Vec<(usize, Read<Stated>)>> = self.call.each(16, groups, |group| {
             // A surface that does not depend on the place of the face is shared by all faces in the same units.
             let mut common: Option<(&ShellUse, Read<Stated>)> = None;
+            let is_shared = group.len() > 1;
             let mut read = Vec::with_capacity(group.len());
             for k in group {
                 let (Some(&(_, shell, source, _)), Some(Ok(face))) = (jobs.get(k), stated.get(k)) else { continue };
@@ -62,7 +63,7 @@ impl Reader<'_> {
                     (_, Source::Surface(id)) => geometry.whole_surface(id),
                 });
                 let surface = surface.and_then(|stated| count(points_of(&stated.surface)).map(|()| stated));
-                if matches!(source, Source::Face(_)) && !asked.get() && common.is_none() {
+                if is_shared && matches!(source, Source::Face(_)) && !asked.get() && common.is_none() {
                     common = Some((shell, surface.clone()));
                 }
                 read.push((k, settled(face, surface, || reach().on)));
