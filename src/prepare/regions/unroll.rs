@@ -158,7 +158,8 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
         let probe = l.pieces[0].samples[l.pieces[0].samples.len() / 2].uv;
         // The loop may lie at any turn of the largest loop.
         let steps = |axis: usize| {
-            let turns = |x: f64| projector.period[axis].map_or(0.0, |p| (x - probe[axis]) / p);
+            let Some(period) = projector.period[axis] else { return 0..=0 };
+            let turns = |x: f64| (x - probe[axis]) / period;
             let turns = [turns(low[axis]).floor(), turns(high[axis]).ceil()].map(|turns| turns.clamp(-most, most));
             (turns[0] as i64).min(-3)..=(turns[1] as i64).max(3)
         };
@@ -167,7 +168,7 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
             let by = turns * DVec2::from_array(projector.period.map(|p| p.unwrap_or(0.0)));
             polygon.holds(probe + by).then_some(by)
         });
-        if let Some(by) = found {
+        if let Some(by) = found.filter(|by| *by != DVec2::ZERO) {
             l.shift(by);
             polylines[k] = l.polyline();
             moved = true;
