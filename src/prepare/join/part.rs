@@ -272,7 +272,11 @@ impl PartPreparation<'_> {
         if !sums.is_empty() {
             for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
                 if of_shell.iter().any(|s| self.is_stuck(s)) {
-                    self.take_at_word(of_shell[0].shell, faces, &mut reversed);
+                    // A panic leaves faces as stated up to then, which the sums below count.
+                    _ = guarded(|| {
+                        self.take_at_word(of_shell[0].shell, faces, &mut reversed);
+                        Ok(())
+                    });
                 }
             }
             sums = self.sums(&faces.drafts, &reversed);

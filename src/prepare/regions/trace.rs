@@ -62,7 +62,12 @@ pub(crate) fn trace_loop(
     let mut best: Option<(f64, f64, UvLoop)> = None;
     for first in firsts {
         let mut loop_gap = 0.0;
-        let (traced, miss) = trace_from(part, coedges, first, projector, &mut loop_gap, passages)?;
+        let (traced, miss) = match trace_from(part, coedges, first, projector, &mut loop_gap, passages) {
+            Ok(traced) => traced,
+            // An earlier try is usable.
+            Err(_) if best.is_some() => continue,
+            Err(error) => return Err(error),
+        };
         if best.as_ref().is_none_or(|b| miss < b.0) {
             best = Some((miss, loop_gap, traced));
         }
