@@ -50,7 +50,7 @@ fn cylinder() -> Model {
     };
     let edges = vec![circle(0.0, 0), circle(HEIGHT, 1), seam];
     let along = |uses: &[(u32, bool)]| {
-        let coedge = |&(edge, reversed): &(u32, bool)| Coedge { edge: EdgeId(edge), reversed, pcurve: None };
+        let coedge = |&(edge, reversed): &(u32, bool)| Coedge { edge: EdgeId(edge), reversed };
         vec![Loop::Edges(uses.iter().map(coedge).collect())]
     };
     let faces = vec![

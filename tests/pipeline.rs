@@ -13,7 +13,7 @@ use trimtess::model::{
 use trimtess::parallel::{Session, SessionOptions};
 
 fn coedge(edge: u32, reversed: bool) -> Coedge {
-    Coedge { edge: EdgeId(edge), reversed, pcurve: None }
+    Coedge { edge: EdgeId(edge), reversed }
 }
 
 /// A closed cylinder about z of radius 5 and height 8, with or without a seam edge on its side.

@@ -329,7 +329,7 @@ pub unsafe extern "C" fn tt_builder_add_loop(
                 return Err(Failure::index("edge", bad.edge.into(), edges));
             }
             let of = |&tt_coedge { edge, reversed }: &tt_coedge| {
-                Coedge { edge: EdgeId(edge), reversed: reversed != 0, pcurve: None }
+                Coedge { edge: EdgeId(edge), reversed: reversed != 0 }
             };
             face.loops.push(Loop::Edges(coedges.iter().map(of).collect()));
             Ok(())

@@ -144,13 +144,13 @@ impl EdgeId {
     /// A coedge in the edge's own direction.
     #[must_use]
     pub fn along(self) -> Coedge {
-        Coedge { edge: self, reversed: false, pcurve: None }
+        Coedge { edge: self, reversed: false }
     }
 
     /// A coedge against the edge's direction.
     #[must_use]
     pub fn against(self) -> Coedge {
-        Coedge { edge: self, reversed: true, pcurve: None }
+        Coedge { edge: self, reversed: true }
     }
 }
 

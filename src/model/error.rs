@@ -80,15 +80,6 @@ pub enum PartError {
         /// How many edges there are.
         count: usize,
     },
-    /// A coedge's pcurve is invalid.
-    Pcurve {
-        /// The face.
-        face: FaceId,
-        /// The coedge's edge.
-        edge: EdgeId,
-        /// Why.
-        error: SplineError,
-    },
     /// A loop has no edges.
     EmptyLoop {
         /// The face.
@@ -157,7 +148,6 @@ impl fmt::Display for PartError {
             Self::NoEdge { face, edge, count } => {
                 write!(f, "face {} refers to edge {}; the part has {count}", face.0, edge.0)
             }
-            Self::Pcurve { face, edge, error } => write!(f, "pcurve of edge {} on face {}: {error}", edge.0, face.0),
             Self::EmptyLoop { face, index } => write!(f, "loop {index} of face {} has no edges", face.0),
             Self::OpenLoop { face, index, end, start, distance } => write!(
                 f,

@@ -2,7 +2,7 @@
 
 use super::diagnostic::Diagnostic;
 use super::trouble::StepCause;
-use super::{EdgeId, FreeTrims, NurbsCurve2, NurbsCurve3, PartId, Surface, VertexId};
+use super::{EdgeId, FreeTrims, NurbsCurve3, PartId, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 use std::fmt;
 use std::sync::Arc;
@@ -45,14 +45,12 @@ pub struct Edge {
 }
 
 /// One use of an edge by a face.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Coedge {
     /// The edge.
     pub edge: EdgeId,
     /// Whether the loop runs against the edge.
     pub reversed: bool,
-    /// The curve in the face's (u,v), in the edge's parameter, if given.
-    pub pcurve: Option<NurbsCurve2>,
 }
 
 /// One boundary of a face.

@@ -245,9 +245,6 @@ impl Part {
             if coedge.edge.index() >= self.edges.len() {
                 return Err(PartError::NoEdge { face, edge: coedge.edge, count: self.edges.len() });
             }
-            if let Some(pcurve) = &coedge.pcurve {
-                pcurve.check().map_err(|error| PartError::Pcurve { face, edge: coedge.edge, error })?;
-            }
         }
         let ends = |coedge: &Coedge| {
             let edge = &self.edges[coedge.edge.index()];

@@ -127,8 +127,8 @@ fn touching_windows_in_a_cylinder() {
             let foot = DVec3::new(radius * u.cos(), radius * u.sin(), 0.0);
             body.line(foot + DVec3::Z * v0, foot + DVec3::Z * v1)
         });
-        let back = |c: &Coedge| Coedge { reversed: !c.reversed, ..c.clone() };
-        loops.push(vec![west.clone(), north.along(), back(&east), south.against()]);
+        let back = |c: &Coedge| Coedge { reversed: !c.reversed, ..*c };
+        loops.push(vec![west, north.along(), back(&east), south.against()]);
     }
     body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);
     let area = 2.0 * PI * radius * height - 4.0 * (0.8 * radius * 3.0);

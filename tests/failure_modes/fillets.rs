@@ -58,7 +58,7 @@ fn four_slots_with_round_ends() {
 
 /// The same edge in the other direction.
 fn turned(c: &Coedge) -> Coedge {
-    Coedge { reversed: !c.reversed, ..c.clone() }
+    Coedge { reversed: !c.reversed, ..*c }
 }
 
 #[test]

@@ -165,10 +165,5 @@ pub(crate) fn move_hole(part: &mut Part, by: DVec3, which: usize) -> bool {
         vertices.extend([edge.start, edge.end]);
     }
     vertices.iter().for_each(|vertex| part.vertices[vertex.index()] += by);
-    let uses = part.faces.iter_mut().flat_map(|face| &mut face.loops);
-    for boundary in uses {
-        let Loop::Edges(uses) = boundary else { continue };
-        uses.iter_mut().filter(|coedge| edges.contains(&coedge.edge)).for_each(|coedge| coedge.pcurve = None);
-    }
     true
 }

@@ -139,7 +139,7 @@ fn polyhedron(part: &mut PartBuilder, corners: Vec<DVec3>, sides: &[&[usize]]) {
             let (from, to) = (side[k], side[(k + 1) % side.len()]);
             let low_high = (from.min(to), from.max(to));
             let edge = *edges.entry(low_high).or_insert_with(|| part.line(vertices[low_high.0], vertices[low_high.1]));
-            Coedge { edge, reversed: from > to, pcurve: None }
+            Coedge { edge, reversed: from > to }
         });
         let coedges = coedges.collect();
         part.plain_face(Surface::Plane { frame }, 0, vec![Loop::Edges(coedges)], false);

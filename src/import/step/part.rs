@@ -503,8 +503,7 @@ impl<'a> Assembly<'a> {
     }
 
     fn coedges(&mut self, uses: Vec<StatedUse>) -> Vec<Coedge> {
-        let coedge =
-            |edge: StatedUse| Some(Coedge { edge: self.edge(edge.edge)?, reversed: edge.reversed, pcurve: None });
+        let coedge = |edge: StatedUse| Some(Coedge { edge: self.edge(edge.edge)?, reversed: edge.reversed });
         uses.into_iter().filter_map(coedge).collect()
     }
 

@@ -164,7 +164,7 @@ impl Copies {
     fn cap(&mut self, face: &Face, frame: Frame3, far: bool, reversed: bool) {
         let edges = if far { &self.far } else { &self.near };
         let bound = |uses: &[Coedge]| {
-            Loop::Edges(uses.iter().map(|use_| Coedge { edge: edges[use_.edge.index()], ..use_.clone() }).collect())
+            Loop::Edges(uses.iter().map(|use_| Coedge { edge: edges[use_.edge.index()], ..*use_ }).collect())
         };
         let loops = coedges(face).map(bound).collect();
         self.part.plain_face(Surface::Plane { frame }, 0, loops, reversed);

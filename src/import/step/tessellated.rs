@@ -250,7 +250,7 @@ impl Mesh {
             let coedges = chain.iter().zip(next).map(|(&from, &to)| {
                 let ends = [from.min(to), from.max(to)];
                 let line = || part.line(vertices[ends[0]], vertices[ends[1]]);
-                Coedge { edge: *edges.entry(ends).or_insert_with(line), reversed: from > to, pcurve: None }
+                Coedge { edge: *edges.entry(ends).or_insert_with(line), reversed: from > to }
             });
             let bound = Loop::Edges(coedges.collect());
             part.plain_face(Surface::Plane { frame }, 0, vec![bound], false);

@@ -156,7 +156,7 @@ fields!(
     NurbsSurface { degree_u, degree_v, knots_u, knots_v, points, weights };
     TrimCurve { pieces };
     FreeTrims { rule, curves };
-    Coedge { edge, reversed, pcurve };
+    Coedge { edge, reversed };
     Edge { curve, range, start, end, kind } without { entity };
     Face { surface, loops, trims, reversed, shell, lost, refused } without { colour, name, entity };
     Shell { kind } without { entity };

@@ -4,12 +4,13 @@
 //! need not be simple, disjoint, or on a surface.
 
 use crate::math::boxes::around;
-use crate::model::{Coedge, CurveKind, EdgeId, Frame3, NurbsCurve3, Part, Surface};
+use crate::model::{CurveKind, EdgeId, Frame3, NurbsCurve3, Part, Surface};
 use crate::prepare::regions::boundary::of_boundary;
 use crate::prepare::surface::arc_bounds;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
+use crate::prepare::wires::ends::ends;
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -105,9 +106,8 @@ struct Outline {
 
 impl Outline {
     fn of(part: &Part, edge: u32, reversed: bool) -> Option<Self> {
-        let ends =
-            crate::prepare::wires::ends::ends(part, &Coedge { edge: EdgeId(edge), reversed: false, pcurve: None })?;
-        let [start, end] = ends.map(|v| part.vertices.get(v.index()).copied().filter(|p| p.is_finite()));
+        let [start, end] =
+            ends(part, EdgeId(edge), false)?.map(|v| part.vertices.get(v.index()).copied().filter(|p| p.is_finite()));
         let (start, end, e) = (start?, end?, part.edges.get(edge as usize)?);
         let (t0, t1) = e.range;
         let mut stops = vec![t0];

@@ -76,8 +76,8 @@ impl FaceContent {
             match of {
                 Loop::Edges(uses) => {
                     uses.len().feed(&mut digest);
-                    for Coedge { edge, reversed, pcurve } in uses {
-                        (place(*edge), (*reversed, pcurve)).feed(&mut digest);
+                    for Coedge { edge, reversed } in uses {
+                        (place(*edge), *reversed).feed(&mut digest);
                     }
                 }
                 // No list is as long.

@@ -55,7 +55,7 @@ pub(crate) fn sign(reversed: bool) -> i32 {
 /// Whether all edges of a face exist, their vertices are finite, and each starts at the vertex where the previous ends.
 pub(crate) fn is_closed(part: &Part, face: &Face, free: Option<&FreeFace>) -> bool {
     let vertices = |edge: u32, reversed: bool| -> Option<[VertexId; 2]> {
-        let ends = ends(part, &Coedge { edge: EdgeId(edge), reversed, pcurve: None })?;
+        let ends = ends(part, EdgeId(edge), reversed)?;
         ends.iter().all(|v| part.vertices.get(v.index()).is_some_and(|p| p.is_finite())).then_some(ends)
     };
     if free.is_some() {

@@ -426,9 +426,7 @@ fn replace(call: Call<'_>, part: &mut Part, free: &mut FreeFaces, replaced: &[Op
                 all.push(c);
                 continue;
             };
-            // The stated pcurve is in the parameter of the old edge.
-            let own =
-                |r: &Replacement| Coedge { edge: EdgeId(r.edge), reversed: c.reversed != r.against, pcurve: None };
+            let own = |r: &Replacement| Coedge { edge: EdgeId(r.edge), reversed: c.reversed != r.against };
             let of_edge = pieces.iter().map(own);
             if c.reversed { all.extend(of_edge.rev()) } else { all.extend(of_edge) }
         }

@@ -49,8 +49,8 @@ impl Gap {
     /// The vertices on both sides of the gap.
     fn ends(&self, part: &Part) -> Option<[VertexId; 2]> {
         let Loop::Edges(coedges) = &part.faces[self.face].loops[self.index] else { return None };
-        let next = &coedges[(self.after + 1) % coedges.len()];
-        Some([ends(part, &coedges[self.after])?[1], ends(part, next)?[0]])
+        let [before, next] = [self.after, (self.after + 1) % coedges.len()].map(|k| coedges[k]);
+        Some([ends(part, before.edge, before.reversed)?[1], ends(part, next.edge, next.reversed)?[0]])
     }
 }
 
@@ -85,7 +85,7 @@ fn sort(part: &Part, gaps: &[Gap], near: f64, done: &mut Vec<Healing>) -> Option
     for of_loop in gaps.chunk_by(|a, b| (a.face, a.index) == (b.face, b.index)).rev() {
         let Gap { face, index, .. } = of_loop[0];
         let Loop::Edges(coedges) = &part.faces[face].loops[index] else { continue };
-        let all: Option<Vec<[VertexId; 2]>> = coedges.iter().map(|c| ends(part, c)).collect();
+        let all: Option<Vec<[VertexId; 2]>> = coedges.iter().map(|c| ends(part, c.edge, c.reversed)).collect();
         let wide = || of_loop.iter().any(|gap| gap.width > near);
         let again = |ends: &Vec<[VertexId; 2]>| wide().then(|| in_order(&united(part, ends, near)))?;
         let Some(wires) = all.and_then(|ends| in_order(&ends).or_else(|| again(&ends))) else { continue };
@@ -93,8 +93,7 @@ fn sort(part: &Part, gaps: &[Gap], near: f64, done: &mut Vec<Healing>) -> Option
         let what = WireTrouble::Reordered { edges: coedges.len(), turned };
         let place = of_loop[0].ends(part).and_then(|[v, _]| part.vertices.get(v.index()).copied());
         done.push(Healing { face, severity: Severity::Warning, told: Finding::new(place, what) });
-        let taken =
-            |&(k, turned): &(usize, bool)| Coedge { reversed: coedges[k].reversed != turned, ..coedges[k].clone() };
+        let taken = |&(k, turned): &(usize, bool)| Coedge { reversed: coedges[k].reversed != turned, ..coedges[k] };
         let wires = wires.iter().map(|wire| Loop::Edges(wire.iter().map(taken).collect()));
         sorted.get_or_insert_with(|| part.clone()).faces[face].loops.splice(index..=index, wires);
     }
@@ -202,7 +201,7 @@ fn bridge(part: &mut Part, mut gaps: Vec<Gap>, done: &mut Vec<Healing>) {
             EdgeId::new(part.edges.len() - 1)
         });
         let Loop::Edges(coedges) = &mut part.faces[gap.face].loops[gap.index] else { continue };
-        coedges.insert(gap.after + 1, Coedge { edge, reversed: a != key[0], pcurve: None });
+        coedges.insert(gap.after + 1, Coedge { edge, reversed: a != key[0] });
         let place = part.vertices[a.index()];
         let told = of_face.entry(gap.face).or_insert((0, 0.0, place));
         told.0 += 1;

@@ -91,15 +91,15 @@ pub(crate) fn without_seams(part: &Part, face: &Face) -> Option<Vec<Loop>> {
             continue;
         };
         let ways: HashSet<(EdgeId, bool)> = coedges.iter().map(|c| (c.edge, c.reversed)).collect();
-        let rest: Vec<&Coedge> = coedges.iter().filter(|c| !ways.contains(&(c.edge, !c.reversed))).collect();
+        let rest: Vec<Coedge> = coedges.iter().filter(|c| !ways.contains(&(c.edge, !c.reversed))).copied().collect();
         if rest.len() == coedges.len() {
             loops.push(l.clone());
             continue;
         }
         found = true;
-        let all: Option<Vec<[VertexId; 2]>> = rest.iter().map(|c| ends(part, c)).collect();
+        let all: Option<Vec<[VertexId; 2]>> = rest.iter().map(|c| ends(part, c.edge, c.reversed)).collect();
         let wires = chained(&all?)?;
-        loops.extend(wires.iter().map(|wire| Loop::Edges(wire.iter().map(|w| rest[w.0].clone()).collect())));
+        loops.extend(wires.iter().map(|wire| Loop::Edges(wire.iter().map(|w| rest[w.0]).collect())));
     }
     found.then_some(loops)
 }
