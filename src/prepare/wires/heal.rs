@@ -137,28 +137,21 @@ fn gaps(part: &Part) -> Vec<Gap> {
 /// Merges the vertices on both sides of narrow gaps. Returns the gaps that cannot be closed so, because a short edge
 /// joins the two vertices and would vanish.
 fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Healing>) -> Vec<Gap> {
-    let mut merged = DisjointSets::new(part.vertices.len());
     let widest_gap = narrow.iter().map(|gap| gap.width).fold(0.0, f64::max);
-    let is_short = |&[s, t]: &[usize; 2]| {
-        let [p, q] = [s, t].map(|v| part.vertices.get(v));
+    let is_short = |&[s, t]: &[VertexId; 2]| {
+        let [p, q] = [s, t].map(|v| part.vertices.get(v.index()));
         s != t && p.zip(q).is_some_and(|(p, q)| p.distance(*q) <= 4.0 * widest_gap)
     };
-    let short: Vec<[usize; 2]> = part.edges.iter().map(|e| [e.start.index(), e.end.index()]).filter(is_short).collect();
+    let short = part.edges.iter().map(|e| [e.start, e.end]).filter(is_short);
+    let mut merged = MergedVertices::new(part.vertices.len(), short);
     let mut left = Vec::new();
     let mut widest: BTreeMap<usize, (f64, DVec3)> = BTreeMap::new();
     for gap in narrow {
         let Some(stated) = gap.ends(part) else { continue };
-        let [a, b] = stated.map(|v| merged.root(v.0));
-        let (keep, drop) = (a.min(b), a.max(b));
-        let joined = short.iter().any(|ends| {
-            let [s, t] = ends.map(|v| merged.root(v as u32));
-            [s.min(t), s.max(t)] == [keep, drop]
-        });
-        if keep != drop && joined {
+        if !merged.merge(stated) {
             left.push(gap);
             continue;
         }
-        merged.join_under(keep, drop);
         let place = part.vertices[stated[0].index()];
         let known = widest.entry(gap.face).or_insert((gap.width, place));
         if gap.width > known.0 {
@@ -167,8 +160,8 @@ fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Heali
     }
     for e in &mut part.edges {
         for v in [&mut e.start, &mut e.end] {
-            if v.index() < merged.len() {
-                *v = VertexId(merged.root(v.0));
+            if v.index() < merged.sets.len() {
+                *v = VertexId(merged.sets.root(v.0));
             }
         }
     }
@@ -178,6 +171,47 @@ fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Heali
         Healing { face, severity, told: Finding::new(Some(place), what) }
     }));
     left
+}
+
+/// Sets of merged vertices, and the short edges that join them.
+struct MergedVertices {
+    sets: DisjointSets,
+    /// By the root of a set: the far ends of the short edges of its vertices.
+    far_ends: BTreeMap<u32, Vec<u32>>,
+}
+
+impl MergedVertices {
+    /// Every vertex below `count` in a set of its own. `short`: the ends of short edges.
+    fn new(count: usize, short: impl Iterator<Item = [VertexId; 2]>) -> Self {
+        let mut far_ends: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for [s, t] in short {
+            far_ends.entry(s.0).or_default().push(t.0);
+            far_ends.entry(t.0).or_default().push(s.0);
+        }
+        Self { sets: DisjointSets::new(count), far_ends }
+    }
+
+    /// Merges the sets of two vertices, unless a short edge joins them. Whether they are in one set now.
+    fn merge(&mut self, vertices: [VertexId; 2]) -> bool {
+        let [a, b] = vertices.map(|v| self.sets.root(v.0));
+        if a == b {
+            return true;
+        }
+        let count = |root: u32| self.far_ends.get(&root).map_or(0, Vec::len);
+        let (few, many) = if count(a) <= count(b) { (a, b) } else { (b, a) };
+        let mut moved = self.far_ends.remove(&few).unwrap_or_default();
+        if moved.iter().any(|&end| self.sets.root(end) == many) {
+            self.far_ends.insert(few, moved);
+            return false;
+        }
+        // The short list goes to the long one, so that an end moves only into a list at least twice as long.
+        let mut all = self.far_ends.remove(&many).unwrap_or_default();
+        all.append(&mut moved);
+        let (keep, drop) = (a.min(b), a.max(b));
+        self.sets.join_under(keep, drop);
+        self.far_ends.insert(keep, all);
+        true
+    }
 }
 
 /// Inserts an edge into every gap.
@@ -275,5 +309,48 @@ fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
             let told = Finding { edge: Some(edge), ..Finding::new(place, WireTrouble::EdgeOffVertex { gap_mm }) };
             done.push(Healing { face, severity: Severity::Warning, told });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::random::SplitMix;
+
+    #[test]
+    fn vertices_are_merged_like_by_a_look_at_all_short_edges() {
+        const COUNT: u32 = 200;
+        let mut random = SplitMix(11);
+        let mut vertex = || VertexId((random.unit() * f64::from(COUNT)) as u32);
+        let short: Vec<[VertexId; 2]> = (0..150).map(|_| [vertex(), vertex()]).filter(|[s, t]| s != t).collect();
+        let mut merged = MergedVertices::new(COUNT as usize, short.iter().copied());
+        let mut sets = DisjointSets::new(COUNT as usize);
+        let mut left = 0;
+        for _ in 0..1000 {
+            let gap = [vertex(), vertex()];
+            let [a, b] = gap.map(|v| sets.root(v.0));
+            let mut is_joining = |ends: &[VertexId; 2]| {
+                let [s, t] = ends.map(|v| sets.root(v.0));
+                [s.min(t), s.max(t)] == [a.min(b), a.max(b)]
+            };
+            let joined = a != b && short.iter().any(&mut is_joining);
+            if !joined {
+                sets.join(a, b);
+            }
+            left += u32::from(joined);
+            assert_eq!(merged.merge(gap), !joined, "{gap:?}");
+        }
+        assert!(left > 50, "{left}");
+        assert!((0..COUNT).all(|v| merged.sets.root(v) == sets.root(v)));
+    }
+
+    #[test]
+    fn many_gaps_between_many_short_edges_are_looked_at_once() {
+        // Pairs joined by short edges, in a row with gaps between them, whose far ends gather at one vertex.
+        const COUNT: u32 = 200_000;
+        let pair = |k: u32| [VertexId(2 * k + 1), VertexId(2 * k + 2)];
+        let mut merged = MergedVertices::new(2 * COUNT as usize + 1, (0..COUNT).map(pair));
+        let all_merged = (0..COUNT).all(|k| merged.merge([VertexId(0), pair(k)[0]]));
+        assert!(all_merged && (0..COUNT).all(|k| !merged.merge(pair(k))));
     }
 }
