@@ -206,12 +206,12 @@ fn periods_are_found() {
     let horn = Surface::Nurbs(splines);
     assert_eq!((horn.period().map(|p| p.is_some()), horn.poles().len()), ([true, false], 2));
     let mut tube = bumpy(true);
-    assert!(!tube.closed_u(1e-9));
+    assert!(!tube.is_closed(0, 1e-9));
     for j in 0..5 {
         tube.points[5 * 5 + j] = tube.points[j];
         tube.weights[5 * 5 + j] = tube.weights[j];
     }
-    assert!(tube.closed_u(1e-9) && !tube.closed_v(1e-9));
+    assert!(tube.is_closed(0, 1e-9) && !tube.is_closed(1, 1e-9));
     assert_eq!(Surface::Nurbs(tube).period(), [Some(2.0), None]);
 }
 

@@ -61,15 +61,17 @@ impl Surface {
             }
             Self::Nurbs(surface) => {
                 let tol = SAME_ROW * surface.size();
-                let ((u0, u1), (v0, v1)) = surface.domain();
-                let collapsed = |axis: usize, at: f64| self.collapsed(axis, at, SAME_END * surface.size());
+                let domain = <[_; 2]>::from(surface.domain());
+                let is_collapsed = |axis: usize, at: f64| surface.is_collapsed(axis, at, SAME_END * surface.size());
                 // If every line in a direction is a single point, the direction closes trivially, without a period. Nor
                 // does a direction that closes in a pole have one.
-                let across_u =
-                    surface.closed_u(tol) && !surface.samples_v().iter().all(|&v| collapsed(1, v)) && !collapsed(0, u0);
-                let across_v =
-                    surface.closed_v(tol) && !surface.samples_u().iter().all(|&u| collapsed(0, u)) && !collapsed(1, v0);
-                [across_u.then_some(u1 - u0), across_v.then_some(v1 - v0)]
+                [0, 1].map(|axis| {
+                    let across = 1 - axis;
+                    let is_periodic = surface.is_closed(axis, tol)
+                        && !surface.samples(across).iter().all(|&t| is_collapsed(across, t))
+                        && !is_collapsed(axis, domain[axis].0);
+                    is_periodic.then_some(domain[axis].1 - domain[axis].0)
+                })
             }
         }
     }
@@ -106,7 +108,7 @@ impl Surface {
                 let ((u0, u1), (v0, v1)) = surface.domain();
                 [(0, u0), (0, u1), (1, v0), (1, v1)]
                     .into_iter()
-                    .filter(|&(axis, at)| self.collapsed(axis, at, tol))
+                    .filter(|&(axis, at)| surface.is_collapsed(axis, at, tol))
                     .map(|(axis, at)| {
                         let point = if axis == 0 { surface.point(at, v0) } else { surface.point(u0, at) };
                         Pole { axis, at, point }
@@ -114,14 +116,6 @@ impl Surface {
                     .collect()
             }
         }
-    }
-
-    /// Whether all points with parameter `axis` equal to `at` lie within `tol` of the first (NURBS only).
-    fn collapsed(&self, axis: usize, at: f64, tol: f64) -> bool {
-        let Self::Nurbs(surface) = self else { return false };
-        let along = if axis == 0 { surface.samples_v() } else { surface.samples_u() };
-        let place = |t: f64| if axis == 0 { surface.point(at, t) } else { surface.point(t, at) };
-        along.first().map(|&t| place(t)).is_some_and(|start| along.iter().all(|&t| place(t).distance(start) <= tol))
     }
 
     /// Finds the natural parameters of the surface point nearest to `p`, with angles in [0, 2π) (a sphere's v in

@@ -230,28 +230,37 @@ impl NurbsSurface {
         line
     }
 
-    /// Whether the border lines `u = first` and `u = last` coincide within `tol` (millimetres).
+    /// Whether the first and the last line of constant parameter `axis` (0: u, 1: v) coincide within `tol` millimetres.
+    ///
+    /// # Panics
+    /// If `axis` is neither 0 nor 1.
     #[must_use]
-    pub fn closed_u(&self, tol: f64) -> bool {
-        let ((a, b), _) = self.domain();
-        self.samples_v().into_iter().all(|v| self.point(a, v).distance(self.point(b, v)) <= tol)
+    pub fn is_closed(&self, axis: usize, tol: f64) -> bool {
+        let (a, b) = <[_; 2]>::from(self.domain())[axis];
+        let at = |x: f64, t: f64| self.on_line(axis, x, t);
+        self.samples(1 - axis).into_iter().all(|t| at(a, t).distance(at(b, t)) <= tol)
     }
 
-    /// Whether the border lines `v = first` and `v = last` coincide within `tol` (millimetres).
-    #[must_use]
-    pub fn closed_v(&self, tol: f64) -> bool {
-        let (_, (a, b)) = self.domain();
-        self.samples_u().into_iter().all(|u| self.point(u, a).distance(self.point(u, b)) <= tol)
+    /// Whether all points with parameter `axis` equal to `at` lie within `tol` of the first.
+    pub(super) fn is_collapsed(&self, axis: usize, at: f64, tol: f64) -> bool {
+        let along = self.samples(1 - axis);
+        let place = |t: f64| self.on_line(axis, at, t);
+        along.first().map(|&t| place(t)).is_some_and(|start| along.iter().all(|&t| place(t).distance(start) <= tol))
     }
 
-    /// Parameters that determine a curve u -> `S(u, v)`: `degree + 1` per span.
-    pub(super) fn samples_u(&self) -> Vec<f64> {
-        samples(self.degree_u, &self.knots_u)
+    /// The point with parameter `axis` equal to `at`, and the other one to `t`.
+    fn on_line(&self, axis: usize, at: f64, t: f64) -> DVec3 {
+        if axis == 0 { self.point(at, t) } else { self.point(t, at) }
     }
 
-    /// Parameters that determine a curve v -> `S(u, v)`: `degree + 1` per span.
-    pub(super) fn samples_v(&self) -> Vec<f64> {
-        samples(self.degree_v, &self.knots_v)
+    /// Parameters that determine a curve along which parameter `axis` varies: `degree + 1` per span.
+    pub(super) fn samples(&self, axis: usize) -> Vec<f64> {
+        let (degree, knots) = if axis == 0 { (self.degree_u, &self.knots_u) } else { (self.degree_v, &self.knots_v) };
+        knots::spans(degree, knots)
+            .flat_map(|i| {
+                (0..=degree).map(move |j| knots[i] + (knots[i + 1] - knots[i]) * j as f64 / degree.max(1) as f64)
+            })
+            .collect()
     }
 
     /// Half the diagonal of the control net's box. Tolerances of coincidence are relative to it.
@@ -318,13 +327,6 @@ pub(super) fn extent(points: &[DVec3]) -> f64 {
     let Some(&first) = points.first() else { return 0.0 };
     let (low, high) = points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
     0.5 * low.distance(high)
-}
-
-/// `degree + 1` evenly spaced parameters per span.
-fn samples(degree: usize, knots: &[f64]) -> Vec<f64> {
-    knots::spans(degree, knots)
-        .flat_map(|i| (0..=degree).map(move |j| knots[i] + (knots[i + 1] - knots[i]) * j as f64 / degree.max(1) as f64))
-        .collect()
 }
 
 /// Derivatives of `P / W` from those of `P` and `W`, in the order 1, u, v, uu, uv, vv.
