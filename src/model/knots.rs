@@ -57,6 +57,12 @@ pub(crate) fn spans(degree: usize, knots: &[f64]) -> impl Iterator<Item = usize>
     (degree..knots.len().saturating_sub(degree + 1)).filter(|&i| knots[i] < knots[i + 1])
 }
 
+/// The clamped knots of Bézier pieces of `degree` between `breaks`, end to end.
+pub(crate) fn knots_of_pieces(degree: usize, breaks: &[f64]) -> Vec<f64> {
+    let inner = breaks.iter().flat_map(|&t| std::iter::repeat_n(t, degree));
+    breaks.first().copied().into_iter().chain(inner).chain(breaks.last().copied()).collect()
+}
+
 /// Whether first derivatives are continuous: no inner knot is repeated as often as the degree, to [`SLIVER`].
 pub(crate) fn is_smooth(degree: usize, knots: &[f64]) -> bool {
     let (a, b) = domain(degree, knots);

@@ -7,7 +7,7 @@ mod frame3;
 pub use frame3::Frame3;
 
 mod knots;
-pub(crate) use knots::to_bezier;
+pub(crate) use knots::{knots_of_pieces, to_bezier};
 
 mod curve;
 pub use curve::{ControlPoint, CurveDerivatives, NurbsCurve, NurbsCurve2, NurbsCurve3};
@@ -28,7 +28,7 @@ mod axis_map;
 pub use axis_map::AxisMap;
 
 mod to_nurbs;
-pub(crate) use to_nurbs::homogeneous;
+pub(crate) use to_nurbs::{euclidean, homogeneous};
 
 mod spline_error;
 pub use spline_error::{MAX_DEGREE, SplineError, SurfaceError};

@@ -95,7 +95,7 @@ pub(crate) fn homogeneous(points: &[DVec3], weights: &[f64]) -> Vec<DVec4> {
 }
 
 /// Splits homogeneous points into points and, if `weighted`, weights.
-fn euclidean(rows: &[DVec4], weighted: bool) -> (Vec<DVec3>, Vec<f64>) {
+pub(crate) fn euclidean(rows: &[DVec4], weighted: bool) -> (Vec<DVec3>, Vec<f64>) {
     let points = rows.iter().map(|r| if r.w == 1.0 { r.truncate() } else { r.truncate() / r.w }).collect();
     (points, if weighted { rows.iter().map(|r| r.w).collect() } else { Vec::new() })
 }

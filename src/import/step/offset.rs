@@ -4,7 +4,7 @@
 use super::face_location::LocateFace;
 use super::revolution::sheet;
 use crate::math::Elementary as _;
-use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, StepOutcome, Surface};
+use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, StepOutcome, Surface, knots_of_pieces};
 use glam::DVec3;
 
 /// Maximum number of pieces per knot span and direction.
@@ -102,7 +102,7 @@ pub(super) fn fitted(
         let ts = thirds(&breaks);
         let mut points = ts.iter().map(|t| at(*t)).collect::<Result<Vec<_>, _>>()?;
         to_bezier(&mut points, |k| k, ts.len());
-        let curve = NurbsCurve3 { degree: 3, knots: cubic_knots(&breaks), points, weights: Vec::new() };
+        let curve = NurbsCurve3 { degree: 3, knots: knots_of_pieces(3, &breaks), points, weights: Vec::new() };
         let mut errors = vec![0.0; spans.len()];
         for (k, t) in probes(&breaks).into_iter().enumerate() {
             let error: &mut f64 = &mut errors[k / 3];
@@ -220,8 +220,8 @@ fn fit(
     Ok(NurbsSurface {
         degree_u: 3,
         degree_v: 3,
-        knots_u: cubic_knots(breaks_u),
-        knots_v: cubic_knots(breaks_v),
+        knots_u: knots_of_pieces(3, breaks_u),
+        knots_v: knots_of_pieces(3, breaks_v),
         points,
         weights: Vec::new(),
     })
@@ -234,13 +234,6 @@ fn to_bezier(points: &mut [DVec3], index: impl Fn(usize) -> usize, count: usize)
         points[index(start + 1)] = (a * -5.0 + b * 18.0 - c * 9.0 + d * 2.0) / 6.0;
         points[index(start + 2)] = (a * 2.0 - b * 9.0 + c * 18.0 - d * 5.0) / 6.0;
     }
-}
-
-fn cubic_knots(breaks: &[f64]) -> Vec<f64> {
-    let mut knots = vec![breaks[0]];
-    knots.extend(breaks.iter().flat_map(|t| [*t; 3]));
-    knots.extend(breaks.last());
-    knots
 }
 
 /// Parameters at the middles of the thirds of every piece, where the error of a cubic through the thirds is largest.

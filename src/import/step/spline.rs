@@ -2,8 +2,8 @@
 //! rule; degrees are raised per Bézier piece.
 
 use crate::math::boxes::around;
-use crate::model::NurbsCurve3;
-use glam::{DVec3, DVec4, Vec4Swizzles};
+use crate::model::{NurbsCurve3, euclidean, homogeneous, knots_of_pieces};
+use glam::{DVec3, DVec4};
 
 /// The knot vector, repeated by multiplicity; `None` unless it has `count + degree + 1` knots.
 pub(super) fn write_out(values: &[f64], multiplicities: &[usize], count: usize, degree: usize) -> Option<Vec<f64>> {
@@ -53,20 +53,6 @@ pub(super) fn without_breaks(
     Ok((left.len() < knots.len()).then_some((points, left)))
 }
 
-fn lift(curve: &NurbsCurve3) -> Vec<DVec4> {
-    let weight = |i: usize| curve.weights.get(i).copied().unwrap_or(1.0);
-    curve.points.iter().enumerate().map(|(i, p)| (*p * weight(i)).extend(weight(i))).collect()
-}
-
-fn drop_lift(degree: usize, knots: Vec<f64>, lifted: &[DVec4], rational: bool) -> NurbsCurve3 {
-    NurbsCurve3 {
-        degree,
-        knots,
-        points: lifted.iter().map(|p| p.xyz() / p.w).collect(),
-        weights: if rational { lifted.iter().map(|p| p.w).collect() } else { Vec::new() },
-    }
-}
-
 /// Inserts the knot `t`, which lies in the domain, up to multiplicity `degree`.
 fn saturate(degree: usize, knots: &mut Vec<f64>, points: &mut Vec<DVec4>, t: f64) {
     let present = knots.iter().filter(|k| **k == t).count();
@@ -94,7 +80,7 @@ pub(super) fn piece(curve: &NurbsCurve3, from: f64, to: f64) -> NurbsCurve3 {
     // In this order, NaN becomes an end of the domain.
     let (from, to) = (from.max(a).min(b), to.max(a).min(b));
     let (from, to) = if from < to { (from, to) } else { (a, b) };
-    let (mut knots, mut points) = (curve.knots.clone(), lift(curve));
+    let (mut knots, mut points) = (curve.knots.clone(), homogeneous(&curve.points, &curve.weights));
     saturate(p, &mut knots, &mut points, from);
     saturate(p, &mut knots, &mut points, to);
     let start = knots.partition_point(|k| *k <= from) - 1;
@@ -102,7 +88,8 @@ pub(super) fn piece(curve: &NurbsCurve3, from: f64, to: f64) -> NurbsCurve3 {
     let mut cut = vec![from; p + 1];
     cut.extend_from_slice(&knots[start + 1..end]);
     cut.extend(std::iter::repeat_n(to, p + 1));
-    drop_lift(p, cut, &points[start - p..end], !curve.weights.is_empty())
+    let (points, weights) = euclidean(&points[start - p..end], !curve.weights.is_empty());
+    NurbsCurve3 { degree: p, knots: cut, points, weights }
 }
 
 /// Drops the control points of a long curve that have no influence on a short range. Points in the range stay the same;
@@ -170,7 +157,7 @@ fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
     let mut breaks: Vec<f64> = whole.knots.clone();
     breaks.dedup();
     // Span by span: on the whole curve, every inserted knot would move all later points.
-    let lifted = lift(&whole);
+    let lifted = homogeneous(&whole.points, &whole.weights);
     let mut points = vec![lifted[0]];
     for first in (p..whole.points.len()).filter(|i| whole.knots[*i] < whole.knots[i + 1]) {
         let mut knots = whole.knots[first - p..=first + p + 1].to_vec();
@@ -193,9 +180,8 @@ fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
         points = raised;
         p += 1;
     }
-    let inner = breaks[1..breaks.len() - 1].iter().flat_map(|t| std::iter::repeat_n(*t, p));
-    let knots = std::iter::repeat_n(a, p + 1).chain(inner).chain(std::iter::repeat_n(b, p + 1)).collect();
-    drop_lift(p, knots, &points, !whole.weights.is_empty())
+    let (points, weights) = euclidean(&points, !whole.weights.is_empty());
+    NurbsCurve3 { degree: p, knots: knots_of_pieces(p, &breaks), points, weights }
 }
 
 /// The parameter of the curve point nearest to `p`: the best of `degree + 2` samples per span, refined by Newton's

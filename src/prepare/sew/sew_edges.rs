@@ -12,12 +12,15 @@ use super::slivers::SliverCheck;
 use super::uses::uses;
 use crate::control::Call;
 use crate::math::sets::DisjointSets;
-use crate::model::{BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId};
+use crate::model::{
+    BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId, euclidean,
+    knots_of_pieces,
+};
 use crate::prepare::report::finding::Finding;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::heal::Healing;
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -396,20 +399,10 @@ impl PieceGroups {
 fn restricted(curve: &NurbsCurve3, range: (f64, f64)) -> NurbsCurve3 {
     let spline = crate::prepare::surface::decompose::BezierSpline3::new(curve, range);
     let n = spline.degree;
-    let last = spline.segments();
-    let knots = spline.breaks.iter().enumerate().flat_map(|(k, &t)| {
-        let ends = usize::from(k == 0 || k == last);
-        std::iter::repeat_n(t, n + ends)
-    });
     let control = spline.control.iter().enumerate().filter(|(k, _)| *k == 0 || k % (n + 1) != 0).map(|(_, c)| *c);
-    let weights: Vec<f64> = control.clone().map(|c| c.w).collect();
-    let even = weights.iter().all(|&w| w == 1.0);
-    NurbsCurve3 {
-        degree: n,
-        knots: knots.collect(),
-        points: control.map(|c| c.truncate() / c.w).collect(),
-        weights: if even { Vec::new() } else { weights },
-    }
+    let control: Vec<DVec4> = control.collect();
+    let (points, weights) = euclidean(&control, control.iter().any(|c| c.w != 1.0));
+    NurbsCurve3 { degree: n, knots: knots_of_pieces(n, &spline.breaks), points, weights }
 }
 
 /// Makes all faces use the edges that replace others.

@@ -13,6 +13,7 @@ use super::stretches::StretchPart;
 use crate::control::Call;
 use crate::model::{
     CurveKind, Edge, EdgeId, Face, FaceError, FaceTrouble, FreeTrims, NurbsCurve3, Part, Pole, Surface, VertexId,
+    knots_of_pieces,
 };
 use crate::prepare::report::finding::Finding;
 use crate::prepare::report::guard::guarded;
@@ -319,8 +320,7 @@ impl<'a> EdgeMaker<'a> {
         let last = curve.points.len() - 1;
         curve.points[0] = self.vertices[start.index()];
         curve.points[last] = self.vertices[end.index()];
-        let knots = curve.ts.iter().flat_map(|&t| std::iter::repeat_n(t, 3));
-        let knots = std::iter::once(range.0).chain(knots).chain([range.1]).collect();
+        let knots = knots_of_pieces(3, &curve.ts);
         let curve = NurbsCurve3 { degree: 3, knots, points: curve.points, weights: Vec::new() };
         self.edges.push(Edge { curve, range, start, end, kind: CurveKind::Spline, entity: 0 });
         EdgeId::new(self.edges.len() - 1).0

@@ -10,6 +10,7 @@ use super::order::in_order;
 use crate::math::sets::DisjointSets;
 use crate::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, Surface, VertexId, WireTrouble,
+    knots_of_pieces,
 };
 use crate::prepare::report::finding::Finding;
 use crate::prepare::uv::pcurve::Projector;
@@ -267,15 +268,12 @@ fn straight(face: &Face, p: DVec3, q: DVec3) -> (NurbsCurve3, CurveKind) {
         let [a, b] = [if k == 0 { p } else { a }, if k + 1 == SPANS { q } else { b }];
         points.extend([a + da / 3.0, b - db / 3.0, b]);
     }
-    let mut knots = vec![0.0; 4];
-    for k in 1..SPANS {
-        knots.extend([k as f64; 3]);
-    }
-    knots.extend([SPANS as f64; 4]);
+    let breaks: Vec<f64> = (0..=SPANS).map(|k| k as f64).collect();
     let sound = points.iter().all(|p| p.is_finite());
     if !sound {
         return (NurbsCurve3::line(p, q), CurveKind::Line);
     }
+    let knots = knots_of_pieces(3, &breaks);
     (NurbsCurve3 { degree: 3, knots, points, weights: Vec::new() }, CurveKind::Spline)
 }
 
