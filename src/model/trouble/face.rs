@@ -159,9 +159,3 @@ impl fmt::Display for FaceTrouble {
         }
     }
 }
-
-impl From<TrimTrouble> for FaceTrouble {
-    fn from(trim: TrimTrouble) -> Self {
-        Self::Trim(trim)
-    }
-}

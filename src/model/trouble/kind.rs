@@ -72,17 +72,14 @@ impl fmt::Display for DiagnosticKind {
     }
 }
 
-/// Implements `From` for the enum of each stage, so that a stage uses only its own.
-macro_rules! from {
-    ($($variant:ident($inner:ident)),*) => {
-        $(impl From<$inner> for DiagnosticKind {
-            fn from(inner: $inner) -> Self {
-                Self::$variant(inner)
-            }
-        })*
-    };
-}
-from!(Step(StepOutcome), Face(FaceTrouble), Wire(WireTrouble), Border(BorderTrouble), Shell(ShellTrouble));
+// So that a stage uses only its own enum.
+from!(DiagnosticKind {
+    Step(StepOutcome),
+    Face(FaceTrouble),
+    Wire(WireTrouble),
+    Border(BorderTrouble),
+    Shell(ShellTrouble)
+});
 
 impl From<TileTrouble> for DiagnosticKind {
     fn from(first: TileTrouble) -> Self {

@@ -246,17 +246,7 @@ impl fmt::Display for StepTrouble {
     }
 }
 
-/// Implements `From` for each wrapped type.
-macro_rules! from {
-    ($($variant:ident($inner:ident)),*) => {
-        $(impl From<$inner> for StepTrouble {
-            fn from(inner: $inner) -> Self {
-                Self::$variant(inner)
-            }
-        })*
-    };
-}
-from!(
+from!(StepTrouble {
     Spline(SplineTrouble),
     Curve(CurveTrouble),
     Fit(FitTrouble),
@@ -265,7 +255,7 @@ from!(
     UnsoundCurve(SplineError),
     UnsoundSurface(SurfaceError),
     UnsoundPart(PartError)
-);
+});
 
 /// The faulty instance of a STEP file, and why it cannot be read.
 #[derive(Clone, Debug, PartialEq)]
