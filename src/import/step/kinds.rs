@@ -20,17 +20,9 @@ pub(super) const PRIMITIVES: [&str; 9] = [
 pub(super) const SWEEPS: [&str; 4] =
     ["EXTRUDED_AREA_SOLID", "EXTRUDED_FACE_SOLID", "REVOLVED_AREA_SOLID", "REVOLVED_FACE_SOLID"];
 
-/// Supported tessellated bodies and loose faces.
-pub(super) const TESSELLATED: [&str; 8] = [
-    "TESSELLATED_SOLID",
-    "TESSELLATED_SHELL",
-    "TESSELLATED_GEOMETRIC_SET",
-    "TRIANGULATED_FACE",
-    "COMPLEX_TRIANGULATED_FACE",
-    "TRIANGULATED_SURFACE_SET",
-    "COMPLEX_TRIANGULATED_SURFACE_SET",
-    "REPOSITIONED_TESSELLATED_ITEM",
-];
+/// Supported faces of triangles, loose or listed.
+pub(super) const TRIANGULATED: [&str; 4] =
+    ["TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE", "TRIANGULATED_SURFACE_SET", "COMPLEX_TRIANGULATED_SURFACE_SET"];
 
 /// Tessellated types that list their faces.
 pub(super) const HOLDERS: [&str; 3] = ["TESSELLATED_SOLID", "TESSELLATED_SHELL", "TESSELLATED_GEOMETRIC_SET"];
@@ -194,7 +186,8 @@ impl BodyKind {
         } else if any(&SWEEPS) {
             Some(Self::Sweep)
         } else {
-            any(&TESSELLATED).then_some(Self::Tessellated)
+            let is_tessellated = any(&HOLDERS) || any(&TRIANGULATED) || any(&["REPOSITIONED_TESSELLATED_ITEM"]);
+            is_tessellated.then_some(Self::Tessellated)
         }
     }
 }

@@ -5,6 +5,7 @@ use super::curve::Carrier;
 use super::face_location::{FaceLocation, Stated, extent, reaching, widened};
 use super::spline;
 use crate::math::Elementary as _;
+use crate::math::bisection::bisected;
 use crate::model::{Frame3, NurbsCurve3, StepTrouble, Surface};
 use glam::{DVec2, DVec3};
 
@@ -135,11 +136,7 @@ fn axis_points(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<f64> {
         if !before || falling {
             continue;
         }
-        let (mut low, mut high) = (at(i - 1), at(i));
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if slope(middle) < 0.0 { low = middle } else { high = middle }
-        }
+        let [_, high] = bisected([at(i - 1), at(i)], 60, |t| slope(t) < 0.0);
         // A cut next to a knot would leave an empty span.
         let knot = curve.knots.iter().copied().find(|k| (k - high).abs() <= 1e-9 * (b - a));
         let t = knot.unwrap_or(high);

@@ -166,13 +166,9 @@ impl Copies {
         let bound = |uses: &[Coedge]| {
             Loop::Edges(uses.iter().map(|use_| Coedge { edge: edges[use_.edge.index()], ..*use_ }).collect())
         };
-        let loops = coedges(face).map(bound).collect();
+        let loops = face.wires().map(bound).collect();
         self.part.plain_face(Surface::Plane { frame }, 0, loops, reversed);
     }
-}
-
-fn coedges(face: &Face) -> impl Iterator<Item = &[Coedge]> {
-    face.loops.iter().filter_map(|bound| if let Loop::Edges(uses) = bound { Some(uses.as_slice()) } else { None })
 }
 
 fn extruded(profile: &Part, face: &Face, frame: &Frame3, along: DVec3) -> PartBuilder {
@@ -182,7 +178,7 @@ fn extruded(profile: &Part, face: &Face, frame: &Frame3, along: DVec3) -> PartBu
     copies.cap(face, *frame, false, rising);
     copies.cap(face, Frame3 { origin: frame.origin + along, ..*frame }, true, !rising);
     let mut risers: HashMap<usize, EdgeId> = HashMap::new();
-    for coedge in coedges(face).flatten() {
+    for coedge in face.wires().flatten() {
         let index = coedge.edge.index();
         let edge = &profile.edges[index];
         let mut riser = |vertex: VertexId| {
@@ -233,7 +229,7 @@ fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f
         copies.cap(face, far, true, !ahead);
     }
     let mut rings: HashMap<usize, EdgeId> = HashMap::new();
-    for coedge in coedges(face).flatten() {
+    for coedge in face.wires().flatten() {
         let index = coedge.edge.index();
         if still[index] {
             continue;

@@ -4,7 +4,7 @@
 //! share edges, so that the mesh is as closed as the file's, at any tolerance. Corners with equal coordinates are
 //! merged, since each tessellated face may list its own.
 
-use super::kinds::{HOLDERS, is_shapeless};
+use super::kinds::{HOLDERS, TRIANGULATED, is_shapeless};
 use super::place::Geometry;
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing};
 use super::values::{Attribute, Map, Set};
@@ -14,9 +14,6 @@ use crate::model::{
 };
 use glam::{DAffine3, DVec3};
 use std::collections::hash_map::Entry;
-
-const FACES: [&str; 4] =
-    ["TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE", "TRIANGULATED_SURFACE_SET", "COMPLEX_TRIANGULATED_SURFACE_SET"];
 
 /// Something left out of a body: why, and a point of it, if readable.
 pub(super) type Loss = (Trouble, Option<DVec3>);
@@ -94,7 +91,7 @@ impl Mesh {
         };
         for id in item.fields(name, 1).links(0)? {
             let read = geometry.get(id).and_then(|face| {
-                if FACES.into_iter().chain(HOLDERS).any(|kind| face.is(kind)) {
+                if TRIANGULATED.into_iter().chain(HOLDERS).any(|kind| face.is(kind)) {
                     self.holder(geometry, face, place, depth + 1)
                 } else if is_shapeless(face) {
                     // Holders may list curves and points, too.
@@ -130,7 +127,7 @@ impl Mesh {
         if let Entry::Vacant(fresh) = self.lists.entry(list) {
             fresh.insert(coordinates(geometry, list, place)?);
         }
-        let name = FACES.into_iter().find(|kind| face.is(kind)).unwrap_or_default();
+        let name = TRIANGULATED.into_iter().find(|kind| face.is(kind)).unwrap_or_default();
         let own = face.fields(name, inherited);
         // Corners are indices into the face's list of points, or into the coordinates if it has none.
         let used = own.counts(0)?;

@@ -7,6 +7,7 @@
 use super::foot::{Foot, jacobian_solve, least_squares, newton_step};
 use super::lead::{EndBlend, before_breaks, leads};
 use super::uv_curve::UvSample;
+use crate::math::bisection::bisected;
 use crate::math::boxes::around;
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
@@ -366,16 +367,12 @@ impl<'a> Projector<'a> {
                 if slope(along[0]) >= 0.0 || slope(along[1]) < 0.0 {
                     continue;
                 }
-                let (mut lo, mut hi) = (w[0], w[1]);
-                for _ in 0..60 {
-                    let mid = 0.5 * (lo + hi);
-                    if slope(edge.curve.tangent(mid)) < 0.0 { lo = mid } else { hi = mid }
-                }
+                let [_, t] = bisected([w[0], w[1]], 60, |t| slope(edge.curve.tangent(t)) < 0.0);
                 // Not at the ends: loops handle poles at vertices.
-                let p = edge.curve.point(hi);
+                let p = edge.curve.point(t);
                 let clear = ends.iter().all(|end| end.distance(p) > 10.0 * near);
                 if clear && p.distance(pole.point) <= near {
-                    out.push(hi);
+                    out.push(t);
                 }
             }
         }
@@ -415,12 +412,10 @@ impl<'a> Projector<'a> {
                 Some(pole) if k + 1 == ts.len() => near_end(t, -1e-3 * span, pole, Some(previous.uv)),
                 _ => walk.sample(t, Some(guess)),
             };
-            if self.is_exact(edge) {
-                out.push(next);
-            } else {
+            if !self.is_exact(edge) {
                 walk.refine(&previous, &next.0, 0, &mut out);
-                out.push(next);
             }
+            out.push(next);
         }
         let gap = out.iter().map(|s| s.1).fold(0.0, f64::max);
         let mut samples = Vec::with_capacity(out.len());
