@@ -139,7 +139,7 @@ mod tests {
             |part| part.faces[2].loops.push(Loop::Vertex(VertexId(0))),
             |part| uses(part)[0].reversed ^= true,
             |part| uses(part).rotate_left(1),
-            |part| drop(uses(part).pop()),
+            |part| _ = uses(part).pop(),
             |part| edge(part).range.1 *= 0.5,
             |part| edge(part).kind = CurveKind::Circle,
             |part| edge(part).curve.points[0].x += 1.0,
