@@ -5,7 +5,7 @@ use super::closing::Closure;
 use super::kept::{FaceContent, KeptFace, KeptFaces};
 use super::limits::PrepareBudget;
 use super::orient::{self, orient, wanted_sign, wrong_volume};
-use super::prepared::{PartCost, PreparedPart};
+use super::prepared::{PartCost, PartFacts, PreparedPart};
 use super::topology::{self, ClosingOutcome, Unclosed};
 use super::{chains, fill, shells};
 use crate::control::Call;
@@ -31,32 +31,21 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// A prepared part with its diagnostics.
-#[derive(Default)]
-pub(crate) struct PartOutcome {
-    pub(crate) part: PreparedPart,
-    pub(crate) diagnostics: Vec<Diagnostic>,
-    pub(crate) without_area: Vec<FaceId>,
-    pub(crate) closedness: Closedness,
-    pub(crate) cost: PartCost,
-    /// Drafts of faces, where they are kept.
-    pub(crate) kept: Vec<KeptFace>,
-}
-
 /// Borders no further apart than this share of the part's size are joined without a diagnostic.
 const ROUNDING: f64 = 1e-9;
 
 /// A face whose area is at most this share of its squared size has no area.
 const NO_AREA: f64 = 1e-9;
 
-/// `kept`: drafts to take over where faces have the same content; `None` if drafts are not kept.
+/// Prepares a part, with all facts but `hash`, `entities` and `cloud`. `kept`: drafts to take over where faces have the
+/// same content; `None` if drafts are not kept.
 pub(crate) fn prepare_part(
     id: PartId,
     stated: &Part,
     border_tolerance: f64,
     kept: Option<&KeptFaces<'_>>,
     budget: &PrepareBudget<'_>,
-) -> PartOutcome {
+) -> PreparedPart {
     let call = budget.call;
     let [low, high] = stated.control_box();
     let size = (high - low).length();
@@ -64,7 +53,7 @@ pub(crate) fn prepare_part(
     let mut healings = Vec::new();
     if budget.exceeded() {
         // The whole result will be discarded.
-        return PartOutcome::default();
+        return PreparedPart::default();
     }
     let (single, repeated) = without_repeats(trimmed);
     let healed = heal::heal(&single, size, &mut healings);
@@ -72,7 +61,7 @@ pub(crate) fn prepare_part(
     let (sewn, borders) = sew(call, healed, &mut free, border_tolerance * size, &mut healings);
     let part = without_slits(sewn, repeated, &free, &mut healings);
     if budget.exceeded() {
-        return PartOutcome::default();
+        return PreparedPart::default();
     }
     healings.sort_by_key(|h| h.face);
     // Edges of free trims come after the model's own, and the pieces that sewing makes of them come last.
@@ -82,14 +71,14 @@ pub(crate) fn prepare_part(
     if budget.exceeded() {
         call.discard(results);
         call.discard(kept);
-        return PartOutcome::default();
+        return PreparedPart::default();
     }
     let mut faces = maker.fill(results);
     let mut directed = maker.direct(&mut faces);
     if budget.exceeded() {
         call.discard(faces.drafts);
         call.discard(kept);
-        return PartOutcome::default();
+        return PreparedPart::default();
     }
     let without_area = maker.tell_faces(&mut faces, healings);
     let has_draft: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
@@ -99,7 +88,7 @@ pub(crate) fn prepare_part(
             part.discard(call);
         }
         call.discard(kept);
-        return PartOutcome::default();
+        return PreparedPart::default();
     }
     if let Err(reason) = &assembled {
         // Assembling panicked where faces share edges. Drop the regions of all faces and fill their loops.
@@ -108,12 +97,14 @@ pub(crate) fn prepare_part(
         assembled = maker.assemble(faces.drafts, &directed.reversed);
     }
     let Orientations { sums, mut closedness, turned, .. } = directed;
-    let (part, lost) = assembled.unwrap_or_else(|reason| maker.nothing(&reason));
+    let (mut part, lost) = assembled.unwrap_or_else(|reason| maker.nothing(&reason));
     closedness.lose(lost.into_iter().map(|face| of_boundary(&maker.boundary(face))));
     maker.tell_turned(&turned);
     maker.tell_open(&part, &sums);
     maker.tell_sewn(borders);
-    PartOutcome { part, diagnostics: maker.diagnostics, without_area, closedness, cost, kept }
+    let diagnostics = maker.diagnostics;
+    part.facts = PartFacts { diagnostics, without_area, closedness, cost, kept, ..PartFacts::default() };
+    part
 }
 
 /// A part while it is prepared.

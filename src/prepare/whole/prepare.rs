@@ -10,7 +10,7 @@ use crate::prepare::join::chains::Closedness;
 use crate::prepare::join::content::{ContentHash, entities};
 use crate::prepare::join::kept;
 use crate::prepare::join::limits::{PrepareBudget, PrepareError, PrepareLimits};
-use crate::prepare::join::part::{PartOutcome, prepare_part};
+use crate::prepare::join::part::prepare_part;
 use crate::prepare::join::prepared::{PartFacts, Prepared, PreparedPart};
 use std::sync::Arc;
 
@@ -188,8 +188,8 @@ fn update(
     let of_part = |(k, (part, source)): (usize, (&Part, Source))| match source {
         Source::TakenOver(part) => part,
         Source::Changed(hash) => {
-            let outcome = prepare_part(PartId::new(k), part, options.border_tolerance, kept.as_ref(), &budget);
-            Arc::new(new_part(call, outcome, (hash, entities(part))))
+            let prepared = prepare_part(PartId::new(k), part, options.border_tolerance, kept.as_ref(), &budget);
+            Arc::new(new_part(call, prepared, (hash, entities(part))))
         }
     };
     let faces = |(_, (part, _)): &(usize, (&Part, Source))| part.faces.len();
@@ -218,10 +218,10 @@ fn update(
     Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
 }
 
-fn new_part(call: Call<'_>, outcome: PartOutcome, (hash, entities): (ContentHash, Vec<u64>)) -> PreparedPart {
-    let PartOutcome { mut part, diagnostics, without_area, closedness, cost, kept } = outcome;
+/// The part with the rest of its facts.
+fn new_part(call: Call<'_>, mut part: PreparedPart, (hash, entities): (ContentHash, Vec<u64>)) -> PreparedPart {
     let cloud = if call.is_cancelled() { Vec::new() } else { extent::cloud(call, &part) };
-    part.facts = PartFacts { hash, entities, diagnostics, without_area, closedness, cost, cloud, kept };
+    part.facts = PartFacts { hash, entities, cloud, ..part.facts };
     part
 }
 
