@@ -4,9 +4,10 @@ use super::kept::KeptFace;
 use super::memory;
 use super::prepared::PartCost;
 use crate::control::{Call, Counter, Stage};
-use crate::model::{Model, Surface};
+use crate::model::Model;
 use crate::prepare::report::room::Room;
 use crate::prepare::tiles::draft::FaceDraft;
+use crate::prepare::tiles::extent::patches_of;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -148,24 +149,10 @@ impl<'a> PrepareBudget<'a> {
             return PrepareError::Cancelled;
         }
         let faces = model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost && face.refused.is_none());
-        let needed = faces.map(|face| spans_of(&face.surface)).sum();
+        let needed = faces.map(|face| patches_of(&face.surface) as u64).sum();
         if self.patches.load(Ordering::Relaxed) > self.limits.patches {
             return PrepareError::TooManyPatches { limit: self.limits.patches, needed };
         }
         PrepareError::TooMuchMemory { limit: self.limits.bytes, patches: needed }
-    }
-}
-
-/// Knot spans of a whole surface; each quarter turn counts as one.
-fn spans_of(surface: &Surface) -> u64 {
-    let spans = |knots: &[f64]| knots.windows(2).filter(|pair| pair[0] < pair[1]).count() as u64;
-    match surface {
-        Surface::Plane { .. } => 1,
-        Surface::Cylinder { .. } | Surface::Cone { .. } => 4,
-        Surface::Sphere { .. } => 8,
-        Surface::Torus { .. } => 16,
-        Surface::Extrusion { curve, .. } => spans(&curve.knots),
-        Surface::Revolution { curve, .. } => 4 * spans(&curve.knots),
-        Surface::Nurbs(net) => spans(&net.knots_u) * spans(&net.knots_v),
     }
 }

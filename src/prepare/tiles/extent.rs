@@ -60,6 +60,12 @@ fn patches_within(surface: &Surface, low: DVec2, high: DVec2) -> usize {
     [0, 1].map(|axis| spans(surface, axis, low[axis], high[axis])).into_iter().fold(1, usize::saturating_mul)
 }
 
+/// Number of patches of a whole surface; each quarter turn counts as one.
+pub(crate) fn patches_of(surface: &Surface) -> usize {
+    let [(u0, u1), (v0, v1)] = surface.natural_domain();
+    patches_within(surface, DVec2::new(u0, v0), DVec2::new(u1, v1))
+}
+
 /// Least size of a face, in roundings of its coordinates: with fewer places its edges cross at random.
 const RESOLVED: f64 = 1024.0;
 

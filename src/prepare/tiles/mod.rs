@@ -5,7 +5,7 @@ pub(super) mod cuts;
 pub(super) mod windings;
 pub(super) mod arrangement;
 pub(super) mod traced;
-mod extent;
+pub(super) mod extent;
 pub(super) mod draft;
 pub(super) mod arcs;
 pub(super) mod meeting;
