@@ -5,6 +5,7 @@
 
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, Tile};
 use crate::math::bits::of_point;
+use crate::math::links::{Links, Onward};
 use crate::model::{NurbsCurve3, RowId};
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
@@ -210,32 +211,12 @@ impl Closer<'_> {
         ends.values().all(|&count| count == 0)
     }
 
-    /// Links runs to closed walks.
+    /// Links runs to walks, closed where as many runs enter each point as leave it.
     fn walks(&self, runs: &[BreakRun]) -> Vec<Vec<BreakRun>> {
         let end = |run: &BreakRun, at: u32| of_point(break_point(self.edges, RowId(run.edge), at));
-        let mut from: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
-        for (k, run) in runs.iter().enumerate().rev() {
-            from.entry(end(run, run.from)).or_default().push(k);
-        }
-        let mut used = vec![false; runs.len()];
-        let mut walks = Vec::new();
-        for first in 0..runs.len() {
-            let mut walk = Vec::new();
-            let mut next = Some(first).filter(|&k| !used[k]);
-            while let Some(k) = next {
-                used[k] = true;
-                walk.push(runs[k]);
-                let at = end(&runs[k], runs[k].to);
-                next = from.get_mut(&at).filter(|_| at != end(&runs[first], runs[first].from)).and_then(|there| {
-                    there.retain(|&k| !used[k]);
-                    there.last().copied()
-                });
-            }
-            if !walk.is_empty() {
-                walks.push(walk);
-            }
-        }
-        walks
+        let arcs: Vec<[[u64; 3]; 2]> = runs.iter().map(|run| [run.from, run.to].map(|at| end(run, at))).collect();
+        let walks = Links::of(&arcs, Onward::First).chains;
+        walks.into_iter().map(|walk| walk.into_iter().map(|k| runs[k]).collect()).collect()
     }
 
     /// Adds a walk as a loop to a tile that uses one of its edges, or else to the first tile.

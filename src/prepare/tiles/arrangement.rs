@@ -8,6 +8,7 @@
 use super::grid::{Grid, LineCrossing};
 use super::windings::Windings;
 use crate::math::bisection::bisected;
+use crate::math::links::{Links, Onward};
 use crate::prepare::regions::unroll::pole_sides;
 use crate::prepare::report::refusals::Tangled;
 use crate::prepare::uv::pcurve::Projector;
@@ -322,7 +323,7 @@ impl TileBuilder<'_> {
                     let ends = if stop.winding > 0 { [k, next] } else { [next, k] };
                     arcs.extend((0..stop.winding.unsigned_abs()).map(|_| ends));
                 }
-                let chains = closed_chains(&arcs, perimeter.len()).ok_or(tangled)?;
+                let chains = Links::of(&arcs, Onward::Last).closed().ok_or(tangled)?;
                 for chain in chains {
                     let mut l = Vec::new();
                     for k in chain {
@@ -465,39 +466,6 @@ struct Stop {
 
 fn corner((i, j): (usize, usize)) -> GridNode {
     GridNode::Corner(i, j)
-}
-
-/// Links arcs between stops to closed chains. `None` if a stop has more arcs in than out, or fewer.
-fn closed_chains(arcs: &[[usize; 2]], stops: usize) -> Option<Vec<Vec<usize>>> {
-    let mut out: Vec<Vec<usize>> = vec![Vec::new(); stops];
-    for (k, [from, _]) in arcs.iter().enumerate().rev() {
-        out[*from].push(k);
-    }
-    let mut used = vec![false; arcs.len()];
-    // By stop: how many of its arcs, from the first, are used.
-    let mut passed = vec![0; stops];
-    let mut chains = Vec::new();
-    for start in 0..arcs.len() {
-        if used[start] {
-            continue;
-        }
-        let mut chain = Vec::new();
-        let mut next = start;
-        loop {
-            used[next] = true;
-            chain.push(next);
-            let at = arcs[next][1];
-            if at == arcs[start][0] {
-                break;
-            }
-            while out[at].get(passed[at]).is_some_and(|&k| used[k]) {
-                passed[at] += 1;
-            }
-            next = *out[at].get(passed[at])?;
-        }
-        chains.push(chain);
-    }
-    Some(chains)
 }
 
 #[cfg(test)]

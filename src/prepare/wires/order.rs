@@ -1,6 +1,7 @@
 //! A wire's edges as listed -> wires that close, in another order or without seams of periodic surfaces.
 
 use super::ends::ends;
+use crate::math::links::{Links, Onward};
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
 use std::collections::{BTreeMap, HashSet};
 
@@ -24,29 +25,8 @@ pub(crate) fn in_order(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<OrderedEdge>>> 
 
 /// Closed wires of edges in the directions given.
 fn chained(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<OrderedEdge>>> {
-    let mut from: BTreeMap<VertexId, Vec<usize>> = BTreeMap::new();
-    for (k, [start, _]) in ends.iter().enumerate().rev() {
-        from.entry(*start).or_default().push(k);
-    }
-    let mut used = vec![false; ends.len()];
-    let mut wires = Vec::new();
-    for first in 0..ends.len() {
-        if std::mem::replace(&mut used[first], true) {
-            continue;
-        }
-        let [start, mut at] = ends[first];
-        let mut wire = vec![(first, false)];
-        while at != start {
-            let there = from.get_mut(&at)?;
-            while there.pop_if(|k| used[*k]).is_some() {}
-            let next = there.pop()?;
-            used[next] = true;
-            wire.push((next, false));
-            at = ends[next][1];
-        }
-        wires.push(wire);
-    }
-    Some(wires)
+    let wires = Links::of(ends, Onward::First).closed()?;
+    Some(wires.into_iter().map(|wire| wire.into_iter().map(|k| (k, false)).collect()).collect())
 }
 
 /// Closed wires of edges of which exactly two meet at every vertex.
