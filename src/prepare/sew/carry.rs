@@ -3,7 +3,7 @@
 
 use super::overlap::CurveQuery;
 use crate::math::boxes::around;
-use crate::prepare::uv::uv_curve::UvSample;
+use crate::prepare::uv::uv_curve::{SampledCurve, UvSample};
 
 /// Tolerance of the cubic pieces, as a share of the pcurve's extent.
 const FIT: f64 = 1e-8;
@@ -63,11 +63,16 @@ pub(crate) fn carry(
     if let Some(last) = stops.last_mut() {
         *last = to;
     }
+    let curve = SampledCurve {
+        sample: |t| bearer.sample(t),
+        place: |t| (t, bearer.sample(t).uv),
+        tolerance: FIT * (high - low).length(),
+        max_depth: MAX_DEPTH,
+    };
     let mut out = vec![bearer.sample(from)];
     for w in stops.windows(2) {
-        let next = bearer.sample(w[1]);
         let before = out[out.len() - 1];
-        bearer.follow(&before, &next, FIT * (high - low).length(), 0, &mut out);
+        curve.follow([w[0], w[1]], [&before, &bearer.sample(w[1])], 0, &mut out);
     }
     straighten(samples, &mut out);
     out
@@ -95,23 +100,6 @@ impl Bearer<'_> {
         let (own, kept) = (self.own.slope(foot), self.kept.slope(t));
         let rate = kept.dot(own) / own.length_squared();
         UvSample { t, uv: there.uv, d: there.d * rate }
-    }
-
-    /// Appends samples after `a` up to `b`, such that the cubics between them fit.
-    fn follow(&self, a: &UvSample, b: &UvSample, tolerance: f64, depth: u32, out: &mut Vec<UvSample>) {
-        let follows = a.d.is_finite()
-            && b.d.is_finite()
-            && [0.25, 0.5, 0.75].into_iter().all(|share| {
-                let t = a.t + (b.t - a.t) * share;
-                UvSample::interpolate(a, b, t).distance(self.sample(t).uv) <= tolerance
-            });
-        if follows || depth == MAX_DEPTH {
-            out.push(*b);
-            return;
-        }
-        let middle = self.sample(0.5 * (a.t + b.t));
-        self.follow(a, &middle, tolerance, depth + 1, out);
-        self.follow(&middle, b, tolerance, depth + 1, out);
     }
 }
 

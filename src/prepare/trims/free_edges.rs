@@ -18,7 +18,7 @@ use crate::model::{
 use crate::prepare::report::finding::Finding;
 use crate::prepare::report::guard::guarded;
 use crate::prepare::uv::region::{Region, loops_box};
-use crate::prepare::uv::uv_curve::UvSample;
+use crate::prepare::uv::uv_curve::{SampledCurve, UvSample};
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
@@ -219,11 +219,13 @@ impl<'a> EdgeMaker<'a> {
                 let [_, d, _] = span.derivatives(s);
                 UvSample { t: span.parameter(s), uv: span.point(s), d: d * per }
             };
-            let first = sample(part.from);
+            let place = |s: f64| (span.parameter(s), span.point(s));
+            let [first, last] = [part.from, part.to].map(sample);
             if samples.is_empty() {
                 samples.push(first);
             }
-            sample_between(span, [part.from, part.to], &sample, 0, &mut samples);
+            let image = SampledCurve { sample, place, tolerance: FIT, max_depth: MAX_DEPTH };
+            image.follow([part.from, part.to], [&first, &last], 0, &mut samples);
             let mut stops = vec![part.from, part.to];
             for axis in 0..2 {
                 let (a, b) = (span.point(part.from)[axis], span.point(part.to)[axis]);
@@ -373,28 +375,6 @@ fn runs(region: &FreeRegion, arc: &FreeArc) -> Vec<Vec<StretchPart>> {
         }
     }
     out
-}
-
-/// Appends samples after `from` up to `to`, dense enough that Hermite cubics follow the span.
-fn sample_between(
-    span: &Span,
-    [from, to]: [f64; 2],
-    sample: &impl Fn(f64) -> UvSample,
-    depth: u32,
-    out: &mut Vec<UvSample>,
-) {
-    let (a, b) = (sample(from), sample(to));
-    let follows = [0.25, 0.5, 0.75].into_iter().all(|share| {
-        let s = from + (to - from) * share;
-        UvSample::interpolate(&a, &b, span.parameter(s)).distance(span.point(s)) <= FIT
-    });
-    if follows || depth == MAX_DEPTH {
-        out.push(b);
-        return;
-    }
-    let middle = 0.5 * (from + to);
-    sample_between(span, [from, middle], sample, depth + 1, out);
-    sample_between(span, [middle, to], sample, depth + 1, out);
 }
 
 /// A curve in space.

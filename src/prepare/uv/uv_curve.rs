@@ -96,6 +96,37 @@ impl UvSample {
     }
 }
 
+/// A curve in (u,v) to be sampled, by a parameter that need not be the edge's.
+pub(crate) struct SampledCurve<S, P> {
+    pub(crate) sample: S,
+    /// The edge's parameter and the point of a sample, which may cost less than its slope.
+    pub(crate) place: P,
+    /// Largest distance of cubics between samples.
+    pub(crate) tolerance: f64,
+    /// Maximum halvings between two samples.
+    pub(crate) max_depth: u32,
+}
+
+impl<S: Fn(f64) -> UvSample, P: Fn(f64) -> (f64, DVec2)> SampledCurve<S, P> {
+    /// Appends samples after `a`, that at `from`, up to `b`, that at `to`, such that the cubics between them fit.
+    pub(crate) fn follow(&self, [from, to]: [f64; 2], [a, b]: [&UvSample; 2], depth: u32, out: &mut Vec<UvSample>) {
+        let follows = a.d.is_finite()
+            && b.d.is_finite()
+            && [0.25, 0.5, 0.75].into_iter().all(|share| {
+                let (t, uv) = (self.place)(from + (to - from) * share);
+                UvSample::interpolate(a, b, t).distance(uv) <= self.tolerance
+            });
+        if follows || depth == self.max_depth {
+            out.push(*b);
+            return;
+        }
+        let middle = 0.5 * (from + to);
+        let m = (self.sample)(middle);
+        self.follow([from, middle], [a, &m], depth + 1, out);
+        self.follow([middle, to], [&m, b], depth + 1, out);
+    }
+}
+
 /// Newton's method for the parameters at which two pcurves meet, from `t` and within `limits`. Stops where their points
 /// are closer than a thousandth of `near`, with (u,v) multiplied by `scale`.
 pub(crate) fn newton_meeting(
