@@ -10,7 +10,7 @@
 //! * Halves that are straight within the tolerance, and still undecided, touch where they are parallel and nearest.
 
 use super::spans::{Span, UvDomain, spans};
-use crate::control::{Call, Control, Rayon};
+use crate::control::Call;
 use crate::math::Elementary as _;
 use crate::math::box_tree::BoxTree;
 use crate::model::TrimCurve;
@@ -30,70 +30,6 @@ const SHARE: usize = 16;
 
 /// A crossing below this sine of the angle may belong to a touch.
 const SHALLOW: f64 = 1e-3;
-
-/// How two curves meet.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum MeetingKind {
-    /// With different tangents.
-    Crossing,
-    /// With the same tangent.
-    Touch,
-    /// At an end of a common stretch.
-    Common,
-}
-
-/// A place on a trimming curve.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurvePlace {
-    /// Which curve.
-    pub curve: usize,
-    /// Which of its pieces.
-    pub piece: usize,
-    /// The piece's parameter; points of a polyline have integer parameters.
-    pub t: f64,
-}
-
-/// A point that two curves, or two places on one curve, have in common.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CurveMeeting {
-    /// Its place on each.
-    pub at: [CurvePlace; 2],
-    /// The point.
-    pub uv: DVec2,
-    /// How they meet.
-    pub kind: MeetingKind,
-}
-
-/// Finds all points at which `curves` meet each other and themselves, within a billionth of the domain.
-///
-/// A common stretch of two curves counts as two points, its ends. Results are ordered by the indices of the curves.
-///
-/// Cost: O(n log n) to sort all monotone arcs, then about 10 µs for each pair whose boxes meet. Runs on all cores.
-#[must_use]
-pub fn intersections(curves: &[TrimCurve], domain: &UvDomain) -> Vec<CurveMeeting> {
-    let chains: Vec<SpanChain> = curves.iter().map(|curve| SpanChain::of(curve, domain)).collect();
-    let control = Control::default();
-    let call = Call::new(&Rayon, &control);
-    let mut out: Vec<CurveMeeting> = Vec::new();
-    for m in meetings(call, &chains.iter().collect::<Vec<_>>()) {
-        let at = m.at.map(|p| {
-            let span = &chains[p.chain].spans[p.span];
-            CurvePlace { curve: p.chain, piece: span.piece, t: span.parameter(p.s) }
-        });
-        out.push(CurveMeeting { at, uv: domain.of_unit(m.point), kind: m.kind });
-    }
-    out.sort_by_key(|m| m.at.map(|p| p.curve));
-    let scale = (domain.high - domain.low).recip();
-    let mut kept: Vec<CurveMeeting> = Vec::new();
-    for m in out {
-        let pair = |m: &CurveMeeting| m.at.map(|p| p.curve);
-        let known = kept.iter().rev().take_while(|k| pair(k) == pair(&m));
-        if known.into_iter().all(|k| ((k.uv - m.uv) * scale).length() > SAME) {
-            kept.push(m);
-        }
-    }
-    kept
-}
 
 /// Spans end to end.
 #[derive(Clone, Debug)]
@@ -136,10 +72,12 @@ pub(crate) struct SpanPlace {
 pub(crate) struct SpanContact {
     pub(crate) at: [SpanPlace; 2],
     pub(crate) point: DVec2,
-    pub(crate) kind: MeetingKind,
 }
 
-/// All points where spans meet, except the joints of successive spans.
+/// All points where spans meet, within [`TOUCH`], except the joints of successive spans. A common stretch counts as two
+/// points, its ends.
+///
+/// Cost: O(n log n) to sort all spans, then about 10 µs for each pair whose boxes meet.
 pub(crate) fn meetings(call: Call<'_>, chains: &[&SpanChain]) -> Vec<SpanContact> {
     let name = |c: usize| (0..chains[c].spans.len()).map(move |k| (c, k));
     let names: Vec<(usize, usize)> = (0..chains.len()).flat_map(name).collect();
@@ -158,7 +96,7 @@ pub(crate) fn meetings(call: Call<'_>, chains: &[&SpanChain]) -> Vec<SpanContact
                 let joins = a.0 == b.0 && chains[a.0].joint(a.1, b.1).any(|p| p.distance(m.point) <= SAME);
                 if !joins {
                     let at = [(a, m.at[0]), (b, m.at[1])].map(|(x, s)| SpanPlace { chain: x.0, span: x.1, s });
-                    out.push(SpanContact { at, point: m.point, kind: m.kind });
+                    out.push(SpanContact { at, point: m.point });
                 }
             }
         }
@@ -171,7 +109,6 @@ pub(crate) fn meetings(call: Call<'_>, chains: &[&SpanChain]) -> Vec<SpanContact
 struct SpanMeeting {
     at: [f64; 2],
     point: DVec2,
-    kind: MeetingKind,
 }
 
 /// Parameter and distance of the point of a span nearest to `p`. Reliable only if `p` is near the span.
@@ -229,11 +166,9 @@ fn meet(a: &Span, b: &Span) -> Vec<SpanMeeting> {
         }
     }
     for m in &marks {
-        let is_common = common.iter().flatten().any(|c| c == m);
-        let kind = if is_common { MeetingKind::Common } else { kind(a, b, *m) };
         // Use the end of a span as it is, so that all spans that meet there share its bits.
         let point = if m[1] == 0.0 || m[1] == 1.0 { b.point(m[1]) } else { a.point(m[0]) };
-        out.push(SpanMeeting { at: *m, point, kind });
+        out.push(SpanMeeting { at: *m, point });
     }
     let straight = a.control.len() == 2 && b.control.len() == 2;
     if straight && !marks.is_empty() {
@@ -259,13 +194,6 @@ fn meet(a: &Span, b: &Span) -> Vec<SpanMeeting> {
         }
     }
     out
-}
-
-/// Crossing or touch, by the angle between the tangents.
-fn kind(a: &Span, b: &Span, at: [f64; 2]) -> MeetingKind {
-    /// Tangents below this sine of the angle are parallel.
-    const PARALLEL: f64 = 1e-6;
-    if sine(a, b, at) <= PARALLEL { MeetingKind::Touch } else { MeetingKind::Crossing }
 }
 
 /// The sine of the angle between two spans; 0 where one of them has no tangent.
@@ -362,10 +290,8 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
         if !small && between > x.cone() + y.cone() {
             if let Some(at) = newton(a, b, [x.range, y.range]) {
                 // Near a touch the curves are equal to rounding and may seem to cross.
-                match Some(at).filter(|&at| sine(a, b, at) <= SHALLOW).and_then(|at| touch(a, b, at)) {
-                    Some(touch) => add(a, b, touch, MeetingKind::Touch, out),
-                    None => add(a, b, at, MeetingKind::Crossing, out),
-                }
+                let touch = Some(at).filter(|&at| sine(a, b, at) <= SHALLOW).and_then(|at| touch(a, b, at));
+                add(a, b, touch.unwrap_or(at), out);
                 continue;
             }
         } else {
@@ -380,7 +306,7 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
                 let found =
                     if tangency(a, b, middle).is_some() { touch(a, b, middle) } else { Some(middle).filter(near) };
                 if let Some(at) = found {
-                    add(a, b, at, kind(a, b, at), out);
+                    add(a, b, at, out);
                 }
                 continue;
             }
@@ -393,10 +319,10 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
     }
 }
 
-fn add(a: &Span, b: &Span, at: [f64; 2], kind: MeetingKind, out: &mut Vec<SpanMeeting>) {
+fn add(a: &Span, b: &Span, at: [f64; 2], out: &mut Vec<SpanMeeting>) {
     let point = 0.5 * (a.point(at[0]) + b.point(at[1]));
     if out.iter().all(|m| m.point.distance(point) > SAME) {
-        out.push(SpanMeeting { at, point, kind });
+        out.push(SpanMeeting { at, point });
     }
 }
 
@@ -451,3 +377,6 @@ fn tangency(a: &Span, b: &Span, mut at: [f64; 2]) -> Option<[f64; 2]> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests;
