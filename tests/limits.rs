@@ -136,8 +136,8 @@ fn a_surface_that_no_number_of_lines_follows_has_a_million_cells_at_most() {
 fn square_with_a_repeated_edge(again: usize, back: bool) -> Model {
     let mut model = shapes::by_name("square").unwrap();
     let Loop::Edges(uses) = &mut model.parts[0].faces[0].loops[0] else { panic!("a square has edges") };
-    let first = uses[0].clone();
-    let use_of = |k: usize| Coedge { reversed: first.reversed != (back && k.is_multiple_of(2)), ..first.clone() };
+    let first = uses[0];
+    let use_of = |k: usize| Coedge { reversed: first.reversed != (back && k.is_multiple_of(2)), ..first };
     uses.splice(1..1, (0..again).map(use_of));
     model
 }

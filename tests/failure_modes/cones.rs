@@ -57,7 +57,7 @@ fn frustums_with_and_without_a_seam_either_way_up() {
             let [foot, head] = [(0.0, low), (height, high)].map(|(z, radius)| body.circle(&level(z), radius));
             let loops = if seam {
                 let line = body.line(DVec3::X * low, DVec3::new(high, 0.0, height));
-                vec![vec![foot.along(), line.clone(), head.against(), line.edge.against()]]
+                vec![vec![foot.along(), line, head.against(), line.edge.against()]]
             } else {
                 vec![vec![foot.along()], vec![head.against()]]
             };

@@ -37,13 +37,13 @@ fn four_slots_with_round_ends() {
             let start = end.origin - side;
             let south = body.line(start, start + lift);
             let wall = Surface::Cylinder { frame: *end, radius };
-            let round = vec![arcs[0].along(), west.clone(), arcs[1].against(), south.edge.against()];
+            let round = vec![arcs[0].along(), west, arcs[1].against(), south.edge.against()];
             body.face(wall, vec![round], true);
             let plane = frame(from, -across * sign, to - from);
-            let flat = [lines[0].clone(), east, turned(&lines[1]), turned(&west)];
+            let flat = [lines[0], east, turned(&lines[1]), turned(&west)];
             body.flat(plane, vec![flat.iter().rev().map(turned).collect()]);
             for (rim, (arc, line)) in rims.iter_mut().zip(arcs.iter().zip(&lines)) {
-                rim.extend([arc.along(), line.clone()]);
+                rim.extend([arc.along(), *line]);
             }
         }
         bottom.push(rims[0].clone());

@@ -340,7 +340,7 @@ fn windows_in_a_cylinder_and_a_sphere_across_a_stated_seam() {
         let mut body = Body::sheet();
         let [low, high] = [0.0, height].map(|z| body.circle(&level(z), radius));
         let seam = body.line(DVec3::X * radius, DVec3::new(radius, 0.0, height));
-        let back = Coedge { reversed: !seam.reversed, ..seam.clone() };
+        let back = Coedge { reversed: !seam.reversed, ..seam };
         let window = window(&mut body, radius, (u - 0.4, u + 0.4), (3.0, 7.0));
         let loops = vec![vec![low.along(), seam, high.against(), back], window];
         body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);

@@ -113,7 +113,7 @@ fn a_loop_of_ten_thousand_edges_and_a_prism_on_it() {
         let next = (k + 1) % count as usize;
         let (a, b) = (corner(k as u32, 0.0), corner(next as u32, 0.0));
         let plane = Surface::Plane { frame: frame(a, (b - a).cross(DVec3::Z), b - a) };
-        let round = vec![rings[0][k].clone(), ups[next].along(), rings[1][k].edge.against(), ups[k].against()];
+        let round = vec![rings[0][k], ups[next].along(), rings[1][k].edge.against(), ups[k].against()];
         part.plain_face(plane, shell, vec![Loop::Edges(round)], false);
     }
     for (z, ring) in [(0.0, &rings[0]), (5.0, &rings[1])] {
