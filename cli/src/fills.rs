@@ -1,8 +1,8 @@
 //! Faces whose loops do not bound a simple region -> slivers and rewound area per placed face.
 
+use crate::rows::rows_of;
 use serde::Serialize;
 use trimtess::mesh::Scene;
-use trimtess::model::PartId;
 use trimtess::parallel::{FaceFill, FrameReport};
 
 /// A face with slivers or rewound area. `face` is numbered across all instances, like `face_id` in a PLY file.
@@ -17,13 +17,14 @@ pub(crate) struct Fill {
 
 /// Fills of all faces, instance by instance.
 pub(crate) fn placed(made: &FrameReport, scene: &Scene) -> Vec<Fill> {
-    let fills = |part: PartId| made.fills.iter().filter(move |fill| fill.part == part);
     let placed = scene.instances.iter().flat_map(|instance| {
-        fills(instance.part).map(|&FaceFill { face, slivers, rewound, .. }| Fill {
-            face: u64::from(instance.first_face) + u64::from(face.0),
-            slivers,
-            rewound,
-        })
+        rows_of(&made.fills, instance.part, |fill| fill.part).iter().map(
+            |&FaceFill { face, slivers, rewound, .. }| Fill {
+                face: u64::from(instance.first_face) + u64::from(face.0),
+                slivers,
+                rewound,
+            },
+        )
     });
     placed.collect()
 }
@@ -35,7 +36,7 @@ mod tests {
     use std::sync::Arc;
     use trimtess::frame::{Tolerance, plan};
     use trimtess::mesh::MemorySink;
-    use trimtess::model::{FaceId, Severity, shapes};
+    use trimtess::model::{FaceId, PartId, Severity, shapes};
     use trimtess::parallel::serial;
     use trimtess::prepare::{PrepareOptions, prepare};
 

@@ -21,6 +21,7 @@ mod progress;
 mod render;
 mod report;
 mod rounded;
+mod rows;
 mod signals;
 mod tessellate;
 #[cfg(feature = "view")]

@@ -6,6 +6,7 @@ use crate::levels::LevelRow;
 use crate::memory::peak_memory;
 use crate::outputs::Outputs;
 use crate::rounded::{ReadBackRow, words};
+use crate::rows::rows_of;
 use crate::{Common, Done, Failure};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -13,7 +14,7 @@ use std::io::Write as _;
 use std::path::Path;
 use trimtess::audit::{DeviationReport, EconomyReport};
 use trimtess::frame::{Ladder, Rung};
-use trimtess::mesh::{FrameView, MemorySink, Scene};
+use trimtess::mesh::{FrameView, MemorySink, Scene, SceneInstance};
 use trimtess::model::{Diagnostic, Severity};
 use trimtess::parallel::FrameReport;
 use trimtess::prepare::Prepared;
@@ -129,8 +130,8 @@ impl Report {
             report.faces_without_triangles += meshed[part].iter().filter(|meshed| !**meshed).count() as u64;
             report.triangles += sizes[part].0;
             report.vertices += sizes[part].1;
-            let off_normal = made.rungs.iter().filter(|face| face.part.index() == part);
-            let normal = off_normal.fold(meshed[part].len() as u64, |normal, face| {
+            let off_normal = rows_of(&made.rungs, instance.part, |face| face.part);
+            let normal = off_normal.iter().fold(meshed[part].len() as u64, |normal, face| {
                 report.ladder.add(face.rung, 1);
                 normal.saturating_sub(1)
             });
@@ -310,13 +311,13 @@ fn by_name<S: serde::Serializer>(severity: &Severity, serializer: S) -> Result<S
     serializer.serialize_str(severity.name())
 }
 
-/// Repeats diagnostics of faces per instance, with the face's number in the scene. Worst first, then in the order of
-/// arrival.
+/// Repeats diagnostics of faces per instance, with the face's number in the scene.
 fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
-    let mut sorted: Vec<&Diagnostic> = all.iter().collect();
-    sorted.sort_by_key(|d| std::cmp::Reverse(d.severity));
-    let mut entries = Vec::with_capacity(sorted.len());
-    for diagnostic in sorted {
+    let mut instances: Vec<&SceneInstance> = scene.instances.iter().collect();
+    // Stable: the instances of a part stay in the order of the scene.
+    instances.sort_by_key(|instance| instance.part);
+    let mut entries = Vec::with_capacity(all.len());
+    for diagnostic in all {
         let entity = Some(diagnostic.entity).filter(|&entity| entity != 0);
         let entry = |face| Entry {
             severity: diagnostic.severity,
@@ -328,8 +329,8 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
         };
         match (diagnostic.part, diagnostic.face) {
             (Some(part), Some(face)) => {
-                let of_part = scene.instances.iter().filter(|instance| instance.part == part);
-                entries.extend(of_part.map(|i| entry(Some(u64::from(i.first_face) + u64::from(face.0)))));
+                let of_part = rows_of(&instances, part, |instance| instance.part);
+                entries.extend(of_part.iter().map(|i| entry(Some(u64::from(i.first_face) + u64::from(face.0)))));
             }
             _ => entries.push(entry(None)),
         }
@@ -343,7 +344,7 @@ mod tests {
     use glam::{DAffine3, DVec3};
     use std::sync::Arc;
     use trimtess::frame::Degradation;
-    use trimtess::mesh::{Batch, SceneInstance, ScenePart, TileMesh};
+    use trimtess::mesh::{Batch, ScenePart, TileMesh};
     use trimtess::model::EdgeId;
     use trimtess::model::{DiagnosticKind, FaceError, FaceId, FaceTrouble, PartId, TileId, TileTrouble};
     use trimtess::parallel::DegradedTile;
