@@ -38,9 +38,13 @@ pub(crate) fn make(
     Ok((frame, report))
 }
 
-/// Runs `check_scene` and the audit, and adds their results and errors to the report.
+/// Runs `check_scene` and the audit on the program's threads, and adds their results and errors to the report.
 pub(crate) fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
-    let facts = check_scene(frame);
+    // The audit alone takes one core for seconds.
+    let (facts, (deviation, economy)) = rayon::join(
+        || check_scene(frame),
+        || rayon::join(|| audit::deviation(prepared, frame, chord), || audit::economy(prepared, frame, chord)),
+    );
     report.open_edges = Some(facts.total.open_edges);
     report.unbalanced_edges = Some(facts.total.unbalanced_edges);
     tracing::info!("{}", facts.total);
@@ -49,10 +53,8 @@ pub(crate) fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemoryS
     let closedness = (0..).zip(parts).map(|(k, (part, mesh))| Closedness::of(k, part, mesh));
     report.closedness = Some(closedness.collect());
     audit::mesh_faults(&frame.scene, &facts, shells).into_iter().for_each(|fault| report.add_error(fault));
-    let deviation = audit::deviation(prepared, frame, chord);
     deviation.faults().for_each(|fault| report.add_error(fault));
     tracing::info!("{deviation}");
-    let economy = audit::economy(prepared, frame, chord);
     tracing::info!("{economy}");
     report.book(deviation, economy);
 }
