@@ -10,7 +10,7 @@ use out_fixture::{box_frame, folder};
 use std::path::Path;
 use trimtess::mesh::MemorySink;
 use trimtess::out::{
-    Format, GlbLevel, GlbOptions, Outputs, UnfitLevel, read_back, read_back_level, save_levels, save_within,
+    Format, GlbLevel, GlbOptions, Outputs, ReadBack, UnfitLevel, read_back, read_back_levels, save_levels, save_within,
 };
 
 const SIZE: DVec3 = DVec3::new(100.0, 20.0, 30.0);
@@ -47,6 +47,11 @@ fn save(finest: &MemorySink, coarser: &[GlbLevel<'_>], path: &Path, options: Glb
     outputs.publish().unwrap();
 }
 
+fn read_levels(frames: &[&MemorySink], path: &Path, options: GlbOptions) -> std::io::Result<Vec<ReadBack>> {
+    let frames: Vec<_> = frames.iter().map(|&frame| frame.into()).collect();
+    read_back_levels(&frames, path, (options, MOST))
+}
+
 fn json(path: &Path) -> Value {
     let bytes = std::fs::read(path).unwrap();
     let length = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
@@ -67,16 +72,17 @@ fn every_level_reads_back_as_its_frame() {
         save(&finest, &coarser(&coarse), &path, options);
         let read = read_back(&finest, &path, Format::Glb(options), MOST).unwrap();
         assert_eq!((read.triangles, read.unbalanced_edges), (60, 0), "{k}");
-        for (number, triangles) in [(0, 60), (1, 60), (2, 30)] {
-            let frame = if number == 0 { &finest } else { &coarse[number - 1].0 };
-            let read = read_back_level(frame, number, &path, (options, MOST)).unwrap();
+        let levels = [&finest, &coarse[0].0, &coarse[1].0];
+        let read = read_levels(&levels, &path, options).unwrap();
+        assert_eq!(read.len(), 3);
+        for (number, (read, triangles)) in read.iter().zip([60, 60, 30]).enumerate() {
             // Corners far from the origin are read as decimals.
             assert!(read.triangles == triangles && read.moved <= MOST, "{k} {number}: {read:?}");
             assert_eq!(read.unbalanced_edges == 0, number < 2, "{k} {number}");
         }
         // The second level has triangles of its own.
-        assert!(read_back_level(&finest, 1, &path, (options, MOST)).unwrap().moved > 1.0, "{k}");
-        assert!(read_back_level(&finest, 3, &path, (options, MOST)).is_err(), "{k}");
+        assert!(read_levels(&[&finest; 2], &path, options).unwrap()[1].moved > 1.0, "{k}");
+        assert!(read_levels(&[levels[0], levels[1], levels[2], levels[2]], &path, options).is_err(), "{k}");
     }
 }
 
@@ -122,9 +128,8 @@ fn a_level_with_nothing_coarser_shares_the_data() {
     save(&finest, &coarser(&[(level(0), 0.4), (level(0), 1.6)]), &two, GlbOptions::PLAIN);
     let bytes = |path: &Path| json(path)["buffers"][0]["byteLength"].as_u64().unwrap();
     assert_eq!(bytes(&one), bytes(&two));
-    for number in 0..3 {
-        assert_eq!(read_back_level(&finest, number, &two, (GlbOptions::PLAIN, MOST)).unwrap().triangles, 60);
-    }
+    let read = read_levels(&[&finest; 3], &two, GlbOptions::PLAIN).unwrap();
+    assert!(read.iter().all(|level| level.triangles == 60), "{read:?}");
 }
 
 #[test]
@@ -134,7 +139,7 @@ fn a_part_without_triangles_in_a_level_has_those_of_the_level_before() {
     let mut empty = level(0);
     empty.batches.clear();
     save(&finest, &coarser(&[(empty, 0.4)]), &path, GlbOptions::PLAIN);
-    let read = read_back_level(&finest, 1, &path, (GlbOptions::PLAIN, MOST)).unwrap();
+    let read = &read_levels(&[&finest; 2], &path, GlbOptions::PLAIN).unwrap()[1];
     assert_eq!((read.triangles, read.unbalanced_edges), (60, 0));
 }
 

@@ -8,11 +8,10 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt;
-use std::path::Path;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::MemorySink;
-use trimtess::out::{self, Format, GlbLevel};
+use trimtess::out::{GlbLevel, ReadBack};
 use trimtess::prepare::{Prepared, Shells};
 
 /// Chord tolerance of a level, in units of that of the level before. A curve takes half as many segments, a surface
@@ -96,12 +95,9 @@ impl Level {
         &mut self.report
     }
 
-    /// Reads level `number` of a GLB back, and compares.
-    pub(crate) fn check_file(&mut self, prepared: &Prepared, path: &Path, number: usize, with: (Format, f64)) {
-        if let (Format::Glb(options), most) = with {
-            let read = out::read_back_level(&self.frame, number, path, (options, most));
-            rounded::check(prepared, read, self.tolerance.chord, &mut self.report);
-        }
+    /// Compares what the written file holds.
+    pub(crate) fn check_file(&mut self, prepared: &Prepared, read: &ReadBack) {
+        rounded::check(prepared, read, self.tolerance.chord, &mut self.report);
     }
 
     /// Adds the level to the report: its row, and the diagnostics that the report does not have yet.

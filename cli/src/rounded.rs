@@ -5,7 +5,6 @@ use crate::report::Report;
 use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::io;
 use trimtess::mesh::{MemorySink, SinkError};
 use trimtess::model::Severity;
 use trimtess::out::{BeyondSingle, Format, ReadBack, RoundedTooFar, Rounding};
@@ -75,11 +74,7 @@ pub(crate) fn tell(rounding: &Rounding, report: &mut Report) {
 }
 
 /// Adds what the written file holds to the report of its mesh, made within `chord`.
-pub(crate) fn check(prepared: &Prepared, read: io::Result<ReadBack>, chord: f64, report: &mut Report) {
-    let read = match read {
-        Ok(read) => read,
-        Err(error) => return report.add_error(format!("the file cannot be read back: {error}")),
-    };
+pub(crate) fn check(prepared: &Prepared, read: &ReadBack, chord: f64, report: &mut Report) {
     // Reading multiplies by the numbers of nodes and units, in double precision.
     let reach = prepared.bounds.map_or(0.0, |[low, high]| low.length().max(high.length()));
     let explained = report.rounding_mm * (1.0 + 1e-6) + 1e-14 * (reach + DVec3::from(report.offset_mm).length());
@@ -97,7 +92,7 @@ pub(crate) fn check(prepared: &Prepared, read: io::Result<ReadBack>, chord: f64,
     if off > 1.0 && report.p999_deviation_over_tolerance.is_some_and(|mesh| mesh <= 1.0) {
         report.add_error(format!("rounding takes the deviation to {off:.3} of the tolerance"));
     }
-    let (triangles, moved_mm, unbalanced_edges) = (read.triangles, read.moved, read.unbalanced_edges);
+    let &ReadBack { triangles, moved: moved_mm, unbalanced_edges } = read;
     report.read_back = Some(ReadBackRow { triangles, moved_mm, unbalanced_edges });
 }
 

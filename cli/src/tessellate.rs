@@ -205,10 +205,21 @@ pub(crate) fn run(
     // Devices and pipes cannot be read back.
     if args.check && std::fs::metadata(&pending).is_ok_and(|known| known.is_file()) {
         progress.stage("reading the file back");
-        let read = out::read_back(&frame, &pending, format, most);
-        rounded::check(&prepared, read, tolerance.chord, &mut report);
-        for (number, level) in (1..).zip(&mut levels) {
-            level.check_file(&prepared, &pending, number, (format, most));
+        let read = match format {
+            Format::Glb(options) => {
+                let coarser = levels.iter().map(|level| level.as_glb_level().frame);
+                let frames: Vec<_> = std::iter::once((&frame).into()).chain(coarser).collect();
+                out::read_back_levels(&frames, &pending, (options, most))
+            }
+            _ => out::read_back(&frame, &pending, format, most).map(|read| vec![read]),
+        };
+        match read.as_deref() {
+            Ok([finest, coarser @ ..]) => {
+                rounded::check(&prepared, finest, tolerance.chord, &mut report);
+                levels.iter_mut().zip(coarser).for_each(|(level, read)| level.check_file(&prepared, read));
+            }
+            Ok([]) => {}
+            Err(error) => report.add_error(format!("the file cannot be read back: {error}")),
         }
         check += laps.lap();
     }

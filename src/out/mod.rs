@@ -65,7 +65,7 @@ mod read_glb;
 
 mod read_back;
 #[cfg(feature = "glb")]
-pub use read_back::read_back_level;
+pub use read_back::read_back_levels;
 pub use read_back::{ReadBack, read_back};
 
 mod file_sink;

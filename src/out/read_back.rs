@@ -10,7 +10,7 @@ use super::glb_options::GlbOptions;
 use super::node_place::PointNumbers;
 use super::placed::{distinct, placed};
 #[cfg(feature = "glb")]
-use super::read_glb::{Numbers, read_glb};
+use super::read_glb::{GlbFile, Numbers};
 use super::single::single;
 use crate::mesh::FrameView;
 use glam::{DVec3, Vec3};
@@ -35,49 +35,48 @@ pub struct ReadBack {
 /// If the file cannot be read or does not have the layout, or has another number of triangles than the frame has after
 /// rounding.
 pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format, most: f64) -> io::Result<ReadBack> {
-    read(&frame.into(), path, format, (0, most))
-}
-
-/// Reads level `level` of a GLB that [`save_levels`](super::save_levels) wrote, and compares it with its frame. Level 0
-/// is the finest.
-///
-/// # Errors
-/// As [`read_back`]; and if there is no such level.
-#[cfg(feature = "glb")]
-pub fn read_back_level<'a>(
-    frame: impl Into<FrameView<'a>>,
-    level: usize,
-    path: &Path,
-    (options, most): (GlbOptions, f64),
-) -> io::Result<ReadBack> {
-    read(&frame.into(), path, Format::Glb(options), (level, most))
-}
-
-fn read(frame: &FrameView<'_>, path: &Path, format: Format, (level, most): (usize, f64)) -> io::Result<ReadBack> {
+    let frame = &frame.into();
     let bytes = std::fs::read(path)?;
-    #[cfg(feature = "glb")]
-    let glb = |options, numbers| read_glb(frame, &bytes, (level, numbers), (options, most));
-    #[cfg(not(feature = "glb"))]
-    let _ = level;
     let found = match format {
         #[cfg(feature = "glb")]
-        Format::Glb(options) => glb(options, Numbers::Single)?,
+        Format::Glb(options) => return compare_level(frame, &GlbFile::open(&bytes)?, 0, (options, most)),
         Format::Stl => stl(&bytes)?,
         Format::Ply => ply(&bytes)?,
         Format::Obj => obj(&bytes)?,
     };
-    let mut expected = expected(frame, format, most)?;
-    if format != Format::Stl {
-        // Colours change the order of faces in a GLB. Within a face, order is kept.
-        expected.sort_by_key(|triangle| triangle.face);
-    }
+    compare(found, &expected(frame, format, most)?)
+}
+
+/// Reads the levels of a GLB that [`save_levels`](super::save_levels) wrote, and compares each with its frame: the
+/// finest first.
+///
+/// # Errors
+/// As [`read_back`], of any level; and if there are more frames than levels.
+#[cfg(feature = "glb")]
+pub fn read_back_levels(frames: &[FrameView<'_>], path: &Path, with: (GlbOptions, f64)) -> io::Result<Vec<ReadBack>> {
+    let bytes = std::fs::read(path)?;
+    let file = GlbFile::open(&bytes)?;
+    frames.iter().enumerate().map(|(level, frame)| compare_level(frame, &file, level, with)).collect()
+}
+
+/// Compares a level of a GLB with its frame, as readers in single and in double precision take it.
+#[cfg(feature = "glb")]
+fn compare_level(
+    frame: &FrameView<'_>,
+    file: &GlbFile<'_>,
+    level: usize,
+    with: (GlbOptions, f64),
+) -> io::Result<ReadBack> {
+    let found = |numbers| file.triangles(frame, (level, numbers), with);
+    let expected = expected(frame, Format::Glb(with.0), with.1)?;
+    let single = compare(found(Numbers::Single)?, &expected)?;
+    let moved = single.moved.max(moved(found(Numbers::Double)?, &expected)?);
+    Ok(ReadBack { moved, ..single })
+}
+
+fn compare(found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<ReadBack> {
     let unbalanced_edges = unbalanced(&found);
-    let moved = moved(found, &expected)?;
-    #[cfg(feature = "glb")]
-    let moved = match format {
-        Format::Glb(options) => moved.max(self::moved(glb(options, Numbers::Double)?, &expected)?),
-        _ => moved,
-    };
+    let moved = moved(found, expected)?;
     Ok(ReadBack { triangles: expected.len() as u64, moved, unbalanced_edges })
 }
 
@@ -98,6 +97,7 @@ fn moved(mut found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<
 }
 
 /// The frame's triangles whose corners stay apart after rounding, in the order of writing, with unrounded corners.
+/// Sorted by face where formats store it.
 fn expected(frame: &FrameView<'_>, format: Format, most: f64) -> io::Result<Vec<FileTriangle>> {
     #[cfg(feature = "glb")]
     let numbers = match format {
@@ -130,6 +130,10 @@ fn expected(frame: &FrameView<'_>, format: Format, most: f64) -> io::Result<Vec<
                 _ => distinct(&batch.mesh, &rounded).for_each(&mut keep),
             }
         }
+    }
+    if format != Format::Stl {
+        // Colours change the order of faces in a GLB. Within a face, order is kept.
+        out.sort_by_key(|triangle| triangle.face);
     }
     Ok(out)
 }

@@ -22,54 +22,6 @@ pub(super) enum Numbers {
     Double,
 }
 
-/// Reads all triangles of a level, node by node. Faces are numbered as in `frame`, which was written with `with`.
-pub(super) fn read_glb(
-    frame: &FrameView<'_>,
-    bytes: &[u8],
-    (level, numbers): (usize, Numbers),
-    with: (GlbOptions, f64),
-) -> io::Result<Vec<FileTriangle>> {
-    let json = u32::from_le_bytes(bytes_at(bytes, 12)?) as usize;
-    let length = u32::from_le_bytes(bytes_at(bytes, 8)?) as usize;
-    let text = bytes.get(20..20 + json).ok_or_else(|| bad("a GLB shorter than its header says"))?;
-    if length != bytes.len() {
-        return Err(bad("a GLB of another length than its header says"));
-    }
-    let root: Root = gltf_json::deserialize::from_slice(text)?;
-    let decimals: Value = gltf_json::deserialize::from_slice(text)?;
-    let glb = File::new(&root, &decimals, bytes.get(28 + json..).unwrap_or_default())?;
-    let matrix = |index: Index<Node>| match numbers {
-        Numbers::Single => root.get(index).map_or(DMat4::IDENTITY, single_matrix),
-        Numbers::Double => double_matrix(&decimals["nodes"][index.value()]),
-    };
-    let mut out = Vec::new();
-    let top = root.scenes.first().and_then(|scene| scene.nodes.first());
-    let (top, world) = top.and_then(|&top| Some((top, root.get(top)?))).ok_or_else(|| bad("a GLB without a scene"))?;
-    for (&child, group) in world.children.iter().flatten().zip(groups(frame, with)?) {
-        let mut at = matrix(top);
-        let mut node = Some(child);
-        // An instance is a node, a node in nodes, or a row of a node's list.
-        while let Some((index, here)) = node.and_then(|index| Some((index, root.get(index)?))) {
-            let coarser = &decimals["nodes"][index.value()]["extensions"]["MSFT_lod"]["ids"];
-            let (index, here) = match level.checked_sub(1).filter(|_| here.mesh.is_some()) {
-                Some(row) => coarse(&root, &coarser[row])?,
-                None => (index, here),
-            };
-            at *= matrix(index);
-            if let Some(mesh) = here.mesh {
-                let list = &decimals["nodes"][index.value()]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
-                for (k, (row, _)) in group.places.iter().enumerate() {
-                    let placed = if list.is_null() { DMat4::IDENTITY } else { glb.listed(list, k)? };
-                    let first = u64::from(frame.scene.instances[*row].first_face);
-                    glb.mesh(mesh, at * placed, first, &mut out)?;
-                }
-            }
-            node = here.children.as_ref().and_then(|children| children.first().copied());
-        }
-    }
-    Ok(out)
-}
-
 /// The node of a level.
 fn coarse<'a>(root: &'a Root, id: &Value) -> io::Result<(Index<Node>, &'a Node)> {
     let index = id.as_u64().and_then(|id| u32::try_from(id).ok()).map(Index::new);
@@ -110,27 +62,79 @@ fn placed(scale: DVec3, rotation: DQuat, translation: DVec3) -> DMat4 {
 }
 
 /// A GLB with its views, decompressed.
-struct File<'a> {
-    root: &'a Root,
+pub(super) struct GlbFile<'a> {
+    root: Root,
+    /// The JSON again, with all digits of its numbers, and extensions that [`Root`] does not have.
+    decimals: Value,
     views: Vec<Cow<'a, [u8]>>,
 }
 
-impl<'a> File<'a> {
-    fn new(root: &'a Root, decimals: &Value, data: &'a [u8]) -> io::Result<Self> {
+impl<'a> GlbFile<'a> {
+    pub(super) fn open(bytes: &'a [u8]) -> io::Result<Self> {
+        let json = u32::from_le_bytes(bytes_at(bytes, 12)?) as usize;
+        let length = u32::from_le_bytes(bytes_at(bytes, 8)?) as usize;
+        let text = bytes.get(20..20 + json).ok_or_else(|| bad("a GLB shorter than its header says"))?;
+        if length != bytes.len() {
+            return Err(bad("a GLB of another length than its header says"));
+        }
+        let root: Root = gltf_json::deserialize::from_slice(text)?;
+        let decimals: Value = gltf_json::deserialize::from_slice(text)?;
+        let data = bytes.get(28 + json..).unwrap_or_default();
         let view = |(view, index): (&View, usize)| {
             #[cfg(feature = "meshopt")]
             if let told @ Value::Object(_) = &decimals["bufferViews"][index]["extensions"]["EXT_meshopt_compression"] {
                 return Ok(Cow::Owned(decompress(told, data)?));
             }
             #[cfg(not(feature = "meshopt"))]
-            let _ = (decimals, index);
+            let _ = index;
             let offset = view.byte_offset.map_or(0, |offset| offset.0 as usize);
             let end = offset.checked_add(view.byte_length.0 as usize);
             let bytes = end.and_then(|end| data.get(offset..end));
             bytes.map(Cow::Borrowed).ok_or_else(|| bad("a GLB with a view beyond its data"))
         };
         let views = root.buffer_views.iter().zip(0..).map(view).collect::<io::Result<_>>()?;
-        Ok(Self { root, views })
+        Ok(Self { root, decimals, views })
+    }
+
+    /// All triangles of a level, node by node. Faces are numbered as in `frame`, which was written with `with`.
+    pub(super) fn triangles(
+        &self,
+        frame: &FrameView<'_>,
+        (level, numbers): (usize, Numbers),
+        with: (GlbOptions, f64),
+    ) -> io::Result<Vec<FileTriangle>> {
+        let Self { root, decimals, .. } = self;
+        let matrix = |index: Index<Node>| match numbers {
+            Numbers::Single => root.get(index).map_or(DMat4::IDENTITY, single_matrix),
+            Numbers::Double => double_matrix(&decimals["nodes"][index.value()]),
+        };
+        let mut out = Vec::new();
+        let top = root.scenes.first().and_then(|scene| scene.nodes.first());
+        let (top, world) =
+            top.and_then(|&top| Some((top, root.get(top)?))).ok_or_else(|| bad("a GLB without a scene"))?;
+        for (&child, group) in world.children.iter().flatten().zip(groups(frame, with)?) {
+            let mut at = matrix(top);
+            let mut node = Some(child);
+            // An instance is a node, a node in nodes, or a row of a node's list.
+            while let Some((index, here)) = node.and_then(|index| Some((index, root.get(index)?))) {
+                let coarser = &decimals["nodes"][index.value()]["extensions"]["MSFT_lod"]["ids"];
+                let (index, here) = match level.checked_sub(1).filter(|_| here.mesh.is_some()) {
+                    Some(row) => coarse(root, &coarser[row])?,
+                    None => (index, here),
+                };
+                at *= matrix(index);
+                if let Some(mesh) = here.mesh {
+                    let list = &decimals["nodes"][index.value()]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+                    for (k, (row, _)) in group.places.iter().enumerate() {
+                        let placed = if list.is_null() { DMat4::IDENTITY } else { self.listed(list, k)? };
+                        let first = u64::from(frame.scene.instances[*row].first_face);
+                        self.mesh(mesh, at * placed, first, &mut out)?;
+                    }
+                }
+                node = here.children.as_ref().and_then(|children| children.first().copied());
+            }
+        }
+        Ok(out)
     }
 
     /// The transform of row `k` of a node's list.
