@@ -43,6 +43,20 @@
 //! The modules below are listed in the order in which data flows through them. Each may `use` only modules above it;
 //! `docs/architecture.md` has the exact table and `tests/layers.rs` checks it.
 
+/// Methods of options that each set one field, to be chained: `setters! { with_size(size: (u32, u32)); }`.
+macro_rules! setters {
+    ($($with:ident($field:ident: $type:ty);)+) => {
+        $(
+            #[doc = concat!("Sets [`", stringify!($field), "`](Self::", stringify!($field), ").")]
+            #[must_use]
+            pub const fn $with(mut self, $field: $type) -> Self {
+                self.$field = $field;
+                self
+            }
+        )+
+    };
+}
+
 /// Random tests with the same inputs in every run.
 #[cfg(test)]
 #[path = "../tests/sequence/mod.rs"]

@@ -71,40 +71,13 @@ impl VertexLayout {
         index: IndexFormat::Smallest,
     };
 
-    /// Sets [`position`](Self::position).
-    #[must_use]
-    pub const fn with_position(self, position: PositionFormat) -> Self {
-        Self { position, ..self }
-    }
-
-    /// Sets [`normal`](Self::normal).
-    #[must_use]
-    pub const fn with_normal(self, normal: NormalFormat) -> Self {
-        Self { normal, ..self }
-    }
-
-    /// Sets [`uv`](Self::uv).
-    #[must_use]
-    pub const fn with_uv(self, uv: bool) -> Self {
-        Self { uv, ..self }
-    }
-
-    /// Sets [`tangent`](Self::tangent).
-    #[must_use]
-    pub const fn with_tangent(self, tangent: bool) -> Self {
-        Self { tangent, ..self }
-    }
-
-    /// Sets [`origin`](Self::origin).
-    #[must_use]
-    pub const fn with_origin(self, origin: bool) -> Self {
-        Self { origin, ..self }
-    }
-
-    /// Sets [`index`](Self::index).
-    #[must_use]
-    pub const fn with_index(self, index: IndexFormat) -> Self {
-        Self { index, ..self }
+    setters! {
+        with_position(position: PositionFormat);
+        with_normal(normal: NormalFormat);
+        with_uv(uv: bool);
+        with_tangent(tangent: bool);
+        with_origin(origin: bool);
+        with_index(index: IndexFormat);
     }
 
     /// Bytes from one vertex to the next.

@@ -33,16 +33,9 @@ impl GlbOptions {
         compressed: false,
     };
 
-    /// Sets [`instanced`](Self::instanced).
-    #[must_use]
-    pub const fn with_instanced(self, instanced: bool) -> Self {
-        Self { instanced, ..self }
-    }
-
-    /// Sets [`quantized`](Self::quantized).
-    #[must_use]
-    pub const fn with_quantized(self, quantized: bool) -> Self {
-        Self { quantized, ..self }
+    setters! {
+        with_instanced(instanced: bool);
+        with_quantized(quantized: bool);
     }
 
     /// Sets [`compressed`](Self::compressed).

@@ -39,46 +39,19 @@ impl SessionOptions {
         rebalance_every: None,
     };
 
-    /// Sets [`threads`](Self::threads).
-    #[must_use]
-    pub const fn with_threads(self, threads: usize) -> Self {
-        Self { threads, ..self }
-    }
-
-    /// Sets [`workers`](Self::workers).
-    #[must_use]
-    pub const fn with_workers(self, workers: usize) -> Self {
-        Self { workers, ..self }
-    }
-
-    /// Sets [`edge_lines`](Self::edge_lines).
-    #[must_use]
-    pub const fn with_edge_lines(self, edge_lines: bool) -> Self {
-        Self { edge_lines, ..self }
-    }
-
-    /// Sets [`levels`](Self::levels).
-    #[must_use]
-    pub const fn with_levels(self, levels: usize) -> Self {
-        Self { levels, ..self }
+    setters! {
+        with_threads(threads: usize);
+        with_workers(workers: usize);
+        with_edge_lines(edge_lines: bool);
+        with_levels(levels: usize);
+        with_resident_bytes(resident_bytes: Option<u64>);
+        with_planner(planner: PlannerOptions);
     }
 
     /// Sets [`rebalance_every`](Self::rebalance_every); 0 `frames` disable it.
     #[must_use]
     pub const fn with_rebalance_every(self, frames: u32) -> Self {
         Self { rebalance_every: NonZeroU32::new(frames), ..self }
-    }
-
-    /// Sets [`resident_bytes`](Self::resident_bytes).
-    #[must_use]
-    pub const fn with_resident_bytes(self, resident_bytes: Option<u64>) -> Self {
-        Self { resident_bytes, ..self }
-    }
-
-    /// Sets [`planner`](Self::planner).
-    #[must_use]
-    pub const fn with_planner(self, planner: PlannerOptions) -> Self {
-        Self { planner, ..self }
     }
 }
 

@@ -29,28 +29,11 @@ impl Attributes {
     /// Visible, in the colours of the model, with the tolerance of the views and priority 1.
     pub const DEFAULT: Self = Self { visible: true, colour: None, tolerance_scale: 1.0, priority: 1.0 };
 
-    /// Sets [`visible`](Self::visible).
-    #[must_use]
-    pub const fn with_visible(self, visible: bool) -> Self {
-        Self { visible, ..self }
-    }
-
-    /// Sets [`colour`](Self::colour).
-    #[must_use]
-    pub const fn with_colour(self, colour: Option<Colour>) -> Self {
-        Self { colour, ..self }
-    }
-
-    /// Sets [`tolerance_scale`](Self::tolerance_scale).
-    #[must_use]
-    pub const fn with_tolerance_scale(self, tolerance_scale: f64) -> Self {
-        Self { tolerance_scale, ..self }
-    }
-
-    /// Sets [`priority`](Self::priority).
-    #[must_use]
-    pub const fn with_priority(self, priority: f64) -> Self {
-        Self { priority, ..self }
+    setters! {
+        with_visible(visible: bool);
+        with_colour(colour: Option<Colour>);
+        with_tolerance_scale(tolerance_scale: f64);
+        with_priority(priority: f64);
     }
 
     /// Those of an instance that has these, of a part that has `of_part`.

@@ -25,32 +25,11 @@ impl PlannerOptions {
     pub const DEFAULT: Self =
         Self { limits: PlanLimits::DEFAULT, budget: None, cull_back_faces: false, lines: LinePlacement::Spread };
 
-    /// Sets [`limits`](Self::limits).
-    #[must_use]
-    pub const fn with_limits(mut self, limits: PlanLimits) -> Self {
-        self.limits = limits;
-        self
-    }
-
-    /// Sets [`budget`](Self::budget).
-    #[must_use]
-    pub const fn with_budget(mut self, budget: Option<Duration>) -> Self {
-        self.budget = budget;
-        self
-    }
-
-    /// Sets [`cull_back_faces`](Self::cull_back_faces).
-    #[must_use]
-    pub const fn with_cull_back_faces(mut self, cull_back_faces: bool) -> Self {
-        self.cull_back_faces = cull_back_faces;
-        self
-    }
-
-    /// Sets [`lines`](Self::lines).
-    #[must_use]
-    pub const fn with_lines(mut self, lines: LinePlacement) -> Self {
-        self.lines = lines;
-        self
+    setters! {
+        with_limits(limits: PlanLimits);
+        with_budget(budget: Option<Duration>);
+        with_cull_back_faces(cull_back_faces: bool);
+        with_lines(lines: LinePlacement);
     }
 }
 

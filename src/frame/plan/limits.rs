@@ -30,25 +30,10 @@ impl PlanLimits {
         self.triangles.min(self.bytes.saturating_sub(u64::from(held_mib) << 20) / BYTES_PER_TRIANGLE)
     }
 
-    /// Sets [`triangles_per_tile`](Self::triangles_per_tile).
-    #[must_use]
-    pub const fn with_triangles_per_tile(mut self, triangles_per_tile: u64) -> Self {
-        self.triangles_per_tile = triangles_per_tile;
-        self
-    }
-
-    /// Sets [`triangles`](Self::triangles).
-    #[must_use]
-    pub const fn with_triangles(mut self, triangles: u64) -> Self {
-        self.triangles = triangles;
-        self
-    }
-
-    /// Sets [`bytes`](Self::bytes).
-    #[must_use]
-    pub const fn with_bytes(mut self, bytes: u64) -> Self {
-        self.bytes = bytes;
-        self
+    setters! {
+        with_triangles_per_tile(triangles_per_tile: u64);
+        with_triangles(triangles: u64);
+        with_bytes(bytes: u64);
     }
 }
 

@@ -44,53 +44,14 @@ impl StepOptions {
         supplemental: false,
     };
 
-    /// Sets [`fit_tolerance`](Self::fit_tolerance).
-    #[must_use]
-    pub const fn with_fit_tolerance(mut self, fit_tolerance: f64) -> Self {
-        self.fit_tolerance = fit_tolerance;
-        self
-    }
-
-    /// Sets [`max_bytes`](Self::max_bytes).
-    #[must_use]
-    pub const fn with_max_bytes(mut self, max_bytes: u64) -> Self {
-        self.max_bytes = max_bytes;
-        self
-    }
-
-    /// Sets [`max_syntax_repairs`](Self::max_syntax_repairs).
-    #[must_use]
-    pub const fn with_max_syntax_repairs(mut self, max_syntax_repairs: usize) -> Self {
-        self.max_syntax_repairs = max_syntax_repairs;
-        self
-    }
-
-    /// Sets [`max_entities`](Self::max_entities).
-    #[must_use]
-    pub const fn with_max_entities(mut self, max_entities: u64) -> Self {
-        self.max_entities = max_entities;
-        self
-    }
-
-    /// Sets [`max_instances`](Self::max_instances).
-    #[must_use]
-    pub const fn with_max_instances(mut self, max_instances: u64) -> Self {
-        self.max_instances = max_instances;
-        self
-    }
-
-    /// Sets [`max_memory`](Self::max_memory).
-    #[must_use]
-    pub const fn with_max_memory(mut self, max_memory: u64) -> Self {
-        self.max_memory = max_memory;
-        self
-    }
-
-    /// Sets [`supplemental`](Self::supplemental).
-    #[must_use]
-    pub const fn with_supplemental(mut self, supplemental: bool) -> Self {
-        self.supplemental = supplemental;
-        self
+    setters! {
+        with_fit_tolerance(fit_tolerance: f64);
+        with_max_bytes(max_bytes: u64);
+        with_max_syntax_repairs(max_syntax_repairs: usize);
+        with_max_entities(max_entities: u64);
+        with_max_instances(max_instances: u64);
+        with_max_memory(max_memory: u64);
+        with_supplemental(supplemental: bool);
     }
 }
 

@@ -136,74 +136,16 @@ impl RenderOptions {
         background: [[0.97, 0.98, 0.99, 1.0], [0.83, 0.86, 0.9, 1.0]],
     };
 
-    /// Sets [`size`](Self::size).
-    #[must_use]
-    pub const fn with_size(mut self, size: (u32, u32)) -> Self {
-        self.size = size;
-        self
-    }
-
-    /// Sets [`camera`](Self::camera).
-    #[must_use]
-    pub const fn with_camera(mut self, camera: Option<Camera>) -> Self {
-        self.camera = camera;
-        self
-    }
-
-    /// Sets [`colour_by`](Self::colour_by).
-    #[must_use]
-    pub const fn with_colour_by(mut self, colour_by: ColourBy) -> Self {
-        self.colour_by = colour_by;
-        self
-    }
-
-    /// Sets [`wireframe`](Self::wireframe).
-    #[must_use]
-    pub const fn with_wireframe(mut self, wireframe: bool) -> Self {
-        self.wireframe = wireframe;
-        self
-    }
-
-    /// Sets [`lattice`](Self::lattice).
-    #[must_use]
-    pub const fn with_lattice(mut self, lattice: bool) -> Self {
-        self.lattice = lattice;
-        self
-    }
-
-    /// Sets [`edges`](Self::edges).
-    #[must_use]
-    pub const fn with_edges(mut self, edges: bool) -> Self {
-        self.edges = edges;
-        self
-    }
-
-    /// Sets [`backfaces`](Self::backfaces).
-    #[must_use]
-    pub const fn with_backfaces(mut self, backfaces: bool) -> Self {
-        self.backfaces = backfaces;
-        self
-    }
-
-    /// Sets [`section`](Self::section).
-    #[must_use]
-    pub const fn with_section(mut self, section: Option<Section>) -> Self {
-        self.section = section;
-        self
-    }
-
-    /// Sets [`other_bounds`](Self::other_bounds).
-    #[must_use]
-    pub const fn with_other_bounds(mut self, bounds: Option<[DVec3; 2]>) -> Self {
-        self.other_bounds = bounds;
-        self
-    }
-
-    /// Sets [`background`](Self::background).
-    #[must_use]
-    pub const fn with_background(mut self, background: [Colour; 2]) -> Self {
-        self.background = background;
-        self
+    setters! {
+        with_size(size: (u32, u32));
+        with_camera(camera: Option<Camera>);
+        with_colour_by(colour_by: ColourBy);
+        with_wireframe(wireframe: bool);
+        with_lattice(lattice: bool);
+        with_edges(edges: bool);
+        with_backfaces(backfaces: bool);
+        with_section(section: Option<Section>);
+        with_other_bounds(other_bounds: Option<[DVec3; 2]>);
     }
 }
 

@@ -25,18 +25,9 @@ impl PrepareLimits {
     /// 16 million patches, 16 GiB. The largest real files have thousands of patches.
     pub const DEFAULT: Self = Self { patches: 1 << 24, bytes: 16 << 30 };
 
-    /// Sets [`patches`](Self::patches).
-    #[must_use]
-    pub const fn with_patches(mut self, patches: u64) -> Self {
-        self.patches = patches;
-        self
-    }
-
-    /// Sets [`bytes`](Self::bytes).
-    #[must_use]
-    pub const fn with_bytes(mut self, bytes: u64) -> Self {
-        self.bytes = bytes;
-        self
+    setters! {
+        with_patches(patches: u64);
+        with_bytes(bytes: u64);
     }
 }
 

@@ -34,25 +34,10 @@ impl PrepareOptions {
     /// [`PrepareLimits::DEFAULT`], a border tolerance of 1e-6, for coordinates of seven digits, and no faces kept.
     pub const DEFAULT: Self = Self { limits: PrepareLimits::DEFAULT, border_tolerance: 1e-6, keep_faces: false };
 
-    /// Sets [`limits`](Self::limits).
-    #[must_use]
-    pub const fn with_limits(mut self, limits: PrepareLimits) -> Self {
-        self.limits = limits;
-        self
-    }
-
-    /// Sets [`border_tolerance`](Self::border_tolerance).
-    #[must_use]
-    pub const fn with_border_tolerance(mut self, border_tolerance: f64) -> Self {
-        self.border_tolerance = border_tolerance;
-        self
-    }
-
-    /// Sets [`keep_faces`](Self::keep_faces).
-    #[must_use]
-    pub const fn with_keep_faces(mut self, keep_faces: bool) -> Self {
-        self.keep_faces = keep_faces;
-        self
+    setters! {
+        with_limits(limits: PrepareLimits);
+        with_border_tolerance(border_tolerance: f64);
+        with_keep_faces(keep_faces: bool);
     }
 }
 
