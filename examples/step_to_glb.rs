@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let plan = frame::plan(&prepared, &tolerance).require_full()?;
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT)?;
     let mut sink = out::open(output)?;
-    let report = session.frame(plan, &mut *sink)?;
+    let report = session.frame(plan, &mut sink)?;
 
     assert!(report.triangles > 0, "no triangles in {}", input.display());
     println!("{} triangles, made in {:?}", report.triangles, report.made_in);

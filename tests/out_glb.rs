@@ -12,7 +12,7 @@ use gltf_json::{Index, Root};
 use out_fixture::{box_frame, folder, play};
 use std::collections::BTreeSet;
 use std::fs;
-use trimtess::mesh::MemorySink;
+use trimtess::mesh::{MemorySink, MeshSink};
 use trimtess::model::{EdgeId, FaceId};
 use trimtess::out::{Format, GlbOptions, Rounding, open, save, write_glb};
 
@@ -317,7 +317,7 @@ fn an_empty_scene_is_still_a_file() {
     let folder = folder("out_glb_empty");
     let path = folder.join("empty.glb");
     let mut sink = open(&path).unwrap();
-    play(&MemorySink::default(), &mut *sink).unwrap();
+    play(&MemorySink::default(), &mut sink).unwrap();
     sink.end().unwrap();
     let glb = read(&fs::read(path).unwrap());
     assert!(glb.root.buffers.is_empty() && glb.root.meshes.is_empty());

@@ -6,7 +6,7 @@ mod out_fixture;
 use glam::{DAffine3, DVec3};
 use out_fixture::{box_frame, folder, play};
 use std::collections::BTreeSet;
-use trimtess::mesh::MemorySink;
+use trimtess::mesh::{MemorySink, MeshSink};
 use trimtess::out::{Format, UnknownFormat, open, save, write_ply};
 
 struct Ply {
@@ -108,7 +108,7 @@ fn the_sink_writes_what_the_function_writes_and_leaves_only_the_file() {
     let frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
     let path = folder.join("a.PLY");
     let mut sink = open(&path).unwrap();
-    play(&frame, &mut *sink).unwrap();
+    play(&frame, &mut sink).unwrap();
     assert!(!path.exists(), "no file before the end");
     sink.end().unwrap();
     drop(sink);
@@ -126,11 +126,11 @@ fn abort_and_drop_leave_nothing_and_keep_what_was_there() {
     std::fs::write(&path, "old").unwrap();
     let frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
     let mut sink = open(&path).unwrap();
-    play(&frame, &mut *sink).unwrap();
+    play(&frame, &mut sink).unwrap();
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
     sink.abort();
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
-    play(&frame, &mut *sink).unwrap();
+    play(&frame, &mut sink).unwrap();
     drop(sink);
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");

@@ -103,49 +103,6 @@ pub trait MeshSink: Send {
     fn abort(&mut self);
 }
 
-/// Lets a sink chosen at run time stand in for a generic `S: MeshSink`.
-impl<S: MeshSink + ?Sized> MeshSink for Box<S> {
-    fn reads(&self) -> MeshLists {
-        (**self).reads()
-    }
-
-    fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        (**self).begin(scene)
-    }
-
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        (**self).begin_changes(scene)
-    }
-
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
-        (**self).begin_update(scene, from)
-    }
-
-    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
-        (**self).batch(batch)
-    }
-
-    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
-        (**self).written(tiles)
-    }
-
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
-        (**self).drawn(drawn)
-    }
-
-    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
-        (**self).edge_line(line)
-    }
-
-    fn end(&mut self) -> Result<(), SinkError> {
-        (**self).end()
-    }
-
-    fn abort(&mut self) {
-        (**self).abort();
-    }
-}
-
 /// A sink that keeps the last frame in memory.
 #[derive(Clone, Debug, Default)]
 pub struct MemorySink {

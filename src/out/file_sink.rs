@@ -110,8 +110,8 @@ fn save_glb(
 ///
 /// # Errors
 /// If the extension is missing or unknown.
-pub fn open(path: &Path) -> Result<Box<dyn MeshSink>, UnknownFormat> {
-    Ok(Box::new(FileSink::new(path, Format::of_path(path)?)))
+pub fn open(path: &Path) -> Result<FileSink, UnknownFormat> {
+    Ok(FileSink::new(path, Format::of_path(path)?))
 }
 
 /// Collects a frame and writes it at `end`, on the caller's thread. Holds all triangles until then, because file headers contain counts and
