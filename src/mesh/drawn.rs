@@ -34,13 +34,7 @@ impl Row {
 }
 
 impl DrawnTiles {
-    /// The empty set for `views` views.
-    #[must_use]
-    pub fn none(views: usize) -> Self {
-        Self { views: Some(views as u32), ..Self::default() }
-    }
-
-    /// Becomes [`none`](Self::none), and reuses the memory.
+    /// Becomes the empty set for `views` views, and reuses the memory.
     pub fn reset(&mut self, views: usize) {
         self.views = Some(views as u32);
         self.rows.clear();
@@ -82,30 +76,12 @@ impl DrawnTiles {
         if self.is_everything() { u64::MAX } else { self.words(view, instance).get(k).copied().unwrap_or(0) }
     }
 
-    /// Adds a tile of an instance to a view. Cost: as many steps as there are instances that draw anything.
+    /// Adds tiles `64 k ..` of an instance in a view, lowest bit of each word first. Not all words are 0. Calls since
+    /// [`reset`](Self::reset) are in ascending order of (view, instance, k), and their words do not overlap.
     ///
     /// # Panics
-    /// If the view is out of range, so also if everything is drawn: there are no views then.
-    pub fn insert(&mut self, view: usize, instance: usize, tile: TileId) {
-        assert!(view < self.views(), "no view {view}: there are {}", self.views());
-        let found = self.rows.binary_search_by_key(&(view, instance), Row::key);
-        let row = found.unwrap_or_else(|row| {
-            let end = if row == 0 { 0 } else { self.rows[row - 1].end };
-            self.rows.insert(row, Row { view: view as u32, instance: instance as u32, end });
-            row
-        });
-        let (known, word) = (self.words_of(row).len(), tile.index() >> 6);
-        let end = self.rows[row].end as usize;
-        let more = (word + 1).saturating_sub(known);
-        self.words.splice(end..end, std::iter::repeat_n(0, more));
-        self.rows[row..].iter_mut().for_each(|row| row.end += more as u32);
-        let start = self.rows[row].end as usize - known.max(word + 1);
-        self.words[start + word] |= 1 << (tile.0 & 63);
-    }
-
-    /// Adds tiles `64 k ..` of an instance in a view, lowest bit of each word first. Not all words are 0. Calls are in
-    /// ascending order of (view, instance, k).
-    pub(crate) fn push(&mut self, view: usize, instance: usize, k: usize, words: &[u64]) {
+    /// If the words overlap.
+    pub fn push(&mut self, view: usize, instance: usize, k: usize, words: &[u64]) {
         let used = words.iter().rposition(|&word| word != 0).map_or(0, |last| last + 1);
         if self.rows.last().is_none_or(|row| row.key() != (view, instance)) {
             self.rows.push(Row { view: view as u32, instance: instance as u32, end: self.words.len() as u32 });
@@ -146,14 +122,17 @@ mod tests {
 
     #[test]
     fn holds_one_bit_per_tile_instance_and_view() {
-        let mut drawn = DrawnTiles::none(2);
+        let mut drawn = DrawnTiles::default();
+        assert!(drawn.contains(3, 7, TileId(9)) && drawn.is_everything() && drawn.views() == 0);
+        drawn.reset(2);
         assert!(!drawn.is_everything() && drawn.views() == 2);
-        let tiles = [(1, 2, 2), (0, 0, 69), (1, 0, 64), (1, 0, 0), (0, 0, 300)];
-        for (view, instance, tile) in tiles {
-            assert!(!drawn.contains(view, instance, TileId(tile)));
-            drawn.insert(view, instance, TileId(tile));
-            assert!(drawn.contains(view, instance, TileId(tile)));
-        }
+        let tiles = [(0, 0, 69), (0, 0, 300), (1, 0, 0), (1, 0, 64), (1, 2, 2)].map(|(v, i, t)| (v, i, TileId(t)));
+        assert!(tiles.iter().all(|&(view, instance, tile)| !drawn.contains(view, instance, tile)));
+        drawn.push(0, 0, 0, &[0, 1 << 5, 0]);
+        drawn.push(0, 0, 4, &[1 << 44, 0]);
+        drawn.push(1, 0, 0, &[1, 1]);
+        drawn.push(1, 2, 0, &[4]);
+        assert!(tiles.iter().all(|&(view, instance, tile)| drawn.contains(view, instance, tile)));
         let of = |view, instance| drawn.tiles(view, instance).map(|t| t.0).collect::<Vec<_>>();
         assert_eq!(
             [of(0, 0), of(0, 2), of(1, 0), of(1, 1), of(1, 2)],
@@ -163,17 +142,9 @@ mod tests {
         let instances = [0, 1, 2].map(|view| drawn.instances(view).collect::<Vec<_>>());
         assert_eq!(instances, [vec![0], vec![0, 2], vec![]]);
 
-        let mut pushed = DrawnTiles::none(9);
-        pushed.reset(2);
-        pushed.push(0, 0, 0, &[0, 1 << 5, 0]);
-        pushed.push(0, 0, 4, &[1 << 44, 0]);
-        pushed.push(1, 0, 0, &[1, 1]);
-        pushed.push(1, 2, 0, &[4]);
-        assert_eq!(pushed, drawn);
-        assert_eq!(pushed.rows().map(|(_, _, words)| words.len()).collect::<Vec<_>>(), [5, 2, 1]);
+        assert_eq!(drawn.rows().map(|(_, _, words)| words.len()).collect::<Vec<_>>(), [5, 2, 1]);
 
         drawn.reset(1);
-        assert_eq!(drawn, DrawnTiles::none(1));
-        assert!(DrawnTiles::default().contains(3, 7, TileId(9)) && DrawnTiles::default().views() == 0);
+        assert!(drawn.rows().next().is_none() && drawn.views() == 1);
     }
 }

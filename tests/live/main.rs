@@ -300,11 +300,10 @@ fn tiles_outside_the_drawn_set_are_not_drawn() {
     let mut live = renderer.live();
     let frame = whole(&scene, 2);
     let by = options(ColourBy::Tile);
-    let mut drawn = DrawnTiles::none(2);
-    for tile in 0..64 {
-        drawn.insert(0, 1, TileId(tile)); // part 0 is the second instance
-        drawn.insert(1, 0, TileId(tile));
-        drawn.insert(1, 2, TileId(tile));
+    let mut drawn = DrawnTiles::default();
+    drawn.reset(2);
+    for (view, instance) in [(0, 1), (1, 0), (1, 2)] {
+        drawn.push(view, instance, 0, &[u64::MAX]); // part 0 is the second instance
     }
     play(&frame, &mut live).unwrap();
     live.drawn(&drawn).unwrap();
