@@ -4,7 +4,10 @@ use super::error::RenderError;
 use super::formats::{DEPTH_FORMAT, SAMPLES};
 use super::gpu::Gpu;
 use super::scopes::Scopes;
-use ::wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
+use ::wgpu::{
+    CommandEncoder, Extent3d, LoadOp, Operations, RenderPass, RenderPassColorAttachment, StoreOp, Texture,
+    TextureFormat, TextureUsages, TextureView,
+};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// Creates a texture to draw to, with one mip level.
@@ -30,6 +33,25 @@ pub(super) fn texture(
 /// A view of the whole texture.
 pub(super) fn whole(texture: &Texture) -> TextureView {
     texture.create_view(&::wgpu::TextureViewDescriptor::default())
+}
+
+/// Begins a pass with one colour target. Depth is reversed: it starts at 0, and is not kept.
+pub(super) fn begin_pass<'a>(
+    encoder: &'a mut CommandEncoder,
+    label: &str,
+    colour: RenderPassColorAttachment<'_>,
+    depth: &TextureView,
+) -> RenderPass<'a> {
+    encoder.begin_render_pass(&::wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &[Some(colour)],
+        depth_stencil_attachment: Some(::wgpu::RenderPassDepthStencilAttachment {
+            view: depth,
+            depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
+            stencil_ops: None,
+        }),
+        ..::wgpu::RenderPassDescriptor::default()
+    })
 }
 
 /// Multisampled colour and depth targets.

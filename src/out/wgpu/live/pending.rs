@@ -1,6 +1,6 @@
 //! A frame that is being uploaded.
 
-use super::device_scene::{DevicePlace, DeviceScene};
+use super::device_scene::{DevicePart, DevicePlace, DeviceScene};
 use super::store::{Line, StoredTile};
 use crate::mesh::DrawnTiles;
 use crate::model::{EdgeId, PartId, TileId};
@@ -21,4 +21,14 @@ pub(super) enum Base {
     New(DeviceScene, Vec<Option<PartId>>),
     /// The frame that is drawn, with new instances.
     Changes(Vec<DevicePlace>),
+}
+
+impl Base {
+    /// The parts of the frame. `shown` is the one that is drawn.
+    pub(super) fn parts<'a>(&'a self, shown: &'a DeviceScene) -> &'a [DevicePart] {
+        match self {
+            Self::New(shown, _) => &shown.parts,
+            Self::Changes(_) => &shown.parts,
+        }
+    }
 }

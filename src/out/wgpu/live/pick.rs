@@ -7,9 +7,9 @@ use crate::model::{FaceId, InstanceId, PartId, TileId};
 use crate::out::wgpu::error::RenderError;
 use crate::out::wgpu::formats::{DEPTH_FORMAT, PICK_FORMAT};
 use crate::out::wgpu::options::RenderOptions;
-use crate::out::wgpu::target::{Reading, texture, whole};
+use crate::out::wgpu::target::{Reading, begin_pass, texture, whole};
 use crate::view::Camera;
-use ::wgpu::{LoadOp, Operations, StoreOp, TextureUsages};
+use ::wgpu::{LoadOp, Operations, RenderPassColorAttachment, StoreOp, TextureUsages};
 use glam::DVec3;
 use std::fmt;
 
@@ -114,21 +114,13 @@ impl LiveScene {
             let target = texture(&gpu, (1, 1), PICK_FORMAT, 1, TextureUsages::COPY_SRC);
             let depth = texture(&gpu, (1, 1), DEPTH_FORMAT, 1, TextureUsages::empty());
             let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_render_pass(&::wgpu::RenderPassDescriptor {
-                label: Some("trimtess pick"),
-                color_attachments: &[Some(::wgpu::RenderPassColorAttachment {
-                    view: &whole(&target),
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: Operations { load: LoadOp::Clear(::wgpu::Color::TRANSPARENT), store: StoreOp::Store },
-                })],
-                depth_stencil_attachment: Some(::wgpu::RenderPassDepthStencilAttachment {
-                    view: &whole(&depth),
-                    depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
-                    stencil_ops: None,
-                }),
-                ..::wgpu::RenderPassDescriptor::default()
-            });
+            let colour = RenderPassColorAttachment {
+                view: &whole(&target),
+                depth_slice: None,
+                resolve_target: None,
+                ops: Operations { load: LoadOp::Clear(::wgpu::Color::TRANSPARENT), store: StoreOp::Store },
+            };
+            let mut pass = begin_pass(&mut encoder, "trimtess pick", colour, &whole(&depth));
             pass.set_pipeline(&gpu.pipelines.pick);
             pass.set_bind_group(0, &seen.group, &[]);
             self.draw_tiles(&mut pass, view);

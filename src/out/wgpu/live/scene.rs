@@ -5,7 +5,7 @@ use super::super::formats::{DEPTH_FORMAT, SAMPLES};
 use super::super::gpu::Gpu;
 use super::super::options::RenderOptions;
 use super::super::surface_input::SurfaceInput;
-use super::super::target::SampleTargets;
+use super::super::target::{SampleTargets, begin_pass};
 use super::device_scene::DeviceScene;
 use super::edges::Edges;
 use super::lists::Tiles;
@@ -17,7 +17,9 @@ use super::surface_draw::{SurfaceDraw, encode_all};
 use super::uniforms::{Aim, Lease, Sights, UploadedSight};
 use crate::model::{FaceId, InstanceId};
 use crate::view::{Camera, ViewPoint};
-use ::wgpu::{BindGroup, LoadOp, Operations, RenderPass, StoreOp, TextureFormat, TextureView};
+use ::wgpu::{
+    BindGroup, LoadOp, Operations, RenderPass, RenderPassColorAttachment, StoreOp, TextureFormat, TextureView,
+};
 use glam::{DMat4, DVec3};
 use std::fmt;
 
@@ -215,21 +217,13 @@ impl LiveScene {
             }
             let Some(samples) = &self.samples else { return DrawStats::default() };
             let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
-            let mut pass = encoder.begin_render_pass(&::wgpu::RenderPassDescriptor {
-                label: Some("trimtess"),
-                color_attachments: &[Some(::wgpu::RenderPassColorAttachment {
-                    view: &samples.colour,
-                    depth_slice: None,
-                    resolve_target: Some(target),
-                    ops: Operations { load: LoadOp::Clear(::wgpu::Color::BLACK), store: StoreOp::Discard },
-                })],
-                depth_stencil_attachment: Some(::wgpu::RenderPassDepthStencilAttachment {
-                    view: &samples.depth,
-                    depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
-                    stencil_ops: None,
-                }),
-                ..::wgpu::RenderPassDescriptor::default()
-            });
+            let colour = RenderPassColorAttachment {
+                view: &samples.colour,
+                depth_slice: None,
+                resolve_target: Some(target),
+                ops: Operations { load: LoadOp::Clear(::wgpu::Color::BLACK), store: StoreOp::Discard },
+            };
+            let mut pass = begin_pass(&mut encoder, "trimtess", colour, &samples.depth);
             pass.set_bind_group(0, &drawn.group, &[]);
             pass.set_pipeline(&gpu.pipelines.backdrop);
             pass.draw(0..3, 0..1);

@@ -34,8 +34,7 @@ impl LiveScene {
     /// [`MeshSink::batch`] for a shared reference. Batches of unknown parts are skipped.
     pub(in crate::out::wgpu) fn add(&mut self, batch: &Batch) -> Result<(), SinkError> {
         let Some(pending) = &mut self.pending else { return Err(not_begun()) };
-        let parts = if let Base::New(shown, _) = &pending.base { &shown.parts } else { &self.shown.parts };
-        if let Some(part) = parts.get(batch.part.index()) {
+        if let Some(part) = pending.base.parts(&self.shown).get(batch.part.index()) {
             let tile = self.store.tile(&self.gpu, batch, part.centre).map_err(failed)?;
             pending.tiles.push((batch.part.0, batch.tile, tile));
         }
@@ -45,8 +44,7 @@ impl LiveScene {
     /// [`MeshSink::edge_line`] for a shared reference. Lines of unknown parts are skipped.
     pub(in crate::out::wgpu) fn add_line(&mut self, line: &EdgeLine) -> Result<(), SinkError> {
         let Some(pending) = &mut self.pending else { return Err(not_begun()) };
-        let parts = if let Base::New(shown, _) = &pending.base { &shown.parts } else { &self.shown.parts };
-        if let Some(part) = parts.get(line.part.index()) {
+        if let Some(part) = pending.base.parts(&self.shown).get(line.part.index()) {
             pending.lines.push((line.part.0, line.edge, encoded_line(&line.points, part.centre)));
         }
         Ok(())
