@@ -77,6 +77,11 @@ impl Pages {
         self
     }
 
+    /// Whether there are such companion buffers, or will be.
+    pub(super) fn has_beside(&self, what: Beside) -> bool {
+        self.beside[what as usize].is_some()
+    }
+
     /// Adds a zeroed companion buffer to each page, with units of `unit` bytes (a multiple of 4), or removes them.
     pub(super) fn keep_beside(&mut self, gpu: &Gpu, what: Beside, unit: Option<u64>) -> Result<(), RenderError> {
         let kind = what as usize;

@@ -339,8 +339,11 @@ impl LiveScene {
 
     /// Stores the lattice position of each vertex (8 bytes), which [`RenderOptions::lattice`] needs. Off by default.
     ///
-    /// Tiles already on the device get theirs when they are sent again, at the latest with the next whole frame
-    /// (`Session::forget` makes the next frame whole).
+    /// Tiles already on the device get theirs when they are sent again. Call [`Session::forget`] after this: it makes
+    /// the next frame whole. Without that, a session does not know that the scene now
+    /// [reads](crate::mesh::MeshSink::reads) more, and its next frame of views fails.
+    ///
+    /// [`Session::forget`]: crate::parallel::Session::forget
     ///
     /// # Errors
     /// If the device runs out of memory.

@@ -5,7 +5,7 @@ use super::device_scene::{DeviceScene, look_like};
 use super::pending::{Base, Pending};
 use super::scene::LiveScene;
 use super::store::line as encoded_line;
-use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError};
+use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshLists, MeshSink, Scene, SinkError};
 use crate::model::PartId;
 use std::io;
 
@@ -116,6 +116,13 @@ fn put<T>(rows: &mut Vec<Option<T>>, number: u32, new: Option<T>) -> Option<T> {
 }
 
 impl MeshSink for LiveScene {
+    /// Parameters and lattice lines only while it keeps lattice positions.
+    fn reads(&self) -> MeshLists {
+        let cells = self.store.keeps_cells();
+        // Origins tell how many cells a tile has, which is a colour.
+        MeshLists { uvs: cells, lines: cells, origins: true }
+    }
+
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.start(Base::New(DeviceScene::of(scene), Vec::new()));
         Ok(())

@@ -77,6 +77,10 @@ impl Store {
         self.vertices.keep_beside(gpu, Beside::Cells, keep.then_some(size_of::<CellPlace>() as u64))
     }
 
+    pub(super) fn keeps_cells(&self) -> bool {
+        self.vertices.has_beside(Beside::Cells)
+    }
+
     /// Uploads a tile. `None` if it has no triangles. Free it with [`drop_tile`](Self::drop_tile).
     pub(super) fn tile(&mut self, gpu: &Gpu, batch: &Batch, centre: DVec3) -> Result<Option<StoredTile>, RenderError> {
         self.encoded.tile(&batch.mesh, centre, gpu.indirect);
