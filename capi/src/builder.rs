@@ -5,7 +5,7 @@ use crate::border::{Caller, entry, versioned};
 use crate::geometry::{frame, in_plane, in_space, points_in_plane, surface, tt_curve, tt_surface};
 use crate::limits::{above_zero, choice, finite};
 use crate::model::{add, tt_model};
-use crate::status::{Failure, tt_status};
+use crate::status::{Failure, row, tt_status};
 use std::f64::consts::TAU;
 use std::ffi::c_char;
 use trimtess::glam::{DAffine3, DVec3};
@@ -127,9 +127,7 @@ fn pushed<T>(table: &mut Vec<T>, row: T) -> Result<usize, Failure> {
 
 /// A vertex of a part.
 fn vertex(part: &Part, vertex: u32) -> Result<(VertexId, DVec3), Failure> {
-    let found = part.vertices.get(vertex as usize);
-    let place = found.ok_or_else(|| Failure::index("vertex", vertex.into(), part.vertices.len()))?;
-    Ok((VertexId(vertex), *place))
+    Ok((VertexId(vertex), *row(&part.vertices, "vertex", vertex)?))
 }
 
 /// Adds an edge along the whole of a curve.

@@ -1,7 +1,7 @@
 //! What was repaired, approximated or lost, as data.
 
 use crate::border::{Caller, versioned};
-use crate::status::Failure;
+use crate::status::{Failure, row};
 use crate::version::TT_NONE;
 use std::ffi::c_char;
 use trimtess::model::{Diagnostic, Severity};
@@ -77,7 +77,7 @@ pub(crate) fn give(
     diagnostic: *mut tt_diagnostic,
     (text, capacity, length): (*mut c_char, usize, *mut usize),
 ) -> Result<(), Failure> {
-    let told = all.get(index as usize).ok_or_else(|| Failure::index("diagnostic", index.into(), all.len()))?;
+    let told = row(all, "diagnostic", index)?;
     let out = c.out_struct_if("diagnostic", diagnostic)?;
     c.give_text(&told.to_string(), text, capacity, length)?;
     out.into_iter().for_each(|out| out.give(&as_data(told)));

@@ -6,7 +6,7 @@ use crate::control::{control, tt_control};
 use crate::diagnostic::{self, tt_diagnostic};
 use crate::limits::{above_zero, positive, set};
 use crate::prepared::{self, tt_prepared};
-use crate::status::{Failure, tt_status};
+use crate::status::{Failure, row, tt_status};
 use crate::threads::{Workplace, at_most};
 use std::ffi::c_char;
 use std::sync::Arc;
@@ -217,8 +217,7 @@ pub unsafe extern "C" fn tt_mesh_get_info(mesh: tt_mesh, info: *mut tt_mesh_info
 pub unsafe extern "C" fn tt_mesh_get_part(mesh: tt_mesh, index: u32, part: *mut tt_mesh_part) -> tt_status {
     entry!(c => {
         let (mesh, out) = (MESHES.get(mesh.id)?, c.out_struct("part", part)?);
-        let parts = &mesh.frame.parts;
-        let found = parts.get(index as usize).ok_or_else(|| Failure::index("part", index.into(), parts.len()))?;
+        let found = row(&mesh.frame.parts, "part", index)?;
         out.give(&tt_mesh_part {
             size: 0,
             vertices: found.positions.len() as u32,
@@ -239,9 +238,7 @@ pub unsafe extern "C" fn tt_mesh_get_part(mesh: tt_mesh, index: u32, part: *mut 
 pub unsafe extern "C" fn tt_mesh_get_line(mesh: tt_mesh, part: u32, index: u64, line: *mut tt_line) -> tt_status {
     entry!(c => {
         let (mesh, out) = (MESHES.get(mesh.id)?, c.out_struct("line", line)?);
-        let lines = mesh.frame.edge_lines_of(PartId(part));
-        let found = usize::try_from(index).ok().and_then(|index| lines.get(index));
-        out.give(&as_line(found.ok_or_else(|| Failure::index("line", index, lines.len()))?));
+        out.give(&as_line(row(mesh.frame.edge_lines_of(PartId(part)), "line", index)?));
         Ok(())
     })
 }

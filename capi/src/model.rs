@@ -3,7 +3,7 @@
 use crate::border::handles::Table;
 use crate::border::{entry, versioned};
 use crate::diagnostic::{self, tt_diagnostic};
-use crate::status::{Failure, tt_status};
+use crate::status::{Failure, row, tt_status};
 use std::ffi::c_char;
 use std::sync::Arc;
 use trimtess::model::{Model, Part, shapes};
@@ -100,9 +100,7 @@ pub unsafe extern "C" fn tt_model_get_part_name(
 ) -> tt_status {
     entry!(c => {
         let model = get(model)?;
-        let named = model.parts.get(part as usize);
-        let named = named.ok_or_else(|| Failure::index("part", part.into(), model.parts.len()))?;
-        c.give_text(&named.name, text, capacity, length)
+        c.give_text(&row(&model.parts, "part", part)?.name, text, capacity, length)
     })
 }
 
@@ -117,9 +115,7 @@ pub unsafe extern "C" fn tt_model_get_instance_name(
 ) -> tt_status {
     entry!(c => {
         let model = get(model)?;
-        let named = model.instances.get(instance as usize);
-        let named = named.ok_or_else(|| Failure::index("instance", instance.into(), model.instances.len()))?;
-        c.give_text(&named.name, text, capacity, length)
+        c.give_text(&row(&model.instances, "instance", instance)?.name, text, capacity, length)
     })
 }
 

@@ -7,11 +7,11 @@ use crate::diagnostic::{self, tt_diagnostic};
 use crate::jobs::tt_jobs;
 use crate::limits::set;
 use crate::model::{self, tt_model};
-use crate::status::{Failure, tt_status};
+use crate::status::{Failure, row, tt_status};
 use crate::threads::Workplace;
 use std::ffi::c_char;
 use std::sync::Arc;
-use trimtess::mesh::{SceneInstance, ScenePart};
+use trimtess::mesh::SceneInstance;
 use trimtess::prepare::{PrepareLimits, PrepareOptions, Prepared};
 
 /// A model that is ready for tessellation at any tolerance. It does not change, and any number of threads and sessions
@@ -182,22 +182,12 @@ pub(crate) fn instance(placed: &SceneInstance) -> tt_instance {
     }
 }
 
-/// A part by its index.
-pub(crate) fn part_at(parts: &[ScenePart], index: u32) -> Result<&ScenePart, Failure> {
-    parts.get(index as usize).ok_or_else(|| Failure::index("part", index.into(), parts.len()))
-}
-
-/// An instance by its index.
-pub(crate) fn instance_at(instances: &[SceneInstance], index: u32) -> Result<&SceneInstance, Failure> {
-    instances.get(index as usize).ok_or_else(|| Failure::index("instance", index.into(), instances.len()))
-}
-
 /// Describes a part.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_prepared_get_part(prepared: tt_prepared, index: u32, part: *mut tt_part) -> tt_status {
     entry!(c => {
         let (prepared, out) = (get(prepared)?, c.out_struct("part", part)?);
-        let found = part_at(&prepared.scene.parts, index)?;
+        let found = row(&prepared.scene.parts, "part", index)?;
         out.give(&tt_part {
             size: 0,
             faces: found.face_colours.len() as u32,
@@ -219,7 +209,7 @@ pub unsafe extern "C" fn tt_prepared_get_part_name(
     capacity: usize,
     length: *mut usize,
 ) -> tt_status {
-    entry!(c => c.give_text(&part_at(&get(prepared)?.scene.parts, index)?.name, text, capacity, length))
+    entry!(c => c.give_text(&row(&get(prepared)?.scene.parts, "part", index)?.name, text, capacity, length))
 }
 
 /// Gives the colour of a face, its own or its part's: red, green, blue (sRGB) and opacity, 0 to 1. `colour` has room
@@ -235,8 +225,8 @@ pub unsafe extern "C" fn tt_prepared_get_face_colour(
     entry!(c => {
         let prepared = get(prepared)?;
         let (has, to) = (c.out("has_colour", has_colour)?, c.out("colour", colour.cast::<[f32; 4]>())?);
-        let colours = &part_at(&prepared.scene.parts, part)?.face_colours;
-        let found = colours.get(face as usize).ok_or_else(|| Failure::index("face", face.into(), colours.len()))?;
+        let colours = &row(&prepared.scene.parts, "part", part)?.face_colours;
+        let found = row(colours, "face", face)?;
         has.give(found.is_some().into());
         if let Some(colour) = *found {
             to.give(colour);
@@ -254,7 +244,7 @@ pub unsafe extern "C" fn tt_prepared_get_instance(
 ) -> tt_status {
     entry!(c => {
         let (prepared, out) = (get(prepared)?, c.out("instance", instance)?);
-        out.give(self::instance(instance_at(&prepared.scene.instances, index)?));
+        out.give(self::instance(row(&prepared.scene.instances, "instance", index)?));
         Ok(())
     })
 }
@@ -268,7 +258,7 @@ pub unsafe extern "C" fn tt_prepared_get_instance_name(
     capacity: usize,
     length: *mut usize,
 ) -> tt_status {
-    entry!(c => c.give_text(&instance_at(&get(prepared)?.scene.instances, index)?.name, text, capacity, length))
+    entry!(c => c.give_text(&row(&get(prepared)?.scene.instances, "instance", index)?.name, text, capacity, length))
 }
 
 /// Gives a diagnostic of reading and preparing, and copies its message into `text`. `diagnostic` may be null.

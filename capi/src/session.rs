@@ -10,9 +10,9 @@ use crate::limits::finite;
 use crate::memory::{Memory, tt_memory};
 use crate::mesh::{allowed, tolerance, tt_tolerance};
 use crate::options::{duration, options, report, tt_report, tt_session_info, tt_session_options};
-use crate::prepared::{self, instance, instance_at, tt_instance, tt_prepared};
+use crate::prepared::{self, instance, tt_instance, tt_prepared};
 use crate::sink::{Lists, Sink, tt_sink};
-use crate::status::{Failure, tt_status};
+use crate::status::{self, Failure, tt_status};
 use crate::view::{tt_view, view};
 use std::sync::Arc;
 use trimtess::control::Alone;
@@ -262,7 +262,9 @@ pub unsafe extern "C" fn tt_session_get_instance(
 ) -> tt_status {
     entry!(c => {
         let out = c.out("instance", instance)?;
-        out.give(with(session, |row| Ok(self::instance(instance_at(&row.session.scene().instances, index)?)))?);
+        out.give(with(session, |row| {
+            Ok(self::instance(status::row(&row.session.scene().instances, "instance", index)?))
+        })?);
         Ok(())
     })
 }
@@ -274,7 +276,7 @@ pub unsafe extern "C" fn tt_session_get_instance_key(session: tt_session, index:
     entry!(c => {
         let out = c.out("key", key)?;
         out.give(with(session, |row| {
-            instance_at(&row.session.scene().instances, index)?;
+            status::row(&row.session.scene().instances, "instance", index)?;
             row.session.instance_key(index as usize).ok_or_else(lost)
         })?.to_bits());
         Ok(())

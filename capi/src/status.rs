@@ -88,6 +88,13 @@ impl Failure {
     }
 }
 
+/// A row by its index. `name` is what a row is.
+pub(crate) fn row<'a, T>(rows: &'a [T], name: &str, index: impl Into<u64>) -> Result<&'a T, Failure> {
+    let index = index.into();
+    let found = usize::try_from(index).ok().and_then(|index| rows.get(index));
+    found.ok_or_else(|| Failure::index(name, index, rows.len()))
+}
+
 thread_local! {
     static LAST: RefCell<CString> = RefCell::default();
 }
