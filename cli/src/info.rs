@@ -122,8 +122,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Re
         .collect();
     drop(progress);
     if args.told.json {
-        let text = serde_json::to_string(&info).map_err(|e| Failure::Cannot(format!("the result: {e}")))?;
-        outputs.tell(&(text + "\n"));
+        outputs.tell_json(&info)?;
     } else {
         outputs.tell(&info.text(common.verbose > 0));
     }

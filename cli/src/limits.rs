@@ -88,7 +88,7 @@ pub(crate) fn unprepared(error: PrepareError) -> Failure {
     let option = match error {
         PrepareError::TooManyPatches { .. } => "--max-patches",
         PrepareError::TooMuchMemory { .. } => "--max-memory",
-        _ => return Failure::Cannot(error.to_string()),
+        _ => return Failure::cannot(error),
     };
     Failure::Cannot(format!("{error}; raise {option} to continue"))
 }

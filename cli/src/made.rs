@@ -23,7 +23,7 @@ pub(crate) fn make(
     limits.check(plan.shortfall.as_ref())?;
     let mut frame = MemorySink::default();
     let made = parallel::tessellate_on(&Rayon, prepared, plan, edge_lines, &Control::default(), &mut frame);
-    let made = made.map_err(|e| Failure::Cannot(e.to_string()))?;
+    let made = made.map_err(Failure::cannot)?;
     tracing::info!(
         triangles = made.triangles,
         batches = made.batches,

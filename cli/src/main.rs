@@ -195,6 +195,11 @@ enum Failure {
 }
 
 impl Failure {
+    /// The failure of a command, in the words of an error.
+    fn cannot(why: impl fmt::Display) -> Self {
+        Self::Cannot(why.to_string())
+    }
+
     fn status(&self) -> i32 {
         match self {
             Self::Cannot(_) => 1,

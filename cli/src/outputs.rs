@@ -1,6 +1,7 @@
 //! The files of one run: refused before reading where two are the same, written together or not at all.
 
 use crate::{Failure, signals};
+use serde::Serialize;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -21,7 +22,19 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), Failure> {
-        self.files().write(path, write).map(drop).map_err(|e| Failure::Cannot(e.to_string()))
+        self.files().write(path, write).map(drop).map_err(Failure::cannot)
+    }
+
+    /// As [`write`](Self::write), a report in a line of JSON.
+    pub(crate) fn write_json(&mut self, path: &Path, report: &impl Serialize) -> Result<(), Failure> {
+        let text = json(report)?;
+        self.write(path, |file| file.write_all(text.as_bytes()))
+    }
+
+    /// Prints a report in a line of JSON once all files are there.
+    pub(crate) fn tell_json(&mut self, report: &impl Serialize) -> Result<(), Failure> {
+        self.tell(&json(report)?);
+        Ok(())
     }
 
     /// The files that appear when the run succeeds. Signals are watched from now on: before there is a temporary file, the
@@ -41,9 +54,13 @@ impl Outputs {
 
     /// Gives all files their names, then prints.
     pub(crate) fn publish(self) -> Result<(), Failure> {
-        self.files.publish().map_err(|e| Failure::Cannot(e.to_string()))?;
+        self.files.publish().map_err(Failure::cannot)?;
         if self.text.is_empty() { Ok(()) } else { crate::tell(&self.text) }
     }
+}
+
+fn json(report: &impl Serialize) -> Result<String, Failure> {
+    Ok(serde_json::to_string(report).map_err(|e| Failure::Cannot(format!("the report: {e}")))? + "\n")
 }
 
 /// The files that a command line names.

@@ -49,13 +49,12 @@ impl RenderArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &mut Outputs) -> Result<Done, Failure> {
-    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     require_png(&args.output)?;
     let progress = Progress::start(common);
 
     // First, because it is quick and fails early.
     progress.stage("opening the graphics adapter");
-    let renderer = Renderer::new().map_err(|e| cannot(&e))?;
+    let renderer = Renderer::new().map_err(Failure::cannot)?;
     let opened = laps.lap();
 
     progress.stage(format!("reading {}", args.input.name()));
@@ -75,7 +74,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &
 
     progress.stage("drawing");
     let options = args.picture.options(camera, args.size, prepared.bounds);
-    let image = renderer.render(&frame, &options).map_err(|e| cannot(&e))?;
+    let image = renderer.render(&frame, &options).map_err(Failure::cannot)?;
     outputs.write(&args.output, |file| image.encode(file))?;
     let write = opened + laps.lap();
     drop(progress);
@@ -92,6 +91,6 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &
 /// Fits the camera to a coarse frame.
 fn aim(args: &RenderArgs, common: &Common, prepared: &Arc<Prepared>) -> Result<Camera, Failure> {
     let points = parallel::coarse_points(&Rayon, prepared, &common.limits.plan(), &Control::default());
-    let points = points.map_err(|e| Failure::Cannot(e.to_string()))?;
+    let points = points.map_err(Failure::cannot)?;
     Ok(args.picture.fit(points, f64::from(args.size.0) / f64::from(args.size.1)))
 }

@@ -192,13 +192,11 @@ impl Report {
             // A closed standard error is not an error.
             let _ = std::io::stderr().write_all(self.told_diagnostics(common.verbose > 0).as_bytes());
         }
-        let json = || serde_json::to_string(self).map_err(|e| Failure::Cannot(format!("the report: {e}")));
         if let Some(path) = file {
-            let text = json()? + "\n";
-            outputs.write(path, |file| file.write_all(text.as_bytes()))?;
+            outputs.write_json(path, self)?;
         }
         if as_json {
-            outputs.tell(&(json()? + "\n"));
+            outputs.tell_json(self)?;
         } else if !common.quiet {
             outputs.tell(&self.summary());
         }

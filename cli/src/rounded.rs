@@ -42,7 +42,7 @@ pub(crate) fn unwritten(
     let why = match error.cause.get_ref() {
         Some(cause) if cause.is::<RoundedTooFar>() => " (a tenth of the tolerance)",
         Some(cause) if cause.is::<BeyondSingle>() => "",
-        _ => return Failure::Cannot(error.to_string()),
+        _ => return Failure::cannot(error),
     };
     let fits = |by, format| Rounding::fits_moved(frame, by, format, most);
     let centre = prepared.centre();

@@ -50,17 +50,16 @@ pub(super) fn record_changes(
     lines: LinePlacement,
     common: &Common,
 ) -> Result<Costs, Failure> {
-    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan()).with_lines(lines);
     let options = SessionOptions::DEFAULT.with_threads(1).with_edge_lines(false).with_planner(planner);
-    let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
+    let mut session = Session::start(Arc::clone(prepared), &options).map_err(Failure::cannot)?;
     let rows = Arc::clone(session.prepared());
     let mut sink = Uploads::of(&rows);
     let mut scratch = Scratch::default();
     let mut frames = Vec::with_capacity(views.len());
     for view in views {
         sink.next_frame();
-        session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?;
+        session.view(&[*view], &mut sink).map_err(Failure::cannot)?;
         let mut costs = vec![0.0; sink.tiles()];
         if let Some(plan) = session.plan() {
             let times = tiles(&rows, &plan, &sink.sent, &mut scratch);
@@ -100,13 +99,12 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
 /// Milliseconds from an order to the last delivery of an empty frame: the median of 101 frames.
 pub(super) fn hand_off(threads: usize) -> Result<f64, Failure> {
     const FRAMES: usize = 101;
-    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(false);
-    let mut session = Session::start(Arc::new(Prepared::default()), &options).map_err(|e| cannot(&e))?;
+    let mut session = Session::start(Arc::new(Prepared::default()), &options).map_err(Failure::cannot)?;
     let (plan, mut sink) = (Arc::new(Plan::default()), MemorySink::default());
     let mut times = Vec::with_capacity(FRAMES);
     for _ in 0..FRAMES {
-        let report = session.frame(Arc::clone(&plan), &mut sink).map_err(|e| cannot(&e))?;
+        let report = session.frame(Arc::clone(&plan), &mut sink).map_err(Failure::cannot)?;
         times.push(ms(report.made_in));
     }
     times.sort_by(f64::total_cmp);

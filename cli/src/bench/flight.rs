@@ -161,12 +161,11 @@ pub(super) struct Flight {
 
 /// Flies a path.
 pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure> {
-    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let start = Instant::now();
     let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan()).with_lines(order.lines);
     let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
     let options = options.with_threads(order.threads).with_workers(order.workers);
-    let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(|e| cannot(&e))?;
+    let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(Failure::cannot)?;
     let workers = session.workers();
     let mut flight = Flight { workers, coherence: order.coherence, follow: order.follow, ..Flight::default() };
     let mut sink = if order.written {
@@ -185,7 +184,7 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
                 if order.coherence == Coherence::Plan {
                     session.forget();
                 }
-                session.view(&[*view], &mut sink).map_err(|e| cannot(&e))?
+                session.view(&[*view], &mut sink).map_err(Failure::cannot)?
             };
             let frame = begun.elapsed();
             common.limits.check(session.shortfall())?;
@@ -219,7 +218,7 @@ pub(super) fn anew(
     let plan = tracing::debug_span!("plan").in_scope(|| session.plan_for_view(view, &common.limits.plan()));
     let planned_in = begun.elapsed();
     common.limits.check(plan.shortfall.as_ref())?;
-    let mut report = session.frame(plan, sink).map_err(|e| Failure::Cannot(e.to_string()))?;
+    let mut report = session.frame(plan, sink).map_err(Failure::cannot)?;
     report.planned_in = planned_in;
     Ok(report)
 }

@@ -101,14 +101,9 @@ pub(super) fn run(args: &GluSceneArgs, common: &Common) -> Result<Done, Failure>
     Ok(Done::Clean)
 }
 
-/// Converts an error to a failure.
-fn cannot(error: impl std::fmt::Display) -> Failure {
-    Failure::Cannot(error.to_string())
-}
-
 /// The teapot with two circles and a flower of 48 straight segments cut out of each patch, and its patches.
 fn scene() -> Result<(Model, Vec<NurbsSurface>), Failure> {
-    let teapot = trimtess_models::by_name("teapot").ok_or_else(|| cannot("no teapot"))?;
+    let teapot = trimtess_models::by_name("teapot").ok_or_else(|| Failure::cannot("no teapot"))?;
     let flower = |k: u32| {
         let angle = TAU * f64::from(k) / 48.0;
         DVec2::new(0.5, 0.7) + DVec2::from_angle(angle) * 0.22 * (0.75 + 0.25 * (5.0 * angle).cos())
@@ -123,14 +118,14 @@ fn scene() -> Result<(Model, Vec<NurbsSurface>), Failure> {
     let shell = part.plain_shell(ShellKind::Open);
     let mut patches = Vec::new();
     for face in &teapot.parts[0].faces {
-        let Surface::Nurbs(patch) = &face.surface else { return Err(cannot("the teapot is NURBS")) };
+        let Surface::Nurbs(patch) = &face.surface else { return Err(Failure::cannot("the teapot is NURBS")) };
         part.trimmed_face(face.surface.clone(), shell, trims.clone(), face.reversed);
         patches.push(patch.clone());
     }
     let mut model = ModelBuilder::new("trimmed teapot");
-    let part = model.part(part.finish().map_err(cannot)?);
+    let part = model.part(part.finish().map_err(Failure::cannot)?);
     model.place(part, DAffine3::IDENTITY);
-    Ok((model.finish().map_err(cannot)?, patches))
+    Ok((model.finish().map_err(Failure::cannot)?, patches))
 }
 
 fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Common) -> Result<(), Failure> {
@@ -203,7 +198,7 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
                 } else {
                     session.frame(session.plan_for_view(&view, &PlanLimits::DEFAULT), &mut sink)
                 };
-                let report = report.map_err(cannot)?;
+                let report = report.map_err(Failure::cannot)?;
                 took += time() - begun;
                 tiles += report.tiles as u64;
                 triangles += sink.held().triangles;
@@ -265,7 +260,7 @@ fn read_triangles(bytes: &[u8], patches: usize) -> Result<Vec<Triangle>, Failure
     };
     let triangles: Vec<Triangle> = numbers.as_chunks().0.iter().map(triangle).collect();
     match triangles.iter().find(|triangle| triangle.patch >= patches) {
-        Some(wrong) => Err(cannot(format!("a triangle belongs to patch {} of only {patches}", wrong.patch))),
+        Some(wrong) => Err(Failure::cannot(format!("a triangle belongs to patch {} of only {patches}", wrong.patch))),
         None => Ok(triangles),
     }
 }

@@ -119,15 +119,14 @@ impl MeshSink for Pictures {
 
 /// Flies along `views` and tells the triangles of the last picture, and the hash of all.
 pub(super) fn of(prepared: &Arc<Prepared>, views: &[View], threads: usize) -> Result<String, Failure> {
-    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(false);
-    let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
+    let mut session = Session::start(Arc::clone(prepared), &options).map_err(Failure::cannot)?;
     let memory = Arc::<Blocks>::default();
     session.write_into(VertexLayout::COMPACT, Arc::clone(&memory) as Arc<dyn TileMemory>);
     let (tiles, parts) = (BTreeMap::new(), Vec::new());
     let mut pictures = Pictures { memory, tiles, parts, triangles: 0, hash: 0xcbf2_9ce4_8422_2325 };
     for view in views {
-        session.view(&[*view], &mut pictures).map_err(|e| cannot(&e))?;
+        session.view(&[*view], &mut pictures).map_err(Failure::cannot)?;
     }
     Ok(format!("triangles {} hash {:016x}\n", pictures.triangles, pictures.hash))
 }

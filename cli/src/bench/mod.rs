@@ -169,8 +169,7 @@ fn on_more_threads(input: &Input, args: &BenchArgs, common: &Common, outputs: &m
     let scaling = scaling::measure(&plan, &|prepared| views(args, prepared), common, &progress)?;
     drop(progress);
     if let Some(file) = &args.json {
-        let text = serde_json::to_string(&scaling).map_err(|e| Failure::Cannot(format!("the report: {e}")))? + "\n";
-        outputs.write(file, |out| out.write_all(text.as_bytes()))?;
+        outputs.write_json(file, &scaling)?;
     }
     if let Some(file) = &args.plot {
         scaling.plot(file, outputs)?;
@@ -244,8 +243,7 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
         replays,
     };
     if let Some(file) = &args.json {
-        let text = serde_json::to_string(&report).map_err(|e| Failure::Cannot(format!("the report: {e}")))? + "\n";
-        outputs.write(file, |out| out.write_all(text.as_bytes()))?;
+        outputs.write_json(file, &report)?;
     }
     if let Some(file) = &args.plot {
         plot::save(&report, &flights, file, outputs)?;

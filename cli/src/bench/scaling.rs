@@ -112,7 +112,7 @@ pub(super) fn measure(
     let mut last = None;
     for &threads in &plan.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(|e| Failure::Cannot(e.to_string()))?;
+        let pool = pool.map_err(Failure::cannot)?;
         progress.stage(format!("{threads} threads: reading"));
         let (model, read) = least(plan.rounds, || pool.install(|| plan.input.read(&common.limits.step())))?;
         let all = side_by_side(&model, plan.copies, step);
@@ -207,11 +207,10 @@ fn side_by_side(model: &Model, copies: u32, step: f64) -> Model {
 
 /// Hash of the mesh of the last view.
 fn hash(prepared: &Arc<Prepared>, views: &[View], threads: usize) -> Result<String, Failure> {
-    let cannot = |e: &dyn std::error::Error| Failure::Cannot(e.to_string());
     let options = SessionOptions::DEFAULT.with_threads(threads);
-    let mut session = Session::start(Arc::clone(prepared), &options).map_err(|e| cannot(&e))?;
+    let mut session = Session::start(Arc::clone(prepared), &options).map_err(Failure::cannot)?;
     let mut sink = MemorySink::default();
-    session.view(&views[views.len().saturating_sub(1)..], &mut sink).map_err(|e| cannot(&e))?;
+    session.view(&views[views.len().saturating_sub(1)..], &mut sink).map_err(Failure::cannot)?;
     let mut hasher = DefaultHasher::new();
     for batch in &sink.batches {
         (batch.part, batch.tile, &batch.mesh.triangles).hash(&mut hasher);

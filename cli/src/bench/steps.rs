@@ -233,7 +233,7 @@ impl Column {
                 if cold {
                     anew(session, view, sink, common).map(drop)
                 } else {
-                    session.view(&[*view], sink).map(drop).map_err(|e| Failure::Cannot(e.to_string()))
+                    session.view(&[*view], sink).map(drop).map_err(Failure::cannot)
                 }
             })?;
             let whole = begun.elapsed();

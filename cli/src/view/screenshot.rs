@@ -20,9 +20,8 @@ pub(super) fn draw(
     loader: Loader,
     looks: Looks,
 ) -> Result<Image, Failure> {
-    let cannot = |error: String| Failure::Cannot(error);
     require_png(output)?;
-    let renderer = Renderer::new().map_err(|error| cannot(error.to_string()))?;
+    let renderer = Renderer::new().map_err(Failure::cannot)?;
     let (device, queue) = (renderer.device(), renderer.queue());
     let most = device.limits().max_texture_dimension_2d;
     let size = args.size;
@@ -45,15 +44,15 @@ pub(super) fn draw(
     });
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
     let canvas = Canvas { target: &view, size, pixels_per_point: 1.0 };
-    let mut viewer = Viewer::new(device, queue, format, loader, looks).map_err(cannot)?;
-    viewer.open_now(input, f64::from(size.0) / f64::from(size.1)).map_err(cannot)?;
+    let mut viewer = Viewer::new(device, queue, format, loader, looks).map_err(Failure::cannot)?;
+    viewer.open_now(input, f64::from(size.0) / f64::from(size.1)).map_err(Failure::cannot)?;
 
     let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size.0 as f32, size.1 as f32));
     let mut time = 0.0;
     let mut step = |viewer: &mut Viewer, events: Vec<egui::Event>| {
         time += 0.1;
         let input = egui::RawInput { screen_rect: Some(screen), time: Some(time), events, ..egui::RawInput::default() };
-        viewer.picture(input, &canvas).map_err(cannot)
+        viewer.picture(input, &canvas).map_err(Failure::cannot)
     };
     // The first frame lays out the panel; then the camera can be fitted to the remaining area.
     step(&mut viewer, Vec::new())?;
@@ -74,5 +73,5 @@ pub(super) fn draw(
         step(&mut viewer, vec![egui::Event::PointerGone])?;
     }
     step(&mut viewer, Vec::new())?;
-    Image::read(device, queue, &target).map_err(|error| cannot(error.to_string()))
+    Image::read(device, queue, &target).map_err(Failure::cannot)
 }
