@@ -87,7 +87,7 @@ impl FromStr for Cut {
 impl PictureArgs {
     /// Fits the camera to these points, seen from the selected view point.
     pub(crate) fn fit(&self, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
-        fit(&self.camera, self.orthographic, points, aspect)
+        self.camera.fit_as(self.orthographic, points, aspect)
     }
 
     /// Render options for a picture of `size` pixels of a model within `bounds`, seen by `camera`.
@@ -111,16 +111,6 @@ impl PictureArgs {
     pub(crate) fn view(&self, camera: &Camera, size: (u32, u32)) -> View {
         View { camera: *camera, size, deviation_px: self.deviation_px, size_px: self.size_px, angle: View::ANGLE }
     }
-}
-
-/// Fits an orthographic or perspective camera to these points.
-pub(crate) fn fit(
-    from: &ViewPoint,
-    orthographic: bool,
-    points: impl IntoIterator<Item = DVec3>,
-    aspect: f64,
-) -> Camera {
-    if orthographic { from.fit_orthographic(points, aspect) } else { from.fit(points, aspect) }
 }
 
 #[cfg(test)]

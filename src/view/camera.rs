@@ -61,6 +61,12 @@ impl Camera {
         [right, back.cross(right), back]
     }
 
+    /// Whether it is orthographic.
+    #[must_use]
+    pub fn is_orthographic(&self) -> bool {
+        matches!(self.projection, Projection::Orthographic { .. })
+    }
+
     /// Converts to an orthographic camera. Objects at the depth of the target keep their size.
     #[must_use]
     pub fn orthographic(&self) -> Self {

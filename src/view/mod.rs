@@ -1,6 +1,9 @@
 //! Cameras: where they are and how they project, what they fit, how a pointer moves them, and the screen-space error
 //! that their pictures may have.
 
+mod box_corners;
+pub use box_corners::box_corners;
+
 mod camera;
 pub use camera::{Camera, Projection, View};
 

@@ -57,7 +57,7 @@ impl Camera {
     pub fn at_depth_of(&self, pivot: DVec3, at: [f64; 2], size: [f64; 2]) -> DVec3 {
         let [.., back] = self.axes();
         let depth = |point: DVec3| (self.eye - point).dot(back);
-        let is_seen = depth(pivot) > 0.0 || matches!(self.projection, Projection::Orthographic { .. });
+        let is_seen = depth(pivot) > 0.0 || self.is_orthographic();
         let wanted = if is_seen { depth(pivot) } else { depth(self.target()) };
         let (start, direction) = self.line_of_sight(at, size);
         start + direction * (wanted / -direction.dot(back))

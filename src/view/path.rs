@@ -201,9 +201,8 @@ mod tests {
     #[test]
     fn an_orbit_shows_the_whole_box_and_a_walk_stays_within_it() {
         let bounds = boxes()[0];
-        let corners = |k: usize| DVec3::from([0, 1, 2].map(|axis| bounds[k >> axis & 1][axis]));
         for view in CameraPath::Orbit.views(bounds, FRAMES, &PICTURE) {
-            for corner in (0..8).map(corners) {
+            for corner in crate::view::box_corners(bounds) {
                 let off = (corner - view.camera.eye).angle_between(view.camera.forward);
                 assert!(off <= 0.5 * FOV_Y + 1e-9, "{corner} is {off} off the axis of {view:?}");
             }

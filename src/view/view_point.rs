@@ -90,6 +90,12 @@ impl ViewPoint {
         let projection = Projection::Orthographic { height };
         Camera::looking_at(target + (size.z + height) * back, target, up, projection)
     }
+
+    /// Fits a camera as [`fit`](Self::fit) does, or an orthographic one.
+    #[must_use]
+    pub fn fit_as(&self, orthographic: bool, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
+        if orthographic { self.fit_orthographic(points, aspect) } else { self.fit(points, aspect) }
+    }
 }
 
 /// Margin of a fitted scene, both sides together, as a fraction of its size.

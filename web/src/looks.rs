@@ -123,19 +123,10 @@ impl Looks {
     }
 }
 
-/// Fits a camera of the same projection as `like` to points.
-pub(crate) fn fit(like: &Camera, from: &ViewPoint, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
-    if is_orthographic(like) { from.fit_orthographic(points, aspect) } else { from.fit(points, aspect) }
-}
-
-pub(crate) fn is_orthographic(camera: &Camera) -> bool {
-    matches!(camera.projection, Projection::Orthographic { .. })
-}
-
 /// From where a camera looks.
 pub(crate) fn side(camera: &Camera) -> Side {
     let ViewPoint { yaw, pitch, .. } = camera.view_point();
-    Side { yaw, pitch, orthographic: is_orthographic(camera) }
+    Side { yaw, pitch, orthographic: camera.is_orthographic() }
 }
 
 /// A camera as eleven numbers: eye, direction, up, 1 for an orthographic one, and its height or angle.

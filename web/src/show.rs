@@ -1,6 +1,5 @@
 //! A prepared model that is shown: its session, and what is picked.
 
-use crate::looks;
 use serde::Serialize;
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,7 +10,7 @@ use trimtess::model::{FaceId, InstanceId, PartId};
 use trimtess::out::wgpu::PickHit;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
-use trimtess::view::Camera;
+use trimtess::view::{Camera, box_corners};
 use tsify::Tsify;
 
 /// Time for the tiles of a picture, as the library predicts it for native code. The rest comes with the next pictures.
@@ -61,7 +60,7 @@ impl Show {
 
     /// Corners of the model's box.
     pub(crate) fn corners(&self) -> impl Iterator<Item = DVec3> + use<> {
-        self.prepared.bounds.into_iter().flat_map(corners)
+        self.prepared.bounds.into_iter().flat_map(box_corners)
     }
 
     /// What the picked face is.
@@ -91,8 +90,8 @@ impl Show {
         // Some of what is around it, however small it is.
         let around = DVec3::splat(0.02 * self.prepared.diagonal);
         let placed = of_face.iter().map(|&point| transform.transform_point3(point));
-        let points = placed.chain(corners([point - around, point + around]));
-        Some(looks::fit(camera, &camera.view_point(), points, aspect))
+        let points = placed.chain(box_corners([point - around, point + around]));
+        Some(camera.view_point().fit_as(camera.is_orthographic(), points, aspect))
     }
 
     /// Points on the boundary of a face, part coordinates.
@@ -102,8 +101,4 @@ impl Show {
         let uses = tiles.flat_map(|tile| tile.loops.iter().flatten());
         uses.filter_map(|used| Some(part.edges[used.edge.index()].breaks.get(used.from as usize)?.point)).collect()
     }
-}
-
-fn corners(bounds: [DVec3; 2]) -> impl Iterator<Item = DVec3> {
-    (0..8).map(move |k: usize| DVec3::new(bounds[k & 1].x, bounds[k >> 1 & 1].y, bounds[k >> 2].z))
 }

@@ -286,7 +286,7 @@ impl State {
     fn fit(&mut self, from: &ViewPoint) {
         let aspect = self.aspect();
         let Some(show) = &mut self.show else { return };
-        self.camera = looks::fit(&self.camera, from, show.corners(), aspect);
+        self.camera = from.fit_as(self.camera.is_orthographic(), show.corners(), aspect);
         show.pivot = self.camera.target();
     }
 

@@ -1,9 +1,9 @@
 //! Keys, buttons and sliders to the settings of the view.
 
-use crate::picture::{self, PictureArgs};
+use crate::picture::PictureArgs;
 use trimtess::glam::DVec3;
 use trimtess::out::wgpu::ColourBy;
-use trimtess::view::{Camera, Projection, ViewPoint};
+use trimtess::view::{Camera, ViewPoint, box_corners};
 
 /// The user's settings.
 #[derive(Clone, Debug)]
@@ -48,13 +48,8 @@ impl Looks {
     /// Fits the camera to a box.
     pub(super) fn fit(&mut self, from: &ViewPoint, bounds: Option<[DVec3; 2]>, aspect: f64) {
         if let Some(bounds) = bounds {
-            let corner = |k: usize| DVec3::new(bounds[k & 1].x, bounds[k >> 1 & 1].y, bounds[k >> 2].z);
-            self.camera = picture::fit(from, self.is_orthographic(), (0..8).map(corner), aspect);
+            self.camera = from.fit_as(self.camera.is_orthographic(), box_corners(bounds), aspect);
         }
-    }
-
-    pub(super) fn is_orthographic(&self) -> bool {
-        matches!(self.camera.projection, Projection::Orthographic { .. })
     }
 
     /// Switches between orthographic and perspective. Objects at the depth of the target keep their size.
@@ -81,7 +76,7 @@ impl Looks {
         toggle(Key::T, &mut self.turning);
         toggle(Key::P, &mut self.panel);
         if input.key_pressed(Key::O) {
-            self.set_orthographic(!self.is_orthographic());
+            self.set_orthographic(!self.camera.is_orthographic());
         }
         if input.key_pressed(Key::C) {
             let now = ColourBy::ALL.iter().position(|(_, by)| *by == self.picture.color_by).unwrap_or(0);

@@ -63,7 +63,7 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &PanelText) -> Vec<Act
             actions.push(Action::FitHere);
         }
     });
-    let mut orthographic = looks.is_orthographic();
+    let mut orthographic = looks.camera.is_orthographic();
     if ui.checkbox(&mut orthographic, "orthographic").on_hover_text("key O").changed() {
         looks.set_orthographic(orthographic);
     }

@@ -575,9 +575,11 @@ mod tests {
         assert_eq!(press(&mut viewer, egui::Key::L), (held, triangles));
         let seen_from = viewer.looks.camera;
         press(&mut viewer, egui::Key::O);
-        assert!(viewer.looks.is_orthographic() && viewer.model.as_ref().is_some_and(|model| model.shown.is_some()));
+        assert!(
+            viewer.looks.camera.is_orthographic() && viewer.model.as_ref().is_some_and(|model| model.shown.is_some())
+        );
         press(&mut viewer, egui::Key::Num1);
-        assert!(viewer.looks.is_orthographic());
+        assert!(viewer.looks.camera.is_orthographic());
         press(&mut viewer, egui::Key::O);
         assert_eq!(viewer.looks.camera.projection, seen_from.projection);
     }

@@ -3,7 +3,7 @@
 use super::store::{Line, StoredTile};
 use crate::mesh::{DrawnTiles, Scene};
 use crate::model::{Colour, InstanceId};
-use crate::view::Camera;
+use crate::view::{Camera, box_corners};
 use glam::{DAffine3, DVec3};
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -175,9 +175,8 @@ impl DeviceScene {
     pub(super) fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.places.iter().flat_map(|place| {
             let (centre, radius) = (self.parts[place.part as usize].centre, self.parts[place.part as usize].radius);
-            let corner =
-                move |k: u32| DVec3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { radius } else { -radius }));
-            (0..8).map(move |k| place.transform.transform_point3(centre + corner(k)))
+            let corners = box_corners([centre - radius, centre + radius]);
+            corners.map(|corner| place.transform.transform_point3(corner))
         })
     }
 }

@@ -8,7 +8,7 @@ use super::record_rows::RecordRows;
 use super::rows::{Rows, bind};
 use super::texels::Texels;
 use crate::out::colour;
-use crate::view::{Camera, Projection};
+use crate::view::{Camera, Projection, box_corners};
 use ::wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat4, DVec3, Vec3};
@@ -147,11 +147,10 @@ impl Sights {
 /// Least and greatest depth of what the caller draws besides the scene.
 fn other_depths(camera: &Camera, options: &RenderOptions) -> (f64, f64) {
     let finite = options.other_bounds.filter(|bounds| bounds.iter().all(|corner| corner.is_finite()));
-    let Some([low, high]) = finite else { return (f64::INFINITY, f64::NEG_INFINITY) };
+    let Some(bounds) = finite else { return (f64::INFINITY, f64::NEG_INFINITY) };
     let back = camera.axes()[2];
-    let corner = |k: u32| DVec3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { high[axis] } else { low[axis] }));
-    let depths = (0..8).map(|k| (camera.eye - corner(k)).dot(back));
-    depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), depth| (low.min(depth), high.max(depth)))
+    let depths = box_corners(bounds).map(|corner| (camera.eye - corner).dot(back));
+    depths.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), depth| (low.min(depth), high.max(depth)))
 }
 
 /// The plane that cuts: its unit normal, and its distance from the eye along it.
