@@ -3,7 +3,7 @@
 use super::error::RenderError;
 use super::target::Reading;
 use crate::mesh::SinkError;
-use crate::out::pending::PendingFile;
+use crate::out::pending::write_whole;
 use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
@@ -89,7 +89,7 @@ impl Image {
     /// If the file cannot be created, written or renamed, or the length of `pixels` does not match `width` and
     /// `height`.
     pub fn write_png(&self, path: &Path) -> Result<(), SinkError> {
-        PendingFile::create(path)?.publish(|file| self.encode(file))
+        write_whole(path, |file| self.encode(file))
     }
 
     /// Writes a PNG to `file`.

@@ -45,15 +45,17 @@ impl Tiles {
             return 0;
         }
         self.version = version;
-        (self.triangles, self.count) = (0, 0);
-        for (_, _, tile) in shown.drawn_tiles(view) {
-            self.triangles += u64::from(tile.triangles);
-            self.count += 1;
-        }
-        match &mut self.draws {
-            Draws::PerTile(draws) => draws.refresh(gpu, shown.drawn_tiles(view), records),
-            Draws::Merged(draws) => draws.refresh(gpu, shown.drawn_tiles(view)),
-        }
+        let (mut triangles, mut count) = (0, 0);
+        let tiles = shown.drawn_tiles(view).inspect(|(_, _, tile)| {
+            triangles += u64::from(tile.triangles);
+            count += 1;
+        });
+        let bytes = match &mut self.draws {
+            Draws::PerTile(draws) => draws.refresh(gpu, tiles, records),
+            Draws::Merged(draws) => draws.refresh(gpu, tiles),
+        };
+        (self.triangles, self.count) = (triangles, count);
+        bytes
     }
 
     /// Makes the wireframe draws if they are missing. Returns the number of bytes uploaded.
