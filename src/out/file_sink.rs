@@ -6,16 +6,19 @@ use super::glb::Glb;
 use super::glb_levels::GlbLevel;
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
+use super::obj::obj;
 use super::pending::{Outputs, PendingFile, cannot_write};
+use super::plain::Make;
+use super::ply::ply;
 use super::rounding::Rounding;
+use super::stl::stl;
 use super::{Format, UnknownFormat};
-#[cfg(feature = "glb")]
 use crate::control::{Call, Control, Rayon};
 use crate::mesh::{Batch, EdgeLine, FrameView, MemorySink, MeshLists, MeshSink, Scene, SinkError, TileMesh};
 use std::path::{Path, PathBuf};
 
-/// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost. A GLB is made on
-/// [rayon's threads](crate::control::Rayon).
+/// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost. The file is made
+/// on [rayon's threads](crate::control::Rayon).
 ///
 /// # Errors
 /// If the file cannot be created, written or renamed. An existing file at `path` is then unchanged.
@@ -52,14 +55,20 @@ pub fn save_pending<'a>(
 ) -> Result<(Rounding, PathBuf), SinkError> {
     let fail = |cause| cannot_write(path, cause);
     let frame = frame.into();
-    #[cfg(feature = "glb")]
-    if let Format::Glb(options) = format {
-        let (mut roundings, temporary) = save_glb(&frame, &[], path, (options, most), outputs)?;
-        return Ok((roundings.remove(0), temporary));
-    }
-    let rounding = Rounding::of(&frame, format, most).map_err(|beyond| fail(beyond.into()))?;
+    let make: Make = match format {
+        #[cfg(feature = "glb")]
+        Format::Glb(options) => {
+            let (mut roundings, temporary) = save_glb(&frame, &[], path, (options, most), outputs)?;
+            return Ok((roundings.remove(0), temporary));
+        }
+        Format::Stl => stl,
+        Format::Ply => ply,
+        Format::Obj => obj,
+    };
+    let control = Control::default();
+    let (pieces, rounding) = make(Call::new(&Rayon, &control), &frame).map_err(fail)?;
     rounding.within(most).map_err(|too_far| fail(too_far.into()))?;
-    let temporary = outputs.write(path, |mut file| format.write(&frame, &mut file))?;
+    let temporary = outputs.write(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece)))?;
     Ok((rounding, temporary))
 }
 

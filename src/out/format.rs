@@ -4,6 +4,7 @@
 use super::glb::write_alone;
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
+use super::plain::{rounding_of, to_double, to_single};
 use super::rounding::Rounding;
 use super::single::BeyondSingle;
 use super::{write_obj, write_ply, write_stl};
@@ -70,10 +71,10 @@ impl Rounding {
         match format {
             #[cfg(feature = "glb")]
             Format::Glb(options) => Self::of_nodes(frame, (options, most)),
-            Format::Stl => Self::of_placed(frame, true),
+            Format::Stl => rounding_of(frame, to_single),
             Format::Ply | Format::Obj => {
                 let _ = most;
-                Self::of_placed(frame, false)
+                rounding_of(frame, to_double)
             }
         }
     }

@@ -4,7 +4,7 @@
 use super::glb_compress::filtered;
 use super::glb_options::GlbOptions;
 use super::node_place::{PointNumbers, moved};
-use super::placed::distinct;
+use super::placed::{cut, distinct};
 use super::rounding::RoundingCount;
 use super::single::BeyondSingle;
 use crate::control::Call;
@@ -12,8 +12,6 @@ use crate::mesh::{BatchView, EdgeLine, ScenePart};
 use crate::model::Colour;
 use glam::{DVec3, Vec3};
 
-/// Vertices of a run.
-const RUN: usize = 1 << 13;
 /// Meshes of up to this many vertices use 16-bit indices. The largest 16-bit value is reserved for primitive restart.
 const SHORT_VERTICES: usize = 65_535;
 
@@ -107,22 +105,6 @@ pub(super) fn numbers(
         out[k].0.indices.push(indices);
     }
     Ok(out)
-}
-
-/// Cuts a list into runs of about [`RUN`] vertices.
-fn cut<T>(items: &[T], vertices: impl Fn(&T) -> usize) -> impl Iterator<Item = &[T]> {
-    let mut rest = items;
-    std::iter::from_fn(move || {
-        let mut count = 0;
-        let is_last = |item: &T| {
-            count += vertices(item);
-            count >= RUN
-        };
-        let length = rest.iter().position(is_last).map_or(rest.len(), |last| last + 1);
-        let (run, after) = rest.split_at(length);
-        rest = after;
-        (!run.is_empty()).then_some(run)
-    })
 }
 
 /// Some faces or edges of a group.

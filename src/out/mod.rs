@@ -13,15 +13,6 @@ pub use single::BeyondSingle;
 #[cfg(any(feature = "glb", feature = "wgpu"))]
 mod colour;
 
-mod ply;
-pub use ply::write_ply;
-
-mod stl;
-pub use stl::write_stl;
-
-mod obj;
-pub use obj::write_obj;
-
 #[cfg(feature = "glb")]
 mod glb_options;
 #[cfg(feature = "glb")]
@@ -32,6 +23,17 @@ mod node_place;
 
 mod rounding;
 pub use rounding::{RoundedTooFar, Rounding};
+
+mod plain;
+
+mod ply;
+pub use ply::write_ply;
+
+mod stl;
+pub use stl::write_stl;
+
+mod obj;
+pub use obj::write_obj;
 
 mod bytes;
 

@@ -1,8 +1,10 @@
 //! A frame to Wavefront OBJ: text, millimetres, world coordinates at full f64 precision.
 
-use super::placed::{distinct, instance_name, placed};
+use super::placed::instance_name;
+use super::plain::{Pieces, pieces, to_double, write_alone};
+use super::rounding::Rounding;
+use crate::control::Call;
 use crate::mesh::{FrameView, Scene, SceneInstance};
-use glam::DVec3;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
@@ -14,40 +16,42 @@ use std::io::{self, Write};
 /// # Errors
 /// I/O errors of `file`.
 pub fn write_obj<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    let frame = &frame.into();
-    let by_part = frame.batches_by_part();
-    writeln!(file, "# {}: millimetres, written by trimtess", word(&frame.scene.name))?;
-    let mut text = String::new();
-    let mut world: Vec<DVec3> = Vec::new();
-    let mut first = 1_u64;
-    for (instance, placement, batches) in placed(frame, &by_part) {
-        writeln!(file, "o {}", object_name(frame.scene, instance))?;
-        let mut face = None;
-        for batch in batches {
-            text.clear();
-            if face != Some(batch.face) {
-                face = Some(batch.face);
-                line(&mut text, format_args!("g face_{}", u64::from(instance.first_face) + u64::from(batch.face.0)));
+    write_alone(obj, &frame.into(), file)
+}
+
+/// Makes the file.
+pub(super) fn obj(call: Call<'_>, frame: &FrameView<'_>) -> io::Result<(Pieces, Rounding)> {
+    let (mut pieces, rounding) = pieces(call, frame, |run| {
+        let mut text = String::new();
+        if run.before.is_none() {
+            line(&mut text, format_args!("o {}", object_name(frame.scene, run.instance)));
+        }
+        // Numbers begin with 1.
+        let (mut face, mut first) = (run.before, run.first + 1);
+        let count = run.round(to_double, |batch, world, triangles| {
+            if face.replace(batch.face) != Some(batch.face) {
+                let number = u64::from(run.instance.first_face) + u64::from(batch.face.0);
+                line(&mut text, format_args!("g face_{number}"));
             }
-            world.clear();
-            world.extend(batch.mesh.positions.iter().map(|&point| placement.position(point)));
-            for p in &world {
+            for p in world {
                 line(&mut text, format_args!("v {:?} {:?} {:?}", p.x, p.y, p.z));
             }
             for index in 0..world.len() {
                 let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
-                let n = placement.normal(normal).as_vec3();
+                let n = run.placement.normal(normal).as_vec3();
                 line(&mut text, format_args!("vn {:?} {:?} {:?}", n.x, n.y, n.z));
             }
-            for corners in distinct(&batch.mesh, &world) {
-                let [a, b, c] = placement.winding(corners).map(|corner| first + u64::from(corner));
+            for corners in triangles {
+                let [a, b, c] = corners.map(|corner| first + u64::from(corner));
                 line(&mut text, format_args!("f {a}//{a} {b}//{b} {c}//{c}"));
             }
             first += world.len() as u64;
-            file.write_all(text.as_bytes())?;
-        }
-    }
-    Ok(())
+        })?;
+        Ok((text.into_bytes(), count))
+    })?;
+    let head = format!("# {}: millimetres, written by trimtess\n", word(&frame.scene.name));
+    pieces.insert(0, head.into_bytes());
+    Ok((pieces, rounding))
 }
 
 /// Formatting into a `String` cannot fail.

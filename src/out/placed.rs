@@ -3,6 +3,8 @@
 pub(super) use crate::mesh::Placement;
 use crate::mesh::{BatchView, FrameView, SceneInstance, TileView};
 
+/// Vertices of a run.
+const RUN: usize = 1 << 13;
 /// Maximum length of the name of an instance in a file, bytes: an assembly of 100 000 parts may state 20 KB for each.
 const MAX_NAME: usize = 100;
 
@@ -34,5 +36,21 @@ pub(super) fn distinct<'a, P: PartialEq>(
     mesh.triangles.iter().filter(|corners| match corners.map(|corner| rounded.get(corner as usize)) {
         [Some(a), Some(b), Some(c)] => a != b && b != c && c != a,
         _ => false,
+    })
+}
+
+/// Cuts a list into runs of about [`RUN`] vertices.
+pub(super) fn cut<T>(items: &[T], vertices: impl Fn(&T) -> usize) -> impl Iterator<Item = &[T]> {
+    let mut rest = items;
+    std::iter::from_fn(move || {
+        let mut count = 0;
+        let is_last = |item: &T| {
+            count += vertices(item);
+            count >= RUN
+        };
+        let length = rest.iter().position(is_last).map_or(rest.len(), |last| last + 1);
+        let (run, after) = rest.split_at(length);
+        rest = after;
+        (!run.is_empty()).then_some(run)
     })
 }

@@ -1,10 +1,14 @@
 //! A frame to PLY, binary little-endian: f64 positions in millimetres and world coordinates, f32 normals, and the face
 //! of each triangle.
 
-use super::placed::{distinct, placed};
+use super::plain::{Pieces, pieces, to_double, write_alone};
+use super::rounding::Rounding;
+use crate::control::Call;
 use crate::mesh::FrameView;
-use glam::DVec3;
 use std::io::{self, Write};
+
+/// Bytes of a vertex.
+const VERTEX: usize = 3 * 8 + 3 * 4;
 
 /// Writes every instance. Vertices are shared within a batch only. `face_id` numbers faces across all instances
 /// ([`SceneInstance::first_face`](crate::mesh::SceneInstance::first_face) + face).
@@ -12,61 +16,48 @@ use std::io::{self, Write};
 /// # Errors
 /// I/O errors of `file`, or 2³² vertices or more.
 pub fn write_ply<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    let frame = &frame.into();
-    let by_part = frame.batches_by_part();
-    let (mut vertices, mut triangles) = (0_u64, 0_u64);
-    let mut world: Vec<DVec3> = Vec::new();
-    for (_, placement, batches) in placed(frame, &by_part) {
-        for batch in batches {
-            world.clear();
-            world.extend(batch.mesh.positions.iter().map(|&point| placement.position(point)));
-            vertices += world.len() as u64;
-            triangles += distinct(&batch.mesh, &world).count() as u64;
-        }
-    }
+    write_alone(ply, &frame.into(), file)
+}
+
+/// Makes the file.
+pub(super) fn ply(call: Call<'_>, frame: &FrameView<'_>) -> io::Result<(Pieces, Rounding)> {
+    let (pieces, rounding) = pieces(call, frame, |run| {
+        let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+        // Too many vertices are refused below.
+        let mut first = run.first as u32;
+        let count = run.round(to_double, |batch, world, triangles| {
+            for (index, point) in world.iter().enumerate() {
+                let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
+                for coordinate in point.to_array() {
+                    vertices.extend_from_slice(&coordinate.to_le_bytes());
+                }
+                for coordinate in run.placement.normal(normal).as_vec3().to_array() {
+                    vertices.extend_from_slice(&coordinate.to_le_bytes());
+                }
+            }
+            let face_id = run.instance.first_face.wrapping_add(batch.face.0);
+            for corners in triangles {
+                faces.push(3);
+                for corner in corners {
+                    faces.extend_from_slice(&first.wrapping_add(corner).to_le_bytes());
+                }
+                faces.extend_from_slice(&face_id.to_le_bytes());
+            }
+            first = first.wrapping_add(world.len() as u32);
+        })?;
+        Ok(((vertices, faces), count))
+    })?;
+    let vertices = pieces.iter().map(|(vertices, _)| (vertices.len() / VERTEX) as u64).sum::<u64>();
     if u32::try_from(vertices).is_err() {
         return Err(io::Error::other(format!("{vertices} vertices exceed the 32-bit indices of PLY ({})", u32::MAX)));
     }
-    write!(
-        file,
+    let head = format!(
         "ply\nformat binary_little_endian 1.0\ncomment millimetres\n\
          element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n\
          property float nx\nproperty float ny\nproperty float nz\n\
-         element face {triangles}\nproperty list uchar uint vertex_indices\nproperty int face_id\nend_header\n"
-    )?;
-    let mut bytes = Vec::new();
-    for (_, placement, batches) in placed(frame, &by_part) {
-        for batch in batches {
-            bytes.clear();
-            for (index, &point) in batch.mesh.positions.iter().enumerate() {
-                let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
-                for coordinate in placement.position(point).to_array() {
-                    bytes.extend_from_slice(&coordinate.to_le_bytes());
-                }
-                for coordinate in placement.normal(normal).as_vec3().to_array() {
-                    bytes.extend_from_slice(&coordinate.to_le_bytes());
-                }
-            }
-            file.write_all(&bytes)?;
-        }
-    }
-    let mut first = 0_u32;
-    for (instance, placement, batches) in placed(frame, &by_part) {
-        for batch in batches {
-            bytes.clear();
-            world.clear();
-            world.extend(batch.mesh.positions.iter().map(|&point| placement.position(point)));
-            let face_id = instance.first_face.wrapping_add(batch.face.0);
-            for corners in distinct(&batch.mesh, &world) {
-                bytes.push(3);
-                for corner in placement.winding(corners) {
-                    bytes.extend_from_slice(&(first + corner).to_le_bytes());
-                }
-                bytes.extend_from_slice(&face_id.to_le_bytes());
-            }
-            file.write_all(&bytes)?;
-            first += batch.mesh.positions.len() as u32;
-        }
-    }
-    Ok(())
+         element face {}\nproperty list uchar uint vertex_indices\nproperty int face_id\nend_header\n",
+        rounding.triangles
+    );
+    let (vertices, faces): (Pieces, Pieces) = pieces.into_iter().unzip();
+    Ok((std::iter::once(head.into_bytes()).chain(vertices).chain(faces).collect(), rounding))
 }

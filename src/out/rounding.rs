@@ -7,11 +7,13 @@
 use super::glb_options::GlbOptions;
 #[cfg(feature = "glb")]
 use super::node_place::{NodePlace, PointNumbers, moved};
-use super::placed::{distinct, placed};
-use super::single::{BeyondSingle, single};
+use super::placed::Placement;
+#[cfg(feature = "glb")]
+use super::placed::distinct;
+use super::single::BeyondSingle;
 use crate::mesh::{BatchView, FrameView, SceneInstance};
 use crate::model::FaceId;
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use std::{error, fmt, io};
 
 /// What rounding to a format's numbers costs. Counts are over all instances.
@@ -90,10 +92,12 @@ impl Rounding {
         let mut counts = Vec::with_capacity(frame.scene.parts.len());
         let numbers = PointNumbers::of(frame, with.0, with.1);
         for ((part, batches), numbers) in frame.scene.parts.iter().zip(frame.batches_by_part()).zip(numbers) {
-            counts.push(RoundingCount::of(&batches, |point| {
+            let round = |point| {
                 let rounded = numbers.local(part, point)?;
                 Ok((rounded, moved(part, point, rounded)))
-            })?);
+            };
+            let kept = |batch: &BatchView<'_>, rounded: &[_]| distinct(&batch.mesh, rounded).count();
+            counts.push(RoundingCount::of(&batches, round, kept)?);
         }
         Self::of_counts(frame, &counts, with)
     }
@@ -118,24 +122,9 @@ impl Rounding {
         Ok(out)
     }
 
-    /// Points in world coordinates, in single or double precision.
-    pub(super) fn of_placed(frame: &FrameView<'_>, as_single: bool) -> Result<Self, BeyondSingle> {
-        let mut out = Self::default();
-        let by_part = frame.batches_by_part();
-        for (instance, placement, batches) in placed(frame, &by_part) {
-            let arithmetic = Arithmetic::of(&instance.transform);
-            let count = if as_single {
-                RoundingCount::of(batches, |point| {
-                    let exact = placement.position(point);
-                    let rounded = single(exact)?;
-                    Ok((rounded, (rounded.as_dvec3() - exact).length() + arithmetic.moved(point)))
-                })?
-            } else {
-                RoundingCount::of(batches, |point| Ok((placement.position(point), arithmetic.moved(point))))?
-            };
-            out.add(instance, (&count, &count.collapsed_faces()), count.moved, placement.position(count.place));
-        }
-        Ok(out)
+    /// Adds an instance whose part's counts are in world coordinates.
+    pub(super) fn add_placed(&mut self, instance: &SceneInstance, count: &RoundingCount, placement: &Placement) {
+        self.add(instance, (count, &count.collapsed_faces()), count.moved, placement.position(count.place));
     }
 
     fn add(&mut self, instance: &SceneInstance, (count, faces): (&RoundingCount, &[FaceId]), moved: f64, place: DVec3) {
@@ -150,10 +139,12 @@ impl Rounding {
 }
 
 impl RoundingCount {
-    /// Rounds all points by `round`, which returns the rounded point and the distance.
-    fn of<P: PartialEq>(
+    /// Rounds all points by `round`, which returns the rounded point and the distance. `kept` tells how many triangles
+    /// of a batch have corners that stay apart.
+    pub(super) fn of<P: PartialEq>(
         batches: &[&BatchView<'_>],
         round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle>,
+        mut kept: impl FnMut(&BatchView<'_>, &[P]) -> usize,
     ) -> Result<Self, BeyondSingle> {
         let mut count = Self::default();
         let mut rounded = Vec::new();
@@ -164,8 +155,7 @@ impl RoundingCount {
                 count.point(point, moved);
                 rounded.push(position);
             }
-            let kept = distinct(&batch.mesh, &rounded).count();
-            count.triangles(batch.face, batch.mesh.triangles.len(), kept);
+            count.triangles(batch.face, batch.mesh.triangles.len(), kept(batch, &rounded));
         }
         Ok(count)
     }
@@ -189,7 +179,6 @@ impl RoundingCount {
     }
 
     /// Counts what `other` has counted.
-    #[cfg(feature = "glb")]
     pub(super) fn add(&mut self, mut other: Self) {
         self.kept += other.kept;
         self.collapsed += other.collapsed;
@@ -209,29 +198,5 @@ impl RoundingCount {
         others.dedup();
         others.retain(|face| kept.binary_search(face).is_err());
         others
-    }
-}
-
-/// Bounds the error of transforming points in double precision.
-struct Arithmetic {
-    /// Error per length of a point, and of the translation.
-    per_length: f64,
-    translation: f64,
-}
-
-impl Arithmetic {
-    fn of(transform: &DAffine3) -> Self {
-        if *transform == DAffine3::IDENTITY {
-            return Self { per_length: 0.0, translation: 0.0 };
-        }
-        // Three products and three sums, each rounded by half an epsilon.
-        const ROUNDED: f64 = 4.0 * f64::EPSILON;
-        let m = transform.matrix3;
-        let norm = m.x_axis.length() + m.y_axis.length() + m.z_axis.length();
-        Self { per_length: ROUNDED * norm, translation: ROUNDED * transform.translation.length() }
-    }
-
-    fn moved(&self, point: DVec3) -> f64 {
-        self.per_length * point.length() + self.translation
     }
 }

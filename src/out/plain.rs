@@ -1,0 +1,134 @@
+//! A frame to the pieces of a file with every instance in world coordinates, made in runs on all threads, and to what
+//! rounding costs.
+
+use super::placed::{Placement, cut, distinct, placed};
+use super::rounding::{Rounding, RoundingCount};
+use super::single::{BeyondSingle, single};
+use crate::control::{Alone, Call, Control};
+use crate::mesh::{BatchView, FrameView, SceneInstance};
+use crate::model::FaceId;
+use glam::{DAffine3, DVec3, Vec3};
+use std::io::{self, Write};
+
+/// The bytes of a file, in pieces.
+pub(super) type Pieces = Vec<Vec<u8>>;
+
+/// Makes a file of a format.
+pub(super) type Make = fn(Call<'_>, &FrameView<'_>) -> io::Result<(Pieces, Rounding)>;
+
+/// Makes a file on the caller's thread and writes it.
+pub(super) fn write_alone(make: Make, frame: &FrameView<'_>, file: &mut impl Write) -> io::Result<()> {
+    let control = Control::default();
+    let (pieces, _) = make(Call::new(&Alone, &control), frame)?;
+    pieces.iter().try_for_each(|piece| file.write_all(piece))
+}
+
+/// Batches of an instance that follow each other.
+pub(super) struct Run<'a> {
+    pub(super) instance: &'a SceneInstance,
+    pub(super) placement: Placement,
+    batches: &'a [&'a BatchView<'a>],
+    /// The face of the batch before these, of the same instance.
+    pub(super) before: Option<FaceId>,
+    /// Number of vertices in the file before these.
+    pub(super) first: u64,
+}
+
+impl Run<'_> {
+    /// Rounds the positions of each batch by `round`, which also returns the distance, and passes them to `write` with
+    /// the triangles whose corners stay apart, all of which it takes.
+    pub(super) fn round<P: PartialEq>(
+        &self,
+        round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle>,
+        mut write: impl FnMut(&BatchView<'_>, &[P], &mut dyn Iterator<Item = [u32; 3]>),
+    ) -> Result<RoundingCount, BeyondSingle> {
+        let arithmetic = Arithmetic::of(&self.instance.transform);
+        let placed = |point| {
+            let (rounded, moved) = round(self.placement.position(point))?;
+            Ok((rounded, moved + arithmetic.moved(point)))
+        };
+        RoundingCount::of(self.batches, placed, |batch, rounded| {
+            let mut kept = 0;
+            let triangles = distinct(&batch.mesh, rounded).inspect(|_| kept += 1);
+            write(batch, rounded, &mut triangles.map(|corners| self.placement.winding(corners)));
+            kept
+        })
+    }
+}
+
+/// Calls `piece` with each run, and returns its results in order, with what rounding costs. An instance without batches
+/// has a run without any: there are files that name it.
+pub(super) fn pieces<T: Send>(
+    call: Call<'_>,
+    frame: &FrameView<'_>,
+    piece: impl Fn(&Run<'_>) -> Result<(T, RoundingCount), BeyondSingle> + Sync,
+) -> Result<(Vec<T>, Rounding), BeyondSingle> {
+    let by_part = frame.batches_by_part();
+    let vertices = |batch: &&BatchView<'_>| batch.mesh.positions.len();
+    let (mut runs, mut first) = (Vec::new(), 0);
+    for (instance, placement, batches) in placed(frame, &by_part) {
+        let mut before = None;
+        for batches in cut(batches, vertices).chain(batches.is_empty().then_some(batches)) {
+            runs.push(Run { instance, placement, batches, before, first });
+            before = batches.last().map(|batch| batch.face);
+            first += batches.iter().map(vertices).sum::<usize>() as u64;
+        }
+    }
+    let made = call.each(1, &runs, piece);
+    let (mut pieces, mut rounding) = (Vec::with_capacity(runs.len()), Rounding::default());
+    let mut count = RoundingCount::default();
+    for (k, (run, made)) in runs.iter().zip(made).enumerate() {
+        let (piece, of_run) = made?;
+        pieces.push(piece);
+        count.add(of_run);
+        if runs.get(k + 1).is_none_or(|next| next.before.is_none()) {
+            rounding.add_placed(run.instance, &std::mem::take(&mut count), &run.placement);
+        }
+    }
+    Ok((pieces, rounding))
+}
+
+/// What rounding costs in a file whose positions are rounded by `round`.
+pub(super) fn rounding_of<P: PartialEq>(
+    frame: &FrameView<'_>,
+    round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle> + Sync,
+) -> Result<Rounding, BeyondSingle> {
+    let control = Control::default();
+    let count = |run: &Run<'_>| Ok(((), run.round(&round, |_, _, triangles| _ = triangles.count())?));
+    Ok(pieces(Call::new(&Alone, &control), frame, count)?.1)
+}
+
+/// Rounds to single precision.
+pub(super) fn to_single(exact: DVec3) -> Result<(Vec3, f64), BeyondSingle> {
+    let rounded = single(exact)?;
+    Ok((rounded, (rounded.as_dvec3() - exact).length()))
+}
+
+/// Keeps double precision.
+pub(super) fn to_double(exact: DVec3) -> Result<(DVec3, f64), BeyondSingle> {
+    Ok((exact, 0.0))
+}
+
+/// Bounds the error of transforming points in double precision.
+struct Arithmetic {
+    /// Error per length of a point, and of the translation.
+    per_length: f64,
+    translation: f64,
+}
+
+impl Arithmetic {
+    fn of(transform: &DAffine3) -> Self {
+        if *transform == DAffine3::IDENTITY {
+            return Self { per_length: 0.0, translation: 0.0 };
+        }
+        // Three products and three sums, each rounded by half an epsilon.
+        const ROUNDED: f64 = 4.0 * f64::EPSILON;
+        let m = transform.matrix3;
+        let norm = m.x_axis.length() + m.y_axis.length() + m.z_axis.length();
+        Self { per_length: ROUNDED * norm, translation: ROUNDED * transform.translation.length() }
+    }
+
+    fn moved(&self, point: DVec3) -> f64 {
+        self.per_length * point.length() + self.translation
+    }
+}
