@@ -11,7 +11,6 @@ pub(crate) mod lanes;
 pub(crate) mod links;
 pub(crate) mod matching;
 pub(crate) mod order;
-pub(crate) mod polygon;
 pub(crate) mod sets;
 pub(crate) mod sphere_tree;
 pub(crate) mod sums;

@@ -17,6 +17,7 @@ mod noise;
 mod scale;
 mod seams;
 mod splines;
+mod thin;
 mod topology;
 #[cfg(feature = "step")]
 mod turned;

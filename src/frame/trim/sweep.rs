@@ -321,7 +321,6 @@ impl Sweep {
 mod tests {
     use super::*;
     use crate::frame::trim::cdt::{self, AtCrossings, Segment};
-    use crate::math::polygon::double_area;
     use std::f64::consts::TAU;
 
     /// Loops around centres, each with a number of corners and a radius; clockwise where the number is negative.
@@ -389,7 +388,7 @@ mod tests {
         let mut points = square(0.0, 8.0);
         let mut hole = square(2.0, 6.0);
         hole.reverse();
-        assert!(double_area(&hole) < 0.0);
+        assert!(orient2d(hole[0], hole[8], hole[16]) < 0.0);
         points.extend(hole);
         assert_eq!(sweep(&points, &[0, 24]).ok(), Some(48));
         // Teeth that end in one column. The line meets all at once if the comb is wide, one after the other if it is tall.

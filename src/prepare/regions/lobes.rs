@@ -4,7 +4,6 @@
 //! loops without crossings, with the same winding numbers. A figure eight becomes its two lobes, in opposite
 //! directions. A star becomes its outline and its core, in the same direction.
 
-use crate::math::polygon::double_area;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::region::Region;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvSample, newton_meeting};
@@ -65,7 +64,7 @@ pub(crate) fn turn(region: &mut Region, projector: &Projector<'_>, shared: &[boo
             (0..polygons.len()).filter(around).count() % 2 == 0
         };
         // Lobes of equal size cancel, which leaves an area without a meaningful sign.
-        let area = double_area(&polygons[k]);
+        let area = l.double_area();
         let positive = if area.abs() > near * near { area > 0.0 } else { outside() };
         match lobes(&l, positive, near, projector, &mut done) {
             Some(parts) => loops.extend(parts),
@@ -111,7 +110,7 @@ fn lobes(
         }
     }
     let polygons: Vec<Vec<DVec2>> = parts.iter().map(UvLoop::polyline).collect();
-    let areas: Vec<f64> = polygons.iter().map(|p| double_area(p)).collect();
+    let areas: Vec<f64> = parts.iter().map(UvLoop::double_area).collect();
     let alike = |k: usize| areas[k] == 0.0 || (areas[k] > 0.0) == positive;
     let within = |k: usize| {
         let probe = 0.5 * (polygons[k][0] + polygons[k][1 % polygons[k].len()]);

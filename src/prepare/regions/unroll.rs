@@ -6,7 +6,6 @@
 
 use super::trace::{pole_piece, turn_at_pole};
 use crate::math::box_tree::BoxTree;
-use crate::math::polygon::double_area;
 use crate::model::RegionError;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
@@ -53,7 +52,7 @@ pub(crate) fn region(
         return Ok(Region { loops, wraps: periodic, bounds: projector.domain, base: 1, unbounded: None });
     }
     let mut polylines: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
-    let areas: Vec<f64> = polylines.iter().map(|points| double_area(points)).collect();
+    let areas: Vec<f64> = loops.iter().map(UvLoop::double_area).collect();
     let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
     // A loop with a seam lies around what it keeps, whichever way it runs: the seam is in no other region.
     if closed && areas.iter().all(|&a| a < 0.0) && !(turn && loops.iter().any(|l| has_seam(l, projector))) {
@@ -282,12 +281,6 @@ fn is_lower(l: &UvLoop, axis: usize) -> bool {
     l.winding[axis].signum() == lower(axis)
 }
 
-/// Mean of a loop's points in direction `axis`.
-fn mean(l: &UvLoop, axis: usize) -> f64 {
-    let points = l.polyline();
-    points.iter().map(|q| q[axis]).sum::<f64>() / points.len() as f64
-}
-
 /// Orders the two loops of a band on a surface that is periodic across it: the lower one, then the other one less than
 /// a period above it.
 fn pair_up(round: &mut [UvLoop], axis: usize, period: f64, turn: bool) -> Result<(), RegionError> {
@@ -297,7 +290,7 @@ fn pair_up(round: &mut [UvLoop], axis: usize, period: f64, turn: bool) -> Result
         second.reverse();
     }
     round.sort_by_key(|l| !is_lower(l, axis));
-    let rise = mean(&round[1], across) - mean(&round[0], across);
+    let rise = round[1].mean(across) - round[0].mean(across);
     let mut by = DVec2::ZERO;
     by[across] = rise.rem_euclid(period) - rise;
     round[1].shift(by);
@@ -316,9 +309,9 @@ fn stack(
     let across = 1 - axis;
     let (lo, hi) = projector.domain[across];
     let mut ends = [lo, hi];
-    round.sort_by(|a, b| mean(a, across).total_cmp(&mean(b, across)));
+    round.sort_by(|a, b| a.mean(across).total_cmp(&b.mean(across)));
     // A pole ends the surface as well (the apex of a cone).
-    let (first, last) = (mean(&round[0], across), mean(&round[round.len() - 1], across));
+    let (first, last) = (round[0].mean(across), round[round.len() - 1].mean(across));
     for p in projector.poles.iter().filter(|p| p.axis == across) {
         if p.at < first {
             ends[0] = ends[0].max(p.at);
@@ -354,7 +347,7 @@ fn stack(
 
 /// A loop that does not go round is a hole: it runs clockwise, in the period nearest to the band.
 fn hole(mut l: UvLoop, across: usize, (low, high): (f64, f64), projector: &Projector<'_>, turn: bool) -> UvLoop {
-    if turn && double_area(&l.polyline()) > 0.0 {
+    if turn && l.double_area() > 0.0 {
         l.reverse();
     }
     if let Some(period) = projector.period[across] {
@@ -409,11 +402,11 @@ mod tests {
         assert!(stars.len() > 100);
         let mut loops: Vec<UvLoop> = stars.iter().map(|star| ring(star, unit() < 0.5)).collect();
         let polylines: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
-        let areas: Vec<f64> = polylines.iter().map(|points| double_area(points)).collect();
+        let areas: Vec<f64> = loops.iter().map(UvLoop::double_area).collect();
         nest(&mut loops, polylines, &areas);
         for (k, l) in loops.iter().enumerate() {
             let depth = (0..stars.len()).filter(|&o| o != k && winding_about(&stars[o], stars[k][0]) != 0).count();
-            assert_eq!(double_area(&l.polyline()) > 0.0, depth % 2 == 0, "loop {k}, inside {depth} others");
+            assert_eq!(l.double_area() > 0.0, depth % 2 == 0, "loop {k}, inside {depth} others");
         }
     }
 }

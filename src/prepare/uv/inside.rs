@@ -3,7 +3,6 @@
 
 use super::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use super::uv_loop::winding_about;
-use crate::math::polygon::double_area;
 use crate::prepare::surface::decompose::BezierPatches;
 use glam::DVec2;
 
@@ -29,7 +28,8 @@ fn is_straight(samples: &[UvSample]) -> bool {
 
 /// The area of closed polygons, each point as often as they wind around it.
 pub(crate) fn area(loops: &[Vec<DVec2>]) -> f64 {
-    loops.iter().map(|l| 0.5 * double_area(l)).sum()
+    let fan = |l: &[DVec2]| l.windows(2).map(|w| (w[0] - l[0]).perp_dot(w[1] - l[0])).sum::<f64>();
+    loops.iter().map(|l| 0.5 * fan(l)).sum()
 }
 
 /// The region of a tile, as polygons.

@@ -72,6 +72,15 @@ impl UvSample {
         }
     }
 
+    /// The integral of p × dp along the cubic between two samples, with p from `origin`: twice the area that it sweeps
+    /// as seen from there.
+    pub(crate) fn double_area(a: &Self, b: &Self, origin: DVec2) -> f64 {
+        let h = b.t - a.t;
+        let (chord, d0, d1) = (b.uv - a.uv, a.d * h, b.d * h);
+        let bulge = (d0 - d1).perp_dot(chord) / 5.0 - d0.perp_dot(d1) / 30.0;
+        (a.uv - origin).perp_dot(chord) + bulge
+    }
+
     /// Calls `see` with the parameters strictly between two samples at which coordinate `axis` of the cubic has an
     /// extreme; at most two.
     pub(crate) fn extremes(a: &Self, b: &Self, axis: usize, mut see: impl FnMut(f64)) {

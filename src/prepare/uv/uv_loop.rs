@@ -91,6 +91,30 @@ impl UvLoop {
         points
     }
 
+    /// Twice its signed area: the integral of p × dp, with p from its start, over its cubics and a chord from its end to
+    /// its start. A polygon along it errs by more than the area of a crescent.
+    pub(crate) fn double_area(&self) -> f64 {
+        let origin = self.pieces[0].start();
+        let mut before = self.pieces[self.pieces.len() - 1].end();
+        let mut area = 0.0;
+        for piece in &self.pieces {
+            let swept: f64 = piece.samples.windows(2).map(|w| UvSample::double_area(&w[0], &w[1], origin)).sum();
+            area += if piece.reversed { -swept } else { swept };
+            area += (before - origin).perp_dot(piece.start() - origin);
+            before = piece.end();
+        }
+        area
+    }
+
+    /// Mean of coordinate `across` by the other one, of a loop that goes round in the direction of the latter: the
+    /// integral over its cubics. Of two loops that do not cross, the lower one has the lower mean.
+    pub(crate) fn mean(&self, across: usize) -> f64 {
+        let (from, to) = (self.pieces[0].start(), self.pieces[self.pieces.len() - 1].end());
+        let sign = if across == 0 { 1.0 } else { -1.0 };
+        let run = to[1 - across] - from[1 - across];
+        from[across] + 0.5 * (to[across] - from[across]) + 0.5 * sign * self.double_area() / run
+    }
+
     pub(crate) fn reverse(&mut self) {
         self.pieces.reverse();
         self.pieces.iter_mut().for_each(Piece::reverse);
@@ -124,4 +148,57 @@ pub(crate) fn crossed([a, b]: [DVec2; 2], q: DVec2) -> i32 {
     }
     let left = (b - a).perp_dot(q - a);
     if a.y <= q.y { i32::from(left > 0.0) } else { -i32::from(left < 0.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec2Swizzles as _;
+    use std::f64::consts::{PI, TAU};
+
+    /// A piece of cubics through points of a curve, at uneven parameters.
+    fn piece(curve: impl Fn(f64) -> (DVec2, DVec2), count: u32, reversed: bool) -> Piece {
+        let sample = |k: u32| {
+            let t = (f64::from(k) / f64::from(count)).powi(2);
+            let (uv, d) = curve(t);
+            UvSample { t, uv, d }
+        };
+        Piece { along: Along::Edge(0), reversed, samples: (0..=count).map(sample).collect() }
+    }
+
+    #[test]
+    fn a_crescent_has_the_sign_of_its_curves() {
+        for offset in [1e-1, 1e-2, 1e-3, 1e-4] {
+            let turn = (0.5_f64 * offset).acos();
+            let arc = |x: f64, from: f64, to: f64| {
+                move |t: f64| {
+                    let q = DVec2::from_angle(from + (to - from) * t);
+                    (q + DVec2::X * x, q.perp() * (to - from))
+                }
+            };
+            let outer = piece(arc(0.0, turn, TAU - turn), 40, false);
+            let inner = piece(arc(offset, PI - turn, PI + turn), 33, true);
+            let mut crescent = UvLoop { pieces: vec![outer, inner], winding: [0, 0] };
+            crescent.shift(DVec2::new(30.0, -20.0));
+            let area = 0.5 * crescent.double_area();
+            assert!((area - 2.0 * offset).abs() < 0.05 * offset, "{offset}: {area}");
+            crescent.reverse();
+            assert!((crescent.double_area() + 2.0 * area).abs() < 1e-12, "{offset}");
+        }
+    }
+
+    #[test]
+    fn a_mean_does_not_depend_on_samples() {
+        // Round once, with most samples where the wave is high; and the same with u and v exchanged.
+        let wave = |t: f64| (DVec2::new(TAU * t, 3.0 + (TAU * t).cos()), DVec2::new(TAU, -TAU * (TAU * t).sin()));
+        let swapped = |t: f64| (wave(t).0.yx(), wave(t).1.yx());
+        for reversed in [false, true] {
+            let turn = if reversed { -1 } else { 1 };
+            let along_u = UvLoop { pieces: vec![piece(wave, 50, reversed)], winding: [turn, 0] };
+            let along_v = UvLoop { pieces: vec![piece(swapped, 50, reversed)], winding: [0, turn] };
+            for mean in [along_u.mean(1), along_v.mean(0)] {
+                assert!((mean - 3.0).abs() < 1e-4, "{mean}");
+            }
+        }
+    }
 }
