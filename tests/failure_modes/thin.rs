@@ -1,6 +1,6 @@
 //! Faces between curves that run close together.
 
-use crate::body::Body;
+use crate::body::{Body, level};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -21,5 +21,15 @@ fn a_crescent_between_equal_circles() {
             body.flat(Frame3::WORLD, vec![round.to_vec()]);
             Ladder::sheet(body.finish(), 2.0 * RADIUS * offset).named((offset, forward)).climb();
         }
+    }
+}
+
+#[test]
+fn a_ring_between_concentric_circles() {
+    for gap in [1e-1, 1e-2, 1e-3, 1e-4] {
+        let mut body = Body::sheet();
+        let [outer, inner] = [RADIUS, RADIUS - gap].map(|radius| body.circle(&level(0.0), radius));
+        body.flat(Frame3::WORLD, vec![vec![outer.along()], vec![inner.against()]]);
+        Ladder::sheet(body.finish(), TAU * RADIUS * gap).named(gap).climb();
     }
 }

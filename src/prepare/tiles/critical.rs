@@ -69,7 +69,7 @@ type UnresolvedPairs<'a> = Vec<(Pair<'a>, Vec<Pair<'a>>)>;
 struct Separation<'a, 'w> {
     /// Edges, and parameters that they must contain.
     breaks: Vec<(u32, f64)>,
-    /// Maximum number of breaks. The budget is set to 0 beyond it.
+    /// Maximum number of breaks.
     most: usize,
     close: UnresolvedPairs<'a>,
     work: &'w mut WorkLeft,
@@ -188,10 +188,12 @@ impl<'a> Separation<'a, '_> {
     fn halve(&mut self, span: &ArcSpan<'a>) -> [ArcSpan<'a>; 2] {
         let (mid, halves) = span.split();
         self.breaks.push((span.arc.edge, mid));
-        if self.breaks.len() > self.most {
-            self.work.0 = 0;
-        }
         halves
+    }
+
+    /// Whether there are more breaks than may be.
+    fn is_full(&self) -> bool {
+        self.breaks.len() > self.most
     }
 
     /// Adds a pair that cannot be separated, with its parts that cannot, and charges the budget for finding its
@@ -240,24 +242,40 @@ fn separate_from_itself<'a>(arc: &'a PcurveArc, found: &mut Separation<'a, '_>) 
     for (i, j) in pairs() {
         separate(spans[i], spans[j], 0, found);
     }
+    if found.is_full() {
+        found.work.0 = 0;
+    }
 }
 
 /// Separates two arcs. If that takes halvings of both, tries halvings of one alone, which may be fewer: of two arcs
-/// side by side, chords of the inner one never come near the outer one.
+/// side by side, chords of the inner one never come near the outer one. If it takes too many breaks of both, and of
+/// each alone, nothing of the budget is left.
 fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a, '_>) {
     let (before, close) = (found.breaks.len(), found.close.len());
     separate(a, b, 0, found);
+    let is_full = found.is_full();
     let by_both = found.breaks.split_off(before);
     let on = |s: ArcSpan<'a>| by_both.iter().any(|&(edge, _)| edge == s.arc.edge);
-    let may_be_fewer = found.close.len() == close && !a.arc.exact && a.arc.edge != b.arc.edge && on(a) && on(b);
-    let mut fewest = by_both;
+    let may_be_alone = !a.arc.exact && a.arc.edge != b.arc.edge;
+    let may_be_fewer = may_be_alone && (is_full || found.close.len() == close && on(a) && on(b));
+    let mut most = if is_full { found.most - before } else { by_both.len() };
+    let mut fewest = (!is_full).then_some(by_both);
     for (halved, other) in [(a, b), (b, a)] {
         if may_be_fewer {
-            let mut alone = Vec::with_capacity(fewest.len());
-            if separate_alone(halved, other, &mut alone, fewest.len(), found.work) {
-                fewest = alone;
+            let mut alone = Vec::with_capacity(most);
+            if separate_alone(halved, other, &mut alone, most, found.work) {
+                most = alone.len();
+                fewest = Some(alone);
             }
         }
+    }
+    let Some(mut fewest) = fewest else {
+        found.work.0 = 0;
+        return;
+    };
+    if is_full {
+        // One alone is apart from all of the other.
+        found.close.truncate(close);
     }
     found.breaks.append(&mut fewest);
 }
@@ -288,7 +306,7 @@ fn separate_alone<'a>(
 /// Halves two arcs until their hulls are disjoint. Each halving becomes a break. Keeps pairs that cannot be separated.
 fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Separation<'a, '_>) {
     let shared = shared_ends(a, b);
-    if !found.work.takes(a.len() + b.len()) || apart(a, b, shared) {
+    if found.is_full() || !found.work.takes(a.len() + b.len()) || apart(a, b, shared) {
         return;
     }
     let most = match (a.arc.exact, shared[0]) {
@@ -318,7 +336,7 @@ fn separate_below_samples<'a>((a, b): (ArcSpan<'a>, ArcSpan<'a>), joined: bool, 
     let before = found.breaks.len();
     let mut left = Vec::new();
     halve([a.by_cubic(), b.by_cubic()], &mut left, found);
-    if left.is_empty() {
+    if left.is_empty() || found.is_full() {
         return;
     }
     found.breaks.truncate(before);
@@ -343,7 +361,7 @@ fn is_halved_first([a, b]: [ArcSpan<'_>; 2], can_split: [bool; 2], joined: bool)
 /// Halves cubics until they are disjoint. Appends pairs that are not to `left`, and stops if these are too many.
 fn halve<'a>([a, b]: [ArcSpan<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Separation<'a, '_>) {
     let shared = shared_ends(a, b);
-    let done = left.len() > MAX_UNRESOLVED || !found.work.takes(a.len() + b.len());
+    let done = left.len() > MAX_UNRESOLVED || found.is_full() || !found.work.takes(a.len() + b.len());
     if done || if shared[0].is_none() { exactly_apart(a, b) } else { apart(a, b, shared) } {
         return;
     }
