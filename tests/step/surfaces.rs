@@ -4,7 +4,9 @@ use crate::common::prepared;
 use crate::{clean, model, near, only_face, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
-use trimtess::model::{Diagnostic, DiagnosticKind, Face, FaceTrouble, Loop, NurbsSurface, Severity, Surface};
+use trimtess::model::{
+    Diagnostic, DiagnosticKind, Face, FaceTrouble, Loop, NurbsCurve3, NurbsSurface, Severity, Surface,
+};
 
 /// Reads a face on surface #60, bounded by a vertex loop at `anchor`.
 fn face_in(context: u32, anchor: [f64; 3], surface: &str) -> Face {
@@ -126,6 +128,52 @@ fn a_turned_line_is_bounded_by_its_face() {
     assert!(curve.point(a).z < 1.0 && curve.point(b).z > 3.0, "{curve:?}");
     assert!(curve.point(a).z > 0.9 && curve.point(b).z < 3.1, "{curve:?}");
     near(curve.point(0.5 * (a + b)) * DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 0.0, 0.0));
+}
+
+/// Profile of the line through `at` along `direction`, turned about z. Circles with these radii and heights bound its
+/// face.
+fn turned_line(at: [f64; 3], direction: [f64; 3], rings: [[f64; 2]; 2]) -> NurbsCurve3 {
+    let [x, y, z] = direction;
+    let mut text = world() + &point(61, at);
+    for (k, [radius, height]) in (0..).zip(rings) {
+        let (place, start, bound) = (40 + 4 * k, 30 + 2 * k, 70 + 5 * k);
+        text += &(placement(place, [0.0, 0.0, height], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+            + &vertex(start, [radius, 0.0, height])
+            + &format!(
+                "#{bound}=CIRCLE('',#{place},{radius:?});#{}=EDGE_CURVE('',#{start},#{start},#{bound},.T.);\
+                 #{}=ORIENTED_EDGE('',*,*,#{},.T.);#{}=EDGE_LOOP('',(#{}));#{}=FACE_BOUND('',#{},.T.);",
+                bound + 1,
+                bound + 2,
+                bound + 1,
+                bound + 3,
+                bound + 2,
+                bound + 4,
+                bound + 3
+            ));
+    }
+    text += &format!(
+        "#62=LINE('',#61,#63);#63=VECTOR('',#64,1.);#64=DIRECTION('',({x:?},{y:?},{z:?}));\
+         #66=AXIS1_PLACEMENT('',#21,#22);#60=SURFACE_OF_REVOLUTION('',#62,#66);"
+    );
+    let model = model(&(text + &shell("ADVANCED_FACE('',(#74,#79),#60,.T.)", 1)));
+    clean(&model);
+    let Surface::Revolution { curve, .. } = &only_face(&model).surface else { panic!("no revolution") };
+    curve.clone()
+}
+
+#[test]
+fn a_turned_line_ends_with_its_face_however_little_it_is_tilted() {
+    for tilt in [0.0, 1e-16, 1e-12, 1e-9, 1e-7, 3e-6] {
+        let curve = turned_line([2.0, 0.0, 0.0], [tilt, 0.0, 1.0], [[2.0, 1.0], [2.0, 3.0]]);
+        let [low, high] = [curve.points[0].z, curve.points[1].z];
+        assert!(low > 0.9 && low < 1.0 && high > 3.0 && high < 3.1, "{tilt}: {curve:?}");
+        // Heights are rounded, too.
+        let rings = [[1.0, 1.0 - tilt], [3.0, 1.0 + tilt + 1e-9]];
+        let curve = turned_line([2.0, 0.0, 1.0], [1.0, 0.0, tilt], rings);
+        let [low, high] = [curve.points[0].x, curve.points[1].x];
+        // The hull of a circle is larger than the circle.
+        assert!(low <= 1.0 && high > 3.0 && high < 4.3, "{tilt}: {curve:?}");
+    }
 }
 
 #[test]

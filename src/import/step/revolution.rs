@@ -19,6 +19,11 @@ const PASSING: f64 = 1e-3;
 const SAME_SHEET: f64 = 1e-3;
 /// Sheets within this share of the profile's size are the same surface.
 const COINCIDENT: f64 = 1e-6;
+/// Directions within this angle of parallel or perpendicular are so: a cone's half angle is larger, and files print
+/// directions with as few as seven digits.
+const TILT: f64 = 1e-6;
+/// A boundary whose heights differ by less than this share of its distance from the axis is at one height.
+const ONE_HEIGHT: f64 = 1e-6;
 /// Samples of a profile per control point.
 const SAMPLES: usize = 16;
 
@@ -28,13 +33,16 @@ pub(super) fn line(frame: &Frame3, point: DVec3, along: DVec3, reach: &FaceLocat
     let climb = step.dot(frame.z);
     let flat = |v: DVec3| DVec3::new(v.x, v.y, 0.0);
     let direction = DVec3::new(step.dot(frame.x), step.dot(frame.y), 0.0);
-    if climb.abs() > 1e-9 {
+    if climb.abs() > TILT {
         let along = |p: &DVec3| (frame.local(*p).z - start.z) / climb;
         let (mut low, mut high) = extent(reach.hull.iter().map(along))?;
-        // A boundary at one height encloses the apex, if there is one: the line's nearest point to the axis.
-        let apex = -flat(start).dot(direction) / direction.length_squared();
-        if apex.is_finite() && high - low <= 1e-6 * (low - apex).abs() {
-            (low, high) = (low.min(apex), high.max(apex));
+        let out = direction.length();
+        if out > TILT {
+            // A boundary at one height encloses the apex: the line's nearest point to the axis.
+            let apex = -flat(start).dot(direction) / (out * out);
+            if high - low <= ONE_HEIGHT * out * (low - apex).abs() {
+                (low, high) = (low.min(apex), high.max(apex));
+            }
         }
         let (from, to) = widened(low, high)?;
         return Some(NurbsCurve3::line(point + step * from, point + step * to));
