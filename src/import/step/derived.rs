@@ -56,7 +56,7 @@ impl Offset {
             let d = basis.derivatives(t);
             Ok(d.point + self.way(d.d1).ok_or(FitTrouble::NoDirection)?)
         });
-        Ok(curve.map_err(|what| Trouble::new(self.id, what))?.0)
+        curve.map_err(|what| Trouble::new(self.id, what))
     }
 }
 
@@ -147,7 +147,7 @@ impl Geometry<'_> {
             return Ok(NurbsCurve3 { points: curve.points.iter().map(|p| at(*p)).collect(), ..curve });
         }
         let fitted = fitted(&breaks_of(&curve.knots, curve.domain()), self.fit, |t| Ok(at(curve.point(t))));
-        Ok(fitted.map_err(|what| Trouble::new(pcurve.id, what))?.0)
+        fitted.map_err(|what| Trouble::new(pcurve.id, what))
     }
 
     /// A point other than a `CARTESIAN_POINT`; `None` for an instance that is not a point.

@@ -49,6 +49,7 @@ mod face_location;
 mod parameters;
 mod trimmed;
 mod revolution;
+mod face_part;
 mod offset;
 mod derived;
 mod surface;

@@ -2,25 +2,29 @@
 //! errors are within the tolerance.
 
 use super::face_location::LocateFace;
+use super::face_part::{Range, face_part};
 use super::revolution::sheet;
 use crate::math::Elementary as _;
-use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, StepOutcome, Surface, knots_of_pieces};
+use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, Severity, StepOutcome, Surface, knots_of_pieces};
 use glam::DVec3;
 
 /// Maximum number of pieces per knot span and direction.
 const MAX_PIECES: usize = 64;
 /// Maximum number of control points of an approximation.
 const MAX_POINTS: usize = 400_000;
+/// An approximation whose error is within this share of its size is kept even if it misses the tolerance. The face would
+/// be filled from its boundary, which is further off.
+const BETTER_THAN_FILLED: f64 = 1e-4;
 
-/// Offsets `base` by `distance` along its normal, with a note if the result is approximated.
+/// Offsets `base` by `distance` along its normal, with what to report if the result is approximated.
 ///
-/// `reach` locates the face, for surfaces of several sheets.
+/// `reach` locates the face, for surfaces of several sheets, and for those that have no offset elsewhere.
 pub(super) fn offset(
     base: &Surface,
     distance: f64,
     tolerance: f64,
     reach: LocateFace<'_>,
-) -> Result<(Surface, Option<StepOutcome>), FitTrouble> {
+) -> Result<(Surface, Option<(Severity, StepOutcome)>), FitTrouble> {
     let nothing = FitTrouble::Vanishes { distance_mm: distance, leaves: "nothing" };
     let positive = |r: f64| if r > 0.0 { Ok(r) } else { Err(nothing) };
     let exact = match base {
@@ -48,24 +52,48 @@ pub(super) fn offset(
         Surface::Torus { frame, major, minor } => {
             Surface::Torus { frame: *frame, major: *major, minor: positive(minor + distance)? }
         }
-        Surface::Nurbs(net) => return approximate(base, net, distance, tolerance),
+        Surface::Nurbs(net) => {
+            let (surface, error) = offset_net(base, net, distance, tolerance, reach)?;
+            let note = approximated(error, tolerance, &surface.points, "the offset surface")?;
+            return Ok((Surface::Nurbs(surface), Some(note)));
+        }
         // The normal is constant along a sweep: the offset sweeps the offset profile.
         Surface::Extrusion { curve, direction } => {
-            let (curve, error) = profile(curve, tolerance, |t| beside(base, t, 0.0, distance))?;
-            return Ok((Surface::Extrusion { curve, direction: *direction }, approximated(error)));
+            let (curve, note) = profile(curve, tolerance, |t| beside(base, t, 0.0, distance))?;
+            return Ok((Surface::Extrusion { curve, direction: *direction }, Some(note)));
         }
         Surface::Revolution { curve, frame } => {
             let curve = sheet(curve, frame, &reach().on);
             let base = &Surface::Revolution { curve: curve.clone(), frame: *frame };
-            let (curve, error) = profile(&curve, tolerance, |t| beside(base, 0.0, t, distance))?;
-            return Ok((Surface::Revolution { curve, frame: *frame }, approximated(error)));
+            let (curve, note) = profile(&curve, tolerance, |t| beside(base, 0.0, t, distance))?;
+            return Ok((Surface::Revolution { curve, frame: *frame }, Some(note)));
         }
     };
     Ok((exact, None))
 }
 
-fn approximated(error_mm: f64) -> Option<StepOutcome> {
-    Some(StepOutcome::Approximated { error_mm })
+/// What to report of an approximation with these control points. Refuses one that is too far off to be used.
+fn approximated(
+    error_mm: f64,
+    tolerance: f64,
+    points: &[DVec3],
+    what: &'static str,
+) -> Result<(Severity, StepOutcome), FitTrouble> {
+    let severity = if error_mm <= tolerance {
+        Severity::Note
+    } else if error_mm <= BETTER_THAN_FILLED * size(points) {
+        Severity::Warning
+    } else {
+        return Err(FitTrouble::Inexact { what, error_mm });
+    };
+    Ok((severity, StepOutcome::Approximated { error_mm }))
+}
+
+/// The diagonal of the points' box.
+fn size(points: &[DVec3]) -> f64 {
+    let first = points.first().copied().unwrap_or_default();
+    let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.min(*p), high.max(*p)));
+    low.distance(high)
 }
 
 /// The point at `distance` along the normal.
@@ -81,17 +109,31 @@ pub(super) fn breaks_of(knots: &[f64], (a, b): (f64, f64)) -> Vec<f64> {
     inside
 }
 
-/// Fits cubic pieces to `at` over the domain and knots of `base`. Returns the curve and its largest sampled error.
+/// Fits cubic pieces to `at` over the domain and knots of `base`. Returns the curve and what to report.
 fn profile(
     base: &NurbsCurve3,
     tolerance: f64,
     at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
-) -> Result<(NurbsCurve3, f64), FitTrouble> {
-    fitted(&breaks_of(&base.knots, base.domain()), tolerance, at)
+) -> Result<(NurbsCurve3, (Severity, StepOutcome)), FitTrouble> {
+    let (curve, error) = closest(&breaks_of(&base.knots, base.domain()), tolerance, at)?;
+    let note = approximated(error, tolerance, &curve.points, "the profile of the offset surface")?;
+    Ok((curve, note))
 }
 
-/// Fits cubic pieces to `at` over the knots `spans`. Returns the curve and its largest sampled error.
+/// Fits cubic pieces to `at` over the knots `spans`, within the tolerance.
 pub(super) fn fitted(
+    spans: &[f64],
+    tolerance: f64,
+    at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
+) -> Result<NurbsCurve3, FitTrouble> {
+    let (curve, error_mm) = closest(spans, tolerance, at)?;
+    let close = error_mm <= tolerance;
+    close.then_some(curve).ok_or(FitTrouble::Inexact { what: "the approximation", error_mm })
+}
+
+/// Fits cubic pieces to `at` over the knots `spans`, until the error is within the tolerance or pieces are as short as
+/// allowed. Returns the curve and its largest sampled error.
+fn closest(
     spans: &[f64],
     tolerance: f64,
     at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
@@ -109,40 +151,71 @@ pub(super) fn fitted(
             *error = error.max(curve.point(t).distance(at(t)?));
         }
         let worst = errors.iter().copied().fold(0.0, f64::max);
-        if worst <= tolerance {
+        if worst <= tolerance || !split(&mut spans, &errors, tolerance) {
             return Ok((curve, worst));
-        }
-        if !split(&mut spans, &errors, tolerance) {
-            return Err(FitTrouble::Inexact { what: "the approximation", error_mm: worst });
         }
     }
 }
 
-fn approximate(
+/// The offset of a net over its whole domain, or over the face's part of it if it cannot be fitted elsewhere: a net may
+/// have a cusp, or may have been extended until it folds. Returns the closest surface and its largest sampled error.
+fn offset_net(
     base: &Surface,
     net: &NurbsSurface,
     distance: f64,
     tolerance: f64,
-) -> Result<(Surface, Option<StepOutcome>), FitTrouble> {
+    reach: LocateFace<'_>,
+) -> Result<(NurbsSurface, f64), FitTrouble> {
     let at = |u: f64, v: f64| beside(base, u, v, distance);
     let (domain_u, domain_v) = net.domain();
-    let mut spans_u = FitSpan::of_breaks(&breaks_of(&net.knots_u, domain_u));
-    let mut spans_v = FitSpan::of_breaks(&breaks_of(&net.knots_v, domain_v));
+    let whole = approximate(net, [domain_u, domain_v], tolerance, &at);
+    if whole.as_ref().is_ok_and(|(_, error)| *error <= tolerance) {
+        return whole;
+    }
+    let lines = [breaks_of(&net.knots_u, domain_u), breaks_of(&net.knots_v, domain_v)];
+    let part = face_part(base, lines, &reach().on, |u, v| at(u, v).ok());
+    let part = part.map(|part| approximate(net, part, tolerance, &at));
+    match (whole, part) {
+        (whole, None | Some(Err(_))) => whole,
+        (Ok(whole), Some(Ok(part))) if whole.1 <= part.1 => Ok(whole),
+        (_, Some(part)) => part,
+    }
+}
+
+/// Fits bicubic pieces to `at` over a part of the net's domain. Returns the closest surface and its largest sampled
+/// error, which may exceed the tolerance.
+fn approximate(
+    net: &NurbsSurface,
+    part: [Range; 2],
+    tolerance: f64,
+    at: &impl Fn(f64, f64) -> Result<DVec3, FitTrouble>,
+) -> Result<(NurbsSurface, f64), FitTrouble> {
+    let mut spans_u = FitSpan::of_breaks(&breaks_within(&net.knots_u, part[0]));
+    let mut spans_v = FitSpan::of_breaks(&breaks_within(&net.knots_v, part[1]));
+    let mut coarser = None;
     loop {
         let (breaks_u, breaks_v) = (breaks_at(&spans_u), breaks_at(&spans_v));
         if 9 * breaks_u.len() * breaks_v.len() > MAX_POINTS {
-            return Err(FitTrouble::TooManyPoints { limit: MAX_POINTS });
+            return coarser.ok_or(FitTrouble::TooManyPoints { limit: MAX_POINTS });
         }
-        let surface = fit(&breaks_u, &breaks_v, &at)?;
-        let off = FitErrors::of(&surface, &breaks_u, &breaks_v, tolerance, &at)?;
-        if off.worst <= tolerance {
-            return Ok((Surface::Nurbs(surface), approximated(off.worst)));
-        }
+        let surface = fit(&breaks_u, &breaks_v, at)?;
+        let off = FitErrors::of(&surface, &breaks_u, &breaks_v, tolerance, at)?;
+        // Errors within the tolerance split nothing.
         let split = [split(&mut spans_u, &off.along_u, tolerance), split(&mut spans_v, &off.along_v, tolerance)];
         if split == [false, false] {
-            return Err(FitTrouble::Inexact { what: "the offset surface", error_mm: off.worst });
+            return Ok((surface, off.worst));
         }
+        coarser = Some((surface, off.worst));
     }
+}
+
+/// The distinct knots within a range, and its ends.
+fn breaks_within(knots: &[f64], range: Range) -> Vec<f64> {
+    let mut breaks = breaks_of(knots, range);
+    breaks.insert(0, range.0);
+    breaks.push(range.1);
+    breaks.dedup();
+    breaks
 }
 
 /// A piece of a knot span during refinement.
@@ -330,15 +403,46 @@ mod tests {
         }
     }
 
-    #[test]
-    fn an_offset_of_a_kinked_net_is_refused() {
+    /// Two planes that meet at `x = 11`, on bilinear spans.
+    fn kinked(slope: f64) -> Surface {
         let Surface::Nurbs(mut net) = bump(0.0) else { panic!("no spline") };
-        // Two planes that meet at a right angle, on bilinear spans.
         (net.degree_u, net.degree_v) = (1, 1);
         let knots: Vec<f64> = (0..25).map(|i: usize| (i.clamp(1, 23) - 1) as f64).collect();
         (net.knots_u, net.knots_v) = (knots.clone(), knots);
-        net.points.iter_mut().for_each(|p| p.z = (p.x - 11.0).max(0.0));
-        let error = offset(&Surface::Nurbs(net), 0.5, 1e-4, &FaceLocation::default).expect_err("a kink");
+        net.points.iter_mut().for_each(|p| p.z = slope * (p.x - 11.0).max(0.0));
+        Surface::Nurbs(net)
+    }
+
+    #[test]
+    fn an_offset_of_a_kinked_net_is_refused() {
+        let error = offset(&kinked(1.0), 0.5, 1e-4, &FaceLocation::default).expect_err("a kink");
         assert!(matches!(error, FitTrouble::Inexact { .. }), "{error}");
+    }
+
+    #[test]
+    fn a_kink_outside_the_face_does_not_matter() {
+        let base = kinked(1.0);
+        // A triangle on the offset of the slope.
+        let corners = [(13.0, 2.0), (20.0, 3.0), (15.0, 9.0)].map(|(u, v)| beside(&base, u, v, 0.5).expect("a normal"));
+        let side = |k: usize| (0..8).map(move |i| corners[k].lerp(corners[(k + 1) % 3], f64::from(i) / 8.0));
+        let on: Vec<DVec3> = (0..3).flat_map(side).collect();
+        let reach = || FaceLocation { hull: on.clone(), on: on.clone() };
+        let (surface, _) = offset(&base, 0.5, 1e-4, &reach).expect("an offset");
+        let [(u0, u1), (v0, v1)] = surface.natural_domain();
+        assert!(u0 > 12.0 && u0 <= 13.0 && (20.0..21.0).contains(&u1), "{u0} {u1}");
+        assert!(v0 > 1.0 && v0 <= 2.0 && (9.0..10.0).contains(&v1), "{v0} {v1}");
+        assert!(surface.point(15.0, 4.0).distance(beside(&base, 15.0, 4.0, 0.5).expect("a normal")) < 1e-4);
+        // Points that are not on the offset locate nothing.
+        let across =
+            || FaceLocation { hull: Vec::new(), on: on.iter().map(|p| *p - DVec3::new(5.0, 0.0, 5.0)).collect() };
+        offset(&base, 0.5, 1e-4, &across).expect_err("a kink");
+    }
+
+    #[test]
+    fn an_offset_that_misses_the_tolerance_by_little_is_kept_and_told() {
+        let (surface, note) = offset(&kinked(1e-4), 0.5, 1e-6, &FaceLocation::default).expect("an offset");
+        let Some((Severity::Warning, StepOutcome::Approximated { error_mm })) = note else { panic!("{note:?}") };
+        assert!(error_mm > 1e-6 && error_mm < 1e-4, "{error_mm}");
+        assert!(surface.point(15.0, 4.0).distance(DVec3::new(15.0 - 5e-5, 4.0, 0.5 + 4e-4)) < 1e-6);
     }
 }

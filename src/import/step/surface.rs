@@ -72,8 +72,7 @@ impl Geometry<'_> {
             let distance = self.length(own.real(1)?, id)? * if base.turned { -1.0 } else { 1.0 };
             let (surface, note) = super::offset::offset(&base.surface, distance, self.fit, reach)
                 .map_err(|what| Trouble::new(id, what))?;
-            let note = note.map(|note| (Severity::Note, note)).or(base.note);
-            Ok(Stated { surface, turned: base.turned, note })
+            Ok(Stated { surface, turned: base.turned, note: note.or(base.note) })
         } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
             let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
             let base = self.surface(own.reference(0)?, reach, depth + 1)?;

@@ -1,0 +1,134 @@
+//! A surface and points of a face's boundary -> the part of the surface's domain in which the face lies.
+
+use super::face_location::extent;
+use crate::model::Surface;
+use glam::DVec3;
+
+/// First and last parameter.
+pub(super) type Range = (f64, f64);
+
+/// The part is wider than the boundary points by this share: the boundary bulges between them.
+const MARGIN: f64 = 1e-2;
+/// Boundary points further than this share of the boundary's size from the surface are not on it.
+const ON_SURFACE: f64 = 1e-3;
+/// Lines of the lattice from which points are looked for, per direction: at least one per knot span up to the maximum.
+const LINES: usize = 64;
+const MAX_LINES: usize = 256;
+/// Maximum number of boundary points, since each is compared with the whole lattice.
+const MAX_POINTS: usize = 256;
+const MAX_STEPS: usize = 30;
+
+/// The part of the domain that contains the face with boundary points `on`. `at` is a surface with the parameters of
+/// `base`, which is a net with knots `breaks`; `None` where it has no point.
+///
+/// `None` if a boundary point is not found on the surface.
+pub(super) fn face_part(
+    base: &Surface,
+    breaks: [Vec<f64>; 2],
+    on: &[DVec3],
+    at: impl Fn(f64, f64) -> Option<DVec3>,
+) -> Option<[Range; 2]> {
+    let search = Search { domain: base.natural_domain(), period: base.period(), at };
+    let [us, vs] = breaks.map(|breaks| lines(&breaks));
+    let lattice: Vec<([f64; 2], DVec3)> = us
+        .iter()
+        .flat_map(|u| vs.iter().map(move |v| [*u, *v]))
+        .filter_map(|uv| Some((uv, search.point(uv)?)))
+        .collect();
+    let first = *on.first()?;
+    let near = ON_SURFACE * on.iter().map(|p| p.distance(first)).fold(0.0, f64::max);
+    let mut images = Vec::with_capacity(MAX_POINTS);
+    for p in on.iter().step_by(on.len().div_ceil(MAX_POINTS)) {
+        let away = |(_, q): &&([f64; 2], DVec3)| q.distance_squared(*p);
+        let (start, _) = lattice.iter().min_by(|a, b| away(a).total_cmp(&away(b)))?;
+        images.push(search.image(*p, *start, near)?);
+    }
+    let mut part = search.domain;
+    // A boundary in a closed direction may cross the seam.
+    for axis in (0..2).filter(|axis| search.period[*axis].is_none()) {
+        let (low, high) = search.domain[axis];
+        // A boundary that goes round a pole encloses it.
+        let round = search.period[1 - axis].is_some();
+        let poles = base.poles().into_iter().filter(|pole| round && pole.axis == axis).map(|pole| pole.at);
+        let (from, to) = extent(images.iter().map(|image| image[axis]).chain(poles))?;
+        let margin = MARGIN * (to - from);
+        part[axis] = (low.max(from - margin), high.min(to + margin));
+    }
+    part.iter().all(|(from, to)| from < to).then_some(part)
+}
+
+/// Ends of equal pieces of the spans between breaks.
+fn lines(breaks: &[f64]) -> Vec<f64> {
+    let spans = breaks.len().saturating_sub(1).max(1);
+    let pieces = LINES.div_ceil(spans);
+    let inside = |ends: &[f64]| {
+        let (from, step) = (ends[0], (ends[1] - ends[0]) / pieces as f64);
+        (0..pieces).map(move |i| from + step * i as f64)
+    };
+    let all: Vec<f64> = breaks.windows(2).flat_map(inside).chain(breaks.last().copied()).collect();
+    let every = all.len().div_ceil(MAX_LINES);
+    all.into_iter().step_by(every).collect()
+}
+
+struct Search<F> {
+    domain: [Range; 2],
+    period: [Option<f64>; 2],
+    at: F,
+}
+
+impl<F: Fn(f64, f64) -> Option<DVec3>> Search<F> {
+    fn point(&self, [u, v]: [f64; 2]) -> Option<DVec3> {
+        (self.at)(u, v).filter(|p| p.is_finite())
+    }
+
+    /// The parameters moved into the domain.
+    fn inside(&self, uv: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|axis| {
+            let ((low, high), t) = (self.domain[axis], uv[axis]);
+            match self.period[axis] {
+                Some(period) => low + (t - low).rem_euclid(period),
+                None => t.clamp(low, high),
+            }
+        })
+    }
+
+    /// Tangent along `axis`, by differences.
+    fn slope(&self, uv: [f64; 2], axis: usize) -> Option<DVec3> {
+        let (low, high) = self.domain[axis];
+        let step = 1e-6 * (high - low);
+        let moved = |by: f64| {
+            let mut uv = uv;
+            uv[axis] = (uv[axis] + by).clamp(low, high);
+            Some((uv[axis], self.point(uv)?))
+        };
+        let ((a, p), (b, q)) = (moved(-step)?, moved(step)?);
+        Some((q - p) / (b - a))
+    }
+
+    /// Parameters of the point of the surface nearest to `p`, by Gauss-Newton steps from `uv`. `None` if that point is
+    /// further than `near`.
+    fn image(&self, p: DVec3, mut uv: [f64; 2], near: f64) -> Option<[f64; 2]> {
+        let mut at = self.point(uv)?;
+        for _ in 0..MAX_STEPS {
+            let (du, dv) = (self.slope(uv, 0)?, self.slope(uv, 1)?);
+            let (e, f, g) = (du.length_squared(), du.dot(dv), dv.length_squared());
+            let (off_u, off_v) = ((p - at).dot(du), (p - at).dot(dv));
+            let area = e * g - f * f;
+            let step = if area > 1e-12 * e * g {
+                [(g * off_u - f * off_v) / area, (e * off_v - f * off_u) / area]
+            } else {
+                // At a pole or a fold only one direction leads anywhere.
+                let share = |off: f64, length: f64| if length > 0.0 { off / length } else { 0.0 };
+                if e >= g { [share(off_u, e), 0.0] } else { [0.0, share(off_v, g)] }
+            };
+            let halved = (0..8).find_map(|k| {
+                let share = 0.5f64.powi(k);
+                let uv = self.inside([uv[0] + share * step[0], uv[1] + share * step[1]]);
+                Some((uv, self.point(uv)?)).filter(|(_, moved)| moved.distance(p) < at.distance(p))
+            });
+            let Some(closer) = halved else { break };
+            (uv, at) = closer;
+        }
+        (at.distance(p) <= near).then_some(uv)
+    }
+}
