@@ -177,6 +177,18 @@ fn a_turned_line_ends_with_its_face_however_little_it_is_tilted() {
 }
 
 #[test]
+fn a_profile_that_ends_near_its_axis_ends_on_it() {
+    // The file's points are accurate to 1e-5.
+    let poles = |off: f64| {
+        let profile = point(162, [off, 0.0, 0.0]) + &point(163, [1.0, 0.0, 0.0]) + &point(164, [2.0, 0.0, 2.0]);
+        let surface = "#61=BEZIER_CURVE('',2,(#162,#163,#164),.UNSPECIFIED.,.F.,.F.);#66=AXIS1_PLACEMENT('',#21,#22);\
+                       #60=SURFACE_OF_REVOLUTION('',#61,#66);";
+        face_in(1, [2.0, 0.0, 2.0], &(profile + surface)).surface.poles().len()
+    };
+    assert_eq!([0.0, 1e-9, 4e-6, -4e-6, 1e-4].map(poles), [1, 1, 1, 1, 0]);
+}
+
+#[test]
 fn a_turned_line_bounded_by_one_ring_reaches_the_apex() {
     let text = world()
         + &vertex(30, [2.0, 0.0, 2.0])

@@ -102,6 +102,32 @@ fn meridian(frame: &Frame3, p: DVec3) -> DVec2 {
     DVec2::new(local.x.hypotenuse(local.y), local.z)
 }
 
+/// Moves the axis to an end of the profile that is within `tolerance` of it, so that the surface has a pole there. A
+/// ring as small as the gaps between edges would have the boundary wind around it. The other end moves onto the axis if
+/// it is as near.
+///
+/// The axis moves rather than the end, because edges meet at the end.
+pub(super) fn onto_axis(mut curve: NurbsCurve3, mut frame: Frame3, tolerance: f64) -> (NurbsCurve3, Frame3) {
+    let (a, b) = curve.domain();
+    let near = tolerance.min(PASSING * curve.points.iter().map(|p| meridian(&frame, *p).x).fold(0.0, f64::max));
+    let out = |frame: &Frame3, p: DVec3| (p - frame.origin).reject_from_normalized(frame.z);
+    let is_near = |(t, k): &(f64, usize)| {
+        let end = curve.points[*k];
+        // The first control point of a curve without clamped knots is not its end.
+        out(&frame, end).length() <= near && curve.point(*t).distance(end) <= near
+    };
+    let ends: Vec<(f64, usize)> = [(a, 0), (b, curve.points.len() - 1)].into_iter().filter(is_near).collect();
+    if let Some((_, first)) = ends.first() {
+        let off = out(&frame, curve.points[*first]);
+        frame.origin += off;
+    }
+    for (_, k) in ends {
+        let off = out(&frame, curve.points[k]);
+        curve.points[k] -= off;
+    }
+    (curve, frame)
+}
+
 /// Size of a profile, including its distance from the axis.
 fn size(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
     let Some(first) = curve.points.first().map(|p| meridian(frame, *p)) else { return 0.0 };

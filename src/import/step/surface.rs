@@ -156,6 +156,7 @@ impl Geometry<'_> {
                 if same { curve } else { curve.reversed() }
             }
         };
+        let (curve, frame) = revolution::onto_axis(curve, frame, self.units.tolerance);
         Ok(Stated::exact(Surface::Revolution { curve, frame }))
     }
 
