@@ -177,6 +177,45 @@ fn a_turned_line_ends_with_its_face_however_little_it_is_tilted() {
 }
 
 #[test]
+fn parameter_curves_tell_coinciding_sheets_apart() {
+    // A quarter of a sphere, between half circles at -x and -y. The surface is a circle turned about its diameter z:
+    // its normal points outwards for parameters up to PI, and inwards beyond.
+    let pcurve = |id: u32, u: f64, v: f64| {
+        let ends = [(1, v), (2, v + PI)].map(|(k, v)| format!("#{}=CARTESIAN_POINT('',({u:?},{v:?}));", id + k));
+        ends.concat()
+            + &format!(
+                "#{id}=B_SPLINE_CURVE_WITH_KNOTS('',1,(#{},#{}),.UNSPECIFIED.,.F.,.F.,(2,2),(0.,1.),.UNSPECIFIED.);\
+                 #{}=DEFINITIONAL_REPRESENTATION('',(#{id}),#1);#{}=PCURVE('',#60,#{});",
+                id + 1,
+                id + 2,
+                id + 3,
+                id + 4,
+                id + 3
+            )
+    };
+    let is_reversed = |curves: [&str; 2], v: f64| {
+        let text = world()
+            + &placement(40, [0.0; 3], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0])
+            + &placement(44, [0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
+            + &(vertex(30, [0.0, 0.0, 2.0]) + &vertex(32, [0.0, 0.0, -2.0]))
+            + &(pcurve(100, 0.0, v) + &pcurve(110, FRAC_PI_2, v))
+            + "#61=CIRCLE('',#40,2.);#62=CIRCLE('',#44,2.);#66=AXIS1_PLACEMENT('',#21,#22);\
+               #60=SURFACE_OF_REVOLUTION('',#61,#66);#63=SURFACE_CURVE('',#61,(#104),.PCURVE_S1.);\
+               #64=SURFACE_CURVE('',#62,(#114),.PCURVE_S1.);"
+            + &format!("#50=EDGE_CURVE('',#30,#32,{},.T.);#51=EDGE_CURVE('',#30,#32,{},.T.);", curves[0], curves[1])
+            + "#70=ORIENTED_EDGE('',*,*,#51,.T.);#71=ORIENTED_EDGE('',*,*,#50,.F.);#75=EDGE_LOOP('',(#70,#71));\
+               #76=FACE_BOUND('',#75,.T.);";
+        let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+        clean(&model);
+        assert!(matches!(only_face(&model).surface, Surface::Sphere { .. }));
+        only_face(&model).reversed
+    };
+    assert!(is_reversed(["#63", "#64"], PI));
+    assert!(!is_reversed(["#63", "#64"], 0.0));
+    assert!(!is_reversed(["#61", "#62"], PI), "without parameter curves it is the sheet of the profile's start");
+}
+
+#[test]
 fn a_profile_that_ends_near_its_axis_ends_on_it() {
     // The file's points are accurate to 1e-5.
     let poles = |off: f64| {

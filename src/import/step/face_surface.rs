@@ -66,7 +66,7 @@ impl Reader<'_> {
                 if is_shared && matches!(source, Source::Face(_)) && !asked.get() && common.is_none() {
                     common = Some((shell, surface.clone()));
                 }
-                read.push((k, settled(face, surface, || reach().on)));
+                read.push((k, settled(&geometry, face, surface, || reach().on)));
             }
             read
         });
@@ -90,8 +90,14 @@ fn points_of(surface: &Surface) -> usize {
 }
 
 /// Reduces a surface to the sheet that contains the face, and checks it.
-fn settled(face: &StatedFace, surface: Read<Stated>, on: impl FnOnce() -> Vec<DVec3>) -> Read<Stated> {
-    let stated = one_sheet(surface?, on).map_err(|what| Trouble::new(face.surface, what))?;
+fn settled(
+    geometry: &Geometry<'_>,
+    face: &StatedFace,
+    surface: Read<Stated>,
+    on: impl FnOnce() -> Vec<DVec3>,
+) -> Read<Stated> {
+    let stated = one_sheet(surface?, on, || geometry.profile_parameters(face))
+        .map_err(|what| Trouble::new(face.surface, what))?;
     match stated.surface.check() {
         Ok(()) => Ok(stated),
         Err(error) => Err(Trouble::new(face.surface, error)),

@@ -66,6 +66,7 @@ mod loops;
 mod draft;
 mod corners;
 mod reader;
+mod stated_profile;
 mod face_surface;
 mod sweep;
 mod tessellated;

@@ -267,10 +267,15 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// Reduces a surface of revolution whose profile meets the axis to the one sheet that contains a face's boundary `on`,
 /// as a sphere if it is one. Other surfaces are unchanged.
 ///
-/// Sheets that coincide (a circle rotated about its diameter) count as one: that of the profile's start. If the
-/// boundary lies on several sheets, an open profile keeps them all, and a closed one is refused, because the sheet is
-/// ambiguous. Without a boundary, all sheets are kept.
-pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Result<Stated, StepTrouble> {
+/// Sheets that coincide (a circle rotated about its diameter) have opposite normals. The face is on the one with most of
+/// the profile parameters that the file states (`along`), else on that of the profile's start. If the boundary lies on
+/// several sheets, an open profile keeps them all, and a closed one is refused, because the sheet is ambiguous. Without a
+/// boundary, all sheets are kept.
+pub(super) fn one_sheet(
+    stated: Stated,
+    on: impl FnOnce() -> Vec<DVec3>,
+    along: impl FnOnce() -> Vec<f64>,
+) -> Result<Stated, StepTrouble> {
     let Surface::Revolution { curve, frame } = &stated.surface else { return Ok(stated) };
     let pieces = cut_at_axis(curve, frame, ON_AXIS);
     if pieces.is_empty() {
@@ -287,10 +292,19 @@ pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Resu
         holds.iter_mut().zip(misses).for_each(|(holds, miss)| *holds &= miss <= least + slack);
     }
     let same = COINCIDENT * size(curve, frame);
-    let mut held = (0..pieces.len()).filter(|k| holds[*k]);
-    let chosen = held.next().filter(|&k| {
-        held.all(|other| profiles[k].beyond(&profiles[other]) <= same && profiles[other].beyond(&profiles[k]) <= same)
-    });
+    let held: Vec<usize> = (0..pieces.len()).filter(|k| holds[*k]).collect();
+    let apart = |k: usize, other: usize| profiles[k].beyond(&profiles[other]).max(profiles[other].beyond(&profiles[k]));
+    let chosen = match held.as_slice() {
+        [] => None,
+        [only] => Some(*only),
+        [first, others @ ..] => others.iter().all(|other| apart(*first, *other) <= same).then(|| {
+            let (a, b) = curve.domain();
+            let along = along();
+            let stated = |k: usize| along.iter().filter(|t| is_inside(&pieces[k], **t, b - a)).count();
+            // The first of those with as many.
+            held.iter().copied().rev().max_by_key(|k| stated(*k)).unwrap_or(*first)
+        }),
+    };
     let Some(piece) = chosen.and_then(|k| pieces.into_iter().nth(k)) else {
         let (a, b) = curve.domain();
         let closed = curve.point(a).distance(curve.point(b)) <= same;
@@ -304,6 +318,13 @@ pub(super) fn one_sheet(stated: Stated, on: impl FnOnce() -> Vec<DVec3>) -> Resu
         Some((sphere, inwards)) => Stated { surface: sphere, turned: stated.turned != inwards, note: stated.note },
         None => Stated { surface: Surface::Revolution { curve: piece, frame }, ..stated },
     })
+}
+
+/// Whether a parameter of a closed curve, any number of periods on, is between the ends of its piece.
+fn is_inside(piece: &NurbsCurve3, t: f64, period: f64) -> bool {
+    let (a, b) = piece.domain();
+    let (edge, after) = (COINCIDENT * period, (t - a).rem_euclid(period));
+    edge < after && after < b - a - edge
 }
 
 /// The sphere that a half circle between two points of the axis sweeps, and whether the sweep's normal points inwards.
