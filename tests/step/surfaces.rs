@@ -152,7 +152,7 @@ fn turned_line(at: [f64; 3], direction: [f64; 3], rings: [[f64; 2]; 2]) -> Nurbs
             ));
     }
     text += &format!(
-        "#62=LINE('',#61,#63);#63=VECTOR('',#64,1.);#64=DIRECTION('',({x:?},{y:?},{z:?}));\
+        "#62=LINE('',#61,#63);#63=VECTOR('',#64,1.);#64=DIRECTION('',({x:.20},{y:.20},{z:.20}));\
          #66=AXIS1_PLACEMENT('',#21,#22);#60=SURFACE_OF_REVOLUTION('',#62,#66);"
     );
     let model = model(&(text + &shell("ADVANCED_FACE('',(#74,#79),#60,.T.)", 1)));
