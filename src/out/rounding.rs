@@ -11,7 +11,9 @@ use super::placed::Placement;
 #[cfg(feature = "glb")]
 use super::placed::distinct;
 use super::single::BeyondSingle;
-use crate::mesh::{BatchView, FrameView, SceneInstance};
+#[cfg(feature = "glb")]
+use crate::mesh::FrameView;
+use crate::mesh::{BatchView, SceneInstance};
 use crate::model::FaceId;
 use glam::DVec3;
 use std::{error, fmt, io};
