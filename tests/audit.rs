@@ -267,19 +267,39 @@ fn weights_do_not_ask_for_triangles() {
     }
 }
 
-#[test]
-fn areas_of_twisted_strips_converge() {
-    // Straight along u, bent along v, and twisted: one cell along u has normals that are wrong by a constant.
+/// A surface that is straight along u, twisted, and bent along v by about `bend`.
+fn twisted(bend: f64) -> Surface {
     let points =
-        [(0.0, 0.0, 0.0), (0.0, 5.0, 0.2), (0.0, 10.0, 0.0), (4.0, 0.0, -3.0), (4.0, 5.0, 0.2), (4.0, 10.0, 3.0)];
-    let surface = Surface::Nurbs(NurbsSurface {
+        [(0.0, 0.0, 0.0), (0.0, 5.0, bend), (0.0, 10.0, 0.0), (4.0, 0.0, -3.0), (4.0, 5.0, bend), (4.0, 10.0, 3.0)];
+    Surface::Nurbs(NurbsSurface {
         degree_u: 1,
         degree_v: 2,
         knots_u: vec![0.0, 0.0, 1.0, 1.0],
         knots_v: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
         points: points.map(DVec3::from).to_vec(),
         weights: Vec::new(),
+    })
+}
+
+#[test]
+fn rows_know_of_cells_that_angles_ask_for() {
+    let prepared = prepared_clean(whole(twisted(8.0)));
+    let chord = 0.01;
+    let [coarse, fine, finest] = [1.5, 0.2, 0.1].map(|angle| {
+        let plan = frame::plan(&prepared, &Tolerance { chord, angle, max_edge: None });
+        let mesh = common::frame(&prepared, &plan, true).0;
+        let deviation = deviation(&prepared, &mesh, chord);
+        assert!(deviation.raw.worst <= 1.0, "{angle}: {deviation}");
+        check_scene(&mesh).total.triangles
     });
+    // Rows for cells as long as the tile would be three and six times as many triangles.
+    assert!(fine * 5 <= coarse * 6 && finest * 2 <= coarse * 3, "{coarse} {fine} {finest}");
+}
+
+#[test]
+fn areas_of_twisted_strips_converge() {
+    // One cell along u has normals that are wrong by a constant.
+    let surface = twisted(0.2);
     let steps = 200;
     let middle = |k: i32| (f64::from(k) + 0.5) / f64::from(steps);
     let places = (0..steps).flat_map(|i| (0..steps).map(move |j| (middle(i), middle(j))));
@@ -290,7 +310,8 @@ fn areas_of_twisted_strips_converge() {
     let exact = places.map(element).sum::<f64>() / f64::from(steps * steps);
     let prepared = prepared_clean(whole(surface));
     for chord in [1e-2, 1e-3, 1e-4] {
-        let area = check_scene(&framed(&prepared, chord)).total.area;
+        let mesh = framed(&prepared, chord);
+        let area = check_scene(&mesh).total.area;
         assert!((area - exact).abs() <= 0.2 * chord * exact, "{chord}: {area} of {exact}");
     }
 }

@@ -217,12 +217,18 @@ impl Lattices {
         let densest = |strip: &Strip| if noise > 0.0 { strip.fastest / noise } else { f64::INFINITY };
         let angle = tolerance.angle.min(FRAC_PI_2);
         let width = (tile.max - tile.min).to_array();
+        // What a strip needs besides the chord tolerance.
+        let others = |strip: &Strip| {
+            let long = tolerance.max_edge.map_or(0.0, |m| std::f64::consts::SQRT_2 * strip.speed / m);
+            let smooth = smaller(larger(strip.turn / angle, strip.even), densest(strip));
+            larger(smooth, long)
+        };
+        let anyway = |axis: usize| strips[axis].iter().map(others).fold(f64::INFINITY, smaller);
         let mut set = |share: f64| {
-            chord_rates([&strips[0], &strips[1]], all, share, (width, 8.0 * tolerance.chord), wanted);
+            let tile = (width, 8.0 * tolerance.chord);
+            chord_rates([&strips[0], &strips[1]], all, share, tile, anyway, wanted);
             for (strip, rate) in strips.iter().flatten().zip(wanted.iter_mut().flatten()) {
-                let long = tolerance.max_edge.map_or(0.0, |m| std::f64::consts::SQRT_2 * strip.speed / m);
-                let smooth = smaller(larger(strip.turn / angle, strip.even), densest(strip));
-                *rate = larger(*rate, larger(smooth, long));
+                *rate = larger(*rate, others(strip));
             }
             [0, 1].map(|axis| most_turn(&strips[axis], &wanted[axis]))
         };
@@ -372,12 +378,14 @@ fn cells_along_rulings(twist: f64, bend: f64, along: f64, across: f64, budget: f
 }
 
 /// Densities of u- and v-lines per strip that meet the chord tolerance, in a tile of this width, where normals turn
-/// within a cell by at most the arc sine of `share`. `budget` is eight times that tolerance.
+/// within a cell by at most the arc sine of `share`. `budget` is eight times that tolerance. `anyway`: the density of
+/// u- or v-lines (0 or 1) that other criteria ask for.
 fn chord_rates(
     [columns, rows]: [&[Strip]; 2],
     all: [Bend; 3],
     share: f64,
     (width, budget): ([f64; 2], f64),
+    anyway: impl Fn(usize) -> f64,
     out: &mut [Vec<f64>; 2],
 ) {
     out.iter_mut().for_each(Vec::clear);
@@ -391,8 +399,14 @@ fn chord_rates(
     // Straight in one direction: few cells that way, and the other takes the whole budget.
     let ruled = |straight: usize, most: f64, out_straight: &mut Vec<f64>, out: &mut Vec<f64>| {
         let strips = [columns, rows];
-        let cells = cells_along_rulings(all[1].lift, most, width[straight], width[1 - straight], budget);
-        let across = width[straight] / cells;
+        let along = width[straight];
+        let cells = if uv > 0.0 {
+            let twisted = cells_along_rulings(all[1].lift, most, along, width[1 - straight], budget);
+            larger(anyway(straight) * along, twisted)
+        } else {
+            1.0
+        };
+        let across = along / cells;
         out_straight.resize(strips[straight].len(), if cells > 1.0 { 1.0 / across } else { 0.0 });
         out.extend(strips[1 - straight].iter().map(|strip| {
             let (m, c) = (strip.own.along(share), strip.mixed.along(share) * across);
