@@ -51,18 +51,18 @@ pub(super) fn of_surface(patches: &BezierPatches, axis: usize) -> Vec<Cut> {
     let least = parts(degrees[axis], counts[axis], points);
     let mut all = Vec::with_capacity(counts[axis] * least);
     for piece in 0..counts[axis] {
-        let weights = patches.rational.then(|| weights(piece));
-        cut(piece, (least, most(counts[axis] * points)), weights.as_ref(), |cut| all.push(cut));
+        let of_piece = || patches.rational.then(|| weights(piece));
+        cut(piece, (least, most(counts[axis] * points)), of_piece, |cut| all.push(cut));
     }
     all
 }
 
 /// The cuts of a segment of a curve, in order.
 pub(super) fn of_segment(spline: &BezierSpline3, k: usize) -> SmallVec<[Cut; 4]> {
-    let weights = Weights { lines: 1, values: spline.segment(k).iter().map(|c| c.w).collect() };
+    let weights = || Some(Weights { lines: 1, values: spline.segment(k).iter().map(|c| c.w).collect() });
     let mut all = SmallVec::new();
     let counts = (parts(spline.degree, spline.segments(), 1), most(spline.segments() * (spline.degree + 1)));
-    cut(k, counts, Some(&weights), |cut| all.push(cut));
+    cut(k, counts, weights, |cut| all.push(cut));
     all
 }
 
@@ -81,11 +81,17 @@ fn most(points: usize) -> usize {
 }
 
 /// Cuts a piece into `least` equal parts, and these into up to `most` in all where the weights ask for it.
-fn cut(piece: usize, (least, most): (usize, usize), weights: Option<&Weights>, mut add: impl FnMut(Cut)) {
-    let uneven = weights.filter(|weights| weights.differ());
+fn cut(
+    piece: usize,
+    (least, most): (usize, usize),
+    weights: impl FnOnce() -> Option<Weights>,
+    mut add: impl FnMut(Cut),
+) {
+    let may_be_halved = 2 * least <= most;
+    let uneven = may_be_halved.then(weights).flatten().filter(Weights::differ);
     for k in 0..least {
         let part = Cut { piece, ends: (k as f64 / least as f64, (k + 1) as f64 / least as f64) };
-        match uneven {
+        match &uneven {
             Some(weights) => weights.restricted(part.ends).halve(part, most / least, &mut add),
             None => add(part),
         }
