@@ -87,6 +87,7 @@ impl DrawnTiles {
             self.rows.push(Row { view: view as u32, instance: instance as u32, end: self.words.len() as u32 });
         }
         let known = self.words_of(self.rows.len() - 1).len();
+        assert!(known <= k, "words from {k} on, of which {known} are there");
         self.words.resize(self.words.len() + k - known, 0);
         self.words.extend(&words[..used]);
         let end = self.words.len() as u32;
