@@ -11,7 +11,7 @@ use std::io::{self, Write};
 /// Writes every instance as an object `o` and every face as a group `g`.
 ///
 /// Numbers are the shortest that parse to the same f64, so equal positions stay equal. Colours are not written: the
-/// format keeps them in a second file.
+/// format keeps them in a second file. The whole file is in memory before it is written.
 ///
 /// # Errors
 /// I/O errors of `file`.

@@ -11,7 +11,8 @@ use std::io::{self, Write};
 const VERTEX: usize = 3 * 8 + 3 * 4;
 
 /// Writes every instance. Vertices are shared within a batch only. `face_id` numbers faces across all instances
-/// ([`SceneInstance::first_face`](crate::mesh::SceneInstance::first_face) + face).
+/// ([`SceneInstance::first_face`](crate::mesh::SceneInstance::first_face) + face). The whole file is in memory before it
+/// is written.
 ///
 /// # Errors
 /// I/O errors of `file`, or 2³² vertices or more.

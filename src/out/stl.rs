@@ -10,7 +10,7 @@ use std::io::{self, Write};
 /// Writes every instance.
 ///
 /// Positions are rounded once, from world coordinates, so the file is closed wherever the mesh is. Triangles whose
-/// rounded corners coincide are left out.
+/// rounded corners coincide are left out. The whole file is in memory before it is written.
 ///
 /// # Errors
 /// I/O errors of `file`. 2³² triangles or more, or a position [beyond single precision](super::BeyondSingle); nothing

@@ -15,8 +15,8 @@ fn a_crescent_between_equal_circles() {
             let mut body = Body::sheet();
             let turn = (0.5 * offset / RADIUS).acos();
             let outer = body.arc(&Frame3::WORLD, RADIUS, turn, TAU - turn);
-            let beside = Frame3 { origin: DVec3::X * offset, ..Frame3::WORLD };
-            let inner = body.arc(&beside, RADIUS, PI - turn, PI + turn);
+            let shifted = Frame3 { origin: DVec3::X * offset, ..Frame3::WORLD };
+            let inner = body.arc(&shifted, RADIUS, PI - turn, PI + turn);
             let round = if forward { [outer.along(), inner.against()] } else { [inner.along(), outer.against()] };
             body.flat(Frame3::WORLD, vec![round.to_vec()]);
             Ladder::sheet(body.finish(), 2.0 * RADIUS * offset).named((offset, forward)).climb();

@@ -78,7 +78,7 @@ impl Pages {
     }
 
     /// Whether there are such companion buffers, or will be.
-    pub(super) fn has_beside(&self, what: Beside) -> bool {
+    pub(super) fn has_companion(&self, what: Beside) -> bool {
         self.beside[what as usize].is_some()
     }
 

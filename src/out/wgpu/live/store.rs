@@ -78,7 +78,7 @@ impl Store {
     }
 
     pub(super) fn keeps_cells(&self) -> bool {
-        self.vertices.has_beside(Beside::Cells)
+        self.vertices.has_companion(Beside::Cells)
     }
 
     /// Uploads a tile. `None` if it has no triangles. Free it with [`drop_tile`](Self::drop_tile).
