@@ -106,6 +106,18 @@ impl Density<'_> {
         if self.is_even(most, a, b) { even } else { self.filled(a, b, 1.0, limit, |_| ()).0.min(even) }
     }
 
+    /// The fewest gaps from `a` to `b` that meet the density, counted up to `limit`, and how full they are together: 1
+    /// for each gap but the last, which counts by its fullness.
+    pub(crate) fn fewest_and_full(&self, a: f64, b: f64, limit: usize) -> (usize, f64) {
+        let most = self.most(a, b);
+        if self.is_even(most, a, b) {
+            let even = even_gaps(most, a, b).min(limit as f64);
+            (even as usize, smaller(most * (b - a), even))
+        } else {
+            self.filled(a, b, 1.0, limit, |_| ())
+        }
+    }
+
     /// Whether even gaps are the fewest, given the largest density `most`.
     fn is_even(&self, most: f64, a: f64, b: f64) -> bool {
         even_gaps(most, a, b) <= 2.0 || self.between(a, b).all(|k| self.rates[k] >= 0.999 * most)

@@ -1,17 +1,13 @@
 //! Derivative bounds and a tolerance -> the lattice lines of a tile.
-//!
-//! Deviation: the theorem of Filip, Magedson and Markot (CAGD 3(4), 1986) in its form for any triangle whose box is
-//! h_u × h_v: ⅛ (M₁h_u² + 2M₂h_u h_v + M₃h_v²). The mixed term is split between the directions by
-//! 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), with r = h_v/h_u of the cheapest uniform lattice. Each direction then has
-//! its own density of lines, which follows the bounds along it.
 
 use super::density::{Criteria, Density, FollowLines};
+use super::directions::{Directions, Strip};
 use super::output::{MAX_LINES, TileLattice};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
 use crate::math::Elementary as _;
 use crate::math::order::{larger, smaller};
 use crate::model::SurfaceKind;
-use crate::prepare::internals::{Bend, BoundingBox, BoxBounds, PreparedFace, Tile};
+use crate::prepare::internals::{Bend, BoundingBox, PreparedFace, Tile};
 use smallvec::SmallVec;
 use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
@@ -30,58 +26,6 @@ const COARSER: usize = 8;
 /// twenty times where it turned by a right angle, and lines at each turn do not follow its shape. The chord tolerance
 /// still holds; noisy fillets keep a few cells across.
 const GAPS_PER_CELL: f64 = 16.0;
-
-/// Maximum change of a first derivative along the surface across a cell, as a multiple of its largest length there.
-/// Where the derivative reverses, triangles that are positive in (u,v) fold over. At 1 a side can shrink to a point;
-/// the rest allows for the slack of the bounds.
-const UNEVEN: f64 = 1.25;
-
-/// What lines across one parameter, u or v, must meet in a strip of a tile: the largest of the boxes under it.
-#[derive(Clone, Copy, Default)]
-struct Strip {
-    /// Its width.
-    width: f64,
-    /// Second derivative by that parameter, and by both.
-    own: Bend,
-    mixed: Bend,
-    /// First derivative, also without regard to tolerances.
-    speed: f64,
-    fastest: f64,
-    /// Turn of the normal along a box; once all boxes have joined, per unit of parameter.
-    turn: f64,
-    /// Lines per unit of parameter that keep the parametrisation even within a cell.
-    even: f64,
-}
-
-impl Strip {
-    /// The strips across u and v of a single box. `share` is the tile's tolerance as a fraction of the box's own.
-    #[inline(always)]
-    fn of(BoxBounds { uu, uv, vv, u, v, turn_u, turn_v }: &BoxBounds, share: f64) -> [Self; 2] {
-        let ratio = |change: f64, of: f64| if of > 0.0 { change / (UNEVEN * of) } else { 0.0 };
-        let even = |own: &Bend, speed: f64, other: f64| larger(ratio(uv.slide, other), ratio(own.slide, speed));
-        // A larger tolerance for a box counts as smaller derivatives.
-        let strip = |own: &Bend, speed: f64, turn: f64, even: f64| Self {
-            width: 0.0,
-            own: own.scaled(share),
-            mixed: uv.scaled(share),
-            speed: speed * share,
-            fastest: speed,
-            turn,
-            even,
-        };
-        [strip(uu, *u, *turn_u, even(uu, *u, *v)), strip(vv, *v, *turn_v, even(vv, *v, *u))]
-    }
-
-    #[inline(always)]
-    fn join(&mut self, other: &Self) {
-        self.own = self.own.max(other.own);
-        self.mixed = self.mixed.max(other.mixed);
-        self.speed = larger(other.speed, self.speed);
-        self.fastest = larger(other.fastest, self.fastest);
-        self.turn = larger(other.turn, self.turn);
-        self.even = larger(other.even, self.even);
-    }
-}
 
 /// The boxes of a face's table under a tile, strip by strip in u: the order of [`BoxTolerances::shares`].
 pub(crate) fn places<'a>(
@@ -166,7 +110,7 @@ impl Lattices {
         loop {
             dilate(&need.shares, sv.len(), reach, &mut self.shares);
             let all = self.gather(face, (su.clone(), sv.clone()), breaks);
-            let noisy = self.set_densities(request, all);
+            let noisy = self.set_densities(request, (breaks, steep), all);
             let (lattice, kept) = self.spread(request, breaks, (steep, noisy));
             if self.shares.iter().all(|&share| share == 1.0) {
                 return (lattice, kept);
@@ -209,7 +153,12 @@ impl Lattices {
 
     /// Sets the densities of lines. Returns whether they are less than the angle tolerance requires, because that would
     /// follow noise.
-    fn set_densities(&mut self, request: &LatticeRequest<'_>, all: [Bend; 3]) -> bool {
+    fn set_densities(
+        &mut self,
+        request: &LatticeRequest<'_>,
+        (breaks, steep): ([&[f64]; 2], bool),
+        all: [Bend; 3],
+    ) -> bool {
         let LatticeRequest { face, tile, need: BoxTolerances { tolerance, .. }, factor, before, .. } = *request;
         let Self { strips, wanted, least, .. } = self;
         let noise = if tile.entangled { GAPS_PER_CELL * face.gap } else { 0.0 };
@@ -223,22 +172,31 @@ impl Lattices {
             let smooth = smaller(larger(strip.turn / angle, strip.even), densest(strip));
             larger(smooth, long)
         };
-        let anyway = |axis: usize| strips[axis].iter().map(others).fold(f64::INFINITY, smaller);
-        let mut set = |share: f64| {
-            let tile = (width, 8.0 * tolerance.chord);
-            chord_rates([&strips[0], &strips[1]], all, share, tile, anyway, wanted);
-            for (strip, rate) in strips.iter().flatten().zip(wanted.iter_mut().flatten()) {
-                *rate = larger(*rate, others(strip));
-            }
-            [0, 1].map(|axis| most_turn(&strips[axis], &wanted[axis]))
+        let ends = [0, 1].map(|axis| (tile.min[axis], tile.max[axis]));
+        let creased = |axis: usize| face.creases[axis].iter().any(|&x| x > ends[axis].0 && x < ends[axis].1);
+        let directions = Directions {
+            strips: [&strips[0], &strips[1]],
+            breaks,
+            ends,
+            all,
+            budget: 8.0 * tolerance.chord,
+            others: [0, 1].map(|axis| strips[axis].iter().map(others).collect()),
+            // Lines that follow earlier ones, or borders and creases, are not even.
+            round: [0, 1].map(|axis| before.is_none() && !steep && !creased(axis)),
         };
         // Normals turn the most on the largest cells, those that lifts alone would allow. A tangential derivative at
         // one end of a cell lifts the surface at the other end by at most that turn, and by half of it on average
         // (decision 019).
-        let [turn_u, turn_v] = set(0.0);
-        let share = (0.5 * turn_u.hypotenuse(turn_v)).min(1.0);
-        if share > 0.0 {
-            set(share);
+        let mut share = 0.0;
+        loop {
+            directions.rates(share, wanted);
+            let [turn_u, turn_v] = [0, 1].map(|axis| most_turn(&strips[axis], &wanted[axis]));
+            let turned = (0.5 * turn_u.hypotenuse(turn_v)).min(1.0);
+            if turned <= share {
+                break;
+            }
+            // With whole numbers of gaps, a direction may have longer ones at a larger share.
+            share = if share == 0.0 { turned } else { (1.05 * turned).min(1.0) };
         }
         wanted.iter_mut().flatten().for_each(|rate| *rate *= factor);
         for (least, strips) in least.iter_mut().zip(&*strips) {
@@ -359,80 +317,4 @@ fn lines(
         from = x;
     }
     (SmallVec::from_slice(buffer), kept)
-}
-
-/// How much of the budget the second derivative across rulings may take from the twist, as a share of the twist's.
-const BENT: f64 = 0.05;
-
-/// Number of cells along the rulings of a tile.
-///
-/// The twist lifts the surface by the product of a cell's sides, so that the number of cells hardly depends on their
-/// shape. With one cell along a ruling, normals and areas would not converge with the tolerance, as on Schwarz's
-/// lantern. Cells become as short along the rulings as costs a twentieth more of them, but not shorter than there are
-/// rows across.
-fn cells_along_rulings(twist: f64, bend: f64, along: f64, across: f64, budget: f64) -> f64 {
-    let even = (2.0 * twist * along * across / budget).sqrt();
-    let cheap = twist * along * (4.0 * BENT / (budget * bend)).sqrt();
-    let most = smaller(even, cheap).floor();
-    if most > 1.0 { most } else { 1.0 }
-}
-
-/// Densities of u- and v-lines per strip that meet the chord tolerance, in a tile of this width, where normals turn
-/// within a cell by at most the arc sine of `share`. `budget` is eight times that tolerance. `anyway`: the density of
-/// u- or v-lines (0 or 1) that other criteria ask for.
-fn chord_rates(
-    [columns, rows]: [&[Strip]; 2],
-    all: [Bend; 3],
-    share: f64,
-    (width, budget): ([f64; 2], f64),
-    anyway: impl Fn(usize) -> f64,
-    out: &mut [Vec<f64>; 2],
-) {
-    out.iter_mut().for_each(Vec::clear);
-    let [out_u, out_v] = out;
-    let [uu, uv, vv] = all.map(|bend| bend.along(share));
-    let none = |strips: &[Strip], out: &mut Vec<f64>| out.resize(strips.len(), 0.0);
-    if budget == f64::INFINITY || uu == 0.0 && uv == 0.0 && vv == 0.0 {
-        none(columns, out_u);
-        return none(rows, out_v);
-    }
-    // Straight in one direction: few cells that way, and the other takes the whole budget.
-    let ruled = |straight: usize, most: f64, out_straight: &mut Vec<f64>, out: &mut Vec<f64>| {
-        let strips = [columns, rows];
-        let along = width[straight];
-        let cells = if uv > 0.0 {
-            let twisted = cells_along_rulings(all[1].lift, most, along, width[1 - straight], budget);
-            larger(anyway(straight) * along, twisted)
-        } else {
-            1.0
-        };
-        let across = along / cells;
-        out_straight.resize(strips[straight].len(), if cells > 1.0 { 1.0 / across } else { 0.0 });
-        out.extend(strips[1 - straight].iter().map(|strip| {
-            let (m, c) = (strip.own.along(share), strip.mixed.along(share) * across);
-            if m > 0.0 { m / ((c * c + budget * m).sqrt() - c) } else { 2.0 * c / budget }
-        }));
-    };
-    if uu == 0.0 && vv > 0.0 {
-        return ruled(0, vv, out_u, out_v);
-    }
-    if vv == 0.0 && uu > 0.0 {
-        return ruled(1, uu, out_v, out_u);
-    }
-    let r = if uu > 0.0 { (uu / vv).sqrt() } else { width[1] / width[0] };
-    let part = |need: f64, width: f64| need * width * width / budget;
-    // A direction that one cell satisfies leaves the rest of the budget to the other.
-    let (one_u, one_v) = (part(uu + r * uv, width[0]), part(vv + uv / r, width[1]));
-    let share_u = if one_v <= 0.5 {
-        1.0 - one_v
-    } else if one_u <= 0.5 {
-        one_u.max(f64::MIN_POSITIVE)
-    } else {
-        0.5
-    };
-    let share_v = (1.0 - share_u).max(one_v.min(0.5));
-    let need = |strip: &Strip, mixed: f64| strip.own.along(share) + mixed;
-    let mixed = |strip: &Strip| strip.mixed.along(share);
-    out_u.extend(columns.iter().map(|s| (need(s, r * mixed(s)) / (budget * share_u)).sqrt()));
-    out_v.extend(rows.iter().map(|s| (need(s, mixed(s) / r) / (budget * share_v)).sqrt()));
 }

@@ -5,6 +5,7 @@ pub(super) mod rows;
 pub(super) mod output;
 pub(super) mod budget;
 pub(super) mod density;
+pub(super) mod directions;
 pub(super) mod lattice;
 pub(super) mod tessellants;
 pub(super) mod make;
