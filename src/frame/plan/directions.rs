@@ -140,52 +140,49 @@ impl Directions<'_> {
             if cells > 1.0 {
                 rates.iter_mut().for_each(|rate| *rate = larger(*rate, cells / width[first]));
             }
-            if let [Some((_, rounded)), _] = self.rounded(first, &rates) {
-                rates = rounded;
-            }
+            let ((_, rates), _) = self.rounded(first, rates);
             let second = needs.second(first, &rates);
             return (first, [rates, second]);
         }
-        self.fewest_cells(&needs).unwrap_or_else(|| {
-            let rates = needs.half(0);
-            let second = needs.second(0, &rates);
-            (0, [rates, second])
-        })
+        self.fewest_cells(&needs)
     }
 
-    /// The densities with the fewest cells, of those where the gaps of one direction are rounded. None if they are too
-    /// many to round.
-    fn fewest_cells(&self, needs: &Needs<'_>) -> Option<(usize, [Rates; 2])> {
-        let mut best = None;
+    /// The densities with the fewest cells, of those where one direction takes about half of the tolerance, with its
+    /// gaps rounded, and the other has the rest.
+    fn fewest_cells(&self, needs: &Needs<'_>) -> (usize, [Rates; 2]) {
+        let mut best = (0, [Rates::new(), Rates::new()]);
+        let mut least = usize::MAX;
         for first in 0..2 {
-            let [up, down] = self.rounded(first, &needs.half(first));
+            let (up, down) = self.rounded(first, needs.half(first));
             let fits =
                 |(_, down): &(usize, Rates)| down.iter().zip(&self.others[first]).all(|(rate, other)| rate >= other);
-            for (gaps, rates) in [up, down.filter(fits)].into_iter().flatten() {
+            for (gaps, rates) in [Some(up), down.filter(fits)].into_iter().flatten() {
                 let second = needs.second(first, &rates);
                 let (lo, hi) = self.ends[1 - first];
                 let cells = gaps * self.density(1 - first, &second).fewest(lo, hi, MAX_LINES);
-                if best.as_ref().is_none_or(|&(least, _)| cells < least) {
-                    best = Some((cells, (first, [rates, second])));
+                if cells < least {
+                    least = cells;
+                    best = (first, [rates, second]);
                 }
             }
         }
-        best.map(|(_, best)| best)
+        best
     }
 
-    /// The densities of a direction scaled to a whole number of gaps that are all full, and this number: as many gaps as
-    /// they ask for, and one less. None where there is no such scale, or too many gaps.
-    fn rounded(&self, axis: usize, rates: &[f64]) -> [Option<(usize, Rates)>; 2] {
+    /// The densities of a direction, scaled to a whole number of gaps that are all full if such a scale is found, and
+    /// this number; and the same for one gap less, unless there are many.
+    fn rounded(&self, axis: usize, rates: Rates) -> ((usize, Rates), Option<(usize, Rates)>) {
         let (lo, hi) = self.ends[axis];
-        let (n, full) = self.density(axis, rates).fewest_and_full(lo, hi, FEW);
+        let (n, full) = self.density(axis, &rates).fewest_and_full(lo, hi, MAX_LINES);
         if !self.round[axis] || full == 0.0 || n > FEW {
-            return [None, None];
+            return ((n, rates), None);
         }
         let scaled = |n: usize| {
             let scaled: Rates = rates.iter().map(|rate| rate * (n as f64 / full)).collect();
             (n > 0 && self.density(axis, &scaled).fewest(lo, hi, n + 1) <= n).then_some((n, scaled))
         };
-        [scaled(n).or_else(|| Some((n, Rates::from_slice(rates)))), scaled(n - 1)]
+        let (up, down) = (scaled(n), scaled(n - 1));
+        (up.unwrap_or((n, rates)), down)
     }
 
     fn width(&self, axis: usize) -> f64 {
