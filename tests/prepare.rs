@@ -362,27 +362,41 @@ fn an_edge_without_a_range_is_straight() {
     }
 }
 
-#[test]
-fn thin_bowls_keep_the_stated_orientation_and_inside_out_balls_do_not() {
-    // A bowl of 0.2 mm: its volume is the difference of two volumes a thousand times larger.
-    let (outer, inner) = (100.0, 99.8);
+/// A bowl of outer radius 100 mm, and its volume.
+fn bowl(wall: f64, inside_out: bool) -> (trimtess::model::Model, f64) {
+    let (outer, inner) = (100.0, 100.0 - wall);
     let mut part = PartBuilder::new("bowl");
     let rims = [outer, inner].map(|r| part.circle(&Frame3::WORLD, r));
     let shell = part.plain_shell(ShellKind::Outer);
-    for (rim, radius, reversed) in [(rims[0], outer, false), (rims[1], inner, true)] {
+    for (rim, radius, reversed) in [(rims[0], outer, inside_out), (rims[1], inner, !inside_out)] {
         let ball = Surface::Sphere { frame: Frame3::WORLD, radius };
         part.plain_face(ball, shell, vec![Loop::Edges(vec![rim.along()])], reversed);
     }
     let rim = vec![Loop::Edges(vec![rims[0].along()]), Loop::Edges(vec![rims[1].against()])];
-    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, rim, true);
-    let bowl = part.finish().expect("a valid part");
-    let volume = 2.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3));
-    let prepared = prepared_clean(placed(bowl));
-    let facts = mesh(&prepared, 1e-3);
-    assert!(facts.is_closed() && (facts.volume / volume - 1.0).abs() < 0.02, "{facts}");
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, rim, !inside_out);
+    (placed(part.finish().expect("a valid part")), 2.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3)))
+}
+
+#[test]
+fn thin_bowls_keep_the_stated_orientation_and_inside_out_balls_do_not() {
+    // The volume of the thinnest is the difference of two that are a thousand times larger.
+    for wall in [0.2, 1.0, 5.0] {
+        let (model, volume) = bowl(wall, false);
+        let facts = mesh(&prepared_clean(model), 1e-3);
+        assert!(facts.is_closed() && (facts.volume / volume - 1.0).abs() < 0.02, "{wall}: {facts}");
+    }
+    for wall in [2.0, 5.0, 20.0] {
+        let (model, volume) = bowl(wall, true);
+        let prepared = common::prepared(model);
+        let facts = mesh(&prepared, 1e-3);
+        assert!(facts.is_closed() && (facts.volume / volume - 1.0).abs() < 0.02, "{wall}: {facts}");
+        let told = &prepared.diagnostics[0].kind;
+        assert!(matches!(told, DiagnosticKind::Shell(ShellTrouble::InsideOut { faces: 3, .. })), "{wall}: {told:?}");
+    }
 
     // A half ball whose faces are consistently inside out.
     let mut part = PartBuilder::new("half ball");
+    let outer = 100.0;
     let rim = part.circle(&Frame3::WORLD, outer);
     let shell = part.plain_shell(ShellKind::Outer);
     let ball = Surface::Sphere { frame: Frame3::WORLD, radius: outer };

@@ -102,8 +102,12 @@ pub(crate) fn orient(
 }
 
 /// The sign of a volume counts above this share of the faces' absolute contributions. Samples are accurate to a few per
-/// cent of these. A thin shell is a small difference of two large contributions: it keeps the file's orientation.
+/// cent of these.
 const DECISIVE: f64 = 0.3;
+
+/// The same for the volume of most samples, if it differs from that of fewer by a third of itself at most. The shell of
+/// a smaller volume keeps the file's orientation: it is a small difference of large contributions.
+const SLIGHT: f64 = 0.01;
 
 /// The sign of the volume that the faces of a shell enclose, if the file says it.
 pub(crate) fn wanted_sign(part: &Part, shell: u32) -> Option<f64> {
@@ -132,6 +136,7 @@ pub(crate) fn wrong_volume(
     const FEWEST: Sampling = Sampling { lattice: 2, outline: 8 };
     const FEW: Sampling = Sampling { lattice: 4, outline: 8 };
     const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };
+    const MOST: Sampling = Sampling { lattice: 32, outline: usize::MAX };
     let group = || group.iter().take_while(|_| !call.is_cancelled());
     let faces = || group().filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face])));
     let sign = |reversed: bool| if reversed { -1.0 } else { 1.0 };
@@ -173,7 +178,15 @@ pub(crate) fn wrong_volume(
     if volume.abs() <= ROUNDING * parts.max(size.powi(3)) {
         return Some(0.0);
     }
-    (volume * wanted < -DECISIVE * parts).then_some(volume)
+    if volume * wanted > -SLIGHT * parts {
+        return None;
+    }
+    if volume * wanted < -DECISIVE * parts {
+        return Some(volume);
+    }
+    // A thin shell, or one that is curved too strongly for so few samples.
+    let (finer, parts) = summed(MOST);
+    (finer * wanted < -(3.0 * (finer - volume).abs()).max(SLIGHT * parts)).then_some(finer)
 }
 
 /// Points along a loop, on the surface.
