@@ -181,8 +181,8 @@ impl Lattices {
             all,
             budget: 8.0 * tolerance.chord,
             others: [0, 1].map(|axis| strips[axis].iter().map(others).collect()),
-            // Lines that follow earlier ones, or borders and creases, are not even.
-            round: [0, 1].map(|axis| before.is_none() && !steep && !creased(axis)),
+            // Lines between borders and creases are not even.
+            round: [0, 1].map(|axis| !steep && !creased(axis)),
         };
         // Normals turn the most on the largest cells, those that lifts alone would allow. A tangential derivative at
         // one end of a cell lifts the surface at the other end by at most that turn, and by half of it on average
