@@ -101,21 +101,21 @@ impl Density<'_> {
     /// The fewest gaps from `a` to `b` that meet the density, counted up to `limit`: as many as
     /// [`spread`](Self::spread) makes.
     pub(crate) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
-        let most = self.most(a, b);
-        let even = even_gaps(most, a, b).min(limit as f64) as usize;
-        if self.is_even(most, a, b) { even } else { self.filled(a, b, 1.0, limit, |_| ()).0.min(even) }
+        self.fewest_and_full(a, b, limit).0
     }
 
     /// The fewest gaps from `a` to `b` that meet the density, counted up to `limit`, and how full they are together: 1
     /// for each gap but the last, which counts by its fullness.
     pub(crate) fn fewest_and_full(&self, a: f64, b: f64, limit: usize) -> (usize, f64) {
         let most = self.most(a, b);
-        if self.is_even(most, a, b) {
-            let even = even_gaps(most, a, b).min(limit as f64);
-            (even as usize, smaller(most * (b - a), even))
+        let even = even_gaps(most, a, b).min(limit as f64);
+        let (n, full) = if self.is_even(most, a, b) {
+            (even as usize, most * (b - a))
         } else {
             self.filled(a, b, 1.0, limit, |_| ())
-        }
+        };
+        // Strides accumulate rounding and may be one more.
+        (n.min(even as usize), smaller(full, even))
     }
 
     /// Whether even gaps are the fewest, given the largest density `most`.

@@ -120,8 +120,8 @@ pub(crate) fn wanted_sign(part: &Part, shell: u32) -> Option<f64> {
 
 /// The volume of a closed group if its sign is not `wanted`; zero if it is only rounding.
 ///
-/// First sums the cones over the boundaries. That costs next to nothing and has the right sign for all but strongly
-/// curved shapes. Where it does not confirm the sign, integrates over the surfaces.
+/// First sums the cones over the boundaries, which costs next to nothing. Where all faces are flat, that is the volume;
+/// curved faces may have another sign, so these are integrated over, as are flat ones that do not confirm the sign.
 pub(crate) fn wrong_volume(
     call: Call<'_>,
     drafts: &[Option<FaceDraft>],
@@ -156,7 +156,8 @@ pub(crate) fn wrong_volume(
         cones += sign * cone;
         parts += cone.abs();
     }
-    if cones * wanted > DECISIVE * parts {
+    let flat = faces().all(|(draft, _)| draft.bounds.is_affine());
+    if flat && cones * wanted > DECISIVE * parts {
         return None;
     }
     let summed = |samples: Sampling| {
