@@ -217,21 +217,20 @@ impl fmt::Display for Failure {
 }
 
 fn main() {
-    let laps = laps::Laps::start();
     let cli = Cli::parse();
     logging::report_panics_as_errors();
     let trace = match logging::start(&cli.common) {
         Ok(trace) => trace,
         Err(failure) => leave(Err(failure)),
     };
-    leave(run(cli, laps).and_then(|(done, mut outputs)| {
+    leave(run(cli).and_then(|(done, mut outputs)| {
         trace.map_or(Ok(()), |trace| trace.finish(&mut outputs))?;
         outputs.publish().map(|()| done)
     }))
 }
 
 /// Runs the command. A panic in the library is a bug: it becomes status 1 and a message.
-fn run(cli: Cli, laps: laps::Laps) -> Result<(Done, Outputs), Failure> {
+fn run(cli: Cli) -> Result<(Done, Outputs), Failure> {
     let work = move || {
         let Cli { command, common } = cli;
         let workers = common.workers();
@@ -251,9 +250,9 @@ fn run(cli: Cli, laps: laps::Laps) -> Result<(Done, Outputs), Failure> {
         }
         let done = match command {
             Command::Info(args) => info::run(&args, &common, &mut outputs),
-            Command::Tessellate(args) => tessellate::run(&args, &common, laps, &mut outputs),
+            Command::Tessellate(args) => tessellate::run(&args, &common, &mut outputs),
             #[cfg(feature = "wgpu")]
-            Command::Render(args) => render::run(&args, &common, laps, &mut outputs),
+            Command::Render(args) => render::run(&args, &common, &mut outputs),
             #[cfg(feature = "view")]
             Command::View(args) => view::run(&args, &common, &mut outputs),
             Command::Bench(args) => bench::run(&args, &common, &mut outputs),

@@ -48,9 +48,10 @@ impl RenderArgs {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &RenderArgs, common: &Common, mut laps: Laps, outputs: &mut Outputs) -> Result<Done, Failure> {
+pub(crate) fn run(args: &RenderArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     require_png(&args.output)?;
     let progress = Progress::start(common);
+    let mut laps = Laps::start();
 
     // First, because it is quick and fails early.
     progress.stage("opening the graphics adapter");

@@ -22,7 +22,7 @@ use trimtess::prepare::Prepared;
 /// Maximum number of diagnostics printed to standard error without `-v`. The rest is only counted.
 const PRINTED: usize = 12;
 
-/// Seconds per stage. The stages sum to `total`.
+/// Seconds per stage, from where the command begins its work. The stages sum to `total`.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Seconds {
     pub(crate) read: f64,

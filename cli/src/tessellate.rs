@@ -141,14 +141,10 @@ pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 /// Runs the command.
-pub(crate) fn run(
-    args: &TessellateArgs,
-    common: &Common,
-    mut laps: Laps,
-    outputs: &mut Outputs,
-) -> Result<Done, Failure> {
+pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let format = args.format()?;
     let progress = Progress::start(common);
+    let mut laps = Laps::start();
 
     progress.stage(format!("reading {}", args.input.name()));
     let model = tracing::info_span!("read").in_scope(|| args.input.read(&common.limits.step()))?;
