@@ -7,4 +7,5 @@ pub(super) mod region;
 pub(super) mod inside;
 pub(super) mod foot;
 pub(super) mod lead;
+mod seeds;
 pub(super) mod pcurve;

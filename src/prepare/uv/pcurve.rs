@@ -6,6 +6,7 @@
 
 use super::foot::{Foot, jacobian_solve, least_squares, newton_step};
 use super::lead::{EndBlend, before_breaks, leads};
+use super::seeds::Seeds;
 use super::uv_curve::UvSample;
 use crate::math::bisection::bisected;
 use crate::math::boxes::around;
@@ -60,7 +61,7 @@ pub(crate) struct Projector<'a> {
     pub(crate) poles: Vec<Pole>,
     /// Points of this face closer than this are one.
     pub(crate) tolerance: f64,
-    seeds: OnceCell<Vec<(DVec2, DVec3)>>,
+    seeds: OnceCell<Seeds>,
     /// Searches without improvement since the last one that improved, or since the edge began.
     vain: Cell<u32>,
 }
@@ -187,65 +188,18 @@ impl<'a> Projector<'a> {
     }
 
     fn search(&self, p: DVec3) -> Foot {
-        let seeds = self.seeds.get_or_init(|| self.seed_grid());
-        let sweep = match self.surface {
-            Surface::Extrusion { direction, .. } => Some(direction.normalize_or_zero()),
-            _ => None,
-        };
-        let mut best = [(f64::INFINITY, DVec2::ZERO); 4];
-        for (uv, s) in seeds {
-            let d = p - *s;
-            let d = sweep.map_or(d, |sweep| d - sweep * d.dot(sweep)).length_squared();
-            if d < best[3].0 {
-                best[3] = (d, *uv);
-                best.sort_by(|a, b| a.0.total_cmp(&b.0));
-            }
-        }
+        let seeds = self.seeds.get_or_init(|| Seeds::of(self.surface, self.domain));
         let mut answer = Foot { off: f64::INFINITY, ..self.foot_at(DVec2::ZERO, p) };
-        for (d, uv) in best {
-            if d.is_finite() {
-                let found = self.newton(p, uv);
-                if found.off < answer.off {
-                    answer = found;
-                }
-                if answer.off <= self.tolerance {
-                    break;
-                }
+        for start in seeds.starts(p) {
+            let found = self.newton(p, start);
+            if found.off < answer.off {
+                answer = found;
+            }
+            if answer.off <= self.tolerance {
+                break;
             }
         }
         answer
-    }
-
-    fn seed_grid(&self) -> Vec<(DVec2, DVec3)> {
-        /// Total number of seeds. A search visits every one.
-        const MOST: usize = 64 * 64;
-        let wanted = |axis: usize| -> usize {
-            let spans = match (self.surface, axis) {
-                (Surface::Nurbs(s), 0) => s.count_u() * 2,
-                (Surface::Nurbs(s), _) => s.count_v() * 2,
-                (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
-                    curve.points.len() * 3
-                }
-                (Surface::Extrusion { .. }, _) => return 1,
-                _ => 16,
-            };
-            spans.clamp(8, 1024)
-        };
-        // One direction may use what the other does not need: a spring has many turns and one round section.
-        let n = [wanted(0), wanted(1)];
-        let n = [0, 1].map(|axis| n[axis].min((MOST / n[1 - axis].min(64)).max(64)));
-        let axis_values = |axis: usize| -> Vec<f64> {
-            let (a, b) = self.domain[axis];
-            if n[axis] == 1 {
-                return vec![0.0];
-            }
-            let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
-            // Midpoints: on a pole line a derivative vanishes and Newton's method cannot move.
-            (0..n[axis]).map(|k| a + (b - a) * (k as f64 + 0.5) / n[axis] as f64).collect()
-        };
-        let [us, vs] = [0, 1].map(axis_values);
-        let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v)));
-        pairs.zip(self.surface.lattice(&us, &vs)).collect()
     }
 
     /// Moves parameters into the domain: by whole periods, or clamped where the surface is not periodic.

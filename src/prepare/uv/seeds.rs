@@ -1,0 +1,138 @@
+//! A surface and a point -> parameters from which to look for the nearest point of the surface.
+
+use crate::model::Surface;
+use glam::{DVec2, DVec3};
+
+/// Total number of seeds. A search visits every one.
+const MOST: usize = 64 * 64;
+/// Seeds that are nearer than those around them, and of all seeds the nearest, from which a search starts at most.
+const MOST_LEAST: usize = 8;
+const NEAREST: usize = 4;
+
+/// A lattice of places on a surface.
+pub(super) struct Seeds {
+    /// Along u and along v.
+    counts: [usize; 2],
+    /// Whether the last one is next to the first.
+    closed: [bool; 2],
+    /// In u-major order.
+    places: Vec<(DVec2, DVec3)>,
+    /// The direction in which the surface extends without end. Distances along it do not count.
+    sweep: Option<DVec3>,
+}
+
+impl Seeds {
+    pub(super) fn of(surface: &Surface, domain: [(f64, f64); 2]) -> Self {
+        let wanted = |axis: usize| -> usize {
+            let spans = match (surface, axis) {
+                (Surface::Nurbs(s), 0) => s.count_u() * 2,
+                (Surface::Nurbs(s), _) => s.count_v() * 2,
+                (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
+                    curve.points.len() * 3
+                }
+                (Surface::Extrusion { .. }, _) => return 1,
+                _ => 16,
+            };
+            spans.clamp(8, 1024)
+        };
+        // One direction may use what the other does not need: a spring has many turns and one round section.
+        let n = [wanted(0), wanted(1)];
+        let counts = [0, 1].map(|axis| n[axis].min((MOST / n[1 - axis].min(64)).max(64)));
+        let axis_values = |axis: usize| -> Vec<f64> {
+            let (a, b) = domain[axis];
+            if counts[axis] == 1 {
+                return vec![0.0];
+            }
+            let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
+            // Midpoints: on a pole line a derivative vanishes and Newton's method cannot move.
+            (0..counts[axis]).map(|k| a + (b - a) * (k as f64 + 0.5) / counts[axis] as f64).collect()
+        };
+        let [us, vs] = [0, 1].map(axis_values);
+        let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v)));
+        let places = pairs.zip(surface.lattice(&us, &vs)).collect();
+        let sweep = match surface {
+            Surface::Extrusion { direction, .. } => Some(direction.normalize_or_zero()),
+            _ => None,
+        };
+        Self { counts, closed: surface.period().map(|p| p.is_some()), places, sweep }
+    }
+
+    /// Where to start, best first: at the seeds that are nearer to `p` than those around them, and at the nearest ones
+    /// of all. Where a surface passes `p` several times, as the turns of a spring do, the nearest seeds may all be on
+    /// the wrong turn.
+    pub(super) fn starts(&self, p: DVec3) -> Vec<DVec2> {
+        let mut distances = Vec::with_capacity(self.places.len());
+        let mut nearest = [(f64::INFINITY, 0); NEAREST];
+        for (k, (_, place)) in self.places.iter().enumerate() {
+            let off = p - *place;
+            let distance = self.sweep.map_or(off, |sweep| off - sweep * off.dot(sweep)).length_squared();
+            distances.push(distance);
+            if distance < nearest[NEAREST - 1].0 {
+                nearest[NEAREST - 1] = (distance, k);
+                nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
+            }
+        }
+        let mut starts: Vec<usize> = (0..distances.len()).filter(|&k| self.is_least(&distances, k)).collect();
+        starts.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]));
+        starts.truncate(MOST_LEAST);
+        let least = starts.len();
+        let others = nearest.into_iter().filter(|(distance, _)| distance.is_finite()).map(|(_, k)| k);
+        starts.extend(others);
+        let is_new = |at: usize| at < least || !starts[..least].contains(&starts[at]);
+        (0..starts.len()).filter(|&at| is_new(at)).map(|at| self.places[starts[at]].0).collect()
+    }
+
+    /// Whether no seed around seed `k` is nearer.
+    fn is_least(&self, distances: &[f64], k: usize) -> bool {
+        let row = self.counts[1];
+        let around = |axis: usize, at: usize| {
+            let last = self.counts[axis] - 1;
+            let [before, after] = if self.closed[axis] {
+                [if at == 0 { last } else { at - 1 }, if at == last { 0 } else { at + 1 }]
+            } else {
+                [at.saturating_sub(1), (at + 1).min(last)]
+            };
+            [at, before, after]
+        };
+        let (us, vs) = (around(0, k / row), around(1, k % row));
+        let is_farther = |other: usize| distances[k].total_cmp(&distances[other]).is_le();
+        distances[k].is_finite() && us.iter().all(|&i| vs.iter().all(|&j| is_farther(i * row + j)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::{NurbsSurface, Surface};
+    use crate::prepare::uv::pcurve::Projector;
+    use glam::DVec3;
+    use std::f64::consts::FRAC_PI_4;
+
+    /// A band along a helix of radius 4 and pitch 0.5, which leaves a gap of 0.05 to the next turn.
+    fn band(turns: usize) -> Surface {
+        let along = |k: usize| {
+            let angle = k as f64 * FRAC_PI_4;
+            DVec3::new(4.0 * angle.cos(), 4.0 * angle.sin(), k as f64 / 16.0)
+        };
+        let count = 8 * turns + 1;
+        let points = [0.0, 0.45].iter().flat_map(|&up| (0..count).map(move |k| along(k) + DVec3::Z * up)).collect();
+        let last = (count - 3) as f64;
+        let inner = (1..count - 3).map(|k| k as f64);
+        let knots_v = [0.0; 4].into_iter().chain(inner).chain([last; 4]).collect();
+        let knots_u = vec![0.0, 0.0, 1.0, 1.0];
+        Surface::Nurbs(NurbsSurface { degree_u: 1, degree_v: 3, knots_u, knots_v, points, weights: Vec::new() })
+    }
+
+    #[test]
+    fn a_point_is_found_on_its_own_turn_of_a_spring() {
+        for turns in [4, 12, 30] {
+            let band = band(turns);
+            let [(_, _), (_, end)] = band.natural_domain();
+            let projector = Projector::new(&band, 1e-7);
+            for (u, v) in [(1.0, 0.0), (0.0, end), (1.0, 0.37 * end), (0.0, 0.71 * end)] {
+                let p = band.point(u, v);
+                let found = projector.project(p, None);
+                assert!(band.point(found.x, found.y).distance(p) < 1e-6, "{turns} turns: {found} instead of {u}, {v}");
+            }
+        }
+    }
+}
