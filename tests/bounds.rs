@@ -249,6 +249,28 @@ fn curve_bounds_hold_and_are_tight() {
 }
 
 #[test]
+fn a_straight_curve_of_uneven_speed_needs_no_strips() {
+    let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, -2.0, 8.0));
+    let at = |share: f64| from.lerp(to, share);
+    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
+    let bounds = |points: [DVec3; 4], weights: &[f64]| {
+        let curve = NurbsCurve3 { degree: 3, knots: knots.clone(), points: points.to_vec(), weights: weights.to_vec() };
+        CurveBounds::new(&BezierSpline3::new(&curve, (0.0, 1.0)))
+    };
+    for weights in [&[][..], &[1.0, 5.0, 0.2, 1.0]] {
+        for shares in [[0.0, 0.0, 1.0, 1.0], [0.0, 0.1, 0.2, 1.0]] {
+            let even = bounds(shares.map(at), weights);
+            assert!(even.is_straight() && even.strips.len() == 1, "{shares:?} {weights:?}");
+        }
+        // One that runs beyond its end and back, and one that bends.
+        let bent = [from, at(0.3) + DVec3::splat(1e-6), at(0.6), to];
+        for points in [[0.0, 0.4, 1.6, 1.0].map(at), bent] {
+            assert!(!bounds(points, weights).is_straight(), "{points:?} {weights:?}");
+        }
+    }
+}
+
+#[test]
 fn finely_cut_surfaces_get_small_tables() {
     let n = 80;
     let knots: Vec<f64> = [vec![0.0; 3], (0..=n).map(f64::from).collect(), vec![f64::from(n); 3]].concat();

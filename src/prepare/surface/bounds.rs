@@ -12,7 +12,9 @@ use super::samples::{Sampler, sample_rows, tangent_turning};
 use super::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
-use smallvec::SmallVec;
+use crate::math::order::larger;
+use glam::DVec4;
+use smallvec::{SmallVec, smallvec};
 use std::cell::LazyCell;
 
 /// A derivative below this share of the size (largest distance from the origin) is rounding and counts as zero.
@@ -90,23 +92,30 @@ impl CurveBounds {
         self.strips.iter().map(|strip| &strip.place)
     }
 
-    /// Whether every strip is straight and of constant speed. The curve may still have kinks between segments.
+    /// Whether every strip is straight. The curve may still have kinks between segments.
     #[must_use]
     pub fn is_straight(&self) -> bool {
         self.strips.iter().all(|s| s.second == 0.0)
     }
 
     /// Bounds all segments: lines in one strip and circular arcs in two, in closed form; others in up to four strips.
+    ///
+    /// A straight curve lies on its chords, however uneven its speed: its second derivative counts as 0.
     #[must_use]
     pub fn new(spline: &BezierSpline3) -> Self {
         let size =
             LazyCell::new(|| spline.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w)));
+        let is_line = LazyCell::new(|| is_line(&spline.control, ROUNDING * *size));
         let mut out = Self { breaks: [spline.breaks[0]].as_slice().into(), strips: SmallVec::new() };
         let mut net = Vec::new();
         let rows = LazyCell::new(|| sample_rows(spline.degree));
         for (k, ends) in spline.breaks.windows(2).enumerate() {
             let known = arc_bounds::segment(spline.segment(k), ends[1] - ends[0]);
-            let cuts = if known.is_none() { cuts::of_segment(spline, k) } else { SmallVec::new() };
+            let cuts = match &known {
+                Some(_) => SmallVec::new(),
+                None if *is_line => smallvec![Cut { piece: k, ends: (0.0, 1.0) }],
+                None => cuts::of_segment(spline, k),
+            };
             let strips = known.unwrap_or_else(|| {
                 let strip = |cut: &Cut| {
                     net.clear();
@@ -115,7 +124,7 @@ impl CurveBounds {
                     bernstein::restrict(&mut net, x0, x1);
                     let width = (ends[1] - ends[0]) * (x1 - x0);
                     let (first, second) = segment_bounds(&net);
-                    let straight = second <= ROUNDING * *size;
+                    let straight = *is_line || second <= ROUNDING * *size;
                     StripBounds {
                         first: first / width,
                         second: if straight { 0.0 } else { second / (width * width) },
@@ -138,6 +147,25 @@ impl CurveBounds {
         }
         out
     }
+}
+
+/// Whether a curve's control points advance along the line from the first to the last of them, nearer to it than any
+/// tolerance asks. Then the curve does, too. `rounding` is that of the points.
+fn is_line(control: &[DVec4], rounding: f64) -> bool {
+    /// Distance from the line, as a share of its length.
+    const NEAR: f64 = 1e-9;
+    let place = |c: &DVec4| c.truncate() / c.w;
+    let [first, .., last] = control else { return false };
+    let chord = place(last) - place(first);
+    let Some(along) = chord.try_normalize() else { return false };
+    let near = larger(NEAR * chord.length(), rounding);
+    let mut farthest = 0.0;
+    control.iter().all(|c| {
+        let step = place(c) - place(first);
+        let (before, here) = (farthest, step.dot(along));
+        farthest = larger(here, before);
+        c.w > 0.0 && here >= before - near && step.distance(along * here) <= near
+    })
 }
 
 impl CurveBounds {

@@ -121,7 +121,7 @@ pub struct SurfaceBounds {
 pub struct StripBounds {
     /// sup ‖C'‖.
     pub first: f64,
-    /// sup ‖C''‖; exactly 0 where the curve is straight and of constant speed.
+    /// sup ‖C''‖; exactly 0 if the curve is straight, whatever its speed.
     pub second: f64,
     /// How far the tangent turns at most, radians.
     pub turn: f64,
