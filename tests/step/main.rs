@@ -10,6 +10,7 @@ mod deep;
 mod derived;
 mod editions;
 mod forms;
+mod poles;
 mod products;
 mod repeats;
 mod supplemental;

@@ -7,7 +7,7 @@ use trimtess::model::{Coedge, FaceId, Loop, Model, Part, PartId, Severity, Shell
 
 /// A unit square in z = 0: vertices #30, #32, #34, #36 counter-clockwise, edges #50..#53 from each to the next,
 /// oriented edges #70..#73 along them.
-fn square() -> String {
+pub(crate) fn square() -> String {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let mut text =
         world() + "#60=PLANE('',#20);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);";

@@ -94,6 +94,11 @@ impl Whole {
     }
 }
 
+/// Distance up to which rounding may move two points apart, if they are computed from numbers up to `size`.
+pub(super) fn rounding([a, b]: [DVec3; 2], size: f64) -> f64 {
+    ROUNDING * (a.abs().max(b.abs()).max_element() + size)
+}
+
 /// The segment between two vertices; `None` if they coincide.
 pub(super) fn straight(ends: Ends) -> Option<BoundedCurve> {
     (ends.start != ends.end).then(|| BoundedCurve::whole(NurbsCurve3::line(ends.start, ends.end), CurveKind::Line))
@@ -124,7 +129,7 @@ impl Geometry<'_> {
         let forward = same == same_sense;
         let turn = |frame: Frame3| if forward { frame } else { Frame3 { y: -frame.y, z: -frame.z, ..frame } };
         let chord = ends.start.distance(ends.end);
-        let rounding = |size: f64| ROUNDING * (ends.start.abs().max(ends.end.abs()).max_element() + size);
+        let rounding = |size: f64| rounding([ends.start, ends.end], size);
         let bounded = match carrier {
             Carrier::Line { .. } => return Ok(straight(ends)),
             Carrier::Round { frame, a, b } => {
@@ -255,7 +260,8 @@ impl Geometry<'_> {
             let fields = instance.fields("LINE", 1);
             Carrier::Line { point: self.point(fields.reference(0)?)?, along: self.vector(fields.reference(1)?)? }
         } else if instance.is("CIRCLE") {
-            let radius = positive(instance.fields("CIRCLE", 2).real(0)? * length)?;
+            let radius = instance.fields("CIRCLE", 2).real(0)? * length;
+            let radius = if radius == 0.0 { Err(Trouble::new(id, CurveTrouble::OnePoint)) } else { positive(radius) }?;
             Carrier::Round { frame: self.conic_frame(instance)?, a: radius, b: radius }
         } else if instance.is("ELLIPSE") {
             let own = instance.fields("ELLIPSE", 2);

@@ -1,12 +1,18 @@
 //! Edges before their vertices have ids: ends and the piece of the curve between them.
 
-use super::curve::{BoundedCurve, Ends};
+use super::curve::{BoundedCurve, Ends, rounding};
 use super::loops::{EdgeKey, VertexKey};
 use super::table::{Read, Trouble};
 use super::units::Units;
 use super::values::Map;
+use crate::control::Call;
+use crate::math::boxes::around;
 use crate::model::{EdgeId, StepCause, StepTrouble};
 use glam::DVec3;
+
+/// A curve up to this share of the part's size may be a single point. Some files state a tolerance above the size of
+/// their smallest circles.
+const POINT: f64 = 1e-6;
 
 /// An edge before its vertices have ids.
 pub(super) struct EdgeDraft {
@@ -48,6 +54,25 @@ impl EdgeDrafts {
     pub(super) fn get_mut(&mut self, key: EdgeKey) -> Option<&mut Read<EdgeDraft>> {
         self.drafts.get_mut(*self.places.get(&key)?)
     }
+
+    /// Diagonal of the box of all curves' control points.
+    pub(super) fn size(&self, call: Call<'_>) -> f64 {
+        let drafts = self.drafts.iter().take_while(|_| !call.is_cancelled());
+        let curves = drafts.flatten().filter_map(|draft| draft.curve.as_ref());
+        let [low, high] = around(curves.flat_map(|bounded| bounded.curve.points.iter().copied()));
+        (high - low).max(DVec3::ZERO).length()
+    }
+
+    /// Empties edges whose curves are single points: some writers state an edge at a pole or an apex, where a side of
+    /// the surface's domain has no length. Two faces that share one do not meet along it.
+    pub(super) fn empty_points(&mut self, size: f64, call: Call<'_>) {
+        for draft in self.drafts.iter_mut().take_while(|_| !call.is_cancelled()).flatten() {
+            if draft.is_point(POINT * size) {
+                draft.curve = None;
+                draft.empty = true;
+            }
+        }
+    }
 }
 
 impl EdgeDraft {
@@ -83,6 +108,14 @@ impl EdgeDraft {
             units,
             entity,
         })
+    }
+
+    /// Whether both vertices are in one place, and the curve stays within the file's tolerance and `near` of it.
+    fn is_point(&self, near: f64) -> bool {
+        let [start, end] = self.points;
+        let near = near.min(self.units.tolerance);
+        start.distance(end) <= rounding([start, end], 0.0)
+            && self.curve.as_ref().is_some_and(|of| of.curve.points.iter().all(|p| p.distance(start) <= near))
     }
 
     /// Points on the edge from start to end, four per control point; none for an edge without length.

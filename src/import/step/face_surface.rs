@@ -118,6 +118,10 @@ fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &EdgeDrafts) -> Face
                 for draft in uses.iter().filter_map(|edge| edges.get(edge.edge)?.as_ref().ok()) {
                     reached.hull.extend(draft.curve.iter().flat_map(|bounded| &bounded.curve.points));
                     reached.on.extend(draft.samples());
+                    if draft.empty {
+                        reached.hull.push(draft.points[0]);
+                        reached.on.push(draft.points[0]);
+                    }
                 }
             }
         }

@@ -184,7 +184,8 @@ impl Geometry<'_> {
         }
     }
 
-    fn is_straight(&self, key: EdgeKey) -> bool {
+    /// Whether an edge lies on a line, which cannot close it.
+    pub(super) fn is_straight(&self, key: EdgeKey) -> bool {
         let EdgeKey::Curve(id) = key else { return false };
         self.edge_curve(id).and_then(|(curve, _)| self.get(curve)).is_ok_and(|curve| curve.is("LINE"))
     }

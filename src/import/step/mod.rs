@@ -14,6 +14,7 @@
 //! | `FACE`; `FACE_SURFACE` with surface `$` | face in the plane of its bounds; warning if not planar |
 //! | `SUBFACE`, `VERTEX` without a point | refused |
 //! | `EDGE` without a curve | straight, with a warning |
+//! | edge whose curve is a single point, up to the tolerance and a millionth of the part | left out, as at a pole |
 //! | `SEAM_EDGE` | its oriented edge; the parameter curve is ignored |
 //! | `SUBEDGE` | a separate edge on its parent's curve, not shared with faces that use the parent |
 //! | `POINT_ON_CURVE`, `POINT_ON_SURFACE` | points; refused outside the domain, and on composite curves |

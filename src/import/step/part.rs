@@ -17,10 +17,9 @@ use super::table::{Read, Trouble, missing};
 use super::units::Units;
 use super::values::{Map, Set};
 use crate::control::Call;
-use crate::math::boxes::around;
 use crate::model::{
-    Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, StepCause,
-    StepOutcome, StepTrouble, Surface, VertexId,
+    Coedge, Colour, CurveTrouble, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity,
+    Shell, StepCause, StepOutcome, StepTrouble, Surface, VertexId,
 };
 use glam::DVec3;
 
@@ -174,8 +173,8 @@ impl Reader<'_> {
         EdgeDraft::new(entity, ends, at, curve, units)
     }
 
-    /// Reads an edge along a curve. If the curve cannot be read and the vertices are apart, the edge becomes straight,
-    /// so that its loops and faces stay closed.
+    /// Reads an edge along a curve. If the curve cannot be read, the edge becomes straight, so that its loops and faces
+    /// stay closed. One between vertices in one place is refused, unless its curve has no other points.
     fn curved_edge(&self, id: u64, units: Units, whole: Whole, shared: &Carriers) -> Read<EdgeDraft> {
         let geometry = self.geometry(units);
         let (ends, at) = geometry.edge_ends(id, whole)?;
@@ -193,7 +192,10 @@ impl Reader<'_> {
             EdgeDraft::new(id, ends, at, along, units)
         };
         read().or_else(|trouble| {
-            if at.start.distance(at.end) <= units.tolerance || self.call.is_cancelled() {
+            let together = at.start.distance(at.end) <= units.tolerance;
+            let is_point = matches!(*trouble.what, StepTrouble::Curve(CurveTrouble::OnePoint));
+            let closes = !is_point && !geometry.is_straight(EdgeKey::Curve(id));
+            if (together && closes) || self.call.is_cancelled() {
                 return Err(trouble);
             }
             let cause = trouble.seen_from(id);
@@ -260,19 +262,17 @@ impl<'a> Assembly<'a> {
         uses: &[ShellUse],
         shells: Vec<Shell>,
         colour: Option<Colour>,
-        edges: EdgeDrafts,
+        mut edges: EdgeDrafts,
     ) -> Self {
         let tolerance = uses.iter().map(|shell| shell.units.tolerance).fold(0.0, f64::max);
-        let drafts = edges.drafts.iter().take_while(|_| !call.is_cancelled());
-        let curves = drafts.flatten().filter_map(|draft| draft.curve.as_ref());
-        let points = curves.flat_map(|bounded| bounded.curve.points.iter().copied());
-        let [low, high] = around(points);
+        let size = edges.size(call);
+        edges.empty_points(size, call);
         // A part moves when it grows: ten milliseconds for the largest, where memory is cleared meanwhile.
         let most = edges.drafts.len();
         Self {
             call,
             part: Part { name, shells, colour, tolerance, edges: Vec::with_capacity(most), ..Part::default() },
-            size: (high - low).max(DVec3::ZERO).length(),
+            size,
             edges,
             corners: Corners::default(),
             vertex_ids: Map::default(),

@@ -15,7 +15,7 @@ pub enum CurveTrouble {
         /// The curve's type.
         keyword: String,
     },
-    /// A polyline has fewer than two distinct points.
+    /// A polyline has fewer than two distinct points, or a circle has no radius.
     OnePoint,
     /// A trim is neither a point nor a parameter.
     Trim,
@@ -38,7 +38,7 @@ impl fmt::Display for CurveTrouble {
             Self::SameParameter => write!(f, "both ends of the edge lie at the same parameter of its curve"),
             Self::WrongOrder => write!(f, "the curve's ends are in the wrong order"),
             Self::Endless { keyword } => write!(f, "{keyword} has no ends of its own"),
-            Self::OnePoint => write!(f, "a polyline has fewer than two distinct points"),
+            Self::OnePoint => write!(f, "the curve is a single point"),
             Self::Trim => write!(f, "a trim is neither a point nor a parameter"),
             Self::Beyond { parameter, domain: (low, high) } => {
                 write!(f, "a point at parameter {parameter} is outside the domain from {low} to {high}")
