@@ -150,6 +150,27 @@ fn a_mapping_operator_may_scale() {
 }
 
 #[test]
+fn a_negative_scale_reflects_in_the_origin() {
+    let stated = "#214=ITEM_DEFINED_TRANSFORMATION('','',#20,#34)";
+    // As OpenCASCADE writes them: a reflection in the plane x = 0, and one in a point.
+    for (axes, image) in
+        [("#230,#231,#232,-1.,#233", DVec3::new(3.0, 2.0, 3.0)), ("$,$,#232,-2.,$", DVec3::new(2.0, -4.0, -6.0))]
+    {
+        let operator = format!("#214=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','','',{axes})");
+        let text = nested(false).replace(stated, &operator)
+            + "#230=DIRECTION('',(1.,0.,0.));#231=DIRECTION('',(0.,-1.,0.));#232=CARTESIAN_POINT('',(4.,0.,0.));\
+             #233=DIRECTION('',(0.,0.,-1.));";
+        let model = model(&text);
+        clean(&model);
+        assert_eq!(model.instances.len(), 2);
+        // The ball is at (1, 0, 0) in the reflected assembly, rotated by 90° about z.
+        let placed = &model.instances[0].transform;
+        near(placed.transform_point3(DVec3::new(2.0, 0.0, 3.0)), image);
+        assert!(placed.matrix3.determinant() < 0.0, "{placed}");
+    }
+}
+
+#[test]
 fn an_assembly_in_itself_ends() {
     let text = nested(false) + &occurrence(230, [100, 120], [52, 50], [34, 20]);
     let model = model(&text);
@@ -310,11 +331,11 @@ fn items_that_cannot_be_placed_are_left_out_with_an_error_and_appear_nowhere() {
     let replica = "#52=SOLID_REPLICA('',#60,#30);#54=SHAPE_REPRESENTATION('',(#52),#1);";
     for (text, entity) in [
         (mapped.to_owned() + &scaled("0."), 52),
-        (mapped.to_owned() + &scaled("-2."), 52),
+        (mapped.to_owned() + &scaled("1.E200"), 52),
         (mapped.to_owned(), 52),
         (mapped.replace("(#20,#50)", "(#20,#99)") + &scaled("1."), 52),
         (replica.to_owned() + &scaled("0."), 52),
-        (replica.to_owned() + &scaled("-2."), 52),
+        (replica.to_owned() + &scaled("-1.E-200"), 52),
         (replica.replace("#60,#30", "#99,#30") + &scaled("1."), 52),
         (replica.replace("#60,#30", "#52,#30") + &scaled("1."), 52),
     ] {

@@ -19,6 +19,7 @@
 //! | `SUBEDGE` | a separate edge on its parent's curve, not shared with faces that use the parent |
 //! | `POINT_ON_CURVE`, `POINT_ON_SURFACE` | points; refused outside the domain, and on composite curves |
 //! | `DEGENERATE_PCURVE`, `POINT_REPLICA` | points |
+//! | transformation with a negative scale | a reflection in its origin, too; a scale of 0 is refused |
 //! | `CONSTRUCTIVE_GEOMETRY_REPRESENTATION`, surfaces next to shapes | left out; see [`StepOptions::supplemental`] |
 //! | sections `ANCHOR`, `REFERENCE`, `SIGNATURE` | skipped with a note; users of instances of other files are refused |
 //! | several `DATA` sections | one section |

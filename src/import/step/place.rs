@@ -130,7 +130,8 @@ impl<'a> Geometry<'a> {
         id.map_or(Ok(default), |id| self.direction(id))
     }
 
-    /// The motion of an `AXIS2_PLACEMENT_3D` or a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.
+    /// The motion of an `AXIS2_PLACEMENT_3D` or a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`. A negative scale reflects in
+    /// the origin: ISO 10303-42 has positive ones only, but OpenCASCADE writes mirrored occurrences that way.
     pub(super) fn motion(&self, id: u64) -> Read<DAffine3> {
         let instance = self.get(id)?;
         if instance.is("AXIS2_PLACEMENT_3D") {
@@ -153,7 +154,8 @@ impl<'a> Geometry<'a> {
             // A reflection shows in the second axis.
             let y = if y.dot(frame.y) < 0.0 { -frame.y } else { frame.y };
             let scale = own.real(3).unwrap_or(1.0);
-            if scale <= 0.0 {
+            // The sign of the determinant tells whether the motion is a reflection.
+            if !(scale * scale * scale).is_normal() {
                 return Err(Trouble::new(id, out_of_range("a transformation scale", scale, "")));
             }
             return Ok(affine(frame.x * scale, y * scale, frame.z * scale, frame.origin));

@@ -101,11 +101,10 @@ mod tests {
     use super::*;
     use glam::{DMat3, DQuat};
 
-    /// A rotation, a scale of two, and an optional reflection.
-    fn motion(mirror: bool) -> DAffine3 {
+    /// A rotation, a scale of two, and reflections along axes.
+    fn motion(signs: DVec3) -> DAffine3 {
         let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7));
-        let across = if mirror { -1.0 } else { 1.0 };
-        let scale = DMat3::from_diagonal(DVec3::new(2.0, 2.0 * across, 2.0));
+        let scale = DMat3::from_diagonal(2.0 * signs);
         DAffine3::from_mat3_translation(turn * scale, DVec3::new(3.0, -1.0, 4.0))
     }
 
@@ -122,8 +121,8 @@ mod tests {
             Surface::Revolution { curve: arc.clone(), frame },
             Surface::Extrusion { curve: arc, direction: DVec3::new(0.0, 1.0, 3.0) },
         ] {
-            for mirror in [false, true] {
-                let motion = motion(mirror);
+            for signs in [DVec3::ONE, DVec3::new(1.0, -1.0, 1.0), DVec3::NEG_ONE] {
+                let (motion, mirror) = (motion(signs), signs.y < 0.0);
                 let (moved, turned) = Similarity::new(motion).surface(surface.clone());
                 let (u, v) = (0.4, 0.6);
                 // Parameters that are lengths are twice as long.
@@ -136,12 +135,12 @@ mod tests {
                 let at = (if turned { -u } else { u } * su, v * sv);
                 let image = moved.point(at.0, at.1);
                 let expected = motion.transform_point3(surface.point(u, v));
-                assert!(image.distance(expected) < 1e-12, "{surface:?} {mirror}");
+                assert!(image.distance(expected) < 1e-12, "{surface:?} {signs}");
                 // The moved normal of the original parameters: a reflection flips cross products.
                 let stated = motion.transform_vector3(surface.normal(u, v).expect("a normal"));
                 let stated = if mirror { -stated } else { stated };
                 let own = moved.normal(at.0, at.1).expect("a normal");
-                assert_eq!(own.dot(stated) < 0.0, turned, "{surface:?} {mirror}");
+                assert_eq!(own.dot(stated) < 0.0, turned, "{surface:?} {signs}");
             }
         }
     }
