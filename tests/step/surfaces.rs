@@ -216,6 +216,22 @@ fn parameter_curves_tell_coinciding_sheets_apart() {
 }
 
 #[test]
+fn a_vertex_on_two_coinciding_sheets_chooses_the_first() {
+    // An ellipse turned about its major axis, as OpenCASCADE writes whole spheroids. The vertex is off the axis by
+    // rounding, and so are ends of the sheets.
+    let text = world()
+        + &point(31, [-1.836_970_146_529e-16, 0.0, -5.0])
+        + "#30=VERTEX_POINT('',#31);#60=SURFACE_OF_REVOLUTION('',#61,#62);#61=ELLIPSE('',#63,5.,3.);\
+           #62=AXIS1_PLACEMENT('',#21,#22);#63=AXIS2_PLACEMENT_3D('',#21,#64,#22);#64=DIRECTION('',(0.,-1.,0.));\
+           #75=VERTEX_LOOP('',#30);#76=FACE_BOUND('',#75,.F.);"
+        + &shell("ADVANCED_FACE('',(#76),#60,.F.)", 1);
+    let model = model(&text);
+    clean(&model);
+    let Surface::Revolution { curve, .. } = &only_face(&model).surface else { panic!("no revolution") };
+    assert_eq!(curve.domain(), (0.0, PI));
+}
+
+#[test]
 fn a_profile_that_ends_near_its_axis_ends_on_it() {
     // The file's points are accurate to 1e-5.
     let poles = |off: f64| {

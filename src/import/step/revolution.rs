@@ -284,14 +284,15 @@ pub(super) fn one_sheet(
     let profiles: Vec<Meridian> = pieces.iter().map(|piece| Meridian::new(piece, frame)).collect();
     let on: Vec<DVec2> = thinned(&on()).map(|p| meridian(frame, *p)).collect();
     let first = on.first().copied().unwrap_or_default();
-    let slack = SAME_SHEET * on.iter().map(|p| p.x.max((p.y - first.y).abs())).fold(0.0, f64::max);
+    let same = COINCIDENT * size(curve, frame);
+    // A boundary that is one vertex has no size.
+    let slack = same.max(SAME_SHEET * on.iter().map(|p| p.x.max((p.y - first.y).abs())).fold(0.0, f64::max));
     let mut holds = vec![true; pieces.len()];
     for p in &on {
         let misses: Vec<f64> = profiles.iter().map(|profile| profile.distance(*p)).collect();
         let least = misses.iter().copied().fold(f64::INFINITY, f64::min);
         holds.iter_mut().zip(misses).for_each(|(holds, miss)| *holds &= miss <= least + slack);
     }
-    let same = COINCIDENT * size(curve, frame);
     let held: Vec<usize> = (0..pieces.len()).filter(|k| holds[*k]).collect();
     let apart = |k: usize, other: usize| profiles[k].beyond(&profiles[other]).max(profiles[other].beyond(&profiles[k]));
     let chosen = match held.as_slice() {
