@@ -4,7 +4,7 @@ use crate::{clean, edge_of, file, is, model, near, only_face, only_part, point, 
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use trimtess::import::step::{StepOptions, read};
-use trimtess::model::{CurveTrouble, Edge, FitTrouble, Model, Part, Severity, StepTrouble, Surface};
+use trimtess::model::{CurveKind, CurveTrouble, Edge, FitTrouble, Model, Part, Severity, StepTrouble, Surface};
 
 /// The edge #50 from `start` to `end` on curve #60, in a face with a straight second edge.
 fn edge(start: [f64; 3], end: [f64; 3], curve: &str) -> Edge {
@@ -168,6 +168,16 @@ fn an_edge_may_be_given_in_parameters_only() {
         let p = helix.curve.point(helix.range.0 + (helix.range.1 - helix.range.0) * s);
         assert!(p.distance(DVec3::new(2.0 * cos, 2.0 * sin, 3.0 * s)) < 1e-3, "{p}");
     }
+}
+
+#[test]
+fn a_line_in_the_parameters_of_a_plane_ends_at_the_vertices() {
+    let curve = "#60=PCURVE('',#61,#62);#61=PLANE('',#20);#62=DEFINITIONAL_REPRESENTATION('',(#63),#1);\
+                 #63=LINE('',#64,#65);#64=CARTESIAN_POINT('',(0.,0.));#65=VECTOR('',#66,1.);\
+                 #66=DIRECTION('',(1.,2.));";
+    let line = edge([1.0, 2.0, 0.0], [3.0, 6.0, 0.0], curve);
+    assert_eq!((line.kind, line.range), (CurveKind::Line, (0.0, 1.0)));
+    near(middle(&line), DVec3::new(2.0, 4.0, 0.0));
 }
 
 /// A geometric set of one rectangular trimmed surface #60 over surface #61.

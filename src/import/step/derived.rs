@@ -131,16 +131,38 @@ impl Geometry<'_> {
     ) -> Read<(Parametric, NurbsCurve3)> {
         let own = pcurve.fields(name, 1);
         let on = self.parametric(own.reference(0)?, depth + 1)?;
-        let items = self.get(own.reference(1)?)?.fields("REPRESENTATION", 1).links(0)?;
-        let curve =
-            items.into_iter().next().ok_or_else(|| Trouble::new(pcurve.id, missing("a parameter curve", "items")))?;
-        // Parameters are read as plain numbers; the surface converts each to a length or an angle.
-        let plain = Geometry { units: Units { length: 1.0, ..self.units }, ..*self };
-        Ok((on, plain.bounded(curve, depth + 1)?))
+        Ok((on, self.plain().bounded(self.in_parameters(pcurve, name)?, depth + 1)?))
     }
 
-    /// A `PCURVE` as a curve in space: exact on a plane, else approximated within the tolerance.
-    pub(super) fn image(&self, pcurve: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
+    /// The curve that a `PCURVE` or a `DEGENERATE_PCURVE` states in the parameters of its surface.
+    fn in_parameters(&self, pcurve: Entity<'_>, name: &'static str) -> Read<u64> {
+        let items = self.get(pcurve.fields(name, 1).reference(1)?)?.fields("REPRESENTATION", 1).links(0)?;
+        items.into_iter().next().ok_or_else(|| Trouble::new(pcurve.id, missing("a parameter curve", "items")))
+    }
+
+    /// Reads parameters as plain numbers; the surface converts each to a length or an angle.
+    fn plain(&self) -> Self {
+        Geometry { units: Units { length: 1.0, ..self.units }, ..*self }
+    }
+
+    /// A `PCURVE` in space. A line on a plane is endless there, too: the vertices of its edge bound it.
+    pub(super) fn pcurve(&self, pcurve: Entity<'_>, depth: usize) -> Read<Carrier> {
+        let plain = self.plain();
+        let line = plain.unwrap(self.in_parameters(pcurve, "PCURVE")?, depth + 1)?;
+        if line.is("LINE")
+            && let (Carrier::Line { point, along }, _) = plain.carrier(line.id, depth + 1)?
+        {
+            let on = self.parametric(pcurve.fields("PCURVE", 1).reference(0)?, depth + 1)?;
+            if let Surface::Plane { .. } = on.surface {
+                let [point, next] = [point, point + along].map(|p| on.point(p.x, p.y));
+                return Ok(Carrier::Line { point, along: next - point });
+            }
+        }
+        Ok(Carrier::Spline { curve: self.image(pcurve, depth)?, kind: CurveKind::Spline })
+    }
+
+    /// A `PCURVE` with ends as a curve in space: exact on a plane, else approximated within the tolerance.
+    fn image(&self, pcurve: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
         let (on, curve) = self.parameter_curve(pcurve, "PCURVE", depth)?;
         let at = |p: DVec3| on.point(p.x, p.y);
         if let Surface::Plane { .. } = on.surface {
