@@ -274,13 +274,8 @@ impl<'a> Projector<'a> {
         let bent = second.and_then(|second| newton_step(second, r));
         let mut next = uv + bent.unwrap_or_else(|| least_squares(du, dv, r));
         for axis in 0..2 {
-            if self.period[axis].is_some() {
-                let limit = 0.25 * self.period[axis].unwrap_or(f64::INFINITY);
-                next[axis] = uv[axis] + (next[axis] - uv[axis]).clamp(-limit, limit);
-                continue;
-            }
             let (lo, hi) = self.domain[axis];
-            if next[axis] < lo || next[axis] > hi {
+            if self.period[axis].is_none() && (next[axis] < lo || next[axis] > hi) {
                 next[axis] = next[axis].clamp(lo, hi);
                 // Solve the other coordinate along the border.
                 let other = 1 - axis;
@@ -292,6 +287,13 @@ impl<'a> Projector<'a> {
                 if g > 0.0 {
                     next[other] = uv[other] + rest.dot(along) / if g - bend > 1e-3 * g { g - bend } else { g };
                 }
+            }
+        }
+        // After the borders: where one is a pole, the step along it is as long as rounding makes it.
+        for axis in 0..2 {
+            if let Some(period) = self.period[axis] {
+                let limit = 0.25 * period;
+                next[axis] = uv[axis] + (next[axis] - uv[axis]).clamp(-limit, limit);
             }
         }
         self.clamp(next)

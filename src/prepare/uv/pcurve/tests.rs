@@ -1,8 +1,9 @@
 //! Feet of points on a spline and off it, against samples.
 
-use super::Projector;
+use super::{MAX_STEPS, Projector};
 use crate::model::{NurbsCurve, NurbsSurface, Surface};
 use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Two by two bicubic pieces of different sizes, rational or not.
 fn bumpy(weight: f64) -> Surface {
@@ -84,6 +85,52 @@ fn tangents_of_a_foot_are_those_at_its_parameters() {
                 let [_, du, dv] = projector.tangents(foot.uv);
                 let off = (foot.tangents[1] - du).length() + (foot.tangents[2] - dv).length();
                 assert!(off <= 1e-6 * du.length(), "{at} {from}: {off}");
+            }
+        }
+    }
+}
+
+/// A flattened ball whose circles are three pieces and whose seam is at y = 0, as OpenCASCADE writes them.
+fn flattened_ball() -> Surface {
+    let (third, half) = (TAU / 3.0, 0.5_f64.sqrt());
+    let (radius, centre, high) = (1.5, DVec3::new(-3.0, 0.0, 0.534_576_060_619), 1.768_990_253_964);
+    let corner = |i: u32| {
+        let stretch = if i % 2 == 0 { 1.0 } else { 2.0 };
+        let turn = DVec2::from_angle(0.5 * third * f64::from(i)) * stretch * radius;
+        DVec3::new(turn.x, 0.465_530_645_1 * turn.y, 0.0)
+    };
+    let profile = [(0.0, -high), (1.0, -high), (1.0, 0.0), (1.0, high), (0.0, high)];
+    let rows = || (0..7).flat_map(|i| (0..5).map(move |j| (i, j)));
+    let weight = |k: u32, middle: f64| if k % 2 == 0 { 1.0 } else { middle };
+    Surface::Nurbs(NurbsSurface {
+        degree_u: 2,
+        degree_v: 2,
+        knots_u: [-1, 0, 0, 1, 1, 2, 2, 3, 3, 4].map(|k| third * f64::from(k)).to_vec(),
+        knots_v: [-1, -1, -1, 0, 0, 1, 1, 1].map(|k| FRAC_PI_2 * f64::from(k)).to_vec(),
+        points: rows()
+            .map(|(i, j)| centre + corner(i) * profile[j as usize].0 + DVec3::Z * profile[j as usize].1)
+            .collect(),
+        weights: rows().map(|(i, j)| weight(i, 0.5) * weight(j, half)).collect(),
+    })
+}
+
+#[test]
+fn feet_near_poles_stay_within_the_steps_that_are_taken() {
+    let surface = flattened_ball();
+    let projector = Projector::new(&surface, 1e-6);
+    assert_eq!(projector.poles.len(), 2);
+    for pole in [-FRAC_PI_2, FRAC_PI_2] {
+        for k in 0..2000 {
+            let away = 0.1 * 0.99_f64.powi(k);
+            let (u, v) = (0.05 * TAU * f64::from(k % 20), pole - pole.signum() * away);
+            let p = surface.point(u, v);
+            // On a pole line the steps do not end at the foot: they start in any direction.
+            let seeds = [(None, 1e-6), (Some(DVec2::new(u + 0.3, v)), 1e-6), (Some(DVec2::new(u - 1.5, pole)), 0.2)];
+            for (seed, off) in seeds {
+                let foot = projector.foot(p, seed);
+                let turns = (foot.uv.x - u).abs() / TAU;
+                let most = 1.0 + 0.25 * f64::from(MAX_STEPS);
+                assert!(turns <= most && foot.off < off, "{u} {v} from {seed:?}: {turns} turns, {} mm", foot.off);
             }
         }
     }
