@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 
 /// Total number of seeds. A search visits every one.
 const MOST: usize = 64 * 64;
-/// Seeds that are nearer than those around them, and of all seeds the nearest, from which a search starts at most.
+/// Most seeds from which a search starts: of those that are nearer than all around them, and of all.
 const MOST_LEAST: usize = 8;
 const NEAREST: usize = 4;
 
@@ -75,11 +75,12 @@ impl Seeds {
         let mut starts: Vec<usize> = (0..distances.len()).filter(|&k| self.is_least(&distances, k)).collect();
         starts.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]));
         starts.truncate(MOST_LEAST);
-        let least = starts.len();
-        let others = nearest.into_iter().filter(|(distance, _)| distance.is_finite()).map(|(_, k)| k);
-        starts.extend(others);
-        let is_new = |at: usize| at < least || !starts[..least].contains(&starts[at]);
-        (0..starts.len()).filter(|&at| is_new(at)).map(|at| self.places[starts[at]].0).collect()
+        for (_, k) in nearest.into_iter().filter(|(distance, _)| distance.is_finite()) {
+            if !starts.contains(&k) {
+                starts.push(k);
+            }
+        }
+        starts.into_iter().map(|k| self.places[k].0).collect()
     }
 
     /// Whether no seed around seed `k` is nearer.
@@ -95,8 +96,8 @@ impl Seeds {
             [at, before, after]
         };
         let (us, vs) = (around(0, k / row), around(1, k % row));
-        let is_farther = |other: usize| distances[k].total_cmp(&distances[other]).is_le();
-        distances[k].is_finite() && us.iter().all(|&i| vs.iter().all(|&j| is_farther(i * row + j)))
+        let is_no_nearer = |other: usize| distances[k].total_cmp(&distances[other]).is_le();
+        distances[k].is_finite() && us.iter().all(|&i| vs.iter().all(|&j| is_no_nearer(i * row + j)))
     }
 }
 
