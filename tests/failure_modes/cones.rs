@@ -104,6 +104,23 @@ fn a_cone_in_two_halves_and_in_three_thirds() {
 }
 
 #[test]
+fn a_wedge_is_cut_out_of_the_point() {
+    let (radius, height) = (4.0, 6.0);
+    let (_, whole) = frustum(radius, 0.0, height);
+    for (from, turn) in [(0.3, 1.5), (-0.5, 1.0), (2.0, 4.5), (0.0, PI)] {
+        let mut body = Body::sheet();
+        let foot = body.circle(&Frame3::WORLD, radius);
+        let arc = body.arc(&level(0.5 * height), 0.5 * radius, from, from + turn);
+        let [start, end] = [from, from + turn].map(|angle| 0.5 * DVec3::new(angle.cos(), angle.sin(), 0.0) * radius);
+        let [start, end] = [start, end].map(|p| p + 0.5 * height * DVec3::Z);
+        let (up, down) = (body.line(start, DVec3::Z * height), body.line(DVec3::Z * height, end));
+        body.face(side(radius, 0.0, height), vec![vec![foot.along()], vec![arc.against(), up, down]], false);
+        // The point is a quarter of the whole.
+        Ladder::sheet(body.finish(), whole * (1.0 - 0.25 * turn / TAU)).named((from, turn)).climb();
+    }
+}
+
+#[test]
 fn holes_near_the_apex_and_around_it() {
     // On the 45° cone rolled out flat: a disc about a point at slant distance `s` from the apex.
     let turns = 1.0 / SQRT_2;

@@ -35,6 +35,7 @@ pub(crate) fn region(
     }
     if let Some(axis) = (0..2).find(|&a| loops.iter().any(|l| l.winding[a] != 0)) {
         let other = turn_back(&loops, axis, projector);
+        go_round_poles(&mut loops, projector);
         let stated = band(loops, axis, named_pole, projector, turn);
         return match (stated, other) {
             (Err(RegionError::OneSided { .. }), Some(other)) => region(other, named_pole, projector, turn),
@@ -82,17 +83,21 @@ fn has_seam(l: &UvLoop, projector: &Projector<'_>) -> bool {
     })
 }
 
-/// Converts holes that touch a pole into loops that go round it, and returns the direction in which they do. `None` if
-/// there are no such holes. The kept side is bounded by the rest of the pole line.
+/// Converts holes that touch a pole, as a wedge cut out of a dome does, into loops that go round it, and returns the
+/// direction in which they do. `None` if there are no such holes. The kept side is bounded by the rest of the pole line.
 fn go_round_poles(loops: &mut [UvLoop], projector: &Projector<'_>) -> Option<usize> {
     let mut round = None;
     for (k, pole) in projector.poles.iter().enumerate() {
         let run = 1 - pole.axis;
         let touches = |p: &Piece| p.along == Along::Pole(k);
-        let mut touching = loops.iter_mut().filter(|l| l.pieces.iter().any(touches));
+        let mut touching = loops.iter_mut().filter(|l| l.winding == [0, 0] && l.pieces.iter().any(touches));
         let (Some(l), None, Some(period)) = (touching.next(), touching.next(), projector.period[run]) else { continue };
         let mut along_poles = (0..l.pieces.len()).filter(|&i| matches!(l.pieces[i].along, Along::Pole(_)));
         let (Some(jump), None) = (along_poles.next(), along_poles.next()) else { continue };
+        if l.double_area() > 0.0 {
+            // Not a hole.
+            continue;
+        }
         let (from, to) = (l.pieces[jump].start(), l.pieces[jump].end());
         let turns = if to[run] > from[run] { -1 } else { 1 };
         let mut by = DVec2::ZERO;

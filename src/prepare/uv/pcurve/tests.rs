@@ -95,13 +95,13 @@ fn flattened_ball() -> Surface {
     let (third, half) = (TAU / 3.0, 0.5_f64.sqrt());
     let (radius, centre, high) = (1.5, DVec3::new(-3.0, 0.0, 0.534_576_060_619), 1.768_990_253_964);
     let corner = |i: u32| {
-        let stretch = if i % 2 == 0 { 1.0 } else { 2.0 };
+        let stretch = if i.is_multiple_of(2) { 1.0 } else { 2.0 };
         let turn = DVec2::from_angle(0.5 * third * f64::from(i)) * stretch * radius;
         DVec3::new(turn.x, 0.465_530_645_1 * turn.y, 0.0)
     };
     let profile = [(0.0, -high), (1.0, -high), (1.0, 0.0), (1.0, high), (0.0, high)];
     let rows = || (0..7).flat_map(|i| (0..5).map(move |j| (i, j)));
-    let weight = |k: u32, middle: f64| if k % 2 == 0 { 1.0 } else { middle };
+    let weight = |k: u32, middle: f64| if k.is_multiple_of(2) { 1.0 } else { middle };
     Surface::Nurbs(NurbsSurface {
         degree_u: 2,
         degree_v: 2,
