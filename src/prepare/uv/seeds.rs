@@ -57,10 +57,10 @@ impl Seeds {
         Self { counts, closed: surface.period().map(|p| p.is_some()), places, sweep }
     }
 
-    /// Where to start, best first: at the seeds that are nearer to `p` than those around them, and at the nearest ones
-    /// of all. Where a surface passes `p` several times, as the turns of a spring do, the nearest seeds may all be on
-    /// the wrong turn.
-    pub(super) fn starts(&self, p: DVec3) -> Vec<DVec2> {
+    /// Where to start, best first: at the nearest seed, which is enough for most points; then at those that are nearer to
+    /// `p` than all around them, and at the next nearest ones. Where a surface passes `p` several times, as the turns of
+    /// a spring do, the nearest seeds may all be on the wrong turn.
+    pub(super) fn starts(&self, p: DVec3) -> impl Iterator<Item = DVec2> {
         let mut distances = Vec::with_capacity(self.places.len());
         let mut nearest = [(f64::INFINITY, 0); NEAREST];
         for (k, (_, place)) in self.places.iter().enumerate() {
@@ -72,15 +72,23 @@ impl Seeds {
                 nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
             }
         }
-        let mut starts: Vec<usize> = (0..distances.len()).filter(|&k| self.is_least(&distances, k)).collect();
+        let [first, next @ ..] = nearest.map(|(distance, k)| distance.is_finite().then_some(k));
+        let others = std::iter::once_with(move || self.others(&distances, first, next)).flatten();
+        first.into_iter().chain(others).map(|k| self.places[k].0)
+    }
+
+    /// The starts after the first.
+    fn others(&self, distances: &[f64], first: Option<usize>, next: [Option<usize>; NEAREST - 1]) -> Vec<usize> {
+        let is_other = |k: usize| Some(k) != first && self.is_least(distances, k);
+        let mut starts: Vec<usize> = (0..distances.len()).filter(|&k| is_other(k)).collect();
         starts.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]));
-        starts.truncate(MOST_LEAST);
-        for (_, k) in nearest.into_iter().filter(|(distance, _)| distance.is_finite()) {
+        starts.truncate(MOST_LEAST - 1);
+        for k in next.into_iter().flatten() {
             if !starts.contains(&k) {
                 starts.push(k);
             }
         }
-        starts.into_iter().map(|k| self.places[k].0).collect()
+        starts
     }
 
     /// Whether no seed around seed `k` is nearer.
