@@ -378,14 +378,14 @@ fn bowl(wall: f64, inside_out: bool) -> (trimtess::model::Model, f64) {
 }
 
 #[test]
-fn thin_bowls_keep_the_stated_orientation_and_inside_out_balls_do_not() {
+fn thin_bowls_look_outwards_whichever_way_they_are_stated() {
     // The volume of the thinnest is the difference of two that are a thousand times larger.
     for wall in [0.2, 1.0, 5.0] {
         let (model, volume) = bowl(wall, false);
         let facts = mesh(&prepared_clean(model), 1e-3);
         assert!(facts.is_closed() && (facts.volume / volume - 1.0).abs() < 0.02, "{wall}: {facts}");
     }
-    for wall in [2.0, 5.0, 20.0] {
+    for wall in [0.2, 2.0, 5.0, 20.0] {
         let (model, volume) = bowl(wall, true);
         let prepared = common::prepared(model);
         let facts = mesh(&prepared, 1e-3);
@@ -407,6 +407,41 @@ fn thin_bowls_keep_the_stated_orientation_and_inside_out_balls_do_not() {
         matches!(prepared.diagnostics[0].kind, DiagnosticKind::Shell(ShellTrouble::InsideOut { faces: 2, .. }));
     assert!(turned, "{:?}", prepared.diagnostics);
     assert!(mesh(&prepared, 0.1).volume > 0.0);
+}
+
+/// Three quarters of a ring. Its seam makes the side one loop, so the cones over the boundaries span the missing quarter.
+#[test]
+fn rings_with_a_gap_look_outwards_whichever_way_they_are_stated() {
+    let (major, minor, end) = (20.0, 2.0, 0.75 * TAU);
+    for inside_out in [false, true] {
+        let mut part = PartBuilder::new("three quarters of a ring");
+        let shell = part.plain_shell(ShellKind::Outer);
+        let frames = [0.0, end].map(|u| {
+            let out = DVec3::new(u.cos(), u.sin(), 0.0);
+            Frame3 { origin: major * out, x: out, y: DVec3::Z, z: out.cross(DVec3::Z) }
+        });
+        let [first, last] = frames.map(|frame| {
+            let vertex = part.vertex(frame.origin + minor * frame.x);
+            let curve = NurbsCurve3::arc(&frame, minor, minor, 0.0, TAU);
+            (vertex, part.curve(curve, CurveKind::Circle, vertex, vertex))
+        });
+        let outer = NurbsCurve3::arc(&Frame3::WORLD, major + minor, major + minor, 0.0, end);
+        let seam = part.curve(outer, CurveKind::Circle, first.0, last.0);
+        let side = vec![seam.along(), last.1.along(), seam.against(), first.1.against()];
+        let torus = Surface::Torus { frame: Frame3::WORLD, major, minor };
+        part.plain_face(torus, shell, vec![Loop::Edges(side)], inside_out);
+        let caps = [(frames[0], first.1.along(), false), (frames[1], last.1.against(), true)];
+        for (frame, cap, reversed) in caps {
+            part.plain_face(Surface::Plane { frame }, shell, vec![Loop::Edges(vec![cap])], reversed != inside_out);
+        }
+        let prepared = prepared(placed(part.finish().expect("a valid part")));
+        let told =
+            |kind: &DiagnosticKind| matches!(kind, DiagnosticKind::Shell(ShellTrouble::InsideOut { faces: 3, .. }));
+        assert_eq!(prepared.diagnostics.iter().filter(|d| told(&d.kind)).count(), usize::from(inside_out));
+        let facts = mesh(&prepared, 1e-3);
+        let volume = end * major * PI * minor * minor;
+        assert!(facts.is_closed() && (facts.volume / volume - 1.0).abs() < 0.01, "{inside_out}: {facts}");
+    }
 }
 
 #[test]

@@ -2,6 +2,8 @@
 
 pub(super) mod chains;
 pub(super) mod shells;
+pub(super) mod outline;
+pub(super) mod rays;
 pub(super) mod orient;
 pub(super) mod fill;
 pub(super) mod images;

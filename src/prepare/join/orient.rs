@@ -3,11 +3,13 @@
 //! Neighbours that run along their common edge in opposite directions are oriented alike. That determines each
 //! connected group up to a sign. The volume decides the sign of groups that bound a solid, the file that of others.
 
+use super::outline::{plane_polygon, region, sign};
+use super::rays::{self, RayFace};
 use crate::control::Call;
 use crate::model::{Part, ShellKind};
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
-use crate::prepare::uv::inside::{TileRegion, area, points_along};
+use crate::prepare::uv::inside::area;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 
@@ -101,13 +103,14 @@ pub(crate) fn orient(
     reversed
 }
 
-/// The sign of a volume counts above this share of the faces' absolute contributions. Samples are accurate to a few per
-/// cent of these.
+/// The sign of a volume of few samples counts above this share of the absolute contributions.
 const DECISIVE: f64 = 0.3;
 
-/// The same for the volume of most samples, if it differs from that of fewer by a third of itself at most. The shell of
-/// a smaller volume keeps the file's orientation: it is a small difference of large contributions.
+/// The same for the volume of most samples, if it differs from that of fewer by a third of itself at most.
 const SLIGHT: f64 = 0.01;
+
+/// Share of the cube of a group's size below which a volume is only rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// The sign of the volume that the faces of a shell enclose, if the file says it.
 pub(crate) fn wanted_sign(part: &Part, shell: u32) -> Option<f64> {
@@ -129,19 +132,12 @@ pub(crate) fn wrong_volume(
     reversed: &[bool],
     wanted: f64,
 ) -> Option<f64> {
-    /// Share of the cube of a group's size below which a volume is only rounding.
-    const ROUNDING: f64 = 1e-9;
-    /// Share of the faces' absolute contributions by which few samples may err where faces cancel each other.
-    const CLEAR: f64 = 1e-3;
-    const FEWEST: Sampling = Sampling { lattice: 2, outline: 8 };
-    const FEW: Sampling = Sampling { lattice: 4, outline: 8 };
-    const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };
-    const MOST: Sampling = Sampling { lattice: 32, outline: usize::MAX };
-    let group = || group.iter().take_while(|_| !call.is_cancelled());
-    let faces = || group().filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face])));
-    let sign = |reversed: bool| if reversed { -1.0 } else { 1.0 };
-    let polygons: Vec<(Vec<DVec3>, f64)> = faces()
-        .flat_map(|(draft, reversed)| draft.tiles.iter().flat_map(|t| &t.loops).map(move |l| (draft, l, reversed)))
+    let group = group.iter().take_while(|_| !call.is_cancelled());
+    let faces: Vec<(&FaceDraft, bool)> =
+        group.filter_map(|(face, _)| Some((drafts[*face].as_ref()?, reversed[*face]))).collect();
+    let polygons: Vec<(Vec<DVec3>, f64)> = faces
+        .iter()
+        .flat_map(|(draft, reversed)| draft.tiles.iter().flat_map(|t| &t.loops).map(move |l| (draft, l, *reversed)))
         .map(|(draft, l, reversed)| (space_polygon(draft, l), sign(reversed)))
         .collect();
     let points = || polygons.iter().flat_map(|p| &p.0);
@@ -156,38 +152,56 @@ pub(crate) fn wrong_volume(
         cones += sign * cone;
         parts += cone.abs();
     }
-    let flat = faces().all(|(draft, _)| draft.bounds.is_affine());
+    let flat = faces.iter().all(|(draft, _)| draft.bounds.is_affine());
     if flat && cones * wanted > DECISIVE * parts {
         return None;
     }
+    wrong_sampled_volume(call, &faces, (origin, size), wanted)
+}
+
+/// [`wrong_volume`] of faces that are not all flat, or enclose little. `place`: a point near them, and their size.
+///
+/// Nearly all solids are right, and their parts hardly cancel: a few samples decide. The volume of a thin body is a small
+/// difference of large numbers, of which samples may give any sign. There, lines through the faces decide. They see one
+/// side of a boundary that crosses itself, so a volume that more samples confirm comes before them.
+fn wrong_sampled_volume(call: Call<'_>, faces: &[(&FaceDraft, bool)], place: (DVec3, f64), wanted: f64) -> Option<f64> {
+    const FEW: Sampling = Sampling { lattice: 2, outline: 8 };
+    const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };
+    const MOST: Sampling = Sampling { lattice: 32, outline: usize::MAX };
+    let (origin, size) = place;
+    // The volume by its wanted sign.
     let summed = |samples: Sampling| {
-        faces().fold((0.0, 0.0), |(volume, parts), (draft, reversed)| {
-            let v = sign(reversed) * flux(draft, origin, samples) / 3.0;
-            (volume + v, parts + v.abs())
+        faces.iter().take_while(|_| !call.is_cancelled()).fold((0.0, 0.0), |(volume, parts), (draft, reversed)| {
+            let [sum, absolute] = flux(draft, origin, samples);
+            (volume + wanted * sign(*reversed) * sum / 3.0, parts + absolute / 3.0)
         })
     };
-    // Nearly all solids are right, and wrong volumes are far off, so try few samples first. The fewest err most, and
-    // count only where faces hardly cancel each other.
-    for (samples, clear) in [(FEWEST, DECISIVE), (FEW, CLEAR)] {
-        let (volume, parts) = summed(samples);
-        if volume * wanted > clear * parts {
-            return None;
-        }
-    }
-    let (volume, parts) = summed(MANY);
-    // The faces cancel each other, or all lie in one plane.
-    if volume.abs() <= ROUNDING * parts.max(size.powi(3)) {
-        return Some(0.0);
-    }
-    if volume * wanted > -SLIGHT * parts {
+    let (volume, parts) = summed(FEW);
+    if volume > DECISIVE * parts {
         return None;
     }
-    if volume * wanted < -DECISIVE * parts {
-        return Some(volume);
+    let ray_faces: Vec<RayFace<'_>> = faces.iter().map(|&(draft, reversed)| RayFace::new(draft, reversed)).collect();
+    let is_right = rays::look_outwards(call, &ray_faces).map(|outwards| outwards == (wanted > 0.0));
+    if is_right == Some(true) && volume > 0.0 {
+        return None;
     }
-    // A thin shell, or one that is curved too strongly for so few samples.
+    let (volume, parts) = summed(MANY);
+    if is_right.is_none() {
+        // The faces cancel each other, or all lie in one plane.
+        if volume.abs() <= ROUNDING * parts.max(size.powi(3)) {
+            return Some(0.0);
+        }
+        if volume > -SLIGHT * parts {
+            return None;
+        }
+        if volume < -DECISIVE * parts {
+            return Some(wanted * volume);
+        }
+    }
     let (finer, parts) = summed(MOST);
-    (finer * wanted < -(3.0 * (finer - volume).abs()).max(SLIGHT * parts)).then_some(finer)
+    let is_certain = finer.abs() > (3.0 * (finer - volume).abs()).max(SLIGHT * parts);
+    let is_wrong = if is_certain { finer < 0.0 } else { is_right == Some(false) };
+    is_wrong.then(|| -wanted * finer.abs())
 }
 
 /// Points along a loop, on the surface.
@@ -213,15 +227,6 @@ fn affine(patches: &BezierPatches) -> impl Fn(DVec2) -> DVec3 {
     move |p| from + du * (p.x - low.x) + dv * (p.y - low.y)
 }
 
-/// Points along a loop in (u,v), at most `most` per use; one where it is straight, if `flat`.
-fn plane_polygon(uses: &[DraftUse], most: usize, flat: bool) -> Vec<DVec2> {
-    let mut out = Vec::with_capacity(2 * uses.len());
-    for u in uses {
-        points_along(&u.uv, (u.from, u.to), most, flat, &mut out);
-    }
-    out
-}
-
 /// Sampling density of a face.
 #[derive(Clone, Copy)]
 struct Sampling {
@@ -231,25 +236,29 @@ struct Sampling {
     outline: usize,
 }
 
-/// Integral of (x - origin)·n over a face by sampling, each point as often as the loops wind around it. Accurate to a
-/// few per cent with 8 samples per piece and axis. A plane takes one sample: the flux is even over it.
-fn flux(draft: &FaceDraft, origin: DVec3, samples: Sampling) -> f64 {
-    draft.tiles.iter().map(|tile| tile_flux(draft, tile, origin, samples)).sum()
+/// Integral of (x - origin)·n over a face by sampling, each point as often as the loops wind around it, and that of its
+/// absolute value. Accurate to a few per cent with 8 samples per piece and axis. A plane takes one sample: the flux is
+/// even over it.
+fn flux(draft: &FaceDraft, origin: DVec3, samples: Sampling) -> [f64; 2] {
+    let tiles = draft.tiles.iter().map(|tile| tile_flux(draft, tile, origin, samples));
+    tiles.fold([0.0; 2], |sums, of_tile| [sums[0] + of_tile[0], sums[1] + of_tile[1]])
 }
 
-fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3, samples: Sampling) -> f64 {
-    let loops: Vec<_> = tile.loops.iter().map(|l| plane_polygon(l, samples.outline, true)).collect();
+fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3, samples: Sampling) -> [f64; 2] {
+    let inside = region(draft, tile, samples.outline);
     let at = |uv: DVec2| {
         let [point, du, dv] = draft.patches.tangents(uv.x, uv.y);
         (point - origin).dot(du.cross(dv))
     };
     if draft.bounds.is_affine() {
-        return area(&loops) * at(tile.min);
+        let flux = area(&inside.loops) * at(tile.min);
+        return [flux, flux.abs()];
     }
-    let inside = TileRegion { patches: &draft.patches, min: tile.min, max: tile.max, loops };
     let (step, lattice) = inside.lattice(samples.lattice);
     let covered = lattice.map(|uv| (uv, inside.winding(uv))).filter(|(_, winding)| *winding != 0);
-    covered.map(|(uv, winding)| f64::from(winding) * at(uv)).sum::<f64>() * step.x * step.y
+    let of_sample = |(uv, winding)| f64::from(winding) * at(uv);
+    let sums = covered.map(of_sample).fold([0.0; 2], |sums, flux| [sums[0] + flux, sums[1] + flux.abs()]);
+    sums.map(|sum| sum * step.x * step.y)
 }
 
 #[cfg(test)]
@@ -273,7 +282,7 @@ mod tests {
             let (shared, room) = (shared_edges(&part, &free), Room::new(u64::MAX));
             let mut draft = face::draft(&part, face, None, 1.0, &shared, &room).expect("a draft");
             let origin = DVec3::new(1.0, 2.0, 3.0);
-            let volume = |draft: &FaceDraft| flux(draft, origin, Sampling { lattice: 8, outline: 8 });
+            let volume = |draft: &FaceDraft| flux(draft, origin, Sampling { lattice: 8, outline: 8 })[0];
             let stated = volume(&draft);
             for l in draft.tiles.iter_mut().flat_map(|tile| &mut tile.loops) {
                 l.reverse();
