@@ -43,6 +43,8 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
             Degradation::NotSimple { .. } if row_of(prepared, tile.part, tile.face).is_some_and(|row| row.crosses) => {
                 continue;
             }
+            // Loops that touch, but for what the file treats as one point.
+            Degradation::NotSimple { width, .. } if *width <= coincidence(prepared, tile.part) => Severity::Note,
             Degradation::NotSimple { .. } | Degradation::Filled(_) => Severity::Warning,
             Degradation::Empty if lost && !prepared.scene.has_no_area(tile.part, tile.face) => Severity::Warning,
             // The tile is thinner than the tolerance; its neighbours close over it.
@@ -69,6 +71,11 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
 /// The prepared face; `None` if prepare could not use it.
 fn row_of(prepared: &Prepared, part: PartId, face: FaceId) -> Option<&PreparedFace> {
     prepared.parts.get(part.index())?.face(face)
+}
+
+/// Distance within which the source of a part treats two points as one, mm.
+fn coincidence(prepared: &Prepared, part: PartId) -> f64 {
+    prepared.parts.get(part.index()).map_or(0.0, |rows| rows.facts.coincidence)
 }
 
 /// A point near the middle of a face's first tile, part coordinates.

@@ -1,10 +1,12 @@
 //! Holes that touch the outer border, each other, or a vertex; and hairlines between them.
 
 use crate::body::{Body, level};
+use crate::common::{frame, placed, prepared};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
-use trimtess::model::{Coedge, EdgeId, Frame3, Surface};
+use trimtess::frame::{Tolerance, plan};
+use trimtess::model::{Coedge, EdgeId, Frame3, Severity, Surface};
 
 fn at(x: f64, y: f64) -> DVec3 {
     DVec3::new(x, y, 0.0)
@@ -59,6 +61,25 @@ fn holes_tangent_to_each_other() {
         let holes = holes.map(|(centre, angle)| vec![ring(&mut body, centre, 3.0, angle).against()]);
         plate(&mut body, holes.to_vec());
         Ladder::sheet(body.finish(), 400.0 - 18.0 * PI).touching().named((a, b)).climb();
+    }
+}
+
+#[test]
+fn holes_that_overlap_by_rounding_are_a_note() {
+    for (overlap, severity) in [(1e-11, Severity::Note), (1e-9, Severity::Note), (1e-5, Severity::Warning)] {
+        let mut body = Body::sheet();
+        let holes = [(-3.0, 0.0), (3.0 - overlap, PI)];
+        let holes = holes.map(|(x, angle)| vec![ring(&mut body, (x, 0.0), 3.0, angle).against()]);
+        plate(&mut body, holes.to_vec());
+        let mut part = body.finish();
+        part.tolerance = 1e-7;
+        let prepared = prepared(placed(part));
+        assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
+        let (sink, report) =
+            frame(&prepared, &plan(&prepared, &Tolerance { chord: 1e-3, angle: 0.35, max_edge: None }), true);
+        let told = report.diagnostics(&sink, &prepared);
+        let told: Vec<_> = told.iter().map(|d| (d.severity, d.kind.code())).collect();
+        assert_eq!(told, [(severity, "tile-crosses-itself")], "{overlap}");
     }
 }
 

@@ -85,7 +85,7 @@ impl<'a> Job<'a> {
         let Self { tile, lattice, face, .. } = *self;
         make_triangles(face, (tile, lattice), scratch, &mut mesh);
         add_parameters(face, lattice, lists, (&scratch.uvs, &mut mesh));
-        let rewound = add_layers(face, scratch, &mut mesh);
+        let (rewound, width) = add_layers(face, scratch, &mut mesh);
         let before = mesh.triangles.len();
         scratch.trimmed.closing.iter().for_each(|&t| push_triangle(&mut mesh, t, face.reversed));
         let mut slivers = (mesh.triangles.len() - before) as u32;
@@ -103,7 +103,7 @@ impl<'a> Job<'a> {
             Ok(TrimOutcome::Repaired { split }) => {
                 let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
                 let place = first.map(|k| mesh.positions[k]);
-                (Rung::Repaired.max(least), Some(Degradation::NotSimple { split, place }))
+                (Rung::Repaired.max(least), Some(Degradation::NotSimple { split, width, place }))
             }
             Ok(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
         };
@@ -119,17 +119,21 @@ fn has_no_area(mesh: &TileMesh, corners: [u32; 3]) -> bool {
     (b - a).cross(c - a) == DVec3::ZERO
 }
 
-/// Appends the layers: what the loops wind around, but not exactly once. Returns their area, mm².
-fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
-    let mut area = 0.0;
+/// Appends the layers: what the loops wind around, but not exactly once. Returns their area, mm², and the greatest width
+/// of a triangle of them, mm.
+fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> (f64, f64) {
+    let (mut area, mut width) = (0.0, 0.0_f64);
     for &([a, b, c], times) in &s.trimmed.layers {
         let [p, q, r] = [a, b, c].map(|v| mesh.positions[v as usize]);
-        area += 0.5 * (q - p).cross(r - p).length();
+        let twice = (q - p).cross(r - p).length();
+        area += 0.5 * twice;
+        // Across its longest side. No number if that is a point.
+        width = width.max(twice / p.distance(q).max(q.distance(r)).max(r.distance(p)));
         for _ in 0..times.unsigned_abs() {
             push_triangle(mesh, [a, b, c], face.reversed != (times < 0));
         }
     }
-    area
+    (area, width)
 }
 
 /// Makes lattice points, normals and oriented triangles, and refines those of the trim stage.

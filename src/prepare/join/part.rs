@@ -102,8 +102,8 @@ pub(crate) fn prepare_part(
     maker.tell_turned(&turned);
     maker.tell_open(&part, &sums);
     maker.tell_sewn(borders);
-    let diagnostics = maker.diagnostics;
-    part.facts = PartFacts { diagnostics, without_area, closedness, cost, kept, ..PartFacts::default() };
+    let (diagnostics, coincidence) = (maker.diagnostics, maker.part.tolerance);
+    part.facts = PartFacts { diagnostics, without_area, closedness, coincidence, cost, kept, ..PartFacts::default() };
     part
 }
 

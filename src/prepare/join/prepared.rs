@@ -163,6 +163,8 @@ pub(crate) struct PartFacts {
     /// Faces on surfaces without area, ascending.
     pub(crate) without_area: Vec<FaceId>,
     pub(crate) closedness: Closedness,
+    /// The model's [`Part::tolerance`](crate::model::Part::tolerance).
+    pub(crate) coincidence: f64,
     /// What it counts towards the limits of prepare.
     pub(crate) cost: PartCost,
     /// Points that span its box in any placement.
