@@ -8,7 +8,7 @@ mod common;
 mod random;
 
 use blocks::{BlockSink, Blocks, Refusal, Room};
-use common::prepared;
+use common::{placed, prepared};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use random::SplitMix;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use trimtess::mesh::{
     Batch, IndexFormat, MemorySink, NormalFormat, PositionFormat, SceneInstance, SinkError, TileMemory, TileMesh,
     VertexLayout, WrittenTile, check_scene,
 };
-use trimtess::model::PartId;
+use trimtess::model::{Face, Part, PartId, shapes};
 use trimtess::parallel::{FrameError, Session, SessionOptions, serial};
 use trimtess::prepare::Prepared;
 use trimtess::view::{CameraPath, Picture, View};
@@ -178,6 +178,24 @@ fn every_layout_has_the_triangles_of_batches() {
             }
         }
     }
+}
+
+#[test]
+fn tangents_are_those_of_the_face_after_a_lost_one() {
+    let layout = VertexLayout::COMPACT.with_tangent(true);
+    let tangents = |part: Part| {
+        let prepared = prepared(placed(part));
+        let plan = Arc::new(plan(&prepared, &tolerance(&prepared, 1e-2)));
+        let (mut session, mut sink) = writing(&prepared, 1, layout);
+        session.frame(plan, &mut sink).unwrap();
+        let of = |tile: &WrittenTile| decoded(tile, &sink.memory.room(tile), prepared.scene.parts[0].centre).1;
+        sink.tiles.values().flat_map(of).collect::<Vec<_>>()
+    };
+    let whole = shapes::cylinder();
+    let mut broken = whole.clone();
+    broken.faces.insert(0, Face { lost: true, ..whole.faces[0].clone() });
+    let [whole, broken] = [whole, broken].map(tangents);
+    assert!(!whole.is_empty() && whole == broken);
 }
 
 #[test]

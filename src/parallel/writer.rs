@@ -68,9 +68,9 @@ impl Writer {
 
     /// The direction in which the natural parameter u increases.
     fn tangent(&self, part: PartId, face: FaceId, uv: Vec2) -> Vec3 {
-        let face = &self.prepared.parts[part.index()].faces[face.index()];
+        let Some(face) = self.prepared.parts[part.index()].face(face) else { return Vec3::ZERO };
         let [u, v] = [0, 1].map(|k| face.maps[k].to_nurbs(f64::from(uv[k])));
-        face.patches.derivatives(u, v).du.normalize_or_zero().as_vec3()
+        face.patches.tangents(u, v)[1].normalize_or_zero().as_vec3()
     }
 
     /// Gives back the room of tiles that their sink never hears of.
@@ -79,8 +79,7 @@ impl Writer {
     }
 }
 
-/// Tiles in the memory of a sink that has not heard of them. Their room is given back when this is dropped, also by a
-/// panic.
+/// Written tiles that the sink has not been told of. Dropping this releases their memory, also in a panic.
 #[derive(Default)]
 pub(super) struct Rooms {
     writer: Option<Arc<Writer>>,
