@@ -156,7 +156,7 @@ impl Engine {
         true
     }
 
-    /// Goes on with another model, and its instances. What parts of both have is kept.
+    /// Switches to another model, and its instances. What parts of both have is kept.
     pub(super) fn update(&mut self, model: &Arc<Prepared>) {
         self.rests = false;
         let (prepared, from) = self.levels.update(&self.prepared, model);

@@ -82,7 +82,7 @@ pub(super) struct Residency {
     active: Vec<usize>,
     /// Bytes of all resident tiles.
     held: u64,
-    /// What they may be.
+    /// Limit of `held`.
     most: u64,
     /// Whether the sink wants lines of edges.
     edge_lines: bool,
@@ -153,8 +153,7 @@ impl Residency {
         self.active.extend((0..self.parts.len()).filter(|&part| self.parts[part].is_active()));
     }
 
-    /// Goes on with another model, whose part `p` is the one that was `from[p]`. What the sink has of it stays
-    /// resident.
+    /// Switches to another model, whose part `p` was `from[p]`. Its tiles in the sink stay resident.
     pub(super) fn update(&mut self, prepared: &Prepared, from: &[Option<PartId>]) {
         let mut old: Vec<Option<PartTiles>> = std::mem::take(&mut self.parts).into_iter().map(Some).collect();
         let state = |(part, from): (&Arc<PreparedPart>, &Option<PartId>)| {

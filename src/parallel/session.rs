@@ -233,7 +233,7 @@ impl Session {
         plan_for_view_on(&*self.jobs, &self.model, view, limits)
     }
 
-    /// Goes on with another model from the next frame on: usually an [update](Prepared::update) of this one, whose file
+    /// Switches to another model from the next frame on: usually an [update](Prepared::update) of this one, whose file
     /// has changed. The next frame of views sends only what differs, by [`MeshSink::begin_update`]. Until it is
     /// committed, the sink keeps the last frame, whole.
     ///

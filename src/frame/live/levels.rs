@@ -71,10 +71,10 @@ impl Levels {
         (Arc::new(out), Self { parts, instances, most })
     }
 
-    /// Goes on with another model. Returns it with its LODs, and for each of its rows the row of `before` that it is;
+    /// Switches to another model. Returns that with its LODs, and for each of its rows the same part's row in `before`;
     /// `None` for rows of parts that the model before did not have. `before` is what was returned last.
     ///
-    /// Rows that go on keep their bands. So do instances, by their order among those of their part.
+    /// Rows that both have keep their bands. So do instances, by their order among those of their part.
     #[must_use]
     pub fn update(&mut self, before: &Prepared, model: &Arc<Prepared>) -> (Arc<Prepared>, Vec<Option<PartId>>) {
         let [old, new] = [&before.parts[..self.parts.len()], &model.parts]

@@ -65,7 +65,7 @@ impl PlacedInstances {
         placed
     }
 
-    /// Goes on with the instances of another model, whose row `p` is the one that was `from[p]`. Parts keep their
+    /// Switches to the instances of another model, whose row `p` was `from[p]`. Parts keep their
     /// attributes.
     pub(crate) fn update(&mut self, prepared: &Prepared, from: &[Option<PartId>]) {
         let known = |(row, old): (usize, &Option<PartId>)| {
@@ -144,12 +144,12 @@ impl PlacedInstances {
         &self.instances
     }
 
-    /// Changes whenever anything does that plans depend on.
+    /// Grows with every change that plans depend on.
     pub(crate) fn version(&self) -> u64 {
         self.version
     }
 
-    /// Changes whenever anything does that sinks hear of.
+    /// Grows with every change that sinks are told of.
     pub(crate) fn scene_version(&self) -> u64 {
         self.scene_version
     }

@@ -115,7 +115,7 @@ impl Planner {
         self.renew(prepared, &from);
     }
 
-    /// Goes on with another model. Its part `p` is the one that was `from[p]`, and keeps its levels; a part that was none
+    /// Switches to another model. Its part `p` is the one that was `from[p]`, and keeps its levels; a part that was none
     /// is planned once a view shows it. `from` has a row for each part, and names none twice. Limits start again: what
     /// they made coarser is planned as if it were new.
     ///

@@ -197,7 +197,7 @@ pub struct PreparedPart {
     pub edges: Vec<PreparedEdge>,
     /// Number of `edges` that come before the borders of tiles.
     pub brep_edges: usize,
-    /// What an update needs of it.
+    /// What [`Prepared::update`] and diagnostics need of it.
     pub(crate) facts: PartFacts,
 }
 

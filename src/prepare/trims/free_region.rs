@@ -338,7 +338,7 @@ impl FreeRegion {
         let mut leasts = vec![0; self.wires.last().map_or(0, |wire| wire.owner) + 1];
         self.wires.iter().skip(1).for_each(|wire| leasts[wire.owner] = wire.least);
         let demanding = leasts.iter().filter(|&&least| least > 0).count();
-        // Curves that are not listed have winding number 0.
+        // The winding number of a curve that is not listed is 0.
         let keeps = |w: &[(usize, i32)]| {
             let mut curves = w.iter().filter(|w| w.0 != 0);
             let within = w.iter().any(|&(owner, w)| owner == 0 && w > 0);
