@@ -217,7 +217,7 @@ fn passes(patches: &BezierPatches, tile: &Tile, (across, along): (u32, u32), cho
     let step = (tile.max - tile.min) / DVec2::new(f64::from(across), f64::from(along));
     let place = |i: u32, j: u32| {
         let uv = tile.min + step * DVec2::new(f64::from(i), f64::from(j));
-        (uv, patches.derivatives(uv.x, uv.y).point)
+        (uv, patches.point(uv.x, uv.y))
     };
     let near = |(a, p): (DVec2, DVec3), (b, q): (DVec2, DVec3)| {
         walk_surface(patches, p.midpoint(q), a.midpoint(b), chord).distance <= chord

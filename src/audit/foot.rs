@@ -83,9 +83,7 @@ pub(super) fn search_surface(
     let vs = start_parameters(&patches.breaks_v, low.y, high.y);
     for u in start_parameters(&patches.breaks_u, low.x, high.x) {
         for &v in &vs {
-            let at = DVec2::new(u, v);
-            let distance = patches.derivatives(at.x, at.y).point.distance(p);
-            starts.push(Foot::new(distance, at));
+            starts.push(Foot::new(patches.point(u, v).distance(p), DVec2::new(u, v)));
         }
     }
     starts.sort_by(|a, b| a.distance.total_cmp(&b.distance));

@@ -1,6 +1,7 @@
 //! Orthonormal placements of analytic geometry.
 
-use glam::DVec3;
+use crate::math::Elementary as _;
+use glam::{DVec2, DVec3};
 
 /// A right-handed orthonormal frame: `z = x × y`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,5 +46,17 @@ impl Frame3 {
     pub fn local(&self, point: DVec3) -> DVec3 {
         let d = point - self.origin;
         DVec3::new(d.dot(self.x), d.dot(self.y), d.dot(self.z))
+    }
+
+    /// Distance of a point from the axis z, and its height.
+    pub(crate) fn meridian(&self, point: DVec3) -> DVec2 {
+        let local = self.local(point);
+        DVec2::new(local.x.hypotenuse(local.y), local.z)
+    }
+
+    /// From the axis z to a point, perpendicular to the axis.
+    pub(crate) fn radial(&self, point: DVec3) -> DVec3 {
+        let out = point - self.origin;
+        out - self.z * out.dot(self.z)
     }
 }

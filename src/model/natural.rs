@@ -165,8 +165,8 @@ impl Surface {
 
 /// Cylindrical coordinates: angle, distance from the axis, height.
 fn polar(frame: &Frame3, p: DVec3) -> (f64, f64, f64) {
-    let local = frame.local(p);
-    (local.y.arc_tangent_to(local.x), local.x.hypotenuse(local.y), local.z)
+    let (local, DVec2 { x: rho, y: z }) = (frame.local(p), frame.meridian(p));
+    (local.y.arc_tangent_to(local.x), rho, z)
 }
 
 /// Wraps an angle to [0, 2π).
@@ -179,8 +179,7 @@ fn turn(angle: f64) -> f64 {
 
 /// Distance of the curve point at `t` from the axis of revolution.
 fn axis_distance(curve: &NurbsCurve3, frame: &Frame3, t: f64) -> f64 {
-    let local = frame.local(curve.point(t));
-    local.x.hypotenuse(local.y)
+    frame.meridian(curve.point(t)).x
 }
 
 /// Points of the curve within this distance of the axis of revolution lie on it.

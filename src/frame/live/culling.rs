@@ -192,8 +192,8 @@ fn normals(face: &PreparedFace, tile: &Tile) -> Cone {
     let along_v: f64 = sv.clone().map(|j| most(&mut su.clone().map(|i| table.cell(i, j).turn_v))).sum();
     let half_angle = along_u + along_v;
     let middle = 0.5 * (tile.min + tile.max);
-    let d = face.patches.derivatives(middle.x, middle.y);
-    match (d.du.cross(d.dv) * if face.reversed { -1.0 } else { 1.0 }).try_normalize() {
+    let [_, du, dv] = face.patches.tangents(middle.x, middle.y);
+    match (du.cross(dv) * if face.reversed { -1.0 } else { 1.0 }).try_normalize() {
         Some(axis) if half_angle < FRAC_PI_2 => Cone { axis, half_angle },
         _ => Cone::ALL,
     }

@@ -28,10 +28,6 @@ const MOST_MERGED: usize = 96;
 /// Marks triangles that were replaced.
 const DEAD: [u32; 3] = [u32::MAX; 3];
 
-/// No union of the pieces could be triangulated: the loops are not simple.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct NotSimple;
-
 /// The state of one tile's cleanup. Allocates: it runs for few tiles.
 struct Cleanup<'a> {
     tile: &'a TrimInput<'a>,
@@ -51,7 +47,8 @@ struct Cleanup<'a> {
     taken_cells: Vec<u32>,
 }
 
-/// Solves all unsolved rings and in-cell loops. On failure the content of `out` is unspecified.
+/// Solves all unsolved rings and in-cell loops. `None` if no union of pieces could be triangulated: the loops are not
+/// simple. The content of `out` is unspecified then.
 #[cold]
 #[inline(never)]
 pub(crate) fn clean_up(
@@ -60,7 +57,7 @@ pub(crate) fn clean_up(
     rings: &mut Rings,
     polygon: &mut Polygon,
     out: &mut TrimOutput,
-) -> Result<(), NotSimple> {
+) -> Option<()> {
     let mut loops = trace.in_cell_loops.clone();
     loops.sort_unstable();
     let count = rings.rings.len();
@@ -96,7 +93,7 @@ pub(crate) fn clean_up(
         let taken: std::collections::BTreeSet<u32> = taken_cells.into_iter().collect();
         out.full_cells.retain(|&[i, j]| !taken.contains(&(j * tile.cells.0 + i)));
     }
-    Ok(())
+    Some(())
 }
 
 impl Cleanup<'_> {
@@ -179,7 +176,7 @@ impl Cleanup<'_> {
 
     /// The rings of a cell: those of the chains that cross its sides, or that of its corners.
     fn rings_of_cell(&self, cell: u32) -> Vec<u32> {
-        let (i, j) = self.cell_position(cell);
+        let [i, j] = self.tile.cell(cell).map(|k| k as usize);
         let mut rings: Vec<u32> = self.cell_rings.get(&cell).copied().into_iter().collect();
         for side in 0..4 {
             let mut next = self.trace.first_on_side(i, j, side);
@@ -195,10 +192,6 @@ impl Cleanup<'_> {
         rings.sort_unstable();
         rings.dedup();
         rings
-    }
-
-    fn cell_position(&self, cell: u32) -> (usize, usize) {
-        ((cell % self.tile.cells.0) as usize, (cell / self.tile.cells.0) as usize)
     }
 
     // -- stage 1: one neighbour
@@ -279,7 +272,7 @@ impl Cleanup<'_> {
 
     // -- stage 2: clusters
 
-    fn solve_clusters(&mut self) -> Result<(), NotSimple> {
+    fn solve_clusters(&mut self) -> Option<()> {
         let unsolved = |r: &(usize, &Ring)| !r.1.solved;
         let mut queue: VecDeque<u32> =
             self.rings.rings.iter().enumerate().filter(unsolved).map(|(index, _)| index as u32).collect();
@@ -295,11 +288,11 @@ impl Cleanup<'_> {
             }
             self.refusals[root as usize] += 1;
             if self.refusals[root as usize] > GIVE_UP_AFTER || !self.grow(root) {
-                return Err(NotSimple);
+                return None;
             }
             queue.push_back(root);
         }
-        Ok(())
+        Some(())
     }
 
     fn solve(&mut self, root: u32, triangles: &[[u32; 3]]) {
@@ -337,7 +330,7 @@ impl Cleanup<'_> {
         match self.rings.rings[piece as usize].origin {
             RingOrigin::Loops(..) => {}
             RingOrigin::Cell(cell) => {
-                let (i, j) = self.cell_position(cell);
+                let [i, j] = self.tile.cell(cell).map(|k| k as usize);
                 edges.extend((0..4).map(|side| (i, j, side)));
             }
             RingOrigin::Chain(first) => {

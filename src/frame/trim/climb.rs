@@ -83,7 +83,7 @@ impl Rungs {
         rings.build(tile, trace, polygon, out).map_err(|_| Refusal::OrderOfCrossings)?;
         out.stats.failed_rings = rings.failed;
         if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
-            cleanup::clean_up(tile, trace, rings, polygon, out).map_err(|_| Refusal::NotSimple)?;
+            cleanup::clean_up(tile, trace, rings, polygon, out).ok_or(Refusal::NotSimple)?;
             certified(tile, out)
         } else if rings.is_closed(trace) {
             Ok(TrimOutcome::Certified)

@@ -130,6 +130,11 @@ impl TrimInput<'_> {
         self.points.len() as u32 + j * (self.cells.0 + 1) + i
     }
 
+    /// Column and row of a cell.
+    pub(crate) fn cell(&self, index: u32) -> [u32; 2] {
+        [index % self.cells.0, index / self.cells.0]
+    }
+
     /// The ids of the corners of cell (i, j), counter-clockwise from the lowest.
     pub(crate) fn cell_corners(&self, [i, j]: [u32; 2]) -> [u32; 4] {
         [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.corner_id(i, j))

@@ -86,10 +86,9 @@ impl TrimScratch {
                 v = traced.next(l, v);
             }
         }
-        let cell_at = |cell: u32| [cell % input.cells.0, cell / input.cells.0];
         for l in &trace.in_cell_loops {
             let ends = &traced.loop_starts[l.loop_index as usize..];
-            (ends[0]..ends[1]).for_each(|v| out.cell_of[original(v) as usize] = Some(cell_at(l.cell)));
+            (ends[0]..ends[1]).for_each(|v| out.cell_of[original(v) as usize] = Some(input.cell(l.cell)));
         }
         for j in 0..=nv {
             for i in (0..=nu).filter(|&i| trace.kept.get(i, j)) {
@@ -102,23 +101,23 @@ impl TrimScratch {
             }
         }
         if !stats.whole_tile {
-            self.record_pieces(cell_at, &mut out);
+            self.record_pieces(input, &mut out);
         }
         out
     }
 
     /// Records cells by the outcome of their polygons.
-    fn record_pieces(&self, cell_at: impl Fn(u32) -> [u32; 2], out: &mut TrimRecord) {
+    fn record_pieces(&self, input: &TrimInput<'_>, out: &mut TrimRecord) {
         let (trace, rings) = (&self.ladder.trace, &self.ladder.rings);
         let mut loops: Vec<InCellLoop> = trace.in_cell_loops.clone();
         loops.sort_unstable();
-        let mut cells: BTreeMap<[u32; 2], bool> = loops.iter().map(|l| (cell_at(l.cell), true)).collect();
+        let mut cells: BTreeMap<[u32; 2], bool> = loops.iter().map(|l| (input.cell(l.cell), true)).collect();
         let mut groups: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
         for (index, ring) in rings.rings.iter().enumerate() {
             let cell = match ring.origin {
                 RingOrigin::Chain(k) => trace.crossings[trace.crossings[k as usize].next as usize].cell.map(u32::from),
-                RingOrigin::Cell(cell) => cell_at(cell),
-                RingOrigin::Loops(from, _) => cell_at(loops[from as usize].cell),
+                RingOrigin::Cell(cell) => input.cell(cell),
+                RingOrigin::Loops(from, _) => input.cell(loops[from as usize].cell),
             };
             let vanished = ring.solved && ring.triangles[0] == ring.triangles[1];
             *cells.entry(cell).or_default() |= !vanished;

@@ -158,7 +158,7 @@ impl Rings {
 
 /// Loads the corners of a cell as a polygon, with snapped ones replaced.
 fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut Polygon) {
-    let (i, j) = ((cell % tile.cells.0) as usize, (cell / tile.cells.0) as usize);
+    let [i, j] = tile.cell(cell).map(|k| k as usize);
     polygon.clear();
     for (a, b) in [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)] {
         let (id, point) = trace.corner(tile, a, b);

@@ -2,10 +2,10 @@
 
 use super::place::Geometry;
 use super::table::{Entity, Read, Trouble, out_of_range};
+use super::values::Map;
 use crate::math::Elementary as _;
 use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, SolidTrouble, Surface, VertexId};
 use glam::DVec3;
-use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 /// Makes a part of a primitive, placed as in ISO 10303-42.
@@ -127,21 +127,30 @@ fn flat(corners: &[DVec3], side: &[usize]) -> bool {
     side[3..].iter().all(|&k| (corners[k] - a).dot(normal).abs() <= 1e-6 * corners[k].distance(a))
 }
 
-/// Adds planar faces between corners, listed counterclockwise from outside. Degenerate faces are left out; prepare
-/// reports the open shell.
+/// Adds planar faces between corners, listed counterclockwise from outside.
 fn polyhedron(part: &mut PartBuilder, corners: Vec<DVec3>, sides: &[&[usize]]) {
     let vertices: Vec<VertexId> = corners.iter().map(|corner| part.vertex(*corner)).collect();
-    let mut edges: HashMap<(usize, usize), EdgeId> = HashMap::new();
+    let mut edges = Map::default();
     for side in sides {
-        let [a, b, c] = [0, 1, 2].map(|k| corners[side[k]]);
-        let Some(frame) = Frame3::from_axis(a, (b - a).cross(c - a), b - a) else { continue };
-        let coedges = (0..side.len()).map(|k| {
-            let (from, to) = (side[k], side[(k + 1) % side.len()]);
-            let low_high = (from.min(to), from.max(to));
-            let edge = *edges.entry(low_high).or_insert_with(|| part.line(vertices[low_high.0], vertices[low_high.1]));
-            Coedge { edge, reversed: from > to }
-        });
-        let coedges = coedges.collect();
-        part.plain_face(Surface::Plane { frame }, 0, vec![Loop::Edges(coedges)], false);
+        facet(part, &mut edges, &vertices, [0, 1, 2].map(|k| corners[side[k]]), side);
     }
+}
+
+/// Adds a planar face around an outline, in the plane of three points. A degenerate one is left out; prepare reports the
+/// open shell. `edges`: by ascending vertices.
+pub(super) fn facet(
+    part: &mut PartBuilder,
+    edges: &mut Map<[usize; 2], EdgeId>,
+    vertices: &[VertexId],
+    [a, b, c]: [DVec3; 3],
+    outline: &[usize],
+) {
+    let Some(frame) = Frame3::from_axis(a, (b - a).cross(c - a), b - a) else { return };
+    let coedges = outline.iter().zip(outline.iter().cycle().skip(1)).map(|(&from, &to)| {
+        let ends = [from.min(to), from.max(to)];
+        let edge = *edges.entry(ends).or_insert_with(|| part.line(vertices[ends[0]], vertices[ends[1]]));
+        Coedge { edge, reversed: from > to }
+    });
+    let bound = Loop::Edges(coedges.collect());
+    part.plain_face(Surface::Plane { frame }, 0, vec![bound], false);
 }

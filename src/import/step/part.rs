@@ -410,7 +410,8 @@ impl<'a> Assembly<'a> {
                 None => return Err(Trouble::new(face, StepTrouble::Unread { what: "an edge of the face" })),
             }
         }
-        // Some writers get the senses of edges wrong. The right ones follow from the first edge, as stated or reversed.
+        // Some writers get the senses of edges wrong. The right ones follow from the first edge, as stated or reversed. An
+        // open loop has none; prepare closes and reports it.
         if let Some(turned) = [false, true].into_iter().find_map(|first| head_to_tail(&ends, first)) {
             for (edge, turned) in chain.iter_mut().zip(&turned) {
                 edge.reversed ^= turned;
@@ -419,9 +420,7 @@ impl<'a> Assembly<'a> {
                 let place = ends.first().map(|(corner, _)| self.corners.points[*corner]);
                 self.say(Severity::Warning, face, place, StepOutcome::EdgesTurned);
             }
-            return Ok(chain);
         }
-        // The loop is open. Prepare closes and reports it.
         Ok(chain)
     }
 

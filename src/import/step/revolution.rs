@@ -83,23 +83,17 @@ pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &FaceLocation) -> 
         }
     };
     let turned = |p: &DVec3| {
-        let DVec2 { x: radius, y: height } = meridian(frame, *p);
+        let DVec2 { x: radius, y: height } = frame.meridian(*p);
         let foot = frame.origin + frame.z * height;
         let [near, far] = [foot + out * radius, foot - out * radius];
         if miss(near) <= miss(far) + COINCIDENT * size { near } else { far }
     };
     let mut points: Vec<DVec3> = reach.hull.iter().chain(&reach.on).map(turned).collect();
     // The boundary may enclose the tip, if that is on the axis.
-    if meridian(frame, tip).x <= ON_AXIS * size && !points.is_empty() {
+    if frame.meridian(tip).x <= ON_AXIS * size && !points.is_empty() {
         points.push(tip);
     }
     reaching(carrier, &points, |p, _| *p)
-}
-
-/// Distance from the axis, and height.
-fn meridian(frame: &Frame3, p: DVec3) -> DVec2 {
-    let local = frame.local(p);
-    DVec2::new(local.x.hypotenuse(local.y), local.z)
 }
 
 /// Moves the axis to an end of the profile that is within `tolerance` of it, so that the surface has a pole there. A
@@ -109,20 +103,19 @@ fn meridian(frame: &Frame3, p: DVec3) -> DVec2 {
 /// The axis moves rather than the end, because edges meet at the end.
 pub(super) fn onto_axis(mut curve: NurbsCurve3, mut frame: Frame3, tolerance: f64) -> (NurbsCurve3, Frame3) {
     let (a, b) = curve.domain();
-    let near = tolerance.min(PASSING * curve.points.iter().map(|p| meridian(&frame, *p).x).fold(0.0, f64::max));
-    let out = |frame: &Frame3, p: DVec3| (p - frame.origin).reject_from_normalized(frame.z);
+    let near = tolerance.min(PASSING * curve.points.iter().map(|p| frame.meridian(*p).x).fold(0.0, f64::max));
     let is_near = |(t, k): &(f64, usize)| {
         let end = curve.points[*k];
         // The first control point of a curve without clamped knots is not its end.
-        out(&frame, end).length() <= near && curve.point(*t).distance(end) <= near
+        frame.radial(end).length() <= near && curve.point(*t).distance(end) <= near
     };
     let ends: Vec<(f64, usize)> = [(a, 0), (b, curve.points.len() - 1)].into_iter().filter(is_near).collect();
     if let Some((_, first)) = ends.first() {
-        let off = out(&frame, curve.points[*first]);
+        let off = frame.radial(curve.points[*first]);
         frame.origin += off;
     }
     for (_, k) in ends {
-        let off = out(&frame, curve.points[k]);
+        let off = frame.radial(curve.points[k]);
         curve.points[k] -= off;
     }
     (curve, frame)
@@ -130,9 +123,9 @@ pub(super) fn onto_axis(mut curve: NurbsCurve3, mut frame: Frame3, tolerance: f6
 
 /// Size of a profile, including its distance from the axis.
 fn size(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
-    let Some(first) = curve.points.first().map(|p| meridian(frame, *p)) else { return 0.0 };
+    let Some(first) = curve.points.first().map(|p| frame.meridian(*p)) else { return 0.0 };
     let away = |p: &DVec3| {
-        let at = meridian(frame, *p);
+        let at = frame.meridian(*p);
         at.x.max((at.y - first.y).abs())
     };
     curve.points.iter().map(away).fold(0.0, f64::max)
@@ -179,7 +172,7 @@ fn axis_points(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<f64> {
             let [before, after] = [at(i - 1), at(i)].map(|t| flat(curve.point(t) - frame.origin));
             before.dot(after) < 0.0
         };
-        let off = meridian(frame, point).x;
+        let off = frame.meridian(point).x;
         if off <= near && (off <= on || passes()) && ends.iter().all(|end| end.distance(point) > near) {
             found.push(t);
         }
@@ -196,7 +189,7 @@ fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<NurbsCurv
     let size = size(curve, frame);
     let near = share * size;
     let start = curve.point(a);
-    let through = start.distance(curve.point(b)) <= ON_AXIS * size && meridian(frame, start).x > near;
+    let through = start.distance(curve.point(b)) <= ON_AXIS * size && frame.meridian(start).x > near;
     let curve = if through {
         cuts.push(first + (b - a));
         spline::restart(curve, first)
@@ -212,7 +205,7 @@ fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<NurbsCurv
         let (front, back) = points.split_at_mut(last);
         front.first_mut().into_iter().chain(back.first_mut())
     }) {
-        if meridian(frame, *end).x <= near {
+        if frame.meridian(*end).x <= near {
             *end = frame.origin + frame.z * (*end - frame.origin).dot(frame.z);
         }
     }
@@ -230,7 +223,7 @@ impl Meridian {
         let (a, b) = curve.domain();
         let steps = SAMPLES * curve.points.len();
         let at = |i: usize| curve.point(a + (b - a) * i as f64 / steps as f64);
-        Self((0..=steps).map(|i| meridian(frame, at(i))).collect())
+        Self((0..=steps).map(|i| frame.meridian(at(i))).collect())
     }
 
     fn distance(&self, p: DVec2) -> f64 {
@@ -258,7 +251,7 @@ fn thinned(points: &[DVec3]) -> impl Iterator<Item = &DVec3> {
 pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsCurve3 {
     let miss = |piece: &NurbsCurve3| -> f64 {
         let profile = Meridian::new(piece, frame);
-        thinned(on).map(|p| profile.distance(meridian(frame, *p))).sum()
+        thinned(on).map(|p| profile.distance(frame.meridian(*p))).sum()
     };
     let pieces = cut_at_axis(curve, frame, PASSING).into_iter().map(|piece| (miss(&piece), piece));
     pieces.min_by(|p, q| p.0.total_cmp(&q.0)).map_or_else(|| curve.clone(), |(_, piece)| piece)
@@ -282,7 +275,7 @@ pub(super) fn one_sheet(
         return Ok(stated);
     }
     let profiles: Vec<Meridian> = pieces.iter().map(|piece| Meridian::new(piece, frame)).collect();
-    let on: Vec<DVec2> = thinned(&on()).map(|p| meridian(frame, *p)).collect();
+    let on: Vec<DVec2> = thinned(&on()).map(|p| frame.meridian(*p)).collect();
     let first = on.first().copied().unwrap_or_default();
     let same = COINCIDENT * size(curve, frame);
     // A boundary that is one vertex has no size.
@@ -332,7 +325,7 @@ fn is_inside(piece: &NurbsCurve3, t: f64, period: f64) -> bool {
 /// `None` for other profiles.
 fn sphere(piece: &NurbsCurve3, frame: &Frame3) -> Option<(Surface, bool)> {
     let (a, b) = piece.domain();
-    let ends = [a, b].map(|t| meridian(frame, piece.point(t)));
+    let ends = [a, b].map(|t| frame.meridian(piece.point(t)));
     let radius = 0.5 * (ends[1].y - ends[0].y).abs();
     let tolerance = 1e-9 * radius;
     let origin = frame.origin + frame.z * (0.5 * (ends[0].y + ends[1].y));

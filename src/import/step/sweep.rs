@@ -96,17 +96,12 @@ impl Sweep {
 /// The largest distance of a profile's curves from the axis.
 fn reach(profile: &Part, axis: &Frame3) -> f64 {
     let points = profile.edges.iter().flat_map(|edge| &edge.curve.points);
-    points.map(|p| radial(*p, axis).length()).fold(0.0, f64::max)
-}
-
-fn radial(p: DVec3, axis: &Frame3) -> DVec3 {
-    let out = p - axis.origin;
-    out - axis.z * out.dot(axis.z)
+    points.map(|p| axis.radial(*p).length()).fold(0.0, f64::max)
 }
 
 /// The unit direction from the axis to the profile; `None` if the profile lies on the axis.
 fn side(profile: &Part, axis: &Frame3) -> Option<DVec3> {
-    let points = profile.edges.iter().flat_map(|edge| &edge.curve.points).map(|p| radial(*p, axis));
+    let points = profile.edges.iter().flat_map(|edge| &edge.curve.points).map(|p| axis.radial(*p));
     points.max_by(|p, q| p.length_squared().total_cmp(&q.length_squared()))?.try_normalize()
 }
 
@@ -209,7 +204,7 @@ fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f
     let turn = DAffine3::from_quat(DQuat::from_vec4((sine * axis.z).extend(cosine)));
     let motion = DAffine3::from_translation(axis.origin) * turn * DAffine3::from_translation(-axis.origin);
     let none = ON_AXIS * reach(profile, axis);
-    let on_axis = |p: DVec3| radial(p, axis).length() <= none;
+    let on_axis = |p: DVec3| axis.radial(p).length() <= none;
     let fixed: Vec<bool> = profile.vertices.iter().map(|p| on_axis(*p)).collect();
     let still: Vec<bool> = profile.edges.iter().map(|edge| edge.curve.points.iter().all(|p| on_axis(*p))).collect();
     let whole = angle == TAU;
@@ -240,7 +235,7 @@ fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f
             (!fixed[i]).then(|| {
                 *rings.entry(i).or_insert_with(|| {
                     let p = profile.vertices[i];
-                    let out = radial(p, axis);
+                    let out = axis.radial(p);
                     let radius = out.length();
                     let x = out / radius;
                     let about = Frame3 { origin: p - out, x, y: axis.z.cross(x), z: axis.z };
@@ -267,17 +262,17 @@ fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f
                 loops.extend(poles);
             }
         }
-        let surface = Surface::Revolution { curve: onto_axis(trimmed(edge), axis, none), frame: *axis };
+        let surface = Surface::Revolution { curve: ends_onto_axis(trimmed(edge), axis, none), frame: *axis };
         copies.part.plain_face(surface, 0, loops, coedge.reversed != ahead);
     }
     copies.part
 }
 
 /// Moves ends near the axis exactly onto it: they are poles of the surface.
-fn onto_axis(mut curve: NurbsCurve3, axis: &Frame3, none: f64) -> NurbsCurve3 {
+fn ends_onto_axis(mut curve: NurbsCurve3, axis: &Frame3, none: f64) -> NurbsCurve3 {
     let last = curve.points.len() - 1;
     for k in [0, last] {
-        let out = radial(curve.points[k], axis);
+        let out = axis.radial(curve.points[k]);
         if out.length() <= none {
             curve.points[k] -= out;
         }

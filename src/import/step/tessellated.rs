@@ -4,14 +4,13 @@
 //! share edges, so that the mesh is as closed as the file's, at any tolerance. Corners with equal coordinates are
 //! merged, since each tessellated face may list its own.
 
+use super::csg::facet;
 use super::kinds::{HOLDERS, TRIANGULATED, is_shapeless};
 use super::place::Geometry;
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing};
 use super::values::{Attribute, Map, Set};
 use crate::math::bits;
-use crate::model::{
-    Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, PartError, ShellKind, SolidTrouble, StepTrouble, Surface, VertexId,
-};
+use crate::model::{Part, PartBuilder, PartError, ShellKind, SolidTrouble, StepTrouble, VertexId};
 use glam::{DAffine3, DVec3};
 use std::collections::hash_map::Entry;
 
@@ -236,21 +235,12 @@ impl Mesh {
         let mut part = PartBuilder::new(String::new());
         part.plain_shell(kind);
         let vertices: Vec<VertexId> = self.points.iter().map(|p| part.vertex(*p)).collect();
-        let mut edges: Map<[usize; 2], EdgeId> = Map::default();
-        let mut chain = Vec::new();
+        let (mut edges, mut chain) = (Map::default(), Vec::new());
         for [a, b, c] in &self.triangles {
-            let [p, q, r] = [*a, *b, *c].map(|k| self.points[k]);
-            let Some(frame) = Frame3::from_axis(p, (q - p).cross(r - p), q - p) else { continue };
+            let corners = [*a, *b, *c].map(|k| self.points[k]);
             chain.clear();
             [[a, b], [b, c], [c, a]].into_iter().for_each(|[from, to]| self.side(*from, *to, 0, &mut chain));
-            let next = chain.iter().cycle().skip(1);
-            let coedges = chain.iter().zip(next).map(|(&from, &to)| {
-                let ends = [from.min(to), from.max(to)];
-                let line = || part.line(vertices[ends[0]], vertices[ends[1]]);
-                Coedge { edge: *edges.entry(ends).or_insert_with(line), reversed: from > to }
-            });
-            let bound = Loop::Edges(coedges.collect());
-            part.plain_face(Surface::Plane { frame }, 0, vec![bound], false);
+            facet(&mut part, &mut edges, &vertices, corners, &chain);
         }
         part.finish()
     }

@@ -5,6 +5,7 @@
 
 use super::outline::{plane_polygon, region, sign};
 use super::rays::{self, RayFace};
+use super::shells::connected;
 use crate::control::Call;
 use crate::model::{Part, ShellKind};
 use crate::prepare::surface::decompose::BezierPatches;
@@ -71,19 +72,7 @@ pub(crate) fn orient(
         if seen[start] {
             continue;
         }
-        seen[start] = true;
-        let mut group = vec![(start, reversed[start])];
-        let mut next = 0;
-        while next < group.len() {
-            let (face, turned) = group[next];
-            next += 1;
-            for &(other, alike) in &neighbours[face] {
-                if !seen[other] {
-                    seen[other] = true;
-                    group.push((other, turned == alike));
-                }
-            }
-        }
+        let group = connected(&neighbours, (start, reversed[start]), &mut seen);
         let disagree = group.iter().filter(|(face, turned)| *turned != part.faces[*face].reversed).count();
         let flip = 2 * disagree > group.len();
         for (face, turned) in &group {
@@ -123,8 +112,8 @@ pub(crate) fn wanted_sign(part: &Part, shell: u32) -> Option<f64> {
 
 /// The volume of a closed group if its sign is not `wanted`; zero if it is only rounding.
 ///
-/// First sums the cones over the boundaries, which costs next to nothing. Where all faces are flat, that is the volume;
-/// curved faces may have another sign, so these are integrated over, as are flat ones that do not confirm the sign.
+/// Where all faces are flat, the cones over the boundaries are the volume. Curved faces, and flat ones that do not
+/// confirm the sign, are integrated over.
 pub(crate) fn wrong_volume(
     call: Call<'_>,
     drafts: &[Option<FaceDraft>],
@@ -144,17 +133,18 @@ pub(crate) fn wrong_volume(
     let origin = points().sum::<DVec3>() / points().count().max(1) as f64;
     // The boundary of an untrimmed surface runs forth and back, or is a single point. Its cones sum to rounding only.
     let size = points().map(|p| p.distance(origin)).fold(ROUNDING * origin.abs().max_element(), f64::max);
-    let (mut cones, mut parts) = (0.0, ROUNDING * size.powi(3));
-    for (polygon, sign) in &polygons {
-        let first = polygon[0] - origin;
-        let fan = |w: &[DVec3]| first.dot((w[0] - origin).cross(w[1] - origin)) / 6.0;
-        let cone: f64 = polygon.windows(2).map(fan).sum();
-        cones += sign * cone;
-        parts += cone.abs();
-    }
-    let flat = faces.iter().all(|(draft, _)| draft.bounds.is_affine());
-    if flat && cones * wanted > DECISIVE * parts {
-        return None;
+    if faces.iter().all(|(draft, _)| draft.bounds.is_affine()) {
+        let (mut cones, mut parts) = (0.0, ROUNDING * size.powi(3));
+        for (polygon, sign) in &polygons {
+            let first = polygon[0] - origin;
+            let fan = |w: &[DVec3]| first.dot((w[0] - origin).cross(w[1] - origin)) / 6.0;
+            let cone: f64 = polygon.windows(2).map(fan).sum();
+            cones += sign * cone;
+            parts += cone.abs();
+        }
+        if cones * wanted > DECISIVE * parts {
+            return None;
+        }
     }
     wrong_sampled_volume(call, &faces, (origin, size), wanted)
 }

@@ -13,7 +13,7 @@ use crate::model::{
     BorderTrouble, Diagnostic, EdgeId, Face, FaceError, FaceId, FaceTrouble, Part, PartId, Severity, ShellKind,
     ShellTrouble, WireTrouble,
 };
-use crate::prepare::regions::boundary::{self, Boundary, boundary, is_closed, of_boundary};
+use crate::prepare::regions::boundary::{self, Boundary, boundary, is_closed, of_boundary, sign};
 use crate::prepare::report::finding::Finding;
 use crate::prepare::report::guard::{guarded, panic_message};
 use crate::prepare::sew::sew_edges::{SewSummary, sew};
@@ -364,12 +364,10 @@ impl PartPreparation<'_> {
             let Some(first) = gaps.first().filter(|_| ends.values().all(|&count| count == 0)) else { continue };
             let face = first.faces[0] as usize;
             let Some(draft) = &mut faces.drafts[face] else { continue };
-            let sign = if reversed[face] { 1 } else { -1 };
-            draft.chain.extend(gaps.iter().map(|gap| (gap.edge, sign * gap.sum)));
+            draft.chain.extend(gaps.iter().map(|gap| (gap.edge, -sign(reversed[face]) * gap.sum)));
             draft.chain = summed(std::mem::take(&mut draft.chain));
-            let place = self.part.vertices.get(self.part.edges[first.edge as usize].start.index()).copied();
             let what = WireTrouble::BridgesFilled { edges: gaps.len() };
-            draft.repairs.push(Finding { edge: Some(EdgeId(first.edge)), ..Finding::new(place, what) });
+            draft.repairs.push(Finding::at_edge(&self.part, first.edge, what));
             found = true;
         }
         found

@@ -95,24 +95,35 @@ fn unbalanced(part: &Part) -> Vec<(u32, usize)> {
             neighbours[b.wire].push((a.wire, a.sign != b.sign));
         }
     }
-    let mut signs = vec![0; wires];
-    let mut stack = Vec::new();
+    let (mut turned, mut seen) = (vec![false; wires], vec![false; wires]);
     for first in 0..wires {
-        if signs[first] == 0 {
-            signs[first] = 1;
-            stack.push(first);
+        if !seen[first] {
+            connected(&neighbours, (first, false), &mut seen).into_iter().for_each(|(wire, is)| turned[wire] = is);
         }
-        while let Some(wire) = stack.pop() {
-            for &(other, alike) in &neighbours[wire] {
-                if signs[other] == 0 {
-                    signs[other] = if alike { signs[wire] } else { -signs[wire] };
-                    stack.push(other);
-                }
+    }
+    let sum = |of_edge: &[Row]| of_edge.iter().map(|row| row.sign * sign(turned[row.wire])).sum::<i32>();
+    of_edges().filter(|of_edge| sum(of_edge) != 0).map(|of_edge| (of_edge[0].shell, of_edge.len())).collect()
+}
+
+/// What is connected to the first, and whether it is turned. `neighbours`: for each its neighbours, and whether both are
+/// turned alike. The nearest decide where neighbours contradict each other.
+pub(super) fn connected(
+    neighbours: &[Vec<(usize, bool)>],
+    first: (usize, bool),
+    seen: &mut [bool],
+) -> Vec<(usize, bool)> {
+    seen[first.0] = true;
+    let mut group = vec![first];
+    let mut next = 0;
+    while let Some(&(from, turned)) = group.get(next) {
+        next += 1;
+        for &(other, alike) in &neighbours[from] {
+            if !std::mem::replace(&mut seen[other], true) {
+                group.push((other, turned == alike));
             }
         }
     }
-    let sum = |of_edge: &[Row]| of_edge.iter().map(|row| row.sign * signs[row.wire]).sum::<i32>();
-    of_edges().filter(|of_edge| sum(of_edge) != 0).map(|of_edge| (of_edge[0].shell, of_edge.len())).collect()
+    group
 }
 
 /// A shell of a solid with free edges.

@@ -58,11 +58,7 @@ pub(crate) fn is_closed(part: &Part, face: &Face, free: Option<&FreeFace>) -> bo
         let ends = ends(part, EdgeId(edge), reversed)?;
         ends.iter().all(|v| part.vertices.get(v.index()).is_some_and(|p| p.is_finite())).then_some(ends)
     };
-    if free.is_some() {
-        let all = boundary(face, free);
-        return all.iter().all(|l| is_chain(l.iter().map(|&(edge, reversed)| vertices(edge, reversed))));
-    }
-    face.wires().all(|coedges| is_chain(coedges.iter().map(|c| vertices(c.edge.0, c.reversed))))
+    boundary(face, free).iter().all(|l| is_chain(l.iter().map(|&(edge, reversed)| vertices(edge, reversed))))
 }
 
 /// Whether each edge starts where the previous one ends, and the first where the last one does.

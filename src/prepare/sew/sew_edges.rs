@@ -105,26 +105,24 @@ pub(crate) fn sew<'a>(
     let mut pieces = PieceGroups::new(&part, &candidates, cuts, &course);
     let mut sewn = SewSummary::default();
     // Per shell of a solid: shell, candidate of the widest pair, number of pairs, width.
-    let mut told: Vec<(u32, usize, usize, f64)> = Vec::new();
+    let mut widest: Vec<(u32, usize, usize, f64)> = Vec::new();
     for contact in contacts.iter().take_while(|_| !call.is_cancelled()) {
         let count = pieces.join(contact, &course, &mut may_join);
         let (first, width) = (&candidates[contact.pair[0]], contact.stretch.width);
         if count > 0 && contact.pair.iter().any(|&k| candidates[k].untold) {
             sewn = SewSummary { pairs: sewn.pairs + count, width: sewn.width.max(width) };
         } else if count > 0 {
-            match told.iter_mut().find(|t| t.0 == first.shell) {
+            match widest.iter_mut().find(|t| t.0 == first.shell) {
                 Some(t) if t.3 >= width => t.2 += count,
                 Some(t) => *t = (first.shell, contact.pair[0], t.2 + count, width),
-                None => told.push((first.shell, contact.pair[0], count, width)),
+                None => widest.push((first.shell, contact.pair[0], count, width)),
             }
         }
     }
-    for (_, widest, count, width) in told {
-        let Candidate { edge, face, tolerance, .. } = candidates[widest];
+    for (_, candidate, count, width) in widest {
+        let Candidate { edge, face, tolerance, .. } = candidates[candidate];
         let what = BorderTrouble::Sewn { pairs: count, width_mm: width, tolerance_mm: tolerance };
-        let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
-        let told = Finding { edge: Some(EdgeId(edge)), ..Finding::new(place, what) };
-        done.push(Healing { face, severity: Severity::Note, told });
+        done.push(Healing { face, severity: Severity::Note, told: Finding::at_edge(&part, edge, what) });
     }
     done.extend(thin.kept.into_iter().map(|(face, tolerance_mm)| {
         let told = Finding::new(None, BorderTrouble::ThinFace { tolerance_mm });
@@ -132,10 +130,8 @@ pub(crate) fn sew<'a>(
     }));
     done.extend(left_out.into_values().map(|LeftOut { first, count }| {
         let Candidate { edge, face, .. } = candidates[first];
-        let place = part.vertices.get(part.edges[edge as usize].start.index()).copied();
         let what = BorderTrouble::NotCompared { pairs: count, limit: MOST_PARTNERS };
-        let told = Finding { edge: Some(EdgeId(edge)), ..Finding::new(place, what) };
-        Healing { face, severity: Severity::Note, told }
+        Healing { face, severity: Severity::Note, told: Finding::at_edge(&part, edge, what) }
     }));
     if contacts.is_empty() || call.is_cancelled() {
         return (part, SewSummary::default());
