@@ -7,7 +7,7 @@
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::region::Region;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvSample, newton_meeting};
-use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop, winding_about};
+use crate::prepare::uv::uv_loop::{Along, LoopPlace, Passed, Piece, UvLoop, winding_about};
 use glam::DVec2;
 
 /// A loop with more segments stays as it is: every pair of segments whose boxes overlap is tested.
@@ -29,13 +29,6 @@ pub(crate) struct LobeCut {
     /// Edge and parameter of both passes; `None` along a pole.
     pub(crate) passes: [Option<(u32, f64)>; 2],
     pub(crate) uv: DVec2,
-}
-
-/// A point of a loop.
-#[derive(Clone, Copy)]
-struct At {
-    piece: usize,
-    t: f64,
 }
 
 /// Whether a loop stays as it is because one of its edges is `shared`.
@@ -85,8 +78,9 @@ fn lobes(
 ) -> Option<Vec<UvLoop>> {
     let crossings = crossings(l, near)?;
     // Both passes of every crossing, in loop order, with the number of the crossing.
-    let mut passes: Vec<(At, usize)> = crossings.iter().enumerate().flat_map(|(k, c)| c.at.map(|at| (at, k))).collect();
-    let along = |at: At| (at.piece, if l.pieces[at.piece].reversed { -at.t } else { at.t });
+    let mut passes: Vec<(LoopPlace, usize)> =
+        crossings.iter().enumerate().flat_map(|(k, c)| c.at.map(|at| (at, k))).collect();
+    let along = |at: LoopPlace| (at.piece, if l.pieces[at.piece].reversed { -at.t } else { at.t });
     passes.sort_by(|a, b| {
         let ((p, t), (q, s)) = (along(a.0), along(b.0));
         p.cmp(&q).then(t.total_cmp(&s)).then(a.1.cmp(&b.1))
@@ -102,7 +96,7 @@ fn lobes(
             used[k] = true;
             let (from, to) = (&passes[k], &passes[(k + 1) % count]);
             let ends = [crossings[from.1].uv, crossings[to.1].uv];
-            append_stretch(l, from.0, to.0, k + 1 == count, ends, &mut pieces);
+            append_stretch(l, [from.0, to.0], k + 1 == count, ends, &mut pieces);
             k = partner((k + 1) % count);
         }
         if !pieces.is_empty() {
@@ -126,20 +120,20 @@ fn lobes(
     if backwards.is_empty() {
         return None;
     }
-    let pass = |at: At| Some((l.pieces[at.piece].along.edge()?, at.t));
+    let pass = |at: LoopPlace| Some((l.pieces[at.piece].along.edge()?, at.t));
     done.cuts.extend(crossings.iter().map(|c| LobeCut { passes: c.at.map(pass), uv: c.uv }));
     Some(parts)
 }
 
 /// A point that a loop passes twice.
 struct LobeCrossing {
-    at: [At; 2],
+    at: [LoopPlace; 2],
     uv: DVec2,
 }
 
 /// Where a loop crosses itself, or passes a vertex twice. `None` if nowhere, or too often.
 fn crossings(l: &UvLoop, near: f64) -> Option<Vec<LobeCrossing>> {
-    let mut points: Vec<(At, DVec2)> = Vec::new();
+    let mut points: Vec<(LoopPlace, DVec2)> = Vec::new();
     for (piece, p) in l.pieces.iter().enumerate() {
         let n = p.samples.len();
         for k in 0..n - 1 {
@@ -149,9 +143,9 @@ fn crossings(l: &UvLoop, near: f64) -> Option<Vec<LobeCrossing>> {
             if (to.t - from.t).abs() <= SAME_SHARE * (p.samples[n - 1].t - p.samples[0].t) {
                 continue;
             }
-            points.push((At { piece, t: from.t }, from.uv));
+            points.push((LoopPlace { piece, t: from.t }, from.uv));
             let middle = 0.5 * (from.t + to.t);
-            points.push((At { piece, t: middle }, UvSample::on(&p.samples, middle).uv));
+            points.push((LoopPlace { piece, t: middle }, UvSample::on(&p.samples, middle).uv));
         }
     }
     let count = points.len();
@@ -197,7 +191,7 @@ fn settle(
     l: &UvLoop,
     segments: [usize; 2],
     shares: [f64; 2],
-    points: &[(At, DVec2)],
+    points: &[(LoopPlace, DVec2)],
     near: f64,
 ) -> Option<LobeCrossing> {
     let piece = |k: usize| &l.pieces[points[segments[k]].0.piece];
@@ -210,45 +204,30 @@ fn settle(
     let sample = |k: usize, t: f64| UvSample::on(&piece(k).samples, t);
     let t = newton_meeting(sample, DVec2::ONE, limits.map(|[a, b]| [a.min(b), a.max(b)]), start, near);
     let [x, y] = [0, 1].map(|k| sample(k, t[k]).uv);
-    let at = [0, 1].map(|k| At { piece: points[segments[k]].0.piece, t: t[k] });
+    let at = [0, 1].map(|k| LoopPlace { piece: points[segments[k]].0.piece, t: t[k] });
     (x.distance(y) <= 10.0 * near).then_some(LobeCrossing { at, uv: x })
 }
 
 /// Appends the pieces of a loop between two points, past its start if it `wraps`. The outermost points become `ends`.
-fn append_stretch(l: &UvLoop, from: At, to: At, wraps: bool, ends: [DVec2; 2], out: &mut Vec<Piece>) {
-    let mut index = from.piece;
-    let mut to_wrap = wraps;
-    let mut start = Some(from.t);
-    loop {
-        let p = &l.pieces[index];
-        let last = index == to.piece && !to_wrap;
-        let [stated_start, stated_end] = p.ends().map(|s| s.t);
-        let (a, b) = (start.unwrap_or(stated_start), if last { to.t } else { stated_end });
-        if a != b {
-            let mut samples: Vec<UvSample> =
-                p.samples.iter().copied().filter(|s| s.t > a.min(b) && s.t < a.max(b)).collect();
-            let [mut x, mut y] = [a, b].map(|t| UvSample::on(&p.samples, t));
-            if start.is_some() {
-                x.uv = ends[0];
-            }
-            if last {
-                y.uv = ends[1];
-            }
-            if p.reversed {
-                std::mem::swap(&mut x, &mut y);
-            }
-            samples.insert(0, x);
-            samples.push(y);
-            out.push(Piece { along: p.along, reversed: p.reversed, samples });
+fn append_stretch(l: &UvLoop, between: [LoopPlace; 2], wraps: bool, ends: [DVec2; 2], out: &mut Vec<Piece>) {
+    for Passed { piece: p, range: [a, b], is_first, is_last, .. } in l.between(between, wraps) {
+        if a == b {
+            continue;
         }
-        if last {
-            return;
+        let mut samples: Vec<UvSample> =
+            p.samples.iter().copied().filter(|s| s.t > a.min(b) && s.t < a.max(b)).collect();
+        let [mut x, mut y] = [a, b].map(|t| UvSample::on(&p.samples, t));
+        if is_first {
+            x.uv = ends[0];
         }
-        start = None;
-        index += 1;
-        if index == l.pieces.len() {
-            index = 0;
-            to_wrap = false;
+        if is_last {
+            y.uv = ends[1];
         }
+        if p.reversed {
+            std::mem::swap(&mut x, &mut y);
+        }
+        samples.insert(0, x);
+        samples.push(y);
+        out.push(Piece { along: p.along, reversed: p.reversed, samples });
     }
 }

@@ -14,7 +14,7 @@ use crate::prepare::report::refusals::Tangled;
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::region::Region;
 use crate::prepare::uv::uv_curve::UvSample;
-use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
+use crate::prepare::uv::uv_loop::{Along, LoopPlace, Piece, UvLoop};
 use glam::DVec2;
 use smallvec::{SmallVec, smallvec};
 use std::collections::BTreeMap;
@@ -244,6 +244,9 @@ impl TileBuilder<'_> {
             self.strands[row * self.grid.count(0) + column].push(Strand { stretches, ports: None });
             return;
         }
+        let of_axis =
+            |axis: usize| if self.grid.wraps[axis] { f64::from(l.winding[axis]) * self.grid.period(axis) } else { 0.0 };
+        let period = DVec2::new(of_axis(0), of_axis(1));
         for k in 0..count {
             let (i, j) = (first + k, first + (k + 1) % count);
             let (a, b) = (self.out.crossings[i], self.out.crossings[j]);
@@ -254,37 +257,18 @@ impl TileBuilder<'_> {
             let (row, dv) = self.grid.reduce(1, strips[1]);
             let by = DVec2::new(du, dv);
             let mut stretches = Vec::new();
-            let mut index = a.piece;
-            let mut from = a.t;
+            let places = [a, b].map(|crossing| LoopPlace { piece: crossing.piece, t: crossing.t });
             // The last strand passes the loop's start. A loop that goes round continues there one period further on.
-            let mut by_now = by;
-            let mut to_wrap = k + 1 == count;
-            loop {
-                let p = &pieces[index];
-                let last = index == b.piece && !to_wrap;
-                let to = if last { b.t } else { p.ends()[1].t };
+            for passed in l.between(places, k + 1 == count) {
+                let [from, to] = passed.range;
                 let nodes = [
-                    (from == a.t && index == a.piece && stretches.is_empty()).then_some(GridNode::LineCrossing(i)),
-                    last.then_some(GridNode::LineCrossing(j)),
+                    passed.is_first.then_some(GridNode::LineCrossing(i)),
+                    passed.is_last.then_some(GridNode::LineCrossing(j)),
                 ];
+                let by = if passed.wrapped { by + period } else { by };
                 if from != to {
-                    let s = self.out.stretch(p, from, to, by_now, nodes);
-                    stretches.push(s);
+                    stretches.push(self.out.stretch(passed.piece, from, to, by, nodes));
                 }
-                if last {
-                    break;
-                }
-                index += 1;
-                if index == pieces.len() {
-                    index = 0;
-                    to_wrap = false;
-                    for axis in 0..2 {
-                        if self.grid.wraps[axis] {
-                            by_now[axis] += f64::from(l.winding[axis]) * self.grid.period(axis);
-                        }
-                    }
-                }
-                from = pieces[index].ends()[0].t;
             }
             let ports = [(a.side(true), i), (b.side(false), j)];
             self.strands[row * self.grid.count(0) + column].push(Strand { stretches, ports: Some(ports) });

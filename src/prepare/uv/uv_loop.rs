@@ -76,6 +76,24 @@ impl Piece {
     }
 }
 
+/// A point of a loop.
+#[derive(Clone, Copy)]
+pub(crate) struct LoopPlace {
+    pub(crate) piece: usize,
+    pub(crate) t: f64,
+}
+
+/// A piece on the way from one point of a loop to another.
+pub(crate) struct Passed<'a> {
+    pub(crate) piece: &'a Piece,
+    /// The parameters at which the way enters and leaves it.
+    pub(crate) range: [f64; 2],
+    pub(crate) is_first: bool,
+    pub(crate) is_last: bool,
+    /// Whether the way has passed the loop's start.
+    pub(crate) wrapped: bool,
+}
+
 /// A loop in the unrolled plane.
 #[derive(Clone, Debug)]
 pub(crate) struct UvLoop {
@@ -85,6 +103,20 @@ pub(crate) struct UvLoop {
 }
 
 impl UvLoop {
+    /// The pieces from one point to another, past the loop's start if `wraps`.
+    pub(crate) fn between(&self, [from, to]: [LoopPlace; 2], wraps: bool) -> impl Iterator<Item = Passed<'_>> {
+        let count = self.pieces.len();
+        let whole_turn = if wraps && from.piece <= to.piece { count } else { 0 };
+        let last = (to.piece + count - from.piece) % count + whole_turn;
+        (0..=last).map(move |k| {
+            let piece = &self.pieces[(from.piece + k) % count];
+            let [start, end] = piece.ends().map(|sample| sample.t);
+            let (is_first, is_last) = (k == 0, k == last);
+            let range = [if is_first { from.t } else { start }, if is_last { to.t } else { end }];
+            Passed { piece, range, is_first, is_last, wrapped: from.piece + k >= count }
+        })
+    }
+
     pub(crate) fn polyline(&self) -> Vec<DVec2> {
         let mut points = Vec::with_capacity(self.pieces.iter().map(|p| 2 * p.samples.len()).sum());
         self.pieces.iter().for_each(|p| p.polyline(&mut points));
