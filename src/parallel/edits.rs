@@ -13,8 +13,8 @@ pub(super) struct Edits {
     /// Without those that have the default.
     parts: BTreeMap<PartId, Attributes>,
     instances: BTreeMap<InstanceKey, Attributes>,
-    /// Instances that moved, by row.
-    moved: Vec<usize>,
+    /// Places of instances that moved, by row.
+    moved: BTreeMap<usize, DAffine3>,
     changed_parts: BTreeSet<PartId>,
     changed_instances: BTreeSet<InstanceKey>,
 }
@@ -36,7 +36,7 @@ impl Edited {
 impl Edits {
     /// Nothing edited yet, of a scene whose parts have these attributes.
     pub(super) fn of(scene: &Scene, rows: &Instances, parts: BTreeMap<PartId, Attributes>) -> Self {
-        let (moved, changed_parts, changed_instances) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
+        let (moved, changed_parts, changed_instances) = (BTreeMap::new(), BTreeSet::new(), BTreeSet::new());
         let mut new = Self { parts, instances: BTreeMap::new(), moved, changed_parts, changed_instances };
         for (row, instance) in scene.instances.iter().enumerate().filter(|(_, instance)| !instance.visible) {
             rows.key(row).into_iter().for_each(|key| new.add(key, instance.visible));
@@ -78,8 +78,11 @@ impl Edits {
         }
     }
 
-    pub(super) fn move_row(&mut self, row: usize) {
-        self.moved.push(row);
+    /// Moves an instance. `before`: its place in the last frame of views that was begun, if that is known.
+    pub(super) fn move_row(&mut self, row: usize, before: Option<&DAffine3>, transform: DAffine3) {
+        if self.moved.get(&row).or(before) != Some(&transform) {
+            self.moved.insert(row, transform);
+        }
     }
 
     /// Whether nothing was edited since the last frame of views was begun.
@@ -87,14 +90,13 @@ impl Edits {
         self.moved.is_empty() && self.changed_parts.is_empty() && self.changed_instances.is_empty()
     }
 
-    /// What was edited since the last call, in a scene with these instances.
-    pub(super) fn take(&mut self, scene: &Scene, rows: &Instances) -> Edited {
+    /// What was edited since the last call.
+    pub(super) fn take(&mut self, rows: &Instances) -> Edited {
         let Self { parts, instances, moved, changed_parts, changed_instances } = self;
-        let place = |row: usize| (row, scene.instances[row].transform);
         let of_part = |part: PartId| (part, parts.get(&part).copied().unwrap_or_default());
         let of_key = |key: InstanceKey| Some((rows.row(key)?, instances.get(&key).copied().unwrap_or_default()));
         Edited {
-            moved: moved.drain(..).map(place).collect(),
+            moved: std::mem::take(moved).into_iter().collect(),
             parts: std::mem::take(changed_parts).into_iter().map(of_part).collect(),
             instances: std::mem::take(changed_instances).into_iter().filter_map(of_key).collect(),
         }

@@ -168,8 +168,9 @@ impl Session {
     }
 
     /// The scene of frames of views: the model's parts, then one more part for each further LOD, and the current
-    /// instances. Each instance has the LOD, the colour and the visibility of the last frame that a call has waited
-    /// for, cancelled or not, or of the last call since then that added or removed an instance or updated the model.
+    /// instances. Each instance has the place, the LOD, the colour and the visibility of the last frame that a call has
+    /// waited for, cancelled or not, or of the last call since then that added or removed an instance or updated the
+    /// model.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -314,18 +315,16 @@ impl Session {
         Ok(SceneInstance { part: self.scene.of_model(gone.part), visible, colour: stated.colour, ..gone })
     }
 
-    /// Moves an instance from the next frame of views on.
+    /// Moves an instance from the next frame of views on. A frame that was begun goes on with its place before.
     ///
     /// # Errors
     /// When it was removed, or the transform is not a rigid motion with an optional uniform scale.
     pub fn move_instance(&mut self, key: InstanceKey, transform: glam::DAffine3) -> Result<(), InstanceError> {
         let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
         not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
-        let instance = &mut self.scene.instances[row];
-        if instance.transform != transform {
-            instance.transform = transform;
-            self.edits.move_row(row);
-        }
+        let landed = matches!(self.engine, EngineState::Idle(..));
+        let before = landed.then(|| &self.scene.instances[row].transform);
+        self.edits.move_row(row, before, transform);
         Ok(())
     }
 
@@ -376,9 +375,9 @@ impl Session {
     }
 
     fn repaint(&mut self, looks: Vec<(usize, InstanceLook)>) {
-        for (row, InstanceLook { visible, colour }) in looks {
+        for (row, InstanceLook { transform, visible, colour }) in looks {
             let instance = &mut self.scene.instances[row];
-            (instance.visible, instance.colour) = (visible, colour);
+            (instance.transform, instance.visible, instance.colour) = (transform, visible, colour);
         }
     }
 
@@ -452,7 +451,7 @@ impl Session {
             return Ok(());
         }
         self.cancel();
-        let edited = self.edits.take(&self.scene, &self.rows);
+        let edited = self.edits.take(&self.rows);
         // Two views are part of the frame's own allocation.
         let (control, views) = (Control::default(), SmallVec::<[View; 2]>::from_slice(views));
         let watched = control.clone();
@@ -557,7 +556,7 @@ impl Session {
     /// The engine, with what was set or moved since the last call. A frame that was begun is cancelled.
     fn edited(&mut self) -> Result<&mut Engine, Lost> {
         self.cancel();
-        let edited = self.edits.take(&self.scene, &self.rows);
+        let edited = self.edits.take(&self.rows);
         let (engine, _) = self.wait()?;
         engine.apply(edited);
         Ok(engine)

@@ -313,6 +313,8 @@ fn instances_come_move_and_go() {
     nearer.transform = DAffine3::from_translation(0.5 * (view.camera.eye - nearer.transform.translation));
     let (first, second) = (session.instance_key(0).unwrap(), session.add_instance(nearer.clone()).unwrap());
     assert_eq!([first, second].map(|key| session.instance_row(key)), [Some(0), Some(1)]);
+    // The level that came with it was in no plan yet.
+    assert_eq!([session.plan().unwrap().parts.len(), session.prepared().parts.len()], [2, 2]);
     assert_eq!(session.scene().instances[1].first_face, prepared.scene.parts[0].face_colours.len() as u32);
     let fine = session.view(&[view], &mut sink).unwrap();
     assert!(!fine.whole && fine.triangles > coarse, "{} {coarse}", fine.triangles);
@@ -336,6 +338,30 @@ fn instances_come_move_and_go() {
     assert!(sink.scene.instances.len() == 1 && sink.drawn.tiles(0, 0).count() > 0);
     let none = InstanceError::NoPart { part: PartId(9), count: 1 };
     assert_eq!(session.add_instance(SceneInstance { part: PartId(9), ..nearer }), Err(none));
+}
+
+#[test]
+fn a_frame_that_was_begun_keeps_the_places_of_its_instances() {
+    let prepared = shape("torus");
+    let view = path(&mut SplitMix(2), prepared.bounds.unwrap(), 1)[0];
+    let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+    let mut sink = MemorySink::default();
+    let key = session.instance_key(0).unwrap();
+    let [near, far] = [0.0, 1e6].map(|x| DAffine3::from_translation(DVec3::splat(x)));
+    // Moved away and back while a frame is made: that one has the place before, the next one the last.
+    for (begun, meanwhile) in [(near, far), (far, near), (near, near), (far, far)] {
+        session.move_instance(key, begun).unwrap();
+        session.begin(&[view]).unwrap();
+        session.move_instance(key, far).unwrap();
+        session.move_instance(key, meanwhile).unwrap();
+        session.finish(&mut sink).unwrap();
+        for place in [begun, meanwhile] {
+            assert_eq!(sink.scene.instances[0].transform, place);
+            assert_eq!(session.scene().instances[0].transform, place);
+            assert_eq!(sink.drawn.tiles(0, 0).count() > 0, place == near);
+            session.view(&[view], &mut sink).unwrap();
+        }
+    }
 }
 
 #[test]

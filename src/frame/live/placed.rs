@@ -34,9 +34,10 @@ pub struct PlacedInstances {
     looks: Vec<(usize, InstanceLook)>,
 }
 
-/// How sinks draw an instance.
+/// Where and how sinks draw an instance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct InstanceLook {
+    pub(crate) transform: DAffine3,
     pub(crate) visible: bool,
     pub(crate) colour: Option<Colour>,
 }
@@ -108,13 +109,19 @@ impl PlacedInstances {
         let now = *self.attributes.of(row);
         if now.visible != before.visible || now.colour != before.colour {
             self.scene_version += 1;
-            let colour = now.colour.or(self.instances[row].colour);
-            self.looks.push((row, InstanceLook { visible: now.visible, colour }));
+            self.tell(row);
         }
         if now.visible != before.visible || now.tolerance_scale != before.tolerance_scale {
             self.version += 1;
             self.replace_sphere(row);
         }
+    }
+
+    /// Notes the look of an instance for whoever takes it.
+    fn tell(&mut self, row: usize) {
+        let (instance, attributes) = (&self.instances[row], self.attributes.of(row));
+        let (visible, colour) = (attributes.visible, attributes.colour.or(instance.colour));
+        self.looks.push((row, InstanceLook { transform: instance.transform, visible, colour }));
     }
 
     /// The model's part of an instance, whatever its current LOD.
@@ -199,6 +206,7 @@ impl PlacedInstances {
     pub(crate) fn move_to(&mut self, row: usize, transform: DAffine3) {
         self.changed();
         self.instances[row].transform = transform;
+        self.tell(row);
         self.replace_sphere(row);
     }
 

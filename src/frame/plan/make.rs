@@ -56,12 +56,15 @@ pub(crate) fn coarsest(jobs: &dyn Jobs, prepared: &Prepared, rows: &[usize], lim
     plan_parts(jobs, parts.collect(), asked.collect(), limits, 0).parts
 }
 
-/// The plan, with the coarsest rows for parts of `prepared` that it has none of.
+/// The plan, with the coarsest rows for parts of `prepared` that it has none of, also those after its last.
 pub(crate) fn completed(jobs: &dyn Jobs, plan: &Arc<Plan>, prepared: &Prepared, limits: &PlanLimits) -> Arc<Plan> {
-    let parts = plan.parts.iter().zip(&prepared.parts).enumerate();
+    let mut all = Arc::clone(plan);
+    if all.parts.len() < prepared.parts.len() {
+        Arc::make_mut(&mut all).parts.resize_with(prepared.parts.len(), PartPlan::default);
+    }
+    let parts = all.parts.iter().zip(&prepared.parts).enumerate();
     let bare = parts.filter(|(_, (plan, part))| !plan.is_of(part)).map(|(row, _)| row);
     let rows: Vec<usize> = bare.collect();
-    let mut all = Arc::clone(plan);
     if !rows.is_empty() {
         let parts = &mut Arc::make_mut(&mut all).parts;
         let planned = coarsest(jobs, prepared, &rows, limits);
