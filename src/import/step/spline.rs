@@ -199,8 +199,12 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
     let within = first.map_or(f64::INFINITY, |(_, (ends, step))| {
         (1..=samples).map(|i| curve.point(at(ends, step, i)).distance_squared(p)).fold(f64::INFINITY, f64::min)
     });
-    let mut best = (a, curve.point(a).distance_squared(p), steps.clone().next().map_or(b - a, |(_, (_, step))| step));
-    for (k, (ends, step)) in steps {
+    let step_at = |end: Option<(usize, (&[f64], f64))>| end.map_or(b - a, |(_, (_, step))| step);
+    let [first_step, last_step] = [steps.clone().next(), steps.clone().next_back()].map(step_at);
+    // The nearest sample, its distance, and the steps to the samples around it: at a knot, spans may differ in length.
+    let mut best = (a, curve.point(a).distance_squared(p), [0.0, first_step]);
+    let mut steps = steps.peekable();
+    while let Some((k, (ends, step))) = steps.next() {
         // Rounding may put the nearest sample below its lower bound, if it is a corner of the box.
         if floors[k] > within.min(best.1) && first.is_none_or(|(first, _)| k != first) {
             continue;
@@ -209,14 +213,15 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
             let t = at(ends, step, i);
             let distance = curve.point(t).distance_squared(p);
             if distance < best.1 {
-                best = (t, distance, step);
+                let after = steps.peek().filter(|_| i == samples).map_or(step, |(_, (_, next))| *next);
+                best = (t, distance, [step, after]);
             }
         }
     }
-    let (t, distance, step) = best;
-    let mut found = polish(curve, p, t, ((t - step).max(a), (t + step).min(b)));
+    let (t, distance, [before, after]) = best;
+    let mut found = polish(curve, p, t, ((t - before).max(a), (t + after).min(b)));
     // On a closed curve, the foot of a point near the start may lie just before the end, and vice versa.
-    let other = if t == a { Some((b, (b - step, b))) } else { (t == b).then_some((a, (a, a + step))) };
+    let other = if t == a { Some((b, (b - last_step, b))) } else { (t == b).then_some((a, (a, a + first_step))) };
     if let Some((end, around)) = other.filter(|_| curve.point(a).distance_squared(curve.point(b)) <= distance) {
         let second = polish(curve, p, end, around);
         if curve.point(second).distance_squared(p) < curve.point(found).distance_squared(p) {
@@ -362,6 +367,23 @@ mod tests {
             let p = end + DVec3::splat(1e-4);
             let found = curve.point(nearest(&curve, p)).distance(p);
             assert!(found <= end.distance(p) + 1e-12, "{scale}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_foot_in_the_longer_of_two_spans_is_found_from_the_knot_between_them() {
+        let points = [[0.0, 0.0], [0.14, 0.01], [2.8, 0.2], [5.5, 1.5], [8.4, 4.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+        let knots = vec![-0.4, -0.4, -0.4, -0.4, 0.0, 8.0, 8.0, 8.0, 8.0];
+        let curve = NurbsCurve3 { degree: 3, knots, points: points.to_vec(), weights: Vec::new() };
+        let mut reversed = curve.clone();
+        reversed.points.reverse();
+        reversed.knots = curve.knots.iter().rev().map(|t| -t).collect();
+        for curve in [curve, reversed] {
+            let (a, b) = curve.domain();
+            for i in 0..=2000 {
+                let p = curve.point(a + (b - a) * f64::from(i) / 2000.0);
+                assert!(curve.point(nearest(&curve, p)).distance(p) < 1e-9, "{i}");
+            }
         }
     }
 
