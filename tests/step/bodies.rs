@@ -157,6 +157,9 @@ fn areas_and_faces_are_revolved() {
     let area = |x, solid: &str| rectangle(x) + axes + solid;
     // A ring: centre at radius 2, area 2.
     solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,6.283185307179586);"), "#90", 4, 4, 8.0 * PI);
+    // 360 degrees of a unit that is printed with nine digits.
+    solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,6.28318548);"), "#90", 4, 4, 8.0 * PI);
+    solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,6.2831852);"), "#90", 4, 4, 8.0 * PI);
     solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,1.5);"), "#90", 6, 12, 6.0);
     solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#83,1.5);"), "#90", 6, 12, 6.0);
     solid(&area(1.0, "#90=REVOLVED_AREA_SOLID('',#70,#81,-1.5);"), "#90", 6, 12, 6.0);

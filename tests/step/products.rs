@@ -323,6 +323,31 @@ fn an_occurrence_may_have_its_own_colour() {
 }
 
 #[test]
+fn a_style_may_be_for_the_shape_of_one_occurrence() {
+    let context = "#340=SHAPE_REPRESENTATION('',(#20),#1);#341=SHAPE_DEFINITION_REPRESENTATION(#211,#340);";
+    let paint = paint(300, [0.0, 1.0, 1.0]).replace("PRESENTATION_STYLE_ASSIGNMENT(", "PRESENTATION_STYLE_BY_CONTEXT(");
+    let paint = paint.replacen(");", ",#340);", 1);
+    for styled in ["#330=STYLED_ITEM('',(#300),#60);", "#330=OVER_RIDING_STYLED_ITEM('',(#300),#60,#329);"] {
+        let model = model(&(nested(false) + &paint + context + styled));
+        clean(&model);
+        let colours: Vec<_> = model.instances.iter().map(|instance| instance.colour).collect();
+        assert_eq!((colours, model.parts[0].colour), (vec![Some([0.0, 1.0, 1.0, 1.0]), None], None), "{styled}");
+    }
+}
+
+#[test]
+fn an_occurrence_without_a_transformation_is_where_its_assembly_maps_it() {
+    let place = placement(30, [5.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+    let shapes = "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#20,#60),#1);#51=REPRESENTATION_MAP(#20,#50);\
+                  #52=MAPPED_ITEM('',#51,#30);#54=SHAPE_REPRESENTATION('',(#52),#1);\
+                  #200=NEXT_ASSEMBLY_USAGE_OCCURRENCE('1','use','',#110,#100,$);";
+    let text = world() + &place + shapes + &ball(60) + &product(100, "ball", 50) + &product(110, "all", 54);
+    let model = model(&text);
+    clean(&model);
+    assert_eq!(origins(&model), [DVec3::new(5.0, 0.0, 0.0)]);
+}
+
+#[test]
 fn items_that_cannot_be_placed_are_left_out_with_an_error_and_appear_nowhere() {
     let scaled = |scale: &str| format!("#30=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#21,{scale},$);");
     let mapped = "#50=SHAPE_REPRESENTATION('ball',(#60),#1);#51=REPRESENTATION_MAP(#20,#50);\

@@ -47,6 +47,18 @@ fn tessellated_sets_at_too_many_places_name_the_limit() {
     assert!(model.diagnostics.iter().any(|d| told(&d) || inside(&d)), "{:?}", model.diagnostics);
 }
 
+#[test]
+fn a_shell_that_only_lists_faces_of_solids_again_is_no_part() {
+    let solid = "#60=MANIFOLD_SOLID_BREP('',#61);#61=CLOSED_SHELL('',(#62));#62=ADVANCED_FACE('',(),#63,.T.);\
+                 #63=SPHERICAL_SURFACE('',#20,1.);#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#20,#60),#1);";
+    for shell in ["OPEN_SHELL('',(#62))", "CLOSED_SHELL('',(#62))", "CONNECTED_FACE_SET('',(#62))"] {
+        let model = model(&(world() + solid + &crate::products::product(100, "ball", 50) + "#70=" + shell + ";"));
+        assert_eq!((model.parts.len(), model.instances.len()), (1, 1), "{shell}");
+        let told: Vec<_> = model.diagnostics.iter().map(|d| d.kind.code()).collect();
+        assert_eq!(told, ["step-faces-listed-again"], "{shell}");
+    }
+}
+
 /// A face whose one edge is a composite of composites, `levels` deep, with ten segments each.
 fn nested_composites(levels: u32) -> String {
     let mut text = world()
@@ -171,6 +183,26 @@ fn a_surface_that_many_faces_share_names_the_limit() {
     assert!((200..1000).contains(&read), "{read}");
     let told = |t: &StepTrouble| matches!(t, StepTrouble::TooManyVisits { what: "points of shared surfaces", .. });
     assert_eq!(model.diagnostics.iter().filter(|d| is(d, told)).count(), faces.len() - read);
+}
+
+#[test]
+fn a_curve_that_many_segments_share_names_the_limit() {
+    const COUNT: usize = 1000;
+    let mut text = world() + "#100=PLANE('',#20);";
+    for k in 0..COUNT {
+        writeln!(text, "#{}=CARTESIAN_POINT('',({k}.,{}.,0.));", 1000 + k, k % 2).unwrap();
+        writeln!(text, "#{}=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#101);", 3000 + k).unwrap();
+    }
+    let ids = |from: usize| (from..from + COUNT).map(|id| format!("#{id}")).collect::<Vec<_>>().join(",");
+    let (ends, knots) = (format!("(2{},2)", ",1".repeat(COUNT - 2)), (0..COUNT).map(|k| format!("{k}.")));
+    let knots = format!("({})", knots.collect::<Vec<_>>().join(","));
+    writeln!(text, "#101=B_SPLINE_CURVE_WITH_KNOTS('',1,({}),.U.,.F.,.F.,{ends},{knots},.U.);", ids(1000)).unwrap();
+    writeln!(text, "#102=BOUNDARY_CURVE('',({}),.F.);#103=CURVE_BOUNDED_SURFACE('',#100,(#102),.F.);", ids(3000))
+        .unwrap();
+    text += "#104=GEOMETRIC_SET('',(#103));#105=GEOMETRICALLY_BOUNDED_SURFACE_SHAPE_REPRESENTATION('',(#104),#1);";
+    let told = |t: &StepTrouble| matches!(t, StepTrouble::TooManyVisits { what: "points of shared curves", .. });
+    let model = model(&text);
+    assert!(model.diagnostics.iter().any(|d| is(d, told)), "{:?}", model.diagnostics);
 }
 
 #[test]

@@ -166,7 +166,10 @@ impl Reader<'_> {
                 (0, [a, b].map(VertexKey::Point), at, straight(at))
             }
             EdgeKey::Segment(id) => {
+                let count = |points| self.table.budget.net(Net::Curve, points).map_err(|what| Trouble::new(id, what));
+                count(0)?;
                 let (at, curve) = geometry.segment(id, surface)?;
+                count(curve.curve.points.len())?;
                 (id, [VertexKey::End(id, false), VertexKey::End(id, true)], at, Some(curve))
             }
         };

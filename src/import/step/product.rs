@@ -13,7 +13,7 @@ use super::units::{Contexts, Units};
 use super::values::{List, Map, Set};
 use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble};
 use glam::{DAffine3, DVec3};
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::sync::Arc;
 
 /// Contents of one part, and the groups placed in it.
@@ -251,6 +251,7 @@ impl<'a> StructureBuilder<'a> {
                 used.insert(relation);
             }
         }
+        let mapped = OnceCell::new();
         for usage in self.table.of_types(|i| i.is("NEXT_ASSEMBLY_USAGE_OCCURRENCE")) {
             let own = usage.fields("PRODUCT_DEFINITION_RELATIONSHIP", 0);
             let (Some(parent), Some(child)) = (own.optional(3), own.optional(4)) else { continue };
@@ -269,6 +270,8 @@ impl<'a> StructureBuilder<'a> {
                         }
                     }
                 }
+                // The assembly's shape places it.
+                None if mapped.get_or_init(|| self.mapped_pairs()).contains(&(parent, child)) => continue,
                 // No transformation is stated.
                 _ => {
                     let (severity, what) = (Severity::Warning, StepOutcome::AtOrigin);
@@ -375,6 +378,13 @@ impl<'a> StructureBuilder<'a> {
                 }
             }
         }
+    }
+
+    /// Groups, each with a group that it maps.
+    fn mapped_pairs(&self) -> Set<(usize, usize)> {
+        let items = |parent: usize| self.items_of(parent, "MAPPED_ITEM").into_iter().map(move |item| (parent, item));
+        let pair = |(parent, (item, id))| Some((parent, self.mapped(item, id).ok()?.0));
+        (0..self.groups.len()).flat_map(items).filter_map(pair).collect()
     }
 
     /// Whether a `MAPPED_ITEM` places a skipped representation, which is reported itself.

@@ -9,7 +9,7 @@ use crate::model::Colour;
 #[derive(Default)]
 pub(super) struct Styles {
     colours: Map<u64, Colour>,
-    /// Colours of single occurrences, by the occurrence's relationship.
+    /// Colours of single occurrences, by the occurrence or its relationship.
     pub(super) by_occurrence: Map<u64, Colour>,
     /// Number of overrides for a path of several occurrences, which an instance table cannot express.
     pub(super) along_paths: usize,
@@ -20,23 +20,27 @@ impl Styles {
         let mut styles = Self::default();
         let mut known = Map::default();
         let mut overridden = Set::default();
+        let occurrences = occurrences(table);
         for styled in table.of_types(|i| i.types().any(|name| name.ends_with("STYLED_ITEM"))) {
             let fields = styled.fields("STYLED_ITEM", 1);
             let (Ok(list), Some(item)) = (fields.links(0), fields.optional(1)) else { continue };
-            let Some(colour) = list
-                .into_iter()
-                .find_map(|style| table.find(style).and_then(|i| surface_colour(table, i, 0, &mut known)))
-            else {
-                continue;
-            };
+            let is_whole = table.find(item).is_some_and(|i| !is_face(i));
+            let mut colour = None;
+            for style in list.into_iter().filter_map(|style| table.find(style)) {
+                let Some(found) = surface_colour(table, style, 0, &mut known) else { continue };
+                let context = style.fields("PRESENTATION_STYLE_BY_CONTEXT", 1).optional(0);
+                match context.and_then(|context| occurrences.get(&context)) {
+                    None => colour = colour.or(Some(found)),
+                    Some(occurrence) if is_whole => styles.paint(*occurrence, found),
+                    Some(_) => styles.along_paths += 1,
+                }
+            }
+            let Some(colour) = colour else { continue };
             if styled.is("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM") {
                 let own = styled.fields("CONTEXT_DEPENDENT_OVER_RIDING_STYLED_ITEM", 4);
                 let contexts: Vec<u64> = own.links(0).map(Iterator::collect).unwrap_or_default();
-                let whole = table.find(item).is_some_and(|i| !is_face(i));
                 match contexts[..] {
-                    [context] if whole => {
-                        styles.by_occurrence.insert(context, colour);
-                    }
+                    [context] if is_whole => styles.paint(context, colour),
                     _ => styles.along_paths += 1,
                 }
             } else if styled.is("OVER_RIDING_STYLED_ITEM") {
@@ -49,9 +53,32 @@ impl Styles {
         styles
     }
 
+    /// Colours an occurrence. An instance table has one colour for all of it.
+    fn paint(&mut self, occurrence: u64, colour: Colour) {
+        if *self.by_occurrence.entry(occurrence).or_insert(colour) != colour {
+            self.along_paths += 1;
+        }
+    }
+
     pub(super) fn of(&self, id: u64) -> Option<Colour> {
         self.colours.get(&id).copied()
     }
+}
+
+/// The occurrences whose shape a representation defines, by the representation: what styles name as their context.
+fn occurrences(table: &Table) -> Map<u64, u64> {
+    let mut found = Map::default();
+    if table.of_types(|i| i.is("PRESENTATION_STYLE_BY_CONTEXT")).next().is_none() {
+        return found;
+    }
+    for link in table.of_types(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")) {
+        let own = link.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
+        let (Some(property), Some(shape)) = (own.optional(0), own.optional(1)) else { continue };
+        let definition = table.find(property).and_then(|i| i.fields("PROPERTY_DEFINITION", 0).optional(2));
+        let usage = definition.and_then(|id| table.find(id)).filter(|i| i.is("NEXT_ASSEMBLY_USAGE_OCCURRENCE"));
+        usage.into_iter().for_each(|usage| _ = found.insert(shape, usage.id));
+    }
+    found
 }
 
 /// Maximum length of the chain from a style assignment to a surface's colour.

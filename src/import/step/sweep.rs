@@ -19,7 +19,7 @@ use std::f64::consts::TAU;
 /// Points within this share of the profile's reach lie on the axis.
 const ON_AXIS: f64 = 1e-9;
 /// Angles within this of a full turn are one, radians.
-const WHOLE: f64 = 1e-9;
+const WHOLE: f64 = 1e-6;
 
 /// A sweep, as stated.
 pub(super) struct Sweep {

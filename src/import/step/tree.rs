@@ -113,6 +113,7 @@ impl<'a> Tree<'a> {
         self.walk_roots(roots.into_iter().chain(bare));
         self.withhold();
         self.walk_roots(0..count);
+        self.gather.take_repeats();
         self.leave_out_supplemental();
         let left = self.gather.leftovers(self.contexts.first);
         if !left.is_empty() {
