@@ -396,3 +396,22 @@ fn a_horn_torus_stated_as_a_torus() {
     body.face(torus(3.0, 3.0), Vec::new(), false);
     Ladder::solid(body.finish(), TAU * PI * 27.0, TAU * TAU * 9.0).climb();
 }
+
+#[test]
+fn a_line_across_the_pole_of_a_disc_of_revolution() {
+    let radial = NurbsCurve3 {
+        degree: 1,
+        knots: vec![0.0, 0.0, 3.0, 3.0],
+        points: vec![DVec3::ZERO, DVec3::X * 3.0],
+        weights: Vec::new(),
+    };
+    for angle in [0.3_f64, 1.0, 2.5] {
+        let mut body = Body::sheet();
+        let end = 3.0 * DVec3::new(angle.cos(), angle.sin(), 0.0);
+        let arc = body.arc(&Frame3::WORLD, 3.0, angle, angle + PI);
+        let line = body.line(-end, end);
+        let disc = Surface::Revolution { curve: radial.clone(), frame: Frame3::WORLD };
+        body.face(disc, vec![vec![arc.along(), line]], false);
+        Ladder::sheet(body.finish(), 4.5 * PI).named(angle).climb();
+    }
+}

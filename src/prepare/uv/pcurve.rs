@@ -301,7 +301,7 @@ impl<'a> Projector<'a> {
 
     /// Interior parameters at which an edge passes through a pole, increasing. Its image jumps there.
     pub(crate) fn pole_passages(&self, edge: &Edge) -> Vec<f64> {
-        if self.poles.is_empty() || edge.kind == CurveKind::Line {
+        if self.poles.is_empty() {
             return Vec::new();
         }
         let near = 10.0 * self.tolerance;
