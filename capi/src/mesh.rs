@@ -143,8 +143,7 @@ pub(crate) fn tolerance(
     let relative = positive("tolerance.chord_rel", from.chord_rel)?;
     let chord = match (positive("tolerance.chord", from.chord)?, relative) {
         (Some(chord), None) => chord,
-        // A model without extent has no triangles, whatever the tolerance is.
-        (None, Some(share)) => share * if diagonal > 0.0 { diagonal } else { 1.0 },
+        (None, Some(fraction)) => Tolerance::relative_chord(fraction, diagonal),
         _ => return Err(Failure::argument("one of tolerance.chord and chord_rel must be above 0, the other 0")),
     };
     let angle = positive("tolerance.angle", from.angle)?.unwrap_or(Tolerance::DEFAULT_ANGLE_DEGREES.to_radians());

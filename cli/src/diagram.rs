@@ -13,7 +13,7 @@ use trimtess::prepare::Prepared;
 
 /// Options of a tile diagram.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Drawing a tile")]
+#[command(next_help_heading = "Drawing a tile", mut_group("ToleranceArgs", |tolerance| tolerance.requires("svg")))]
 pub(crate) struct DiagramArgs {
     /// Draw how a tile is tessellated: lattice, cells, crossings, in-points, exit and external points, triangles.
     #[arg(long, value_name = "OUT.svg")]

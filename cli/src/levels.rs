@@ -117,11 +117,33 @@ impl Level {
             report.diagnostics.iter().map(|known| (known.code, known.face)).collect();
         let is_new = |entry: &Entry| entry.face.is_none() || !known.contains(&(entry.code, entry.face));
         // What reading and preparing told of no face is not of this level.
-        let of_model = |entry: &Entry| report.diagnostics.iter().any(|known| known.reason == entry.reason);
+        let reasons: BTreeSet<&str> =
+            report.diagnostics.iter().filter(|known| known.face.is_none()).map(|known| &known.reason[..]).collect();
+        let of_model = |entry: &Entry| entry.face.is_none() && reasons.contains(&entry.reason[..]);
         let new: Vec<Entry> = told.diagnostics.into_iter().filter(|entry| is_new(entry) && !of_model(entry)).collect();
         report.diagnostics.extend(new.into_iter().map(|mut entry| {
             entry.reason = format!("level {number}: {}", entry.reason);
             entry
         }));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trimtess::model::Severity;
+
+    #[test]
+    fn diagnostics_of_a_level_are_told_unless_its_face_or_the_model_has_them() {
+        let mut finest = Report::default();
+        finest.add(Severity::Note, None, "of-model", "the model".to_owned());
+        finest.add(Severity::Warning, Some(3), "tile-empty", "nothing is left".to_owned());
+        let mut report = finest.clone();
+        report.add(Severity::Warning, Some(7), "tile-empty", "nothing is left".to_owned());
+        let tolerance = Tolerance { chord: 1.0, angle: 0.5, max_edge: None };
+        Level { tolerance, frame: MemorySink::default(), report }.add_to(&mut finest, 1);
+        let told: Vec<_> = finest.diagnostics.iter().map(|entry| (entry.face, &entry.reason[..])).collect();
+        let expected = [(None, "the model"), (Some(3), "nothing is left"), (Some(7), "level 1: nothing is left")];
+        assert_eq!(told, expected);
     }
 }

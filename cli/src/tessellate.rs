@@ -109,8 +109,8 @@ pub(crate) struct ToleranceArgs {
 impl ToleranceArgs {
     /// The tolerance for a model of this diagonal, millimetres.
     pub(crate) fn resolve(&self, diagonal: f64) -> Tolerance {
-        let relative = self.chord_rel.unwrap_or(Tolerance::DEFAULT_CHORD_REL) * diagonal;
-        let chord = self.chord.unwrap_or(relative);
+        let fraction = self.chord_rel.unwrap_or(Tolerance::DEFAULT_CHORD_REL);
+        let chord = self.chord.unwrap_or(Tolerance::relative_chord(fraction, diagonal));
         Tolerance { chord, angle: self.angle.to_radians(), max_edge: self.max_edge }
     }
 }

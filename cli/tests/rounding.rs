@@ -115,6 +115,14 @@ fn levels_of_detail_are_made_checked_and_told_one_by_one() {
             before = triangles;
         }
     }
+    // A file without faces has no extent, and its levels no triangles.
+    let none = folder.join("none.step");
+    let text = fs::read_to_string(&file).unwrap();
+    let (head, _) = text.split_once("DATA;").unwrap();
+    fs::write(&none, format!("{head}DATA;\n#1=CARTESIAN_POINT('',(0.,0.,0.));\nENDSEC;\nEND-ISO-10303-21;\n")).unwrap();
+    let output = tessellate(&none, &mesh, &["--levels", "2"]);
+    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(report(&output)["levels"].as_array().unwrap().len(), 2);
     let output = tessellate(&file, &folder.join("cube.ply"), &["--levels", "1"]);
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.code() == Some(2) && told.contains("--levels is for .glb files"), "{told}");

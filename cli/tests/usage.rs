@@ -26,6 +26,14 @@ fn command(args: &[&str]) -> Command {
 }
 
 #[test]
+fn tolerances_of_a_drawing_need_one() {
+    for option in ["--chord", "--chord-rel", "--angle", "--max-edge"] {
+        let output = command(&["info", CUBE, option, "1"]).output().unwrap();
+        assert!(output.status.code() == Some(2) && told(&output).contains("--svg"), "{option}: {}", told(&output));
+    }
+}
+
+#[test]
 fn numbers_out_of_range_are_wrong_usage_and_the_range_is_told() {
     let cases: [(&[&str], &str); 7] = [
         (&["bench", "builtin:box", "--frames", "4294967295"], "1..=1000000"),

@@ -116,10 +116,10 @@ pub(crate) fn short(py: Python<'_>, failure: &Shortfall) -> PyErr {
     if failure.unusable {
         return out_of_range(py, "the tolerance", failure, "one that a mesh of this model can meet");
     }
-    let (name, numbers) = if failure.density < 1.0 {
-        let by_memory = failure.limits.bytes / trimtess::frame::BYTES_PER_TRIANGLE < failure.limits.triangles;
-        let name = if by_memory { "max_memory" } else { "max_triangles" };
-        (name, (Some(failure.needed), failure.limits.triangles))
+    let (name, numbers) = if let Some([needed, limit]) = failure.memory() {
+        ("max_memory", (Some(needed), limit))
+    } else if failure.density < 1.0 {
+        ("max_triangles", (Some(failure.needed), failure.limits.triangles))
     } else {
         ("max_tile_triangles", (None, failure.limits.triangles_per_tile))
     };

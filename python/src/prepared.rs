@@ -101,7 +101,8 @@ impl Prepared {
         if let (Some(chord), Some(_)) = (chord, chord_rel) {
             return Err(errors::out_of_range(py, "chord", chord, "None, as chord_rel is given"));
         }
-        let chord = chord.unwrap_or(chord_rel.unwrap_or(Tolerance::DEFAULT_CHORD_REL) * self.prepared.diagonal);
+        let fraction = chord_rel.unwrap_or(Tolerance::DEFAULT_CHORD_REL);
+        let chord = chord.unwrap_or(Tolerance::relative_chord(fraction, self.prepared.diagonal));
         let tolerance = Tolerance { chord, angle: angle.to_radians(), max_edge };
         let limits = self.limits(max_memory);
         let limits = limits

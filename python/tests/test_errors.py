@@ -84,6 +84,11 @@ def test_the_memory_limit_of_reading_holds_for_later_stages():
     with pytest.raises(trimtess.LimitError) as told:
         prepared.tessellate(chord_rel=1e-7)
     assert told.value.name == "max_memory"
+    assert told.value.limit == 60 * size < told.value.needed
+    # The prepared model leaves room for fewer triangles than the limit on these.
+    with pytest.raises(trimtess.LimitError) as told:
+        prepared.tessellate(chord_rel=1e-3, max_triangles=10_000_000, max_memory=1 << 20)
+    assert (told.value.name, told.value.limit) == ("max_memory", 1 << 20)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,9 @@ use trimtess::model;
 use tsify::{Ts, Tsify};
 use wasm_bindgen::JsError;
 
+/// The largest whole number up to which JavaScript has all. A larger one would become another.
+const MAX_SAFE_INTEGER: u64 = (1 << 53) - 1;
+
 /// What was not understood, repaired or lost.
 #[derive(Serialize, Tsify)]
 pub struct Diagnostic {
@@ -24,7 +27,7 @@ pub struct Diagnostic {
     /// Number within the part.
     #[tsify(optional)]
     edge: Option<u32>,
-    /// Number of the entity in the file.
+    /// Number of the entity in the file, if JavaScript can name it.
     #[tsify(optional)]
     entity: Option<u64>,
     /// Where, in the part's coordinates, millimetres.
@@ -44,7 +47,7 @@ impl From<&model::Diagnostic> for Diagnostic {
             part: told.part.map(|part| part.0),
             face: told.face.map(|face| face.0),
             edge: told.edge.map(|edge| edge.0),
-            entity: Some(told.entity).filter(|&entity| entity != 0),
+            entity: Some(told.entity).filter(|entity| (1..=MAX_SAFE_INTEGER).contains(entity)),
             place: told.place.map(Into::into),
             shown: told.part.is_some() && (told.face.is_some() || told.place.is_some()),
         }

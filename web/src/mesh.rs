@@ -47,7 +47,8 @@ impl Tolerance {
                 return Err(told(format!("{name} is {number}; it must be a finite number above 0")));
             }
         }
-        let chord = chord.unwrap_or(chord_rel.unwrap_or(frame::Tolerance::DEFAULT_CHORD_REL) * diagonal);
+        let fraction = chord_rel.unwrap_or(frame::Tolerance::DEFAULT_CHORD_REL);
+        let chord = chord.unwrap_or(frame::Tolerance::relative_chord(fraction, diagonal));
         let angle = angle.unwrap_or(frame::Tolerance::DEFAULT_ANGLE_DEGREES.to_radians());
         Ok(frame::Tolerance { chord, angle, max_edge })
     }

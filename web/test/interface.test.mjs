@@ -120,6 +120,23 @@ describe("interface", () => {
     }
   });
 
+  test("a number of the file that JavaScript does not have is left out", async () => {
+    const told = await page.evaluate(async () => {
+      // @ts-ignore: served by the test's server.
+      const trimtess = await import("/trimtess.js");
+      const face = (/** @type {string} */ id) => `#${id}=ADVANCED_FACE('',(),#3,.T.);`;
+      const text = `ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');
+        FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));ENDSEC;DATA;${face("9007199254740991")}${face("9007199254740993")}
+        ENDSEC;END-ISO-10303-21;`;
+      const prepared = await trimtess.read(new TextEncoder().encode(text));
+      const { diagnostics } = prepared.info;
+      prepared.close();
+      const faces = diagnostics.filter((/** @type {any} */ row) => row.code === "step-face-left-out");
+      return faces.map((/** @type {any} */ row) => row.entity);
+    });
+    assert.deepEqual(told, [9007199254740991, undefined]);
+  });
+
   test("what cannot be done is told, and an abort ends the worker", async () => {
     const seen = await page.evaluate(async (input) => {
       // @ts-ignore: served by the test's server.

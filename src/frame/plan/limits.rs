@@ -91,6 +91,16 @@ impl Shortfall {
         (self != Self { held_mib: self.held_mib, ..Self::none(&self.limits) }).then_some(self)
     }
 
+    /// Memory that full density needs, bytes, and the limit on it, if memory rather than the number of triangles lowers
+    /// the density.
+    #[must_use]
+    pub fn memory(&self) -> Option<[u64; 2]> {
+        let Self { limits, held_mib, needed, .. } = self;
+        let held = u64::from(*held_mib) << 20;
+        let is_least = self.density < 1.0 && limits.allowed(*held_mib) < limits.triangles;
+        is_least.then(|| [needed.saturating_mul(BYTES_PER_TRIANGLE).saturating_add(held), limits.bytes])
+    }
+
     /// Whether the tolerance or a limit set by the caller is the cause. Otherwise the cause is noise in single tiles or
     /// edges: derivatives that no real model has, where more lines would only add triangles.
     #[must_use]
@@ -109,8 +119,7 @@ impl fmt::Display for Shortfall {
         }
         if *density < 1.0 {
             write!(f, "; it needs up to {needed} triangles, the limit is {}", limits.triangles)?;
-            if limits.allowed(*held_mib) < limits.triangles {
-                let bytes = limits.bytes;
+            if let Some([_, bytes]) = self.memory() {
                 write!(f, " and {bytes} bytes of memory (PlanLimits::bytes) at {BYTES_PER_TRIANGLE} per triangle")?;
                 if *held_mib > 0 {
                     write!(f, " next to {held_mib} MiB of the prepared model")?;

@@ -29,6 +29,13 @@ impl Tolerance {
     /// `chord` of programs unless told otherwise, as a fraction of the model's diagonal. At 1e-2 a cylinder across the
     /// model is visibly a prism; 1e-4 makes ten times as many triangles that look the same on a screen.
     pub const DEFAULT_CHORD_REL: f64 = 1e-3;
+
+    /// The chord tolerance, millimetres, that is a fraction of a model's diagonal. The diagonal of a model without extent
+    /// counts as 1 mm: it has no triangles, whatever the tolerance is.
+    #[must_use]
+    pub fn relative_chord(fraction: f64, diagonal: f64) -> f64 {
+        fraction * if diagonal > 0.0 { diagonal } else { 1.0 }
+    }
     /// `angle` of programs unless told otherwise, degrees: about 18 segments around a full circle, however small.
     pub const DEFAULT_ANGLE_DEGREES: f64 = 20.0;
 
