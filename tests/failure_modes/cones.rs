@@ -71,6 +71,33 @@ fn frustums_with_and_without_a_seam_either_way_up() {
 }
 
 #[test]
+fn a_frustum_may_end_in_a_circle_much_smaller_than_the_face() {
+    let (low, height) = (5.0, 10.0);
+    for high in [1e-4, 1e-5, 1e-6] {
+        for (arcs, seam) in [(1, true), (1, false), (2, true), (2, false)] {
+            let mut body = Body::solid();
+            let foot = body.circle(&Frame3::WORLD, low);
+            let at = |k: i32| TAU * f64::from(k) / f64::from(arcs);
+            let head: Vec<_> = (0..arcs).map(|k| body.arc(&level(height), high, at(k), at(k + 1))).collect();
+            let [along, against] =
+                [head.iter().map(|e| e.along()).collect(), head.iter().rev().map(|e| e.against()).collect::<Vec<_>>()];
+            let loops = if seam {
+                let line = body.line(DVec3::X * low, DVec3::new(high, 0.0, height));
+                vec![[vec![foot.along(), line], against, vec![line.edge.against()]].concat()]
+            } else {
+                vec![vec![foot.along()], against]
+            };
+            body.face(side(low, high, height), loops, false);
+            body.flat(level(height), vec![along]);
+            body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![foot.along()]], true);
+            let (volume, area) = frustum(low, high, height);
+            let area = area + PI * (low * low + high * high);
+            Ladder::solid(body.finish(), volume, area).named((high, arcs, seam)).climb();
+        }
+    }
+}
+
+#[test]
 fn a_seam_runs_up_to_the_apex_and_down_again() {
     for (radius, height) in [(5.0, 5.0), (0.1, 10.0), (50.0, 1.0)] {
         let mut body = Body::solid();

@@ -67,6 +67,9 @@ impl<'a> Traced<'a> {
         }
         let extent = face_extent(part, face).unwrap_or(size);
         let mut projector = Projector::new(&face.surface, 1e-6 * extent);
+        if !projector.poles.is_empty() {
+            face.wires().flatten().for_each(|c| projector.keep_off_poles(&part.edges[c.edge.index()]));
+        }
         let passages = passages(part, face, &projector);
         if !projector.poles.is_empty() {
             projector.adopt(boundary_points(part, face));

@@ -12,7 +12,7 @@ use crate::math::bisection::bisected;
 use crate::math::boxes::around;
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
-use smallvec::SmallVec;
+use smallvec::{SmallVec, smallvec};
 use std::cell::{Cell, OnceCell};
 
 /// Depth of bisection below the first samples of a pcurve. Ten levels turn 8 samples into 8 000. An edge that needs
@@ -59,6 +59,8 @@ pub(crate) struct Projector<'a> {
     smooth: bool,
     /// Parameter lines that collapse to a point.
     pub(crate) poles: Vec<Pole>,
+    /// Distance from each pole within which points are the pole: ten tolerances, or less where edges go round it.
+    reaches: SmallVec<[f64; 2]>,
     /// Points of this face closer than this are one.
     pub(crate) tolerance: f64,
     seeds: OnceCell<Seeds>,
@@ -84,6 +86,7 @@ impl<'a> Projector<'a> {
             period,
             domain: surface.natural_domain(),
             smooth: poles.is_empty() && surface.is_smooth(period),
+            reaches: smallvec![10.0 * tolerance; poles.len()],
             poles,
             tolerance,
             seeds: OnceCell::new(),
@@ -91,10 +94,31 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// Moves each pole's point to the nearest B-rep vertex within ten tolerances, so that all faces there share one
-    /// point.
+    /// Reduces the reach of a pole that `edge` goes round, as the circle does in which a cone ends just below its apex.
+    /// An edge counts if all of it is near the pole, and so exactly on the surface that it is not noise.
+    pub(crate) fn keep_off_poles(&mut self, edge: &Edge) {
+        /// Least distance from the pole, in tolerances. What is nearer may be rounding.
+        const CLEAR: f64 = 1e-3;
+        /// Largest distance from the surface, as a share of that from the pole.
+        const SURE: f64 = 0.1;
+        for k in 0..self.poles.len() {
+            let pole = self.poles[k].point;
+            // The control points of a circle are up to twice as far from its centre as the circle.
+            if edge.curve.points.iter().any(|p| p.distance(pole) > 20.0 * self.tolerance) {
+                continue;
+            }
+            let points: Vec<DVec3> = self.first_parameters(edge).iter().map(|&t| edge.curve.point(t)).collect();
+            let off = points.iter().map(|p| p.distance(pole)).fold(f64::INFINITY, f64::min);
+            let is_on = |p: &DVec3| self.foot(*p, None).off <= SURE * off;
+            if off > CLEAR * self.tolerance && points.iter().all(is_on) {
+                self.reaches[k] = self.reaches[k].min(0.5 * off);
+            }
+        }
+    }
+
+    /// Moves each pole's point to the nearest B-rep vertex within its reach, so that all faces there share one point.
     pub(crate) fn adopt(&mut self, vertices: impl Iterator<Item = DVec3>) {
-        let mut nearest = vec![(10.0 * self.tolerance, None); self.poles.len()];
+        let mut nearest: SmallVec<[_; 2]> = self.reaches.iter().map(|&reach| (reach, None)).collect();
         for v in vertices {
             for (pole, (least, found)) in self.poles.iter().zip(&mut nearest) {
                 let off = pole.point.distance(v);
@@ -148,9 +172,9 @@ impl<'a> Projector<'a> {
         self.surface.derivatives(w.x, w.y)
     }
 
-    /// The pole within ten tolerances of `p`.
+    /// The pole at `p`.
     pub(crate) fn pole_at(&self, p: DVec3) -> Option<usize> {
-        self.poles.iter().position(|pole| pole.point.distance(p) <= 10.0 * self.tolerance)
+        self.poles.iter().zip(&self.reaches).position(|(pole, &reach)| pole.point.distance(p) <= reach)
     }
 
     /// Moves `uv` by whole periods as close to `near` as possible.
@@ -307,8 +331,9 @@ impl<'a> Projector<'a> {
         let near = 10.0 * self.tolerance;
         // A curve lies in the box of its points. Most poles are far from it; twice the distance leaves room for rounding.
         let [low, high] = around(edge.curve.points.iter().copied());
-        let may_pass = |pole: &&Pole| pole.point.distance(pole.point.max(low).min(high)) <= 2.0 * near;
-        let poles: SmallVec<[&Pole; 2]> = self.poles.iter().filter(may_pass).collect();
+        let may_pass = |pole: &Pole| pole.point.distance(pole.point.max(low).min(high)) <= 2.0 * near;
+        let poles: SmallVec<[(&Pole, f64); 2]> =
+            self.poles.iter().zip(self.reaches.iter().copied()).filter(|(pole, _)| may_pass(pole)).collect();
         if poles.is_empty() {
             return Vec::new();
         }
@@ -316,7 +341,7 @@ impl<'a> Projector<'a> {
         let tangents: Vec<[DVec3; 2]> = ts.iter().map(|&t| edge.curve.tangent(t)).collect();
         let ends = [edge.curve.point(edge.range.0), edge.curve.point(edge.range.1)];
         let mut out = Vec::new();
-        for pole in poles {
+        for (pole, reach) in poles {
             // Where the distance to the pole stops falling.
             let slope = |[point, d1]: [DVec3; 2]| (point - pole.point).dot(d1);
             for (w, along) in ts.windows(2).zip(tangents.windows(2)) {
@@ -327,7 +352,7 @@ impl<'a> Projector<'a> {
                 // Not at the ends: loops handle poles at vertices.
                 let p = edge.curve.point(t);
                 let clear = ends.iter().all(|end| end.distance(p) > 10.0 * near);
-                if clear && p.distance(pole.point) <= near {
+                if clear && p.distance(pole.point) <= reach {
                     out.push(t);
                 }
             }
