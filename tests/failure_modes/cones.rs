@@ -131,19 +131,33 @@ fn a_cone_in_two_halves_and_in_three_thirds() {
 }
 
 #[test]
-fn a_wedge_is_cut_out_of_the_point() {
+fn wedges_are_cut_out_of_the_point() {
     let (radius, height) = (4.0, 6.0);
     let (_, whole) = frustum(radius, 0.0, height);
-    for (from, turn) in [(0.3, 1.5), (-0.5, 1.0), (2.0, 4.5), (0.0, PI)] {
+    let wedges: [&[(f64, f64)]; 8] = [
+        &[(0.3, 1.5)],
+        &[(-0.5, 1.0)],
+        &[(2.0, 4.5)],
+        &[(0.0, PI)],
+        &[(0.3, 1.5), (3.0, 1.0)],
+        &[(3.0, 1.0), (0.3, 1.5)],
+        &[(-0.5, 1.0), (4.0, 0.5), (2.0, 0.5)],
+        &[(0.0, 0.5 * PI), (PI, 0.5 * PI)],
+    ];
+    for wedges in wedges {
         let mut body = Body::sheet();
-        let foot = body.circle(&Frame3::WORLD, radius);
-        let arc = body.arc(&level(0.5 * height), 0.5 * radius, from, from + turn);
-        let [start, end] = [from, from + turn].map(|angle| 0.5 * DVec3::new(angle.cos(), angle.sin(), 0.0) * radius);
-        let [start, end] = [start, end].map(|p| p + 0.5 * height * DVec3::Z);
-        let (up, down) = (body.line(start, DVec3::Z * height), body.line(DVec3::Z * height, end));
-        body.face(side(radius, 0.0, height), vec![vec![foot.along()], vec![arc.against(), up, down]], false);
+        let mut loops = vec![vec![body.circle(&Frame3::WORLD, radius).along()]];
+        for &(from, turn) in wedges {
+            let arc = body.arc(&level(0.5 * height), 0.5 * radius, from, from + turn);
+            let [start, end] =
+                [from, from + turn].map(|angle| 0.5 * DVec3::new(angle.cos(), angle.sin(), 0.0) * radius);
+            let [start, end] = [start, end].map(|p| p + 0.5 * height * DVec3::Z);
+            loops.push(vec![arc.against(), body.line(start, DVec3::Z * height), body.line(DVec3::Z * height, end)]);
+        }
+        body.face(side(radius, 0.0, height), loops, false);
         // The point is a quarter of the whole.
-        Ladder::sheet(body.finish(), whole * (1.0 - 0.25 * turn / TAU)).named((from, turn)).climb();
+        let turn: f64 = wedges.iter().map(|wedge| wedge.1).sum();
+        Ladder::sheet(body.finish(), whole * (1.0 - 0.25 * turn / TAU)).named(wedges).climb();
     }
 }
 

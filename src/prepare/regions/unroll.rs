@@ -83,32 +83,83 @@ fn has_seam(l: &UvLoop, projector: &Projector<'_>) -> bool {
     })
 }
 
-/// Converts holes that touch a pole, as a wedge cut out of a dome does, into loops that go round it, and returns the
-/// direction in which they do. `None` if there are no such holes. The kept side is bounded by the rest of the pole line.
-fn go_round_poles(loops: &mut [UvLoop], projector: &Projector<'_>) -> Option<usize> {
+/// Converts holes that touch a pole, as a wedge cut out of a dome does, into one loop that goes round it, and returns
+/// the direction in which it does. `None` if there are no such holes. The loop follows the holes' boundaries and the
+/// pole line between them. The rest of the pole line bounds nothing.
+fn go_round_poles(loops: &mut Vec<UvLoop>, projector: &Projector<'_>) -> Option<usize> {
     let mut round = None;
     for (k, pole) in projector.poles.iter().enumerate() {
         let run = 1 - pole.axis;
-        let touches = |p: &Piece| p.along == Along::Pole(k);
-        let mut touching = loops.iter_mut().filter(|l| l.winding == [0, 0] && l.pieces.iter().any(touches));
-        let (Some(l), None, Some(period)) = (touching.next(), touching.next(), projector.period[run]) else { continue };
-        let mut along_poles = (0..l.pieces.len()).filter(|&i| matches!(l.pieces[i].along, Along::Pole(_)));
-        let (Some(jump), None) = (along_poles.next(), along_poles.next()) else { continue };
-        if l.double_area() > 0.0 {
-            // Not a hole.
-            continue;
-        }
-        let (from, to) = (l.pieces[jump].start(), l.pieces[jump].end());
-        let turns = if to[run] > from[run] { -1 } else { 1 };
-        let mut by = DVec2::ZERO;
-        by[run] = f64::from(turns) * period;
-        let Some(rest) = pole_piece(projector, k, from, to + by) else { continue };
-        l.pieces[jump] = rest;
-        l.pieces[jump + 1..].iter_mut().for_each(|p| p.shift(by));
-        l.winding[run] = turns;
+        let Some(period) = projector.period[run] else { continue };
+        let touches = |l: &UvLoop| l.winding == [0, 0] && l.pieces.iter().any(|p| p.along == Along::Pole(k));
+        let touching: Vec<usize> = (0..loops.len()).filter(|&i| touches(&loops[i])).collect();
+        let holes: Option<Vec<Gap>> = touching.iter().map(|&i| Gap::of(&loops[i], run)).collect();
+        let Some(joined) = holes.and_then(|holes| join(holes, k, period, projector)) else { continue };
+        loops[touching[0]] = joined;
+        touching[1..].iter().rev().for_each(|&i| drop(loops.remove(i)));
         round = Some(run);
     }
     round
+}
+
+/// A hole that touches a pole along one stretch.
+struct Gap {
+    /// The hole's boundary from the end of that stretch to its start.
+    pieces: Vec<Piece>,
+    /// The direction along the pole in which a loop goes from one hole to the next: 1 or -1.
+    turns: i32,
+    /// Where the stretch ends, and its length, in that direction.
+    from: f64,
+    length: f64,
+}
+
+impl Gap {
+    /// `None` if the loop is no such hole.
+    fn of(l: &UvLoop, run: usize) -> Option<Self> {
+        let mut along_poles = (0..l.pieces.len()).filter(|&i| matches!(l.pieces[i].along, Along::Pole(_)));
+        let (Some(jump), None) = (along_poles.next(), along_poles.next()) else { return None };
+        if l.double_area() > 0.0 {
+            return None;
+        }
+        let (start, end) = (l.pieces[jump].start()[run], l.pieces[jump].end()[run]);
+        let turns = if end > start { -1 } else { 1 };
+        let pieces = [&l.pieces[jump + 1..], &l.pieces[..jump]].concat();
+        Some(Self { pieces, turns, from: f64::from(turns) * end, length: (end - start).abs() })
+    }
+}
+
+/// The loop round pole `k` along the boundaries of holes and the pole line between them. `None` if there are no holes,
+/// or if they overlap.
+fn join(mut holes: Vec<Gap>, k: usize, period: f64, projector: &Projector<'_>) -> Option<UvLoop> {
+    let run = 1 - projector.poles[k].axis;
+    let Gap { turns, from: first, .. } = *holes.first()?;
+    if holes.iter().any(|hole| hole.turns != turns) {
+        return None;
+    }
+    for hole in &mut holes {
+        // All within one period from the first.
+        let from = first + (hole.from - first).rem_euclid(period);
+        let mut by = DVec2::ZERO;
+        by[run] = f64::from(turns) * (from - hole.from);
+        hole.pieces.iter_mut().for_each(|piece| piece.shift(by));
+        hole.from = from;
+    }
+    holes.sort_by(|a, b| a.from.total_cmp(&b.from));
+    let next = |i: usize| holes.get(i + 1).map_or(first + period, |hole| hole.from);
+    if (0..holes.len()).any(|i| holes[i].from + holes[i].length > next(i) + 1e-9 * period) {
+        return None;
+    }
+    let mut pieces = Vec::new();
+    for (i, hole) in holes.iter().enumerate() {
+        pieces.extend_from_slice(&hole.pieces);
+        let from = hole.pieces.last()?.end();
+        let mut to = from;
+        to[run] = f64::from(turns) * next(i);
+        pieces.extend(pole_piece(projector, k, from, to));
+    }
+    let mut winding = [0, 0];
+    winding[run] = turns;
+    Some(UvLoop { pieces, winding })
 }
 
 /// The loops with one that goes round in direction `axis` turned back at a pole. `None` if no loop reaches a pole.
