@@ -441,3 +441,51 @@ fn a_patch_whose_whole_border_is_one_point() {
         assert!(deviation.beyond_gap.samples > 0 && deviation.beyond_gap.worst <= 1.0, "{deviation}");
     }
 }
+
+/// A circle about z of rational arcs, each over one unit of the parameter, that turn by as many degrees.
+fn uneven_circle(radius: f64, z: f64, turns: [f64; 3]) -> NurbsCurve3 {
+    let mut circle = NurbsCurve3 {
+        degree: 2,
+        knots: [0, 0, 0, 1, 1, 2, 2, 3, 3, 3].map(f64::from).to_vec(),
+        points: vec![DVec3::new(radius, 0.0, z)],
+        weights: vec![1.0],
+    };
+    let mut at = 0.0;
+    for half in turns.map(|turn| 0.5 * turn.to_radians()) {
+        let weight = half.cos();
+        for (angle, weight) in [(at + half, weight), (at + 2.0 * half, 1.0)] {
+            let [x, y] = [angle.cos(), angle.sin()].map(|x| radius / weight * x);
+            circle.points.push(DVec3::new(x, y, z));
+            circle.weights.push(weight);
+        }
+        at += 2.0 * half;
+    }
+    circle.points[6] = circle.points[0];
+    circle
+}
+
+#[test]
+fn speeds_differ_by_decades_across_knots_and_across_the_seam() {
+    let (radius, height) = (5.0, 8.0);
+    for turns in [[176.0, 176.0, 8.0], [178.0, 178.0, 4.0], [2.0, 179.0, 179.0], [178.0, 4.0, 178.0]] {
+        let rows = [0.0, height].map(|z| uneven_circle(radius, z, turns));
+        let pairs = |k: usize| [rows[0].points[k], rows[1].points[k]];
+        let surface = NurbsSurface {
+            degree_u: 2,
+            degree_v: 1,
+            knots_u: rows[0].knots.clone(),
+            knots_v: vec![0.0, 0.0, 1.0, 1.0],
+            points: (0..7).flat_map(pairs).collect(),
+            weights: rows[0].weights.iter().flat_map(|&w| [w, w]).collect(),
+        };
+        let mut body = Body::solid();
+        let [foot, head] = rows.map(|row| body.spline(row));
+        let seam = body.line(DVec3::X * radius, DVec3::new(radius, 0.0, height));
+        let loops = vec![vec![foot.along(), seam, head.against(), seam.edge.against()]];
+        body.face(Surface::Nurbs(surface), loops, false);
+        body.flat(level(height), vec![vec![head.along()]]);
+        body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![foot.along()]], true);
+        let base = PI * radius * radius;
+        Ladder::solid(body.finish(), base * height, 2.0 * base + TAU * radius * height).named(turns).climb();
+    }
+}

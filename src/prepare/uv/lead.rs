@@ -54,11 +54,12 @@ fn curve_end(edge: &Edge, t: f64) -> DVec3 {
     first.or_else(|| last().flatten()).copied().unwrap_or_else(|| curve.point(t))
 }
 
+/// Distance of a sample before a kink from the kink, as a share of the edge: points that close are one.
+const BEFORE: f64 = 1e-10;
+
 /// Parameters just before the kinks of an edge's curve. A sample there has the slope of the piece that ends, one at the
 /// kink that of the piece that starts.
 pub(crate) fn before_breaks(edge: &Edge) -> impl Iterator<Item = f64> + '_ {
-    /// Distance from the kink, as a share of the edge: points that close are one.
-    const BEFORE: f64 = 1e-10;
     /// Tangents that differ by less than this share of the longer one are no kink: cubics follow them.
     const SAME: f64 = 1e-3;
     let (t0, t1) = edge.range;
@@ -73,4 +74,17 @@ pub(crate) fn before_breaks(edge: &Edge) -> impl Iterator<Item = f64> + '_ {
         let [[_, left], [_, right]] = [before, t].map(|t| edge.curve.tangent(t));
         ((left - right).length() > SAME * left.length().max(right.length())).then_some(before)
     })
+}
+
+/// The next parameter on the side on which `ts[k]` bounds a piece, if there is only one: for ends, and for both
+/// parameters of a kink.
+pub(crate) fn only_neighbour(ts: &[f64], k: usize) -> Option<f64> {
+    let last = ts.len() - 1;
+    let is_kink = |a: usize, b: usize| (ts[b] - ts[a]).abs() <= 4.0 * BEFORE * (ts[last] - ts[0]).abs();
+    let has = [k > 0 && !is_kink(k - 1, k), k < last && !is_kink(k, k + 1)];
+    match has {
+        [true, false] => Some(ts[k - 1]),
+        [false, true] => Some(ts[k + 1]),
+        _ => None,
+    }
 }

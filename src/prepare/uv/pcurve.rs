@@ -5,7 +5,7 @@
 //! are refined until the fit stays within a tolerance of the projection.
 
 use super::foot::{Foot, jacobian_solve, least_squares, newton_step};
-use super::lead::{EndBlend, before_breaks, leads};
+use super::lead::{EndBlend, before_breaks, leads, only_neighbour};
 use super::seeds::Seeds;
 use super::uv_curve::UvSample;
 use crate::math::bisection::bisected;
@@ -57,6 +57,8 @@ pub(crate) struct Projector<'a> {
     pub(crate) domain: [(f64, f64); 2],
     /// Whether tangents are continuous, and do not vanish on a line.
     smooth: bool,
+    /// Whether tangents may jump at a line.
+    may_jump: bool,
     /// Parameter lines that collapse to a point.
     pub(crate) poles: Vec<Pole>,
     /// Distance from each pole within which points are the pole: ten tolerances, or less where edges go round it.
@@ -81,11 +83,13 @@ pub(crate) struct Marched {
 impl<'a> Projector<'a> {
     pub(crate) fn new(surface: &'a Surface, tolerance: f64) -> Self {
         let (period, poles) = (surface.period(), surface.poles());
+        let may_jump = !surface.is_smooth(period);
         Self {
             surface,
             period,
             domain: surface.natural_domain(),
-            smooth: poles.is_empty() && surface.is_smooth(period),
+            smooth: poles.is_empty() && !may_jump,
+            may_jump,
             reaches: smallvec![10.0 * tolerance; poles.len()],
             poles,
             tolerance,
@@ -384,14 +388,14 @@ impl<'a> Projector<'a> {
             Some(pole) => near_end(ts[0], 1e-3 * span, pole, None),
             None => walk.sample(ts[0], seed),
         };
-        out.push(first);
+        out.push(walk.on_its_side(first, &ts, 0));
         for (k, &t) in ts.iter().enumerate().skip(1) {
             let previous = out[out.len() - 1].0;
             let slope = if previous.d.is_finite() { previous.d } else { DVec2::ZERO };
             let guess = self.guess(previous.uv, slope * (t - previous.t));
             let next = match last_pole {
                 Some(pole) if k + 1 == ts.len() => near_end(t, -1e-3 * span, pole, Some(previous.uv)),
-                _ => walk.sample(t, Some(guess)),
+                _ => walk.on_its_side(walk.sample(t, Some(guess)), &ts, k),
             };
             if !self.is_exact(edge) {
                 walk.refine(&previous, &next.0, 0, &mut out);
@@ -508,6 +512,23 @@ impl Walk<'_> {
         let Foot { uv, tangents: [point, du, dv], .. } = self.projector.foot(p, seed);
         let d = jacobian_solve(du, dv, d1);
         (UvSample { t, uv, d }, point.distance(p), DVec2::new(du.length(), dv.length()))
+    }
+
+    /// A sample at `ts[k]`. At ends and kinks, which bound cubics on one side only, its slope is the one of that side.
+    /// Where the surface's tangents jump, at a seam or along a knot, rounding decides which side a point is on. A slope
+    /// from the other side may be many times too large, and the image folds back however short its last cubic is.
+    fn on_its_side(&self, (mut sample, gap): (UvSample, f64), ts: &[f64], k: usize) -> (UvSample, f64) {
+        /// Where to look, as a share of the way to the next sample.
+        const INWARD: f64 = 1e-6;
+        /// Slopes that differ by less than this share of the longer one are on the same side.
+        const SAME: f64 = 0.01;
+        if let Some(next) = only_neighbour(ts, k).filter(|_| self.projector.may_jump) {
+            let (near, _) = self.sample(sample.t + INWARD * (next - sample.t), Some(sample.uv));
+            if (near.d - sample.d).length() > SAME * near.d.length().max(sample.d.length()) {
+                sample.d = near.d;
+            }
+        }
+        (sample, gap)
     }
 
     /// The sample at a pole: one coordinate is the pole's, the collapsed one continues from `inner`.
