@@ -1,10 +1,13 @@
 //! Edges less accurate than their faces need: images cross although edges do not.
 
-use crate::body::Body;
+use crate::body::{Body, through};
+use crate::common::{frame, placed, prepared};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::PI;
-use trimtess::model::{CurveKind, Frame3, NurbsCurve3};
+use trimtess::frame::{Tolerance, plan};
+use trimtess::mesh::check_scene;
+use trimtess::model::{CurveKind, Frame3, NurbsCurve3, Surface};
 
 fn at(x: f64, y: f64) -> DVec3 {
     DVec3::new(x, y, 0.0)
@@ -76,5 +79,39 @@ fn an_edge_whose_curve_starts_beyond_its_neighbour_leaves_its_vertex_inside() {
         outline.extend((1..4).map(|k| body.line(corners[k], corners[(k + 1) % 4])));
         body.flat(Frame3::WORLD, vec![outline]);
         Ladder::sheet(body.finish(), 100.0).named(off).climb();
+    }
+}
+
+#[test]
+fn edges_around_a_small_hole_of_a_closed_face_cross_at_their_vertex() {
+    // The first edge runs past its end, over to the other side of the second one, and back. That is much for the hole
+    // and little for the face, whose size no seam shows.
+    let (major, minor, hole) = (6.0, 3.0, 0.1);
+    let torus = Surface::Torus { frame: Frame3::WORLD, major, minor };
+    let on = |angle: f64, share: f64| {
+        let (u, v) = (1.0 + hole * share * angle.cos() / major, 0.5 * PI + hole * share * angle.sin() / minor);
+        torus.point(u, v)
+    };
+    for past in [0.05, 0.1] {
+        let first = |t: f64| {
+            // To `past` the end at t = 0.9, outside the second edge, and back inside it.
+            let angle = if t < 0.9 { (PI + past) * (t / 0.9) } else { PI + past * (1.0 - t) / 0.1 };
+            let aside = if t < 0.8 { 0.0 } else { 0.005 * (10.0 * PI * (0.9 - t)).sin() };
+            on(angle, 1.0 + aside)
+        };
+        let mut body = Body::sheet();
+        let one = body.spline(through(first, (0.0, 1.0), 400));
+        let two = body.spline(through(|t| on(PI * (1.0 + t), 1.0), (0.0, 1.0), 40));
+        body.face(torus.clone(), vec![vec![two.against(), one.against()]], false);
+        let prepared = prepared(placed(body.finish()));
+        let told: Vec<_> = prepared.diagnostics.iter().map(|d| d.kind.code()).collect();
+        assert_eq!(told, ["edge-images-crossed"], "{past}: {:?}", prepared.diagnostics);
+        for chord in [0.1, 0.01, 1e-3] {
+            let (sink, report) =
+                frame(&prepared, &plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }), true);
+            assert!(report.degraded.is_empty(), "{past}, {chord}: {:?}", report.degraded);
+            let (area, whole) = (check_scene(&sink).total.area, 4.0 * PI * PI * major * minor);
+            assert!((area - whole).abs() < 0.05 * whole, "{past}, {chord}: {area} of {whole}");
+        }
     }
 }

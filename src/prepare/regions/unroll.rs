@@ -54,7 +54,7 @@ pub(crate) fn region(
     }
     let mut polylines: Vec<Vec<DVec2>> = loops.iter().map(UvLoop::polyline).collect();
     let areas: Vec<f64> = loops.iter().map(UvLoop::double_area).collect();
-    let closed = (0..2).all(|a| periodic[a] || both_poles(projector, a)) && periodic != [false, false];
+    let closed = closes(projector);
     // A loop with a seam lies around what it keeps, whichever way it runs: the seam is in no other region.
     if closed && areas.iter().all(|&a| a < 0.0) && !(turn && loops.iter().any(|l| has_seam(l, projector))) {
         if let Some(axis) = go_round_poles(&mut loops, projector) {
@@ -189,6 +189,17 @@ fn turn_back(loops: &[UvLoop], axis: usize, projector: &Projector<'_>) -> Option
     turn_at_pole(&mut l.pieces, i, by, projector);
     l.winding[axis] -= turn;
     Some(loops)
+}
+
+/// Whether loops cut holes into a surface that closes: the face is all of the rest.
+pub(crate) fn are_holes(loops: &[UvLoop], projector: &Projector<'_>) -> bool {
+    closes(projector) && !loops.is_empty() && loops.iter().all(|l| l.winding == [0, 0] && l.double_area() < 0.0)
+}
+
+/// Whether the surface closes in both directions, by a period or by poles.
+fn closes(projector: &Projector<'_>) -> bool {
+    let periodic = projector.period.map(|p| p.is_some());
+    periodic != [false, false] && (0..2).all(|a| periodic[a] || both_poles(projector, a))
 }
 
 fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {

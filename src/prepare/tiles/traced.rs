@@ -1,8 +1,9 @@
 //! One face of a model -> the images of its loops, one after the other over the surface.
 
 use crate::math::boxes::around;
-use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, RegionError};
+use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, RegionError, Surface};
 use crate::prepare::regions::trace::{Passages, trace_loop};
+use crate::prepare::regions::unroll::are_holes;
 use crate::prepare::report::room::Room;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::trims::free_faces::FreeFace;
@@ -95,6 +96,10 @@ impl<'a> Traced<'a> {
             notes: Vec::new(),
         };
         out.trace()?;
+        if are_holes(&out.loops, &out.projector) {
+            // The holes may be far smaller than the face.
+            out.extent = out.extent.max(surface_extent(&face.surface));
+        }
         Ok(out)
     }
 
@@ -146,6 +151,14 @@ fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
         }
     }
     out
+}
+
+/// Diagonal of the box of a surface that closes, by points of it.
+fn surface_extent(surface: &Surface) -> f64 {
+    let places = |(a, b): (f64, f64)| (0..=8).map(|k| a + (b - a) * f64::from(k) / 8.0).collect::<Vec<f64>>();
+    let [us, vs] = surface.natural_domain().map(places);
+    let [low, high] = around(surface.lattice(&us, &vs));
+    (high - low).length()
 }
 
 /// Diagonal of the box of the face's edges. `None` for a face without edges.
