@@ -25,8 +25,8 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-/// A solid's shell is not sewn if the ends of an edge are this close, in tolerances: the edge might vanish.
-const SHORTEST: f64 = 8.0;
+/// A solid's shell is sewn within this part of the least distance between the ends of an edge, so that none vanishes.
+const OF_SHORTEST: f64 = 0.125;
 
 /// Largest distance, in tolerances, between the ends of matching pieces: each may have been cut by a different edge.
 const SAME_END: f64 = 4.0;
@@ -163,7 +163,8 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
         let length = |e: &Edge| ends(e).map_or(0.0, |[a, b]| a.distance(b));
         let told = of_shell.iter().filter(|u| !u.untold).filter_map(|u| part.edges.get(u.edge as usize));
         let shortest = told.filter(|e| e.start != e.end).map(length).fold(f64::INFINITY, f64::min);
-        if !untold && shortest <= SHORTEST * tolerance {
+        let tolerance = if untold { tolerance } else { tolerance.min(OF_SHORTEST * shortest) };
+        if tolerance == 0.0 {
             continue;
         }
         let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
