@@ -1,9 +1,9 @@
 //! Loops, senses, shells: topology as files state it, with all its flags.
 
 use crate::common::prepared;
-use crate::{clean, edge_of, model, near, only_face, only_part, point, shell, vertex, world};
+use crate::{clean, edge_of, is, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
-use trimtess::model::{Coedge, FaceId, Loop, Model, Part, PartId, Severity, ShellKind};
+use trimtess::model::{Coedge, FaceId, Loop, Model, Part, PartId, Severity, ShellKind, StepTrouble};
 
 /// A unit square in z = 0: vertices #30, #32, #34, #36 counter-clockwise, edges #50..#53 from each to the next,
 /// oriented edges #70..#73 along them.
@@ -312,6 +312,10 @@ fn a_bounded_surface_takes_its_ends_from_parameter_curves() {
     let part = only_part(&model);
     assert_eq!((part.edges.len(), part.vertices.len()), (4, 4));
     assert_eq!(area(part, &only_face(&model).loops[0]), 2.0);
+    // With an outer boundary of the surface's own sides, the stated one is a hole.
+    let implicit = crate::model(&text.replace("(#70),.F.);#72", "(#70),.T.);#72"));
+    let told = |t: &StepTrouble| matches!(t, StepTrouble::NotRead { what: "implicit outer bounds", .. });
+    assert!(implicit.diagnostics.iter().any(|d| is(d, told)), "{:?}", implicit.diagnostics);
 }
 
 #[test]

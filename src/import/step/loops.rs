@@ -118,6 +118,11 @@ impl Geometry<'_> {
                 let (mut bounds, mut again) = (Vec::new(), 0);
                 if surface.is("CURVE_BOUNDED_SURFACE") {
                     let own = surface.fields("CURVE_BOUNDED_SURFACE", 1);
+                    // The sides of the surface bound it, and these are holes.
+                    if own.flag(2, false) {
+                        let (what, keyword) = ("implicit outer bounds", surface.keyword());
+                        return Err(Trouble::new(id, StepTrouble::NotRead { what, keyword }));
+                    }
                     for boundary in own.links(1)? {
                         let segments = self.get(boundary)?.fields("COMPOSITE_CURVE", 1).links(0)?;
                         let (segments, repeats) = unique(segments);
