@@ -48,14 +48,16 @@ impl Frame3 {
         DVec3::new(d.dot(self.x), d.dot(self.y), d.dot(self.z))
     }
 
-    /// Distance of a point from the axis z, and its height.
-    pub(crate) fn meridian(&self, point: DVec3) -> DVec2 {
+    /// Distance of a point in space from the axis `z`, and its height above the origin along that axis.
+    #[must_use]
+    pub fn meridian(&self, point: DVec3) -> DVec2 {
         let local = self.local(point);
         DVec2::new(local.x.hypotenuse(local.y), local.z)
     }
 
-    /// From the axis z to a point, perpendicular to the axis.
-    pub(crate) fn radial(&self, point: DVec3) -> DVec3 {
+    /// The vector from the axis `z` to a point in space, perpendicular to the axis.
+    #[must_use]
+    pub fn radial(&self, point: DVec3) -> DVec3 {
         let out = point - self.origin;
         out - self.z * out.dot(self.z)
     }
