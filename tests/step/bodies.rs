@@ -1,6 +1,7 @@
 //! Bodies without stated faces: primitives, sweeps, triangles, replicas. Their volumes have closed forms.
 
 use crate::common::prepared;
+use crate::products::paint;
 use crate::{clean, is, model, placement, point, world};
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -208,6 +209,17 @@ fn triangles_share_their_edges() {
     clean(&model);
     assert_eq!(model.parts[0].faces.len(), 1);
     assert!((facts(model).area - 0.5 * 25.4 * 25.4).abs() < 1e-9);
+}
+
+#[test]
+fn triangles_have_the_colours_of_their_faces() {
+    let text = tetrahedron("#50=TESSELLATED_SOLID('',(#41,#42),$);")
+        + &holding("#50")
+        + &paint(300, [1.0, 0.0, 0.5])
+        + "#330=STYLED_ITEM('',(#300),#42);";
+    let faces: Vec<_> = model(&text).parts[0].faces.iter().map(|face| (face.entity, face.colour)).collect();
+    let red = Some([1.0, 0.0, 0.5, 1.0]);
+    assert_eq!(faces, [(41, None), (41, None), (41, None), (42, red)]);
 }
 
 #[test]

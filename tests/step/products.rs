@@ -256,7 +256,7 @@ fn entities_without_a_product_are_read_once() {
 }
 
 /// A style #id that paints surfaces.
-fn paint(id: u32, rgb: [f64; 3]) -> String {
+pub(crate) fn paint(id: u32, rgb: [f64; 3]) -> String {
     format!(
         "#{id}=PRESENTATION_STYLE_ASSIGNMENT((#{},#{}));#{}=SURFACE_STYLE_USAGE(.BOTH.,#{});\
          #{}=SURFACE_SIDE_STYLE('',(#{}));#{}=SURFACE_STYLE_FILL_AREA(#{});#{}=FILL_AREA_STYLE('',(#{}));\

@@ -37,8 +37,10 @@ impl Reader<'_> {
             }
         };
         for face in &mut part.faces {
-            face.entity = body.entity;
-            face.colour = body.colour;
+            // A triangle has the number of the face that lists it.
+            let own = Some(face.entity).filter(|entity| *entity != 0);
+            face.entity = own.unwrap_or(body.entity);
+            face.colour = own.and_then(|entity| self.styles.of(entity)).or(body.colour);
         }
         part.shells.iter_mut().for_each(|shell| shell.entity = body.entity);
         Ok((part, diagnostics))

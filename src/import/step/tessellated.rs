@@ -45,7 +45,8 @@ const FLAT: f64 = 1e-9;
 #[derive(Default)]
 struct Mesh {
     points: Vec<DVec3>,
-    triangles: Vec<[usize; 3]>,
+    /// Corners, and the number of the face that lists them.
+    triangles: Vec<([usize; 3], u64)>,
     corners: Map<[u64; 3], usize>,
     /// Coordinate lists by number; faces share them.
     lists: Map<u64, Vec<DVec3>>,
@@ -168,13 +169,13 @@ impl Mesh {
         if bad > 0 {
             self.lost.push((Trouble::new(face.id, SolidTrouble::Triangles { count: bad }), at));
         }
-        good.into_iter().for_each(|triangle| self.triangle(triangle));
+        good.into_iter().for_each(|triangle| self.triangle(triangle, face.id));
         Ok(())
     }
 
-    /// Adds a triangle. Skips triangles with coincident corners. A triangle with collinear corners is skipped, too, but
+    /// Adds a triangle of a face. Skips triangles with coincident corners. A triangle with collinear corners is skipped, too, but
     /// splits the longest side for its neighbour, which would otherwise have a T-junction.
-    fn triangle(&mut self, corners: [DVec3; 3]) {
+    fn triangle(&mut self, corners: [DVec3; 3], face: u64) {
         let ids = corners.map(|corner| self.corner(corner));
         if ids[0] == ids[1] || ids[1] == ids[2] || ids[2] == ids[0] {
             return;
@@ -184,7 +185,7 @@ impl Mesh {
         let (apex, longest) =
             sides.into_iter().enumerate().fold((0, 0.0), |m, (k, s)| if s > m.1 { (k, s) } else { m });
         if (b - a).cross(c - a).length() > FLAT * longest * longest {
-            self.triangles.push(ids);
+            self.triangles.push((ids, face));
             return;
         }
         self.split(ids[(apex + 1) % 3], ids[(apex + 2) % 3], ids[apex], 0);
@@ -235,14 +236,18 @@ impl Mesh {
         let mut part = PartBuilder::new(String::new());
         part.plain_shell(kind);
         let vertices: Vec<VertexId> = self.points.iter().map(|p| part.vertex(*p)).collect();
-        let (mut edges, mut chain) = (Map::default(), Vec::new());
-        for [a, b, c] in &self.triangles {
+        let (mut edges, mut chain, mut entities) = (Map::default(), Vec::new(), Vec::new());
+        for ([a, b, c], entity) in &self.triangles {
             let corners = [*a, *b, *c].map(|k| self.points[k]);
             chain.clear();
             [[a, b], [b, c], [c, a]].into_iter().for_each(|[from, to]| self.side(*from, *to, 0, &mut chain));
             facet(&mut part, &mut edges, &vertices, corners, &chain);
+            // Without a face for a degenerate triangle.
+            entities.resize(part.part().faces.len(), *entity);
         }
-        part.finish()
+        let mut part = part.finish()?;
+        part.faces.iter_mut().zip(entities).for_each(|(face, entity)| face.entity = entity);
+        Ok(part)
     }
 }
 
