@@ -535,3 +535,23 @@ fn bodies_that_share_an_edge_keep_their_orientation() {
     assert_eq!(part.edges.len(), 23, "one edge is common");
     is_closed(part, 2.0, 12.0);
 }
+
+#[test]
+fn tiles_are_cut_between_creases() {
+    const SIDE: u32 = 41;
+    let at = |i: u32, j: u32| {
+        DVec3::new(f64::from(i), f64::from(j), (0.7 * f64::from(i)).sin() + (0.9 * f64::from(j)).cos())
+    };
+    let knots: Vec<f64> = [0].into_iter().chain(0..SIDE).chain([SIDE - 1]).map(f64::from).collect();
+    let points = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| at(i, j))).collect();
+    let facets =
+        NurbsSurface { degree_u: 1, degree_v: 1, knots_u: knots.clone(), knots_v: knots, points, weights: Vec::new() };
+    let mut part = PartBuilder::new("facets");
+    let shell = part.plain_shell(ShellKind::Open);
+    part.plain_face(Surface::Nurbs(facets), shell, Vec::new(), false);
+    let prepared = prepared_clean(placed(part.finish().expect("a sound part")));
+    let tiles = &prepared.parts[0].tiles;
+    let lines = tiles.iter().flat_map(|tile| [tile.min, tile.max]).flat_map(|corner| corner.to_array());
+    let inner: Vec<f64> = lines.filter(|x| *x > 0.0 && *x < f64::from(SIDE - 1)).collect();
+    assert!(tiles.len() == 16 && inner.iter().all(|x| (x - x.round()).abs() > 0.25), "{inner:?}");
+}

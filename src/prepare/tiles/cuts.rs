@@ -1,12 +1,14 @@
 //! Regions -> lines that cut them into tiles: seams where a region goes round, and lines that cap a tile's cost.
 //!
 //! Cut lines may lie anywhere on a smooth surface, so they are placed where they cross the loops cleanly: far from
-//! vertices and from places where a loop runs along them.
+//! vertices and from places where a loop runs along them. They keep off creases, too: lattice lines run along these, and
+//! a line that is almost one would leave a narrow row of cells between.
 
 use super::grid::Grid;
 use crate::model::Surface;
 use crate::prepare::uv::region::Region;
 use crate::prepare::uv::uv_loop::Along;
+use glam::DVec3;
 use std::cell::LazyCell;
 use std::f64::consts::FRAC_PI_2;
 
@@ -33,7 +35,7 @@ pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
     for (axis, lines) in lines.iter_mut().enumerate() {
         let (lo, hi) = region.bounds[axis];
         // Most faces are not cut.
-        let avoid = LazyCell::new(|| Avoid::new(region, axis));
+        let avoid = LazyCell::new(|| Avoid::new(region, surface, axis));
         let (lo, hi) = if region.wraps[axis] {
             let c = avoid.best(lo, hi);
             (c, c + (hi - lo))
@@ -82,7 +84,7 @@ fn poles_within(region: &Region, surface: &Surface, axis: usize, lo: f64, hi: f6
 }
 
 /// Grids with the fewest cuts that open all wraps. Each grid has them at other places.
-pub(crate) fn coarse_grids(region: &Region) -> impl Iterator<Item = Grid> + '_ {
+pub(crate) fn coarse_grids<'a>(region: &'a Region, surface: &'a Surface) -> impl Iterator<Item = Grid> + 'a {
     /// Places tried. A boundary that cannot be cut at any of them cannot be cut.
     const TRIES: usize = 6;
     (0..TRIES).map(move |k| {
@@ -94,7 +96,7 @@ pub(crate) fn coarse_grids(region: &Region) -> impl Iterator<Item = Grid> + '_ {
             // The cleanest line of all, then the cleanest line of each part.
             let share = |k: usize| lo + (hi - lo) * k as f64 / (TRIES - 1) as f64;
             let (from, to) = if k == 0 { (lo, hi) } else { (share(k - 1), share(k)) };
-            let c = Avoid::new(region, axis).best(from, to);
+            let c = Avoid::new(region, surface, axis).best(from, to);
             vec![c, c + (hi - lo)]
         });
         Grid { lines, wraps: region.wraps }
@@ -122,6 +124,47 @@ pub(super) fn spans(surface: &Surface, axis: usize, lo: f64, hi: f64) -> usize {
     }
 }
 
+/// Parameters where a surface has a crease: knots of full multiplicity at which control points are not in line.
+fn creases(surface: &Surface, axis: usize) -> Vec<f64> {
+    match (surface, axis) {
+        (Surface::Nurbs(s), axis) => {
+            let count = [s.knots_u.len() - s.degree_u - 1, s.knots_v.len() - s.degree_v - 1];
+            let (knots, degree) = if axis == 0 { (&s.knots_u, s.degree_u) } else { (&s.knots_v, s.degree_v) };
+            let row = |row: usize| {
+                let index = move |k: usize| if axis == 0 { k * count[1] + row } else { row * count[1] + k };
+                move |k: usize| s.points[index(k)]
+            };
+            let rows = || (0..count[1 - axis]).map(row);
+            kinks(knots, degree, |k| rows().any(|point| turns([k - 1, k, k + 1].map(point))))
+        }
+        (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
+            kinks(&curve.knots, curve.degree, |k| turns([k - 1, k, k + 1].map(|k| curve.points[k])))
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Inner knots of full multiplicity at whose control point `turns` holds.
+fn kinks(knots: &[f64], degree: usize, turns: impl Fn(usize) -> bool) -> Vec<f64> {
+    let inner = &knots[degree + 1..knots.len() - degree - 1];
+    let mut last = degree;
+    let mut found = Vec::new();
+    for equal in inner.chunk_by(|a, b| a == b) {
+        last += equal.len();
+        if equal.len() > degree || equal.len() == degree && turns(last - degree) {
+            found.push(equal[0]);
+        }
+    }
+    found
+}
+
+/// Whether three points are not in line, one after the other. Files write them with 5 to 15 digits.
+fn turns([a, b, c]: [DVec3; 3]) -> bool {
+    const BREAK: f64 = 1e-3;
+    let (before, after) = (b - a, c - b);
+    before.cross(after).length() > BREAK * before.dot(after)
+}
+
 /// Coordinates at which a cut would meet a loop badly, and those where it would cross a hole.
 struct Avoid {
     points: Vec<f64>,
@@ -130,8 +173,8 @@ struct Avoid {
 }
 
 impl Avoid {
-    fn new(region: &Region, axis: usize) -> Self {
-        let mut points = Vec::new();
+    fn new(region: &Region, surface: &Surface, axis: usize) -> Self {
+        let mut points = creases(surface, axis);
         let mut holes = Vec::new();
         for l in &region.loops {
             let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);

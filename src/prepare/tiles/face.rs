@@ -303,7 +303,7 @@ fn cut(
         Ok(arranged) => return Ok((wanted, arranged)),
         Err(refused) => refused,
     };
-    for grid in coarse_grids(region) {
+    for grid in coarse_grids(region, surface) {
         if let Ok(arranged) = arrange(region, &grid, projector) {
             notes.push(FaceTrouble::FewerTiles { at: refused.at });
             return Ok((grid, arranged));
