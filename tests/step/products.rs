@@ -302,6 +302,19 @@ fn colours_come_from_the_face_then_its_shell_then_its_solid() {
 }
 
 #[test]
+fn hidden_solids_are_read_with_a_note() {
+    let text = world()
+        + &ball(60)
+        + "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60),#1);"
+        + &paint(300, [0.0, 0.0, 1.0])
+        + "#330=STYLED_ITEM('',(#300),#60);#331=STYLED_ITEM('',(#300),#20);#332=INVISIBILITY((#330,#331,#330));";
+    let model = model(&text);
+    let told: Vec<_> = model.diagnostics.iter().map(|d| (d.severity, d.kind.to_string())).collect();
+    let note = "1 bodies, shells or faces are hidden in the file; they are read".to_owned();
+    assert_eq!((model.parts.len(), told), (1, vec![(Severity::Note, note)]));
+}
+
+#[test]
 fn transparency_and_named_colours_are_read() {
     let text = world()
         + &ball(60)

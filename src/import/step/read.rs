@@ -4,7 +4,7 @@ use super::options::{BYTES_PER_BYTE, StepError, StepOptions, proceed};
 use super::pieces::piece;
 use super::product::StructureBuilder;
 use super::reader::Reader;
-use super::style::Styles;
+use super::style::{Styles, hidden};
 use super::table::Table;
 use super::text;
 use super::tree::Tree;
@@ -170,6 +170,10 @@ fn model_of(
     }
     if styles.along_paths > 0 {
         diagnostics.push(of_file(StepOutcome::PathColours { count: styles.along_paths }));
+    }
+    let items = hidden(table);
+    if items > 0 {
+        diagnostics.push(Diagnostic::new(Severity::Note, StepOutcome::Hidden { items }));
     }
     let lost = diagnostics.iter().any(|d| d.severity == Severity::Error);
     if !lost && model.parts.iter().all(|part| part.faces.is_empty()) {

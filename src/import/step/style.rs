@@ -1,6 +1,6 @@
 //! Styled items -> colours by instance.
 
-use super::kinds::is_face;
+use super::kinds::{is_body, is_face, is_shell};
 use super::table::{Entity, Table};
 use super::values::{Map, Set};
 use crate::model::Colour;
@@ -79,6 +79,15 @@ fn occurrences(table: &Table) -> Map<u64, u64> {
         usage.into_iter().for_each(|usage| _ = found.insert(shape, usage.id));
     }
     found
+}
+
+/// Number of bodies, shells and faces that the file hides, by styled items that are invisible.
+pub(super) fn hidden(table: &Table) -> usize {
+    let lists = table.of_types(|i| i.is("INVISIBILITY")).filter_map(|i| i.fields("INVISIBILITY", 0).links(0).ok());
+    let styled = lists.flatten().filter_map(|id| table.find(id)?.fields("STYLED_ITEM", 1).optional(1));
+    let items: Set<u64> = styled.collect();
+    let has_faces = |i: Entity<'_>| is_body(i) || is_shell(i) || is_face(i);
+    items.into_iter().filter(|id| table.find(*id).is_some_and(has_faces)).count()
 }
 
 /// Maximum length of the chain from a style assignment to a surface's colour.

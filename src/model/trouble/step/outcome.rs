@@ -84,6 +84,11 @@ pub enum StepOutcome {
         /// How many.
         count: usize,
     },
+    /// Bodies, shells and faces that the file hides are read like the others.
+    Hidden {
+        /// How many.
+        items: usize,
+    },
     /// The file has no faces.
     NoFaces {
         /// How many instances the file has.
@@ -204,6 +209,7 @@ codes!(StepOutcome {
     Self::NoUnit => "step-no-unit",
     Self::UnitOutOfRange { .. } => "step-unit-out-of-range",
     Self::PathColours { .. } => "step-path-colours",
+    Self::Hidden { .. } => "step-hidden-items",
     Self::NoFaces { .. } => "step-no-faces",
     Self::Endless { .. } => "step-surface-without-bounds",
     Self::Supplemental { .. } => "step-supplemental",
@@ -279,6 +285,9 @@ impl fmt::Display for StepOutcome {
             }
             Self::PathColours { count } => {
                 write!(f, "{count} colours for paths of occurrences are not applied")
+            }
+            Self::Hidden { items } => {
+                write!(f, "{items} bodies, shells or faces are hidden in the file; they are read")
             }
             Self::NoFaces { instances } => write!(f, "no faces among the file's {instances} instances"),
             Self::Endless { keyword } => write!(f, "a {keyword} without bounds cannot be meshed and was left out"),
