@@ -103,6 +103,11 @@ public:
         }
         if (first) std::rethrow_exception(first);
     }
+    /// Forgets the exception of a call that nobody waits for.
+    void forget() noexcept {
+        const std::lock_guard<std::mutex> lock(mutex_);
+        first_ = nullptr;
+    }
     /// As trimtess::check, but throws the exception of a callback instead of the error that it became.
     tt_status check(tt_status status) {
         rethrow();
@@ -489,7 +494,11 @@ private:
         c.abort = [](void *user) { Frame::call(user, &Sink::abort); };
         auto report = sized<tt_report>();
         const auto status = call(&c, &report);
-        state_->caught.rethrow();
+        // Workers ask for rooms before anyone waits for the frame. An exception of one that was replaced is of no call.
+        if (status == TT_OK)
+            state_->caught.forget();
+        else if (status != TT_PENDING)
+            state_->caught.rethrow();
         if (control) control->check_call(status);
         if (check(status) == TT_PENDING) return std::nullopt;
         return report;

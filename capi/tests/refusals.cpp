@@ -275,10 +275,11 @@ void callbacks() {
     HOLDS(session.view({view}, sink).whole == 1);
     HOLDS(within == TT_ERROR_BUSY && elsewhere == TT_ERROR_BUSY && freed == TT_ERROR_BUSY && words);
     // Memory that throws, and is asked again in the next frame.
-    bool full = true;
+    std::atomic<bool> full{true}, threw{false};
     std::atomic<int> rooms{0};
     const trimtess::Memory memory{[&](const tt_tile &tile, tt_room &room) {
-                                      if (full) throw std::bad_alloc();
+                                      threw = full.load();
+                                      if (threw) throw std::bad_alloc();
                                       rooms++;
                                       const auto vertices = std::size_t{tile.vertices} * tile.stride;
                                       auto *block = new unsigned char[vertices + std::size_t{12} * tile.triangles];
@@ -299,6 +300,14 @@ void callbacks() {
     }
     full = false;
     HOLDS(refused && session.view({view}, sink).whole == 1 && rooms == 0);
+    // Its exception in a frame that another one replaces is of no call.
+    trimtess::check(tt_session_forget(session.get()));
+    full = true, threw = false;
+    session.begin({view});
+    while (!threw) std::this_thread::yield();
+    full = false;
+    session.begin({view});
+    HOLDS(session.finish(sink).whole == 1 && rooms == 0);
     // A grid that is too coarse.
     auto layout = trimtess::sized<tt_layout>();
     layout.position = TT_POSITION_GRID;
