@@ -15,6 +15,8 @@ pub(super) struct Edits {
     instances: BTreeMap<InstanceKey, Attributes>,
     /// Places of instances that moved, by row.
     moved: BTreeMap<usize, DAffine3>,
+    /// Those taken since the scene had all places.
+    taken: BTreeMap<usize, DAffine3>,
     changed_parts: BTreeSet<PartId>,
     changed_instances: BTreeSet<InstanceKey>,
 }
@@ -36,8 +38,9 @@ impl Edited {
 impl Edits {
     /// Nothing edited yet, of a scene whose parts have these attributes.
     pub(super) fn of(scene: &Scene, rows: &Instances, parts: BTreeMap<PartId, Attributes>) -> Self {
-        let (moved, changed_parts, changed_instances) = (BTreeMap::new(), BTreeSet::new(), BTreeSet::new());
-        let mut new = Self { parts, instances: BTreeMap::new(), moved, changed_parts, changed_instances };
+        let (moved, taken) = (BTreeMap::new(), BTreeMap::new());
+        let (changed_parts, changed_instances) = (BTreeSet::new(), BTreeSet::new());
+        let mut new = Self { parts, instances: BTreeMap::new(), moved, taken, changed_parts, changed_instances };
         for (row, instance) in scene.instances.iter().enumerate().filter(|(_, instance)| !instance.visible) {
             rows.key(row).into_iter().for_each(|key| new.add(key, instance.visible));
         }
@@ -78,11 +81,16 @@ impl Edits {
         }
     }
 
-    /// Moves an instance. `before`: its place in the last frame of views that was begun, if that is known.
-    pub(super) fn move_row(&mut self, row: usize, before: Option<&DAffine3>, transform: DAffine3) {
-        if self.moved.get(&row).or(before) != Some(&transform) {
+    /// Moves an instance, whose place in the scene is `before`.
+    pub(super) fn move_row(&mut self, row: usize, before: &DAffine3, transform: DAffine3) {
+        if self.moved.get(&row).or(self.taken.get(&row)).unwrap_or(before) != &transform {
             self.moved.insert(row, transform);
         }
+    }
+
+    /// The scene has all places that were taken.
+    pub(super) fn landed(&mut self) {
+        self.taken.clear();
     }
 
     /// Whether nothing was edited since the last frame of views was begun.
@@ -92,7 +100,8 @@ impl Edits {
 
     /// What was edited since the last call.
     pub(super) fn take(&mut self, rows: &Instances) -> Edited {
-        let Self { parts, instances, moved, changed_parts, changed_instances } = self;
+        let Self { parts, instances, moved, taken, changed_parts, changed_instances } = self;
+        taken.extend(moved.iter().map(|(row, place)| (*row, *place)));
         let of_part = |part: PartId| (part, parts.get(&part).copied().unwrap_or_default());
         let of_key = |key: InstanceKey| Some((rows.row(key)?, instances.get(&key).copied().unwrap_or_default()));
         Edited {

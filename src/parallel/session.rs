@@ -322,9 +322,7 @@ impl Session {
     pub fn move_instance(&mut self, key: InstanceKey, transform: glam::DAffine3) -> Result<(), InstanceError> {
         let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
         not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
-        let landed = matches!(self.engine, EngineState::Idle(..));
-        let before = landed.then(|| &self.scene.instances[row].transform);
-        self.edits.move_row(row, before, transform);
+        self.edits.move_row(row, &self.scene.instances[row].transform, transform);
         Ok(())
     }
 
@@ -379,6 +377,7 @@ impl Session {
             let instance = &mut self.scene.instances[row];
             (instance.transform, instance.visible, instance.colour) = (transform, visible, colour);
         }
+        self.edits.landed();
     }
 
     /// Tessellates the whole model by `plan` and feeds it to `sink` on this thread. The sink gets the same calls with
