@@ -44,7 +44,7 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
                 continue;
             }
             // Loops that touch, but for what the file treats as one point.
-            Degradation::NotSimple { width, .. } if *width <= coincidence(prepared, tile.part) => Severity::Note,
+            Degradation::NotSimple { depth, .. } if *depth <= coincidence(prepared, tile.part) => Severity::Note,
             Degradation::NotSimple { .. } | Degradation::Filled(_) => Severity::Warning,
             Degradation::Empty if lost && !prepared.scene.has_no_area(tile.part, tile.face) => Severity::Warning,
             // The tile is thinner than the tolerance; its neighbours close over it.

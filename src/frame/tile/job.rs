@@ -21,6 +21,7 @@ use crate::model::{AxisMap, PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
+use std::collections::BTreeMap;
 
 /// Tessellates one tile by a plan. Of the lists that not every sink reads, the mesh has these.
 ///
@@ -85,7 +86,7 @@ impl<'a> Job<'a> {
         let Self { tile, lattice, face, .. } = *self;
         make_triangles(face, (tile, lattice), scratch, &mut mesh);
         add_parameters(face, lattice, lists, (&scratch.uvs, &mut mesh));
-        let (rewound, width) = add_layers(face, scratch, &mut mesh);
+        let rewound = add_layers(face, scratch, &mut mesh);
         let before = mesh.triangles.len();
         scratch.trimmed.closing.iter().for_each(|&t| push_triangle(&mut mesh, t, face.reversed));
         let mut slivers = (mesh.triangles.len() - before) as u32;
@@ -103,7 +104,8 @@ impl<'a> Job<'a> {
             Ok(TrimOutcome::Repaired { split }) => {
                 let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
                 let place = first.map(|k| mesh.positions[k]);
-                (Rung::Repaired.max(least), Some(Degradation::NotSimple { split, width, place }))
+                let depth = depth_of_layers(&scratch.trimmed.layers, &mesh.positions);
+                (Rung::Repaired.max(least), Some(Degradation::NotSimple { split, depth, place }))
             }
             Ok(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
         };
@@ -119,21 +121,34 @@ fn has_no_area(mesh: &TileMesh, corners: [u32; 3]) -> bool {
     (b - a).cross(c - a) == DVec3::ZERO
 }
 
-/// Appends the layers: what the loops wind around, but not exactly once. Returns their area, mm², and the greatest width
-/// of a triangle of them, mm.
-fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> (f64, f64) {
-    let (mut area, mut width) = (0.0, 0.0_f64);
+/// Appends the layers: what the loops wind around, but not exactly once. Returns their area, mm².
+fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
+    let mut area = 0.0;
     for &([a, b, c], times) in &s.trimmed.layers {
         let [p, q, r] = [a, b, c].map(|v| mesh.positions[v as usize]);
-        let twice = (q - p).cross(r - p).length();
-        area += 0.5 * twice;
-        // Across its longest side. No number if that is a point.
-        width = width.max(twice / p.distance(q).max(q.distance(r)).max(r.distance(p)));
+        area += 0.5 * (q - p).cross(r - p).length();
         for _ in 0..times.unsigned_abs() {
             push_triangle(mesh, [a, b, c], face.reversed != (times < 0));
         }
     }
-    (area, width)
+    area
+}
+
+/// How far points of the layers may be from their outline, mm: the heights of triangles over sides on it. A triangle
+/// without such a side counts with its largest height.
+fn depth_of_layers(layers: &[([u32; 3], i32)], positions: &[DVec3]) -> f64 {
+    let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]].map(|[from, to]| [from.min(to), from.max(to)]);
+    let mut uses: BTreeMap<[u32; 2], u32> = BTreeMap::new();
+    layers.iter().flat_map(|(t, _)| sides(*t)).for_each(|side| *uses.entry(side).or_default() += 1);
+    let depth = |t: [u32; 3]| {
+        let [p, q, r] = t.map(|v| positions[v as usize]);
+        let twice = (q - p).cross(r - p).length();
+        // No number over a side that is a point.
+        let height = |[from, to]: [u32; 2]| twice / positions[from as usize].distance(positions[to as usize]);
+        let outer = sides(t).into_iter().filter(|side| uses[side] == 1).map(height).reduce(f64::min);
+        outer.unwrap_or_else(|| sides(t).map(height).into_iter().fold(0.0, f64::max))
+    };
+    layers.iter().map(|(t, _)| depth(*t)).fold(0.0, f64::max)
 }
 
 /// Makes lattice points, normals and oriented triangles, and refines those of the trim stage.
@@ -349,4 +364,26 @@ fn from_cells(lattice: &TileLattice, p: DVec2) -> DVec2 {
         lines[k] + (x - k as f64) * (lines[k + 1] - lines[k])
     };
     DVec2::new(at(&lattice.us, p.x), at(&lattice.vs, p.y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles in zigzag between two rows of points at a distance, `step` apart in each row.
+    fn strip(across: f64, step: f64) -> f64 {
+        let row = |y: f64| (0..=100).map(move |k| DVec3::new(step * f64::from(k), y, 0.0));
+        let positions: Vec<DVec3> = row(0.0).chain(row(across)).collect();
+        let cells = (0..100).flat_map(|k| [[k, k + 1, k + 101], [k + 1, k + 102, k + 101]]);
+        depth_of_layers(&cells.map(|t| (t, -1)).collect::<Vec<_>>(), &positions)
+    }
+
+    #[test]
+    fn layers_are_as_deep_as_they_are_wide_however_fine_their_triangles_are() {
+        for (across, step) in [(1e-9, 1.0), (1.0, 1.0), (1.0, 1e-6), (1e-3, 1e-3)] {
+            let depth = strip(across, step);
+            assert!(depth > 0.99 * across && depth < 1.01 * across, "{across} {step}: {depth}");
+        }
+        assert_eq!(depth_of_layers(&[], &[]), 0.0);
+    }
 }

@@ -14,8 +14,8 @@ pub enum Degradation {
     NotSimple {
         /// Boundary segments split at crossings. Triangles that only close join them to the neighbouring faces.
         split: u32,
-        /// Greatest width of a triangle among what the loops wind around, but not exactly once, mm.
-        width: f64,
+        /// How far points that the loops wind around, but not exactly once, may be from the outline of these, mm.
+        depth: f64,
         /// The first crossing in the part's coordinates, if segments had to be split.
         place: Option<DVec3>,
     },
