@@ -3,7 +3,7 @@
 use super::error::AttributeError;
 use super::instances::{InstanceKey, Instances};
 use crate::frame::Attributes;
-use crate::mesh::Scene;
+use crate::mesh::{Scene, SceneInstance};
 use crate::model::PartId;
 use glam::DAffine3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,10 +13,10 @@ pub(super) struct Edits {
     /// Without those that have the default.
     parts: BTreeMap<PartId, Attributes>,
     instances: BTreeMap<InstanceKey, Attributes>,
-    /// Places of instances that moved, by row.
-    moved: BTreeMap<usize, DAffine3>,
-    /// Those taken since the scene had all places.
-    taken: BTreeMap<usize, DAffine3>,
+    /// The place of each instance as the caller set it, by row.
+    places: Vec<DAffine3>,
+    /// Instances that moved, by row.
+    moved: Vec<usize>,
     changed_parts: BTreeSet<PartId>,
     changed_instances: BTreeSet<InstanceKey>,
 }
@@ -38,24 +38,30 @@ impl Edited {
 impl Edits {
     /// Nothing edited yet, of a scene whose parts have these attributes.
     pub(super) fn of(scene: &Scene, rows: &Instances, parts: BTreeMap<PartId, Attributes>) -> Self {
-        let (moved, taken) = (BTreeMap::new(), BTreeMap::new());
-        let (changed_parts, changed_instances) = (BTreeSet::new(), BTreeSet::new());
-        let mut new = Self { parts, instances: BTreeMap::new(), moved, taken, changed_parts, changed_instances };
+        let (moved, changed_parts, changed_instances) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
+        let places = scene.instances.iter().map(|instance| instance.transform).collect();
+        let mut new = Self { parts, instances: BTreeMap::new(), places, moved, changed_parts, changed_instances };
         for (row, instance) in scene.instances.iter().enumerate().filter(|(_, instance)| !instance.visible) {
-            rows.key(row).into_iter().for_each(|key| new.add(key, instance.visible));
+            rows.key(row).into_iter().for_each(|key| new.show(key, instance.visible));
         }
         new
     }
 
-    /// Adds an instance that the engine has already.
-    pub(super) fn add(&mut self, key: InstanceKey, visible: bool) {
+    /// Adds an instance that the engine has already, in the last row.
+    pub(super) fn add(&mut self, key: InstanceKey, instance: &SceneInstance) {
+        self.places.push(instance.transform);
+        self.show(key, instance.visible);
+    }
+
+    fn show(&mut self, key: InstanceKey, visible: bool) {
         if !visible {
             self.instances.insert(key, Attributes::DEFAULT.with_visible(false));
         }
     }
 
     /// Removes an instance, and returns its attributes.
-    pub(super) fn remove(&mut self, key: InstanceKey) -> Attributes {
+    pub(super) fn remove(&mut self, key: InstanceKey, row: usize) -> Attributes {
+        self.places.remove(row);
         self.instances.remove(&key).unwrap_or_default()
     }
 
@@ -81,16 +87,11 @@ impl Edits {
         }
     }
 
-    /// Moves an instance, whose place in the scene is `before`.
-    pub(super) fn move_row(&mut self, row: usize, before: &DAffine3, transform: DAffine3) {
-        if self.moved.get(&row).or(self.taken.get(&row)).unwrap_or(before) != &transform {
-            self.moved.insert(row, transform);
+    pub(super) fn move_row(&mut self, row: usize, transform: DAffine3) {
+        if self.places[row] != transform {
+            self.places[row] = transform;
+            self.moved.push(row);
         }
-    }
-
-    /// The scene has all places that were taken.
-    pub(super) fn landed(&mut self) {
-        self.taken.clear();
     }
 
     /// Whether nothing was edited since the last frame of views was begun.
@@ -100,12 +101,11 @@ impl Edits {
 
     /// What was edited since the last call.
     pub(super) fn take(&mut self, rows: &Instances) -> Edited {
-        let Self { parts, instances, moved, taken, changed_parts, changed_instances } = self;
-        taken.extend(moved.iter().map(|(row, place)| (*row, *place)));
+        let Self { parts, instances, places, moved, changed_parts, changed_instances } = self;
         let of_part = |part: PartId| (part, parts.get(&part).copied().unwrap_or_default());
         let of_key = |key: InstanceKey| Some((rows.row(key)?, instances.get(&key).copied().unwrap_or_default()));
         Edited {
-            moved: std::mem::take(moved).into_iter().collect(),
+            moved: moved.drain(..).map(|row| (row, places[row])).collect(),
             parts: std::mem::take(changed_parts).into_iter().map(of_part).collect(),
             instances: std::mem::take(changed_instances).into_iter().filter_map(of_key).collect(),
         }

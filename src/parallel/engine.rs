@@ -26,6 +26,7 @@ use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
 use crate::view::View;
+use glam::DAffine3;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -197,8 +198,8 @@ impl Engine {
 
     /// What it takes besides the prepared model.
     pub(super) fn memory(&self) -> SessionMemory {
-        /// Copies of the list of instances: the caller's and this one's; and the sphere, key and row of each.
-        const INSTANCE: usize = 2 * size_of::<SceneInstance>() + 128;
+        /// Copies of the list of instances: the caller's and this one's; and the place, sphere, key and row of each.
+        const INSTANCE: usize = 2 * size_of::<SceneInstance>() + size_of::<DAffine3>() + 128;
         let live = self.live.as_ref().map_or((0, 0), |live| (live.planner.memory(), live.residency.memory()));
         let instances = self.placed.instances().len() * INSTANCE + self.placed.memory();
         SessionMemory { plans: live.0 as u64, scene: (instances + live.1) as u64 }

@@ -290,7 +290,7 @@ impl Session {
             self.prepared = prepared;
         }
         let key = self.rows.push();
-        self.edits.add(key, instance.visible);
+        self.edits.add(key, &instance);
         self.scene.instances.push(instance);
         self.repaint(looks);
         self.scene.number_faces();
@@ -309,7 +309,7 @@ impl Session {
         let (looks, stated) = (engine.placed.take_looks(), engine.remove_instance(row));
         self.repaint(looks);
         self.rows.remove(row);
-        let visible = self.edits.remove(key).visible;
+        let visible = self.edits.remove(key, row).visible;
         let gone = self.scene.instances.remove(row);
         self.scene.number_faces();
         Ok(SceneInstance { part: self.scene.of_model(gone.part), visible, colour: stated.colour, ..gone })
@@ -322,7 +322,7 @@ impl Session {
     pub fn move_instance(&mut self, key: InstanceKey, transform: glam::DAffine3) -> Result<(), InstanceError> {
         let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
         not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
-        self.edits.move_row(row, &self.scene.instances[row].transform, transform);
+        self.edits.move_row(row, transform);
         Ok(())
     }
 
@@ -377,7 +377,6 @@ impl Session {
             let instance = &mut self.scene.instances[row];
             (instance.transform, instance.visible, instance.colour) = (transform, visible, colour);
         }
-        self.edits.landed();
     }
 
     /// Tessellates the whole model by `plan` and feeds it to `sink` on this thread. The sink gets the same calls with

@@ -348,7 +348,7 @@ fn a_frame_that_was_begun_keeps_the_places_of_its_instances() {
     let mut sink = MemorySink::default();
     let key = session.instance_key(0).unwrap();
     let [near, far] = [0.0, 1e6].map(|x| DAffine3::from_translation(DVec3::splat(x)));
-    // What is moved while a frame is made has its place before there, and moves in the next one, which is none otherwise.
+    // A frame has the places that were set before it was begun. Where others were set since, the next one has these.
     for (begun, meanwhile) in [(near, far), (far, near), (far, near), (far, far)] {
         session.move_instance(key, begun).unwrap();
         session.begin(&[view]).unwrap();
