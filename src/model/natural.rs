@@ -165,8 +165,8 @@ impl Surface {
 
 /// Cylindrical coordinates: angle, distance from the axis, height.
 fn polar(frame: &Frame3, p: DVec3) -> (f64, f64, f64) {
-    let (local, DVec2 { x: rho, y: z }) = (frame.local(p), frame.meridian(p));
-    (local.y.arc_tangent_to(local.x), rho, z)
+    let local = frame.local(p);
+    (local.y.arc_tangent_to(local.x), local.x.hypotenuse(local.y), local.z)
 }
 
 /// Wraps an angle to [0, 2π).

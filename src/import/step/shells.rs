@@ -295,10 +295,14 @@ impl<'a> Gather<'a> {
     /// Takes the shells whose faces are all taken: files list faces again to annotate them, or by layer.
     pub(super) fn take_repeats(&mut self) {
         for shell in self.table.of_types(is_shell) {
+            if self.taken.contains(&shell.id) {
+                continue;
+            }
             let Ok(mut faces) = shell.fields("CONNECTED_FACE_SET", 1).links(0) else { continue };
             let is_taken = |face| self.taken.contains(&self.face(face).0);
             let count = faces.try_fold(0, |count, face| is_taken(face).then_some(count + 1)).unwrap_or(0);
-            if count > 0 && self.taken.insert(shell.id) {
+            if count > 0 {
+                self.taken.insert(shell.id);
                 self.again.get_or_insert((shell.id, 0)).1 += count;
             }
         }

@@ -18,7 +18,9 @@ use std::f64::consts::TAU;
 
 /// Points within this share of the profile's reach lie on the axis.
 const ON_AXIS: f64 = 1e-9;
-/// Angles within this of a full turn are one, radians.
+/// The least angle of a revolution, radians.
+const LEAST: f64 = 1e-9;
+/// Angles within this of a full turn are one, radians. Units of degrees are printed with eight digits and more.
 const WHOLE: f64 = 1e-6;
 
 /// A sweep, as stated.
@@ -55,7 +57,7 @@ impl Sweep {
             // A negative angle is a positive one about the opposite axis.
             let axis = if angle < 0.0 { Frame3 { y: -axis.y, z: -axis.z, ..axis } } else { axis };
             let angle = angle.abs();
-            if angle <= WHOLE || angle > TAU + WHOLE {
+            if angle <= LEAST || angle > TAU + WHOLE {
                 return Err(Trouble::new(entity, out_of_range("a revolution", angle, "radians")));
             }
             Motion::About { axis, angle: if TAU - angle <= WHOLE { TAU } else { angle } }
