@@ -355,9 +355,13 @@ fn an_occurrence_without_a_transformation_is_where_its_assembly_maps_it() {
                   #52=MAPPED_ITEM('',#51,#30);#54=SHAPE_REPRESENTATION('',(#52),#1);\
                   #200=NEXT_ASSEMBLY_USAGE_OCCURRENCE('1','use','',#110,#100,$);";
     let text = world() + &place + shapes + &ball(60) + &product(100, "ball", 50) + &product(110, "all", 54);
-    let model = model(&text);
-    clean(&model);
-    assert_eq!(origins(&model), [DVec3::new(5.0, 0.0, 0.0)]);
+    let once = model(&text);
+    clean(&once);
+    assert_eq!(origins(&once), [DVec3::new(5.0, 0.0, 0.0)]);
+    // One that it does not map is not lost.
+    let twice = model(&(text + "#201=NEXT_ASSEMBLY_USAGE_OCCURRENCE('2','use','',#110,#100,$);"));
+    let told: Vec<_> = twice.diagnostics.iter().map(|d| (d.entity, d.kind.code())).collect();
+    assert_eq!((twice.instances.len(), told), (2, vec![(201, "step-occurrence-at-origin")]));
 }
 
 #[test]

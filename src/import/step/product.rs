@@ -13,7 +13,7 @@ use super::units::{Contexts, Units};
 use super::values::{List, Map, Set};
 use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble};
 use glam::{DAffine3, DVec3};
-use std::cell::{OnceCell, RefCell};
+use std::cell::RefCell;
 use std::sync::Arc;
 
 /// Contents of one part, and the groups placed in it.
@@ -251,7 +251,7 @@ impl<'a> StructureBuilder<'a> {
                 used.insert(relation);
             }
         }
-        let mapped = OnceCell::new();
+        let mut mapped = None;
         for usage in self.table.of_types(|i| i.is("NEXT_ASSEMBLY_USAGE_OCCURRENCE")) {
             let own = usage.fields("PRODUCT_DEFINITION_RELATIONSHIP", 0);
             let (Some(parent), Some(child)) = (own.optional(3), own.optional(4)) else { continue };
@@ -271,7 +271,7 @@ impl<'a> StructureBuilder<'a> {
                     }
                 }
                 // The assembly's shape places it.
-                None if mapped.get_or_init(|| self.mapped_pairs()).contains(&(parent, child)) => continue,
+                None if take_one(mapped.get_or_insert_with(|| self.mapped_pairs()), (parent, child)) => continue,
                 // No transformation is stated.
                 _ => {
                     let (severity, what) = (Severity::Warning, StepOutcome::AtOrigin);
@@ -380,11 +380,17 @@ impl<'a> StructureBuilder<'a> {
         }
     }
 
-    /// Groups, each with a group that it maps.
-    fn mapped_pairs(&self) -> Set<(usize, usize)> {
-        let items = |parent: usize| self.items_of(parent, "MAPPED_ITEM").into_iter().map(move |item| (parent, item));
-        let pair = |(parent, (item, id))| Some((parent, self.mapped(item, id).ok()?.0));
-        (0..self.groups.len()).flat_map(items).filter_map(pair).collect()
+    /// How often a group maps another one.
+    fn mapped_pairs(&self) -> Map<(usize, usize), usize> {
+        let mut counts = Map::default();
+        for parent in 0..self.groups.len() {
+            for (item, id) in self.items_of(parent, "MAPPED_ITEM") {
+                self.mapped(item, id)
+                    .into_iter()
+                    .for_each(|(child, _)| *counts.entry((parent, child)).or_insert(0) += 1);
+            }
+        }
+        counts
     }
 
     /// Whether a `MAPPED_ITEM` places a skipped representation, which is reported itself.
@@ -459,6 +465,14 @@ impl<'a> StructureBuilder<'a> {
         let name = instance.label().into();
         Ok((group, transform().map(|transform| Child { group, entity: item, transform, name, colour })))
     }
+}
+
+/// Takes one of a count. Whether there was one.
+fn take_one(counts: &mut Map<(usize, usize), usize>, pair: (usize, usize)) -> bool {
+    counts.get_mut(&pair).filter(|left| **left > 0).is_some_and(|left| {
+        *left -= 1;
+        true
+    })
 }
 
 const DEFINITIONS: [&str; 2] = ["PRODUCT_DEFINITION", "PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS"];

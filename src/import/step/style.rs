@@ -30,9 +30,9 @@ impl Styles {
                 let Some(found) = surface_colour(table, style, 0, &mut known) else { continue };
                 let context = style.fields("PRESENTATION_STYLE_BY_CONTEXT", 1).optional(0);
                 match context.and_then(|context| occurrences.get(&context)) {
-                    None => colour = colour.or(Some(found)),
                     Some(occurrence) if is_whole => styles.paint(*occurrence, found),
-                    Some(_) => styles.along_paths += 1,
+                    // Faces have one colour in all occurrences.
+                    _ => colour = colour.or(Some(found)),
                 }
             }
             let Some(colour) = colour else { continue };
