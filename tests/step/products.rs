@@ -242,6 +242,33 @@ fn relationships_without_an_occurrence_place_a_shape_once_per_transformation() {
 }
 
 #[test]
+fn an_occurrence_is_where_an_unnamed_relationship_of_the_pair_places_it() {
+    // "all" has "pair" twice; nothing says which relationship places which of the two.
+    for swap in [false, true] {
+        let without = |text: String, id: u32| {
+            text.replace(&format!("#{}=CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(", id + 2), &format!("#{}=NONE(", id + 2))
+        };
+        let model = model(&without(without(without(nested(swap), 200), 210), 220));
+        clean(&model);
+        assert_eq!(origins(&model), [DVec3::new(1.0, 10.0, 0.0), DVec3::new(1.0, 20.0, 0.0)], "swapped: {swap}");
+        assert_eq!(&*model.instances[0].name, "use 200");
+    }
+}
+
+#[test]
+fn an_occurrence_whose_own_shape_maps_the_component_is_one_instance() {
+    let maps = "#300=REPRESENTATION_MAP(#20,#50);#301=MAPPED_ITEM('',#300,#30);\
+                #302=SHAPE_REPRESENTATION('',(#20,#301),#1);#303=SHAPE_DEFINITION_REPRESENTATION(#201,#302);";
+    let (named, placed) = ("#202=CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(", "#203=(REPRESENTATION_RELATIONSHIP(");
+    let alone = nested(false).replace(named, "#202=NONE(").replace(placed, "#203=(NONE(");
+    for text in [nested(false), alone] {
+        let model = model(&(text + maps));
+        clean(&model);
+        assert_eq!(origins(&model), [DVec3::new(1.0, 10.0, 0.0), DVec3::new(1.0, 20.0, 0.0)]);
+    }
+}
+
+#[test]
 fn entities_without_a_product_are_read_once() {
     // A solid in a representation; a solid and a face in none.
     let text = world()

@@ -14,6 +14,7 @@ use super::values::{List, Map, Set};
 use crate::model::{Colour, PlacementTrouble, Severity, StepOutcome, StepTrouble};
 use glam::{DAffine3, DVec3};
 use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 /// Contents of one part, and the groups placed in it.
@@ -109,8 +110,8 @@ impl<'a> StructureBuilder<'a> {
     ) -> Structure {
         let (groups, owner, owned, items, doubts) = Default::default();
         let mut builder = Self { table, contexts, styles, options, groups, owner, owned, visits: 0, items, doubts };
-        let definitions = builder.definitions();
         let relations = Relations::read(table);
+        let definitions = builder.definitions(&relations);
         builder.own_related(&relations);
         builder.bare_representations(&relations);
         builder.occurrences(&definitions, &relations);
@@ -120,7 +121,7 @@ impl<'a> StructureBuilder<'a> {
     }
 
     /// Makes a group of each product definition, with the representations that define its shape.
-    fn definitions(&mut self) -> Map<u64, usize> {
+    fn definitions(&mut self, relations: &Relations) -> Map<u64, usize> {
         let mut definitions = Map::default();
         let mut names: Map<&str, Arc<str>> = Map::default();
         for definition in self.table.of_types(|i| i.types().any(|name| DEFINITIONS.contains(&name))) {
@@ -129,20 +130,41 @@ impl<'a> StructureBuilder<'a> {
             let name = Arc::clone(names.entry(name).or_insert_with(|| name.into()));
             self.groups.push(Group { name, product: true, ..Group::default() });
         }
+        let mut of_others = Vec::new();
         for link in self.table.of_types(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")) {
             let own = link.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
             let (Some(property), Some(shape)) = (own.optional(0), own.optional(1)) else { continue };
-            let Some(&group) = self.defined(property).and_then(|definition| definitions.get(&definition)) else {
-                continue;
-            };
-            self.own(shape, group);
+            let Some(defined) = defined(self.table, property) else { continue };
+            match definitions.get(&defined) {
+                Some(&group) => self.own(shape, group),
+                None => of_others.push((defined, shape)),
+            }
+        }
+        for (occurrence, shape) in of_others {
+            self.own_for_occurrence(occurrence, shape, &definitions, relations);
         }
         definitions
     }
 
-    /// The definition to which a `PRODUCT_DEFINITION_SHAPE` belongs.
-    fn defined(&self, property: u64) -> Option<u64> {
-        self.table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
+    /// Assigns a representation of an occurrence, which maps the component, to the assembly: it says where the component
+    /// is. Where a relationship says that too, it repeats it.
+    fn own_for_occurrence(
+        &mut self,
+        occurrence: u64,
+        shape: u64,
+        definitions: &Map<u64, usize>,
+        relations: &Relations,
+    ) {
+        let usage = self.table.find(occurrence).filter(|i| i.is(OCCURRENCE));
+        let parent = usage.and_then(|usage| definitions.get(&usage.fields(RELATED, 0).optional(3)?).copied());
+        let is_body = |item: u64| self.table.find(item).is_some_and(is_body);
+        let maps_only = || representation(self.table, shape).is_some_and(|(mut items, _)| !items.any(is_body));
+        let Some(parent) = parent.filter(|_| !self.owner.contains_key(&shape) && maps_only()) else { return };
+        if relations.placements.contains_key(&occurrence) {
+            self.owner.insert(shape, parent);
+        } else {
+            self.own(shape, parent);
+        }
     }
 
     fn product_name(&self, definition: Entity<'a>) -> &'a str {
@@ -241,39 +263,35 @@ impl<'a> StructureBuilder<'a> {
 
     /// Places usage occurrences by their relationships.
     fn occurrences(&mut self, definitions: &Map<u64, usize>, relations: &Relations) {
-        let mut placements: Map<u64, (u64, u64)> = Map::default();
-        let mut used = Set::default();
-        for shape in self.table.of_types(|i| i.is("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")) {
-            let own = shape.fields("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", 0);
-            let (Some(relation), Some(property)) = (own.optional(0), own.optional(1)) else { continue };
-            if let Some(occurrence) = self.defined(property) {
-                placements.insert(occurrence, (relation, shape.id));
-                used.insert(relation);
-            }
-        }
-        let mut mapped = None;
-        for usage in self.table.of_types(|i| i.is("NEXT_ASSEMBLY_USAGE_OCCURRENCE")) {
-            let own = usage.fields("PRODUCT_DEFINITION_RELATIONSHIP", 0);
+        let mut used: Set<u64> = relations.placements.values().map(|&(relation, _)| relation).collect();
+        let (mut mapped, mut unnamed) = (None, None);
+        for usage in self.table.of_types(|i| i.is(OCCURRENCE)) {
+            let own = usage.fields(RELATED, 0);
             let (Some(parent), Some(child)) = (own.optional(3), own.optional(4)) else { continue };
             let (Some(&parent), Some(&child)) = (definitions.get(&parent), definitions.get(&child)) else {
                 self.lose(usage.id, None, &Trouble::new(usage.id, PlacementTrouble::NoDefinition));
                 continue;
             };
-            let placement = placements.get(&usage.id).copied();
-            let transform = match placement {
-                Some((relation, _)) if relations.moved.contains_key(&relation) => {
-                    match self.placed_by(relations, relation, parent, child) {
-                        Ok(transform) => transform,
-                        Err(trouble) => {
-                            self.lose(usage.id, Some(child), &trouble);
-                            continue;
-                        }
-                    }
-                }
+            let placement = relations.placements.get(&usage.id).copied();
+            let relation = match placement {
+                Some((relation, _)) => Some(relation).filter(|id| relations.moved.contains_key(id)),
                 // The assembly's shape places it.
-                None if take_one(mapped.get_or_insert_with(|| self.mapped_pairs()), (parent, child)) => continue,
+                None if take(mapped.get_or_insert_with(|| self.mapped_pairs()), (parent, child)).is_some() => continue,
+                // As below, a writer may swap the two.
+                None => {
+                    let unnamed = unnamed.get_or_insert_with(|| self.unnamed(relations, &used));
+                    take(unnamed, (parent, child)).or_else(|| take(unnamed, (child, parent)))
+                }
+            };
+            used.extend(relation);
+            let transform = match relation.map(|relation| self.placed_by(relations, relation, parent, child)) {
+                Some(Ok(transform)) => transform,
+                Some(Err(trouble)) => {
+                    self.lose(usage.id, Some(child), &trouble);
+                    continue;
+                }
                 // No transformation is stated.
-                _ => {
+                None => {
                     let (severity, what) = (Severity::Warning, StepOutcome::AtOrigin);
                     self.doubts.push(PlacementDiagnostic { severity, entity: usage.id, what, group: Some(child) });
                     DAffine3::IDENTITY
@@ -380,17 +398,28 @@ impl<'a> StructureBuilder<'a> {
         }
     }
 
-    /// How often a group maps another one.
-    fn mapped_pairs(&self) -> Map<(usize, usize), usize> {
-        let mut counts = Map::default();
+    /// Items that map a group into another one.
+    fn mapped_pairs(&self) -> Pairs {
+        let mut pairs = Pairs::default();
         for parent in 0..self.groups.len() {
             for (item, id) in self.items_of(parent, "MAPPED_ITEM") {
                 self.mapped(item, id)
                     .into_iter()
-                    .for_each(|(child, _)| *counts.entry((parent, child)).or_insert(0) += 1);
+                    .for_each(|(child, _)| pairs.entry((parent, child)).or_default().push_back(item));
             }
         }
-        counts
+        pairs
+    }
+
+    /// Relationships with a transformation that no occurrence names.
+    fn unnamed(&self, relations: &Relations, used: &Set<u64>) -> Pairs {
+        let mut pairs = Pairs::default();
+        for (&relation, (first, second, _)) in relations.moved.iter().filter(|(id, _)| !used.contains(id)) {
+            if let (Some(&child), Some(&parent)) = (self.owner.get(first), self.owner.get(second)) {
+                pairs.entry((parent, child)).or_default().push_back(relation);
+            }
+        }
+        pairs
     }
 
     /// Whether a `MAPPED_ITEM` places a skipped representation, which is reported itself.
@@ -467,13 +496,23 @@ impl<'a> StructureBuilder<'a> {
     }
 }
 
-/// Takes one of a count. Whether there was one.
-fn take_one(counts: &mut Map<(usize, usize), usize>, pair: (usize, usize)) -> bool {
-    counts.get_mut(&pair).filter(|left| **left > 0).is_some_and(|left| {
-        *left -= 1;
-        true
-    })
+/// Instances that place a group, second, in another one, in order of their numbers.
+type Pairs = Map<(usize, usize), VecDeque<u64>>;
+
+/// Takes the first instance of a pair.
+fn take(pairs: &mut Pairs, pair: (usize, usize)) -> Option<u64> {
+    pairs.get_mut(&pair)?.pop_front()
 }
+
+/// The definition or occurrence to which a `PRODUCT_DEFINITION_SHAPE` belongs.
+fn defined(table: &Table, property: u64) -> Option<u64> {
+    table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
+}
+
+const OCCURRENCE: &str = "NEXT_ASSEMBLY_USAGE_OCCURRENCE";
+
+/// Has the assembly and the component of an occurrence.
+const RELATED: &str = "PRODUCT_DEFINITION_RELATIONSHIP";
 
 const DEFINITIONS: [&str; 2] = ["PRODUCT_DEFINITION", "PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS"];
 
@@ -502,12 +541,21 @@ struct Relations {
     /// Pairs of representations of one thing in the same coordinates, in both directions.
     equal: Map<u64, Vec<u64>>,
     /// Relationships with a transformation, by number: first and second representation, transformation.
-    moved: std::collections::BTreeMap<u64, (u64, u64, u64)>,
+    moved: BTreeMap<u64, (u64, u64, u64)>,
+    /// Occurrences, each with the relationship that places it and the instance that says so.
+    placements: Map<u64, (u64, u64)>,
 }
 
 impl Relations {
     fn read(table: &Table) -> Self {
-        let mut relations = Self { equal: Map::default(), moved: std::collections::BTreeMap::new() };
+        let mut relations = Self { equal: Map::default(), moved: BTreeMap::new(), placements: Map::default() };
+        for shape in table.of_types(|i| i.is("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION")) {
+            let own = shape.fields("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION", 0);
+            let (Some(relation), Some(property)) = (own.optional(0), own.optional(1)) else { continue };
+            if let Some(occurrence) = defined(table, property) {
+                relations.placements.insert(occurrence, (relation, shape.id));
+            }
+        }
         let kinds = ["SHAPE_REPRESENTATION_RELATIONSHIP", MOVED, SUPPLEMENTS];
         for relation in table.of_types(|i| kinds.into_iter().any(|kind| i.is(kind))) {
             let own = relation.fields("REPRESENTATION_RELATIONSHIP", 0);
