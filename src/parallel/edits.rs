@@ -15,8 +15,8 @@ pub(super) struct Edits {
     instances: BTreeMap<InstanceKey, Attributes>,
     /// The place of each instance as the caller set it, by row.
     places: Vec<DAffine3>,
-    /// Instances that moved, by row.
-    moved: Vec<usize>,
+    /// Rows of instances that moved.
+    moved: BTreeSet<usize>,
     changed_parts: BTreeSet<PartId>,
     changed_instances: BTreeSet<InstanceKey>,
 }
@@ -38,7 +38,7 @@ impl Edited {
 impl Edits {
     /// Nothing edited yet, of a scene whose parts have these attributes.
     pub(super) fn of(scene: &Scene, rows: &Instances, parts: BTreeMap<PartId, Attributes>) -> Self {
-        let (moved, changed_parts, changed_instances) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
+        let (moved, changed_parts, changed_instances) = Default::default();
         let places = scene.instances.iter().map(|instance| instance.transform).collect();
         let mut new = Self { parts, instances: BTreeMap::new(), places, moved, changed_parts, changed_instances };
         for (row, instance) in scene.instances.iter().enumerate().filter(|(_, instance)| !instance.visible) {
@@ -90,7 +90,7 @@ impl Edits {
     pub(super) fn move_row(&mut self, row: usize, transform: DAffine3) {
         if self.places[row] != transform {
             self.places[row] = transform;
-            self.moved.push(row);
+            self.moved.insert(row);
         }
     }
 
@@ -105,7 +105,7 @@ impl Edits {
         let of_part = |part: PartId| (part, parts.get(&part).copied().unwrap_or_default());
         let of_key = |key: InstanceKey| Some((rows.row(key)?, instances.get(&key).copied().unwrap_or_default()));
         Edited {
-            moved: moved.drain(..).map(|row| (row, places[row])).collect(),
+            moved: std::mem::take(moved).into_iter().map(|row| (row, places[row])).collect(),
             parts: std::mem::take(changed_parts).into_iter().map(of_part).collect(),
             instances: std::mem::take(changed_instances).into_iter().filter_map(of_key).collect(),
         }

@@ -1,8 +1,9 @@
-//! Work that runs somewhere else, and its result. Whoever needs the result does the work, if no thread has begun it: so
-//! nobody waits for a thread that is itself waiting.
+//! Work that runs somewhere else, its orders and its result. Whoever needs the result does the work, if no thread has
+//! begun it: so nobody waits for a thread that is itself waiting.
 
 use crate::control::{Jobs, Priority};
 use crate::prepare::internals::panic_message;
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -25,6 +26,7 @@ struct Slot<W, T> {
 trait Work<T>: Send + Sync {
     /// Does the work, if nobody has begun it.
     fn claim(&self);
+    fn is_unclaimed(&self) -> bool;
     fn has_landed(&self) -> bool;
     /// Waits at most so long for the result.
     fn lands_within(&self, at_most: Duration) -> bool;
@@ -57,6 +59,10 @@ impl<W: FnOnce() -> T + Send, T: Send> Work<T> for Slot<W, T> {
         }
     }
 
+    fn is_unclaimed(&self) -> bool {
+        matches!(*self.lock(), Stage::Unclaimed(_))
+    }
+
     fn has_landed(&self) -> bool {
         !is_awaited(&mut self.lock())
     }
@@ -82,20 +88,28 @@ pub(super) struct Flight<T>(Arc<dyn Work<T>>);
 impl<T: Send + 'static> Flight<T> {
     /// Starts `work` on `jobs`.
     pub(super) fn start(jobs: &dyn Jobs, work: impl FnOnce() -> T + Send + 'static) -> Self {
-        let slot = Arc::new(Slot { stage: Mutex::new(Stage::Unclaimed(work)), landed: Condvar::new() });
-        let theirs = Arc::clone(&slot);
-        jobs.spawn(Priority::Frame, Box::new(move || theirs.claim()));
-        Self(slot)
+        let flight = Self(Arc::new(Slot { stage: Mutex::new(Stage::Unclaimed(work)), landed: Condvar::new() }));
+        flight.spawn(jobs);
+        flight
     }
 
-    /// Whether [`land`](Self::land) would return at once.
-    pub(super) fn has_landed(&self) -> bool {
+    fn spawn(&self, jobs: &dyn Jobs) {
+        let theirs = Arc::clone(&self.0);
+        jobs.spawn(Priority::Frame, Box::new(move || theirs.claim()));
+    }
+
+    /// Whether [`land`](Self::land) would return at once. Spawns the work again if `jobs` have dropped it: whoever only
+    /// asks would wait for ever.
+    pub(super) fn has_landed(&self, jobs: &dyn Jobs) -> bool {
+        if Arc::strong_count(&self.0) == 1 && self.0.is_unclaimed() {
+            self.spawn(jobs);
+        }
         self.0.has_landed()
     }
 
-    /// Waits at most so long, and tells whether [`land`](Self::land) would return at once. Does no work.
-    pub(super) fn lands_within(&self, at_most: Duration) -> bool {
-        self.0.lands_within(at_most)
+    /// As [`has_landed`](Self::has_landed), after waiting at most so long. Does no work.
+    pub(super) fn lands_within(&self, jobs: &dyn Jobs, at_most: Duration) -> bool {
+        self.has_landed(jobs) || self.0.lands_within(at_most)
     }
 
     /// The result. Does the work here if no thread has begun it, else waits. The message of a panic instead, if it
@@ -103,6 +117,35 @@ impl<T: Send + 'static> Flight<T> {
     pub(super) fn land(self) -> Result<T, String> {
         self.0.claim();
         self.0.take()
+    }
+}
+
+/// Orders for work on its way, which serves them one after the other.
+pub(super) struct Orders<T>(Mutex<(bool, VecDeque<T>)>);
+
+impl<T> Orders<T> {
+    /// No work is on its way.
+    pub(super) fn new() -> Self {
+        Self(Mutex::new((false, VecDeque::new())))
+    }
+
+    fn lock(&self) -> MutexGuard<'_, (bool, VecDeque<T>)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds an order. Returns whether work is on its way that will serve it. Otherwise new work has to begin.
+    pub(super) fn add(&self, order: T) -> bool {
+        let (is_open, orders) = &mut *self.lock();
+        orders.push_back(order);
+        std::mem::replace(is_open, true)
+    }
+
+    /// The next order. If there is none, the work ends.
+    pub(super) fn next(&self) -> Option<T> {
+        let (is_open, orders) = &mut *self.lock();
+        let next = orders.pop_front();
+        *is_open = next.is_some();
+        next
     }
 }
 
@@ -134,17 +177,35 @@ mod tests {
         for keeps in [true, false] {
             let jobs = Holding(Mutex::default(), keeps);
             let flight = Flight::start(&jobs, || 7);
-            assert!(!flight.has_landed() && !flight.lands_within(Duration::from_millis(1)));
+            assert!(!flight.has_landed(&jobs) && !flight.lands_within(&jobs, Duration::from_millis(1)));
             assert_eq!(flight.land(), Ok(7));
-            jobs.0.into_inner().expect("no panic").into_iter().for_each(|late| late());
+            let kept = jobs.0.into_inner().expect("no panic");
+            assert_eq!(kept.len(), usize::from(keeps));
+            kept.into_iter().for_each(|late| late());
         }
+    }
+
+    #[test]
+    fn work_that_was_dropped_is_spawned_again_by_whoever_asks() {
+        let flight = Flight::start(&Holding(Mutex::default(), false), || 7);
+        assert!(flight.has_landed(&Alone));
+        assert_eq!(flight.land(), Ok(7));
+    }
+
+    #[test]
+    fn work_on_its_way_serves_all_orders() {
+        let orders = Orders::new();
+        assert!(!orders.add(1) && orders.add(2));
+        assert_eq!([orders.next(), orders.next(), orders.next()], [Some(1), Some(2), None]);
+        assert!(!orders.add(3));
+        assert_eq!(orders.next(), Some(3));
     }
 
     #[test]
     fn what_was_waited_for_lands_once() {
         let flight = Flight::start(&Alone, || 7);
         for _ in 0..2 {
-            assert!(flight.lands_within(Duration::ZERO) && flight.has_landed());
+            assert!(flight.lands_within(&Alone, Duration::ZERO) && flight.has_landed(&Alone));
         }
         assert_eq!(flight.land(), Ok(7));
     }

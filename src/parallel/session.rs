@@ -2,10 +2,10 @@
 //! caller's thread.
 
 use super::commit::FrameReport;
-use super::edits::{Edits, check};
+use super::edits::{Edited, Edits, check};
 use super::engine::{Degraded, Engine, FinishedFrame};
 use super::error::{AttributeError, FrameError, InstanceError, Lost};
-use super::flight::Flight;
+use super::flight::{Flight, Orders};
 use super::handoff::DegradedTile;
 use super::instances::{InstanceKey, Instances};
 use super::metrics::SessionMemory;
@@ -80,6 +80,8 @@ pub struct Session {
     rows: Instances,
     workers: usize,
     engine: EngineState,
+    /// Of the engine on its way.
+    orders: Arc<Orders<FrameOrder>>,
     /// The plan of the last frame of views that was made.
     plan: Option<Arc<Plan>>,
     /// Of plans.
@@ -93,13 +95,20 @@ enum EngineState {
     /// Here, with a frame that is made and not committed.
     Idle(Box<Engine>, Option<FinishedFrame>),
     /// On its way.
-    Busy(Flight<Result<FlightResult, String>>, Control),
+    Busy(Flight<FlightResult>, Control),
     /// Lost to an internal error, with its message.
     Lost(String),
 }
 
-/// An engine, and the frame that it made. The message instead if the frame before lost the engine.
+/// An engine, and the frame that it made last.
 type FlightResult = (Box<Engine>, Option<FinishedFrame>);
+
+/// A frame to make.
+struct FrameOrder {
+    edited: Edited,
+    views: SmallVec<[View; 2]>,
+    control: Control,
+}
 
 impl Session {
     /// Deals the tiles, and starts threads for them ([`SessionOptions::threads`]), which end when the session is dropped.
@@ -132,6 +141,7 @@ impl Session {
             rows,
             workers,
             engine: EngineState::Idle(Box::new(engine), None),
+            orders: Arc::new(Orders::new()),
             plan: None,
             limits: options.planner.limits,
             degraded: Degraded::new(),
@@ -449,27 +459,34 @@ impl Session {
             return Ok(());
         }
         self.cancel();
-        let edited = self.edits.take(&self.rows);
-        // Two views are part of the frame's own allocation.
-        let (control, views) = (Control::default(), SmallVec::<[View; 2]>::from_slice(views));
-        let watched = control.clone();
-        let make = move |mut engine: Box<Engine>| {
-            engine.apply(edited);
-            let frame = engine.make(&views, &watched);
-            Ok((engine, frame))
+        let (edited, views, control) = (self.edits.take(&self.rows), SmallVec::from_slice(views), Control::default());
+        let is_served = self.orders.add(FrameOrder { edited, views, control: control.clone() });
+        let landed = match std::mem::replace(&mut self.engine, EngineState::Lost(String::new())) {
+            EngineState::Busy(flight, _) if is_served => {
+                self.engine = EngineState::Busy(flight, control);
+                return Ok(());
+            }
+            EngineState::Busy(flight, _) => flight.land().map(|(engine, _)| engine),
+            EngineState::Idle(engine, _) => Ok(engine),
+            EngineState::Lost(why) => Err(why),
         };
-        let flight = match std::mem::replace(&mut self.engine, EngineState::Lost(String::new())) {
-            EngineState::Idle(engine, _) => Flight::start(&*self.jobs, move || make(engine)),
-            EngineState::Busy(before, _) => Flight::start(&*self.jobs, move || {
-                let (engine, _) = before.land().flatten()?;
-                make(engine)
-            }),
-            EngineState::Lost(why) => {
+        let mut engine = match landed {
+            Ok(engine) => engine,
+            Err(why) => {
                 self.engine = EngineState::Lost(why.clone());
                 return Err(FrameError::Lost { why });
             }
         };
-        self.engine = EngineState::Busy(flight, control);
+        let orders = Arc::clone(&self.orders);
+        let make = move || {
+            let mut frame = None;
+            while let Some(FrameOrder { edited, views, control }) = orders.next() {
+                engine.apply(edited);
+                frame = engine.make(&views, &control);
+            }
+            (engine, frame)
+        };
+        self.engine = EngineState::Busy(Flight::start(&*self.jobs, make), control);
         Ok(())
     }
 
@@ -477,7 +494,7 @@ impl Session {
     #[must_use]
     pub fn is_made(&self) -> bool {
         match &self.engine {
-            EngineState::Busy(flight, _) => flight.has_landed(),
+            EngineState::Busy(flight, _) => flight.has_landed(&*self.jobs),
             EngineState::Idle(..) | EngineState::Lost(_) => true,
         }
     }
@@ -526,7 +543,7 @@ impl Session {
         sink: &mut dyn MeshSink,
     ) -> Result<Option<FrameReport>, FrameError> {
         if let EngineState::Busy(flight, _) = &mut self.engine
-            && !flight.lands_within(at_most)
+            && !flight.lands_within(&*self.jobs, at_most)
         {
             return Ok(None);
         }
@@ -539,7 +556,7 @@ impl Session {
             && let EngineState::Busy(flight, control) =
                 std::mem::replace(&mut self.engine, EngineState::Lost(String::new()))
         {
-            self.engine = match flight.land().flatten() {
+            self.engine = match flight.land() {
                 Ok((engine, frame)) => self.landed(engine, frame, &control),
                 Err(why) => EngineState::Lost(why),
             };

@@ -6,7 +6,7 @@ use super::{of_corpus, shape};
 use crate::random::SplitMix;
 use std::sync::Arc;
 use std::time::Duration;
-use trimtess::frame::PlannerOptions;
+use trimtess::frame::{PlanLimits, PlannerOptions};
 use trimtess::mesh::MemorySink;
 use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
@@ -90,4 +90,27 @@ fn reaches_the_picture(name: &str, prepared: &Arc<Prepared>, micros: u64) {
     assert!(triangles <= 2 * at_once.triangles + coarse.triangles, "{name}: {triangles} for {}", at_once.triangles);
     let held: usize = drawn(&sink).iter().map(|batch| batch.mesh.triangles.len()).sum();
     assert_eq!(held as u64, at_once.triangles, "{name}");
+}
+
+#[test]
+fn a_view_within_the_limits_does_not_suffer_from_one_before_that_was_not() {
+    let prepared = shape("trimmed-teapot");
+    let easy = a_view(&prepared);
+    let hard = View { deviation_px: 0.02, ..easy };
+    let mut alone = MemorySink::default();
+    let wanted = Session::start(Arc::clone(&prepared), &options(2)).unwrap().view(&[easy], &mut alone).unwrap();
+    for spare in [1.3, 2.0, 8.0] {
+        let limits = PlanLimits::DEFAULT.with_triangles((spare * wanted.triangles as f64) as u64);
+        let planner = PlannerOptions::DEFAULT.with_limits(limits);
+        let mut session = Session::start(Arc::clone(&prepared), &options(2).with_planner(planner)).unwrap();
+        let mut sink = MemorySink::default();
+        session.view(&[hard], &mut sink).unwrap();
+        assert!(session.shortfall().is_some_and(|short| short.density < 1.0), "{spare}");
+        session.view(&[easy], &mut sink).unwrap();
+        let held: usize = drawn(&sink).iter().map(|batch| batch.mesh.triangles.len()).sum();
+        let share = held as f64 / wanted.triangles as f64;
+        // Hysteresis keeps some tiles finer than alone.
+        assert!((0.5..2.0).contains(&share), "{spare}: {share}");
+        assert!(spare < 2.0 || session.shortfall().is_none(), "{spare}: {:?}", session.shortfall());
+    }
 }

@@ -46,6 +46,15 @@ pub struct Planner {
     placed: u64,
     /// Whether to plan again even if nothing moves.
     unfinished: bool,
+    /// By how much the last change of common terms that limits caused multiplied the cells, per step finer.
+    growth: f64,
+}
+
+/// A step of the common terms, within one plan.
+struct LimitStep {
+    finer: bool,
+    /// The cells drawn before it.
+    cells: u64,
 }
 
 /// Tiles and edges that limits make coarser than required.
@@ -103,6 +112,7 @@ impl Planner {
             seen: Vec::new(),
             placed: 0,
             unfinished: true,
+            growth: 2.0,
         };
         planner.add_parts(prepared);
         planner
@@ -246,6 +256,7 @@ impl Planner {
         let sights = Sights::of(shown.sights, self.rates.parts.len(), part_of);
         let mut draft = PlanDraft::new(self.pages.next(jobs), sights);
         self.begin(jobs, &mut draft);
+        let mut step = None;
         loop {
             own(&mut draft.page).drawn.reset(views.len());
             self.see(jobs, &mut draft);
@@ -253,13 +264,13 @@ impl Planner {
             self.defer(jobs, &mut draft);
             self.apply(jobs, &mut draft);
             self.tessellate(jobs, &mut draft);
-            if self.fits() {
+            self.unfinished = draft.changes.deferred > 0;
+            if self.fits(&mut step) {
                 break;
             }
         }
         own(&mut draft.page).shortfall = self.shortfall(unusable);
         let (page, changes) = draft.finish(&mut self.changed);
-        self.unfinished |= changes.deferred > 0;
         self.pages.turn(page, &changes);
         self.changes = changes;
         &self.pages.last
@@ -417,26 +428,38 @@ impl Planner {
         }
     }
 
-    /// Whether the drawn tiles are within the limits. If not, makes the terms one step coarser.
-    fn fits(&mut self) -> bool {
+    /// Whether the drawn tiles are within the limits, and one step finer would not be. If not, takes the terms one step
+    /// nearer to that.
+    ///
+    /// What a step finer costs is known from the last one. Where it turns out to cost more, the plan goes back, and does
+    /// not try again.
+    fn fits(&mut self, last: &mut Option<LimitStep>) -> bool {
         /// Steps after which everything is as coarse as angles allow, or nearly.
         const COARSEST: i16 = 128;
-        let spent = self.rates.cells_drawn();
+        /// Share of the limit to keep free, so that views that move do not change the terms to and fro.
+        const SPARE: f64 = 0.1;
+        let cells = self.rates.cells_drawn();
         let allowed = Budget::of(&self.rates.options.limits, 0).left;
-        self.unfinished = false;
         let Rates { terms, term, .. } = own(&mut self.rates);
-        if spent > allowed && terms.coarser < COARSEST {
-            terms.coarser += 1;
-            *term += 1;
-            return false;
+        if let Some(step) = last.as_ref().filter(|step| step.cells.min(cells) > 0) {
+            let ratio = cells as f64 / step.cells as f64;
+            self.growth = if step.finer { ratio } else { 1.0 / ratio }.max(1.0);
         }
-        // One step finer may double the cells. At more than a quarter of the limit, steps could alternate forever.
-        if terms.coarser > 0 && spent < allowed / 4 {
-            terms.coarser -= 1;
-            *term += 1;
-            self.unfinished = true;
-        }
-        true
+        let finer = if cells > allowed && terms.coarser < COARSEST {
+            false
+        } else {
+            let has_room = cells as f64 * self.growth <= (1.0 - SPARE) * allowed as f64;
+            let went_back = last.as_ref().is_some_and(|step| !step.finer);
+            // What waits for the budget is not counted yet.
+            if terms.coarser == 0 || !has_room || went_back || self.unfinished {
+                return true;
+            }
+            true
+        };
+        terms.coarser += if finer { -1 } else { 1 };
+        *term += 1;
+        *last = Some(LimitStep { finer, cells });
+        false
     }
 
     fn shortfall(&self, unusable: bool) -> Option<Shortfall> {
