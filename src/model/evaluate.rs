@@ -1,6 +1,6 @@
 //! Surfaces in their natural parameters -> points, partial derivatives, normals (closed forms of ISO 10303-42).
 
-use super::{Frame3, NurbsSurface, Surface, SurfaceDerivatives, knots};
+use super::{Frame3, Surface, SurfaceDerivatives, knots};
 use crate::math::Elementary as _;
 use glam::DVec3;
 
@@ -60,17 +60,10 @@ impl Surface {
     /// that closes may have a crease there.
     #[must_use]
     pub(crate) fn is_smooth(&self, periods: [Option<f64>; 2]) -> bool {
-        let [open_u, open_v] = periods.map(|period| period.is_none());
-        match self {
-            Self::Nurbs(surface) => {
-                let NurbsSurface { degree_u, degree_v, knots_u, knots_v, .. } = surface;
-                let smooth = knots::is_smooth(*degree_u, knots_u) && knots::is_smooth(*degree_v, knots_v);
-                open_u && open_v && smooth
-            }
-            Self::Extrusion { curve, .. } => open_u && knots::is_smooth(curve.degree, &curve.knots),
-            Self::Revolution { curve, .. } => open_v && knots::is_smooth(curve.degree, &curve.knots),
-            _ => true,
-        }
+        (0..2).all(|axis| {
+            let spline = self.knots(axis);
+            spline.is_none_or(|(degree, knots)| periods[axis].is_none() && knots::is_smooth(degree, knots))
+        })
     }
 
     /// The point and its five partial derivatives by the natural parameters.

@@ -7,6 +7,7 @@ use crate::math::Elementary as _;
 use crate::math::bernstein::with_rows;
 use crate::math::boxes::around;
 use glam::DVec4;
+use std::cell::LazyCell;
 
 /// Maximum number of periods by which [`unroll`] extends a spline on either side. Faces go round once or twice, and
 /// helices are not periodic surfaces: more turns are an error in the file, which must not cost memory.
@@ -237,13 +238,13 @@ pub(crate) fn to_bezier(
             }
         }
     };
+    let least = LazyCell::new(|| SLIVER_IN_SPACE * extent(rows.iter()));
     let mut is_long = |from: f64, to: f64| {
         to - from > SLIVER * (b - a)
             || to > from && {
                 let mut net = Vec::with_capacity(n * width);
                 append(from, to, &mut net);
-                let least = SLIVER_IN_SPACE * extent(rows.iter());
-                (0..width).any(|line| extent(net[line..].iter().step_by(width)) > least)
+                (0..width).any(|line| extent(net[line..].iter().step_by(width)) > *least)
             }
     };
     let breaks = breaks(degree, knots);

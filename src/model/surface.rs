@@ -135,6 +135,18 @@ impl SurfaceKind {
 }
 
 impl Surface {
+    /// Degree and knots along an axis in which the surface is a spline: 0 for u, 1 for v.
+    pub(crate) fn knots(&self, axis: usize) -> Option<(usize, &[f64])> {
+        match (self, axis) {
+            (Self::Nurbs(s), 0) => Some((s.degree_u, &s.knots_u)),
+            (Self::Nurbs(s), _) => Some((s.degree_v, &s.knots_v)),
+            (Self::Extrusion { curve, .. }, 0) | (Self::Revolution { curve, .. }, 1) => {
+                Some((curve.degree, &curve.knots))
+            }
+            _ => None,
+        }
+    }
+
     /// Kind of this surface.
     #[must_use]
     pub const fn kind(&self) -> SurfaceKind {

@@ -261,14 +261,13 @@ impl PartPreparation<'_> {
         let mut reversed = oriented.unwrap_or_else(|_| self.part.faces.iter().map(|face| face.reversed).collect());
         let mut sums = self.sums(&faces.drafts, &reversed);
         if !sums.is_empty() {
-            for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
-                if of_shell.iter().any(|s| self.is_stuck(s)) {
-                    // A panic leaves faces as stated up to then, which the sums below count.
-                    _ = guarded(|| {
-                        self.take_at_word(of_shell[0].shell, faces, &mut reversed);
-                        Ok(())
-                    });
-                }
+            let stuck: BTreeSet<u32> = sums.iter().filter(|s| self.is_stuck(s)).map(|s| s.shell).collect();
+            if !stuck.is_empty() {
+                // A panic leaves faces as stated up to then, which the sums below count.
+                _ = guarded(|| {
+                    self.take_at_word(stuck, faces, &mut reversed);
+                    Ok(())
+                });
             }
             sums = self.sums(&faces.drafts, &reversed);
             if self.close_gaps(&sums, faces, &reversed) {
@@ -307,18 +306,20 @@ impl PartPreparation<'_> {
         !sum.is_free() && !self.gap_edges.contains(&(sum.edge as usize))
     }
 
-    /// Takes the loops of a shell as stated, if its faces cancel then.
-    fn take_at_word(&self, shell: u32, faces: &mut Faces, reversed: &mut [bool]) {
+    /// Takes the loops of these shells as stated, if the faces of a shell cancel then.
+    fn take_at_word(&self, mut shells: BTreeSet<u32>, faces: &mut Faces, reversed: &mut [bool]) {
         let part = &*self.part;
-        let of_shell = || (0..part.faces.len()).filter(|&k| part.faces[k].shell == shell);
-        let stated: Vec<(usize, Chain)> =
-            of_shell().filter(|&k| faces.drafts[k].is_some()).map(|k| (k, of_boundary(&self.boundary(k)))).collect();
-        let rows =
-            stated.iter().map(|(k, chain)| TurnedFace { face: *k, shell, reversed: part.faces[*k].reversed, chain });
-        if chains::sums(part.edges.len(), rows).iter().any(|s| self.is_stuck(s)) {
-            return;
+        let shell = |k: usize| part.faces[k].shell;
+        let drafted = (0..part.faces.len()).filter(|&k| shells.contains(&shell(k)) && faces.drafts[k].is_some());
+        let stated: Vec<(usize, Chain)> = drafted.map(|k| (k, of_boundary(&self.boundary(k)))).collect();
+        let rows = stated.iter().map(|(k, chain)| {
+            let (face, reversed) = (*k, part.faces[*k].reversed);
+            TurnedFace { face, shell: shell(face), reversed, chain }
+        });
+        for sum in chains::sums(part.edges.len(), rows).iter().filter(|s| self.is_stuck(s)) {
+            shells.remove(&sum.shell);
         }
-        for (k, chain) in stated {
+        for (k, chain) in stated.into_iter().filter(|(k, _)| shells.contains(&shell(*k))) {
             reversed[k] = part.faces[k].reversed;
             let turned = |draft: &FaceDraft| draft.chain != chain;
             if faces.drafts[k].as_ref().is_none_or(|draft| !turned(draft)) {
@@ -343,10 +344,15 @@ impl PartPreparation<'_> {
                 faces.drafts[k] = Some(draft);
             }
         }
-        let Some(wanted) = wanted_sign(part, shell) else { return };
-        let group: Vec<(usize, bool)> = of_shell().map(|k| (k, reversed[k])).collect();
-        if wrong_volume(self.call, &faces.drafts, &group, reversed, wanted).is_some_and(|volume| volume != 0.0) {
-            group.iter().for_each(|&(k, _)| reversed[k] = !reversed[k]);
+        let mut groups: BTreeMap<u32, Vec<(usize, bool)>> = BTreeMap::new();
+        for k in (0..part.faces.len()).filter(|&k| shells.contains(&shell(k))) {
+            groups.entry(shell(k)).or_default().push((k, reversed[k]));
+        }
+        for (shell, group) in groups {
+            let Some(wanted) = wanted_sign(part, shell) else { continue };
+            if wrong_volume(self.call, &faces.drafts, &group, reversed, wanted).is_some_and(|volume| volume != 0.0) {
+                group.iter().for_each(|&(k, _)| reversed[k] = !reversed[k]);
+            }
         }
     }
 

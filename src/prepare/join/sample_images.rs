@@ -35,7 +35,7 @@ impl EdgeImages {
             };
             let breaks = out.strips(&edge.bounds);
             let range = |strip: &[f64]| (strip[0].max(ends[0]), strip[1].min(ends[1]));
-            let first = breaks.windows(2).position(|strip| range(strip).0 < range(strip).1).unwrap_or(0);
+            let first = last_before(breaks, ends[0]);
             strips.clear();
             strips.extend(breaks[first..].windows(2).map(range).take_while(|(a, b)| a < b));
             let (strip, at) = (first as u32, out.places.len());
@@ -60,6 +60,11 @@ impl EdgeImages {
         out.rates.shrink_to_fit();
         out
     }
+}
+
+/// The strip that `t` lies in, or at whose start.
+fn last_before(breaks: &[f64], t: f64) -> usize {
+    breaks[1..].partition_point(|end| *end <= t).min(breaks.len() - 2)
 }
 
 /// A rate rounded down: where segments fit cells exactly, rounding up would ask for one more.
@@ -123,7 +128,8 @@ fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
         if samples.len() < MANY {
             continue;
         }
-        for w in breaks.windows(2) {
+        let [from, to] = [samples[0].t, samples[samples.len() - 1].t];
+        for w in breaks[last_before(breaks, from)..].windows(2).take_while(|w| w[0] < to) {
             let first = samples.partition_point(|s| s.t <= w[0]);
             let last = samples.partition_point(|s| s.t < w[1]);
             if last >= first + MANY {

@@ -105,17 +105,10 @@ pub(crate) fn coarse_grids<'a>(region: &'a Region, surface: &'a Surface) -> impl
 
 /// How many Bézier pieces (or quarter turns) lie between two parameters.
 pub(super) fn spans(surface: &Surface, axis: usize, lo: f64, hi: f64) -> usize {
-    let in_knots = |knots: &[f64]| {
-        let mut n = 1;
-        for w in knots.windows(2) {
-            n += usize::from(w[0] < w[1] && w[1] > lo && w[1] < hi);
-        }
-        n
-    };
+    if let Some((_, knots)) = surface.knots(axis) {
+        return 1 + knots.windows(2).filter(|w| w[0] < w[1] && w[1] > lo && w[1] < hi).count();
+    }
     match (surface, axis) {
-        (Surface::Nurbs(s), 0) => in_knots(&s.knots_u),
-        (Surface::Nurbs(s), _) => in_knots(&s.knots_v),
-        (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => in_knots(&curve.knots),
         (Surface::Sphere { .. } | Surface::Torus { .. }, _)
         | (Surface::Cylinder { .. } | Surface::Cone { .. } | Surface::Revolution { .. }, 0) => {
             ((hi - lo) / FRAC_PI_2).ceil().max(1.0) as usize

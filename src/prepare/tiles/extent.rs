@@ -139,9 +139,10 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
         let turn = |a: DVec3, b: DVec3| a.cross(b).length().arc_tangent_to(a.dot(b));
         sides.iter().any(|[a, b]| has_tangent(a) && has_tangent(b) && turn(*a, *b) > BREAK)
     };
-    (1..breaks.len() - 1)
-        .filter(|&k| knots.iter().filter(|&&x| (x - breaks[k]).abs() <= 1e-12 * (1.0 + x.abs())).count() >= degree)
-        .filter(|&k| is_crease(k))
-        .map(|k| breaks[k])
-        .collect()
+    let has_full_multiplicity = |k: usize| {
+        let slack = 1e-12 * (1.0 + breaks[k].abs());
+        let first = knots.partition_point(|x| *x < breaks[k] - slack);
+        knots[first..].iter().take_while(|x| **x <= breaks[k] + slack).count() >= degree
+    };
+    (1..breaks.len() - 1).filter(|&k| has_full_multiplicity(k)).filter(|&k| is_crease(k)).map(|k| breaks[k]).collect()
 }

@@ -436,15 +436,9 @@ impl Fit {
 
 /// Distinct knots of a surface in u and v.
 fn distinct_knots(surface: &Surface) -> [Vec<f64>; 2] {
-    let distinct = |knots: &[f64]| {
-        let mut out = knots.to_vec();
-        out.dedup();
-        out
-    };
-    match surface {
-        Surface::Nurbs(s) => [distinct(&s.knots_u), distinct(&s.knots_v)],
-        Surface::Extrusion { curve, .. } => [distinct(&curve.knots), Vec::new()],
-        Surface::Revolution { curve, .. } => [Vec::new(), distinct(&curve.knots)],
-        _ => [Vec::new(), Vec::new()],
-    }
+    [0, 1].map(|axis| {
+        let mut knots = surface.knots(axis).map_or_else(Vec::new, |(_, knots)| knots.to_vec());
+        knots.dedup();
+        knots
+    })
 }

@@ -202,7 +202,9 @@ impl<'a> Projector<'a> {
         }
         let Some(s) = seed else { return self.search(p) };
         let near = self.newton(p, s);
-        if near.off <= 1e3 * self.tolerance || self.vain.get() >= MAX_VAIN {
+        // On a surface with creases a projection may stop at one, next to the tooth where the point is.
+        let enough = if self.may_jump { 10.0 } else { 1e3 };
+        if near.off <= enough * self.tolerance || self.vain.get() >= MAX_VAIN {
             return near;
         }
         let far = self.search(p);

@@ -1,10 +1,12 @@
 //! A surface and a point -> parameters from which to look for the nearest point of the surface.
 
-use crate::model::Surface;
+use crate::model::{Surface, breaks};
 use glam::{DVec2, DVec3};
 
-/// Total number of seeds. A search visits every one.
-const MOST: usize = 64 * 64;
+/// Total number of seeds on surfaces of few spans. A search visits every one.
+const FEW: usize = 64 * 64;
+/// Total number of seeds.
+const MOST: usize = 1 << 15;
 /// Most seeds from which a search starts: of those that are nearer than all around them, and of all.
 const MOST_LEAST: usize = 8;
 const NEAREST: usize = 4;
@@ -37,17 +39,26 @@ impl Seeds {
         };
         // One direction may use what the other does not need: a spring has many turns and one round section.
         let n = [wanted(0), wanted(1)];
-        let counts = [0, 1].map(|axis| n[axis].min((MOST / n[1 - axis].min(64)).max(64)));
+        let even = [0, 1].map(|axis| n[axis].min((FEW / n[1 - axis].min(64)).max(64)));
+        let spans =
+            [0, 1].map(|axis| surface.knots(axis).map_or_else(Vec::new, |(degree, knots)| breaks(degree, knots)));
+        // Midpoints: on a pole line a derivative vanishes and Newton's method cannot move.
         let axis_values = |axis: usize| -> Vec<f64> {
             let (a, b) = domain[axis];
-            if counts[axis] == 1 {
+            let count = even[axis];
+            if count == 1 {
                 return vec![0.0];
             }
+            // Each turn of a spring, and each tooth of a profile, has a span.
+            let most = MOST / even[1 - axis].max(spans[1 - axis].len());
+            if (count..most).contains(&spans[axis].len().saturating_sub(1)) {
+                return spans[axis].windows(2).map(|w| 0.5 * (w[0].0 + w[1].0)).collect();
+            }
             let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
-            // Midpoints: on a pole line a derivative vanishes and Newton's method cannot move.
-            (0..counts[axis]).map(|k| a + (b - a) * (k as f64 + 0.5) / counts[axis] as f64).collect()
+            (0..count).map(|k| a + (b - a) * (k as f64 + 0.5) / count as f64).collect()
         };
         let [us, vs] = [0, 1].map(axis_values);
+        let counts = [us.len(), vs.len()];
         let pairs = us.iter().flat_map(|&u| vs.iter().map(move |&v| DVec2::new(u, v)));
         let places = pairs.zip(surface.lattice(&us, &vs)).collect();
         let sweep = match surface {
@@ -133,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_point_is_found_on_its_own_turn_of_a_spring() {
-        for turns in [4, 12, 30] {
+        for turns in [4, 12, 30, 300] {
             let band = band(turns);
             let [(_, _), (_, end)] = band.natural_domain();
             let projector = Projector::new(&band, 1e-7);
