@@ -150,11 +150,11 @@ fn a_mapping_operator_may_scale() {
 }
 
 #[test]
-fn a_negative_scale_reflects_in_the_origin() {
+fn a_negative_scale_reflects() {
     let stated = "#214=ITEM_DEFINED_TRANSFORMATION('','',#20,#34)";
-    // As OpenCASCADE writes them: a reflection in the plane x = 0, and one in a point.
+    // As OpenCASCADE 8 writes them: a reflection in the plane x = -2, and one in a point.
     for (axes, image) in
-        [("#230,#231,#232,-1.,#233", DVec3::new(3.0, 2.0, 3.0)), ("$,$,#232,-2.,$", DVec3::new(2.0, -4.0, -6.0))]
+        [("#230,#231,#232,-1.,#233", DVec3::new(-5.0, 2.0, 3.0)), ("$,$,#232,-2.,$", DVec3::new(2.0, -4.0, -6.0))]
     {
         let operator = format!("#214=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','','',{axes})");
         let text = nested(false).replace(stated, &operator)

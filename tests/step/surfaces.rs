@@ -193,9 +193,9 @@ fn parameter_curves_tell_coinciding_sheets_apart() {
                 id + 3
             )
     };
-    let is_reversed = |curves: [&str; 2], v: f64| {
+    let is_reversed = |curves: [&str; 2], v: f64, start: f64| {
         let text = world()
-            + &placement(40, [0.0; 3], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0])
+            + &placement(40, [0.0; 3], [0.0, -1.0, 0.0], [start.sin(), 0.0, -start.cos()])
             + &placement(44, [0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0])
             + &(vertex(30, [0.0, 0.0, 2.0]) + &vertex(32, [0.0, 0.0, -2.0]))
             + &(pcurve(100, 0.0, v) + &pcurve(110, FRAC_PI_2, v))
@@ -210,9 +210,12 @@ fn parameter_curves_tell_coinciding_sheets_apart() {
         assert!(matches!(only_face(&model).surface, Surface::Sphere { .. }));
         only_face(&model).reversed
     };
-    assert!(is_reversed(["#63", "#64"], PI));
-    assert!(!is_reversed(["#63", "#64"], 0.0));
-    assert!(!is_reversed(["#61", "#62"], PI), "without parameter curves it is the sheet of the profile's start");
+    assert!(is_reversed(["#63", "#64"], PI, 0.0));
+    assert!(!is_reversed(["#63", "#64"], 0.0, 0.0));
+    // Without parameter curves it is less than half of the sphere, wherever the circle starts.
+    for start in [0.0, 0.35, 1.2, 2.0, 4.0] {
+        assert!(is_reversed(["#61", "#62"], 0.0, start), "{start}");
+    }
 }
 
 #[test]

@@ -66,7 +66,7 @@ impl Reader<'_> {
                 if is_shared && matches!(source, Source::Face(_)) && !asked.get() && common.is_none() {
                     common = Some((shell, surface.clone()));
                 }
-                read.push((k, settled(&geometry, face, surface, || reach().on)));
+                read.push((k, settled(&geometry, (face, edges), surface, || reach().on)));
             }
             read
         });
@@ -92,11 +92,12 @@ fn points_of(surface: &Surface) -> usize {
 /// Reduces a surface to the sheet that contains the face, and checks it.
 fn settled(
     geometry: &Geometry<'_>,
-    face: &StatedFace,
+    (face, edges): (&StatedFace, &EdgeDrafts),
     surface: Read<Stated>,
     on: impl FnOnce() -> Vec<DVec3>,
 ) -> Read<Stated> {
-    let stated = one_sheet(surface?, on, || geometry.profile_parameters(face))
+    let is_outwards = |centre| Some(is_outwards(&rings(face, edges).ok()?, centre)? == face.same_sense);
+    let stated = one_sheet(surface?, on, || geometry.profile_parameters(face), is_outwards)
         .map_err(|what| Trouble::new(face.surface, what))?;
     match stated.surface.check() {
         Ok(()) => Ok(stated),
@@ -129,33 +130,55 @@ fn reach(geometry: &Geometry<'_>, face: &StatedFace, edges: &EdgeDrafts) -> Face
     reached
 }
 
-/// The plane of the bounds of a face without surface. The bounds run counterclockwise about its normal.
-fn implied_plane(geometry: &Geometry<'_>, face: &StatedFace, edges: &EdgeDrafts) -> Read<Stated> {
-    let (mut points, mut bounds) = (Vec::new(), Vec::new());
+/// Points along the bounds of a face, in their directions.
+fn rings(face: &StatedFace, edges: &EdgeDrafts) -> Read<Vec<Vec<DVec3>>> {
+    let mut rings = Vec::new();
     for bound in &face.bounds {
         let Bound::Edges(uses) = bound else { continue };
-        let start = points.len();
+        let mut ring = Vec::new();
         for edge in uses {
             let draft = match edges.get(edge.edge) {
                 Some(Ok(draft)) => draft,
                 Some(Err(trouble)) => return Err(trouble.clone()),
                 None => continue,
             };
-            let from = points.len();
-            points.extend(draft.samples());
+            let from = ring.len();
+            ring.extend(draft.samples());
             if edge.reversed {
-                points[from..].reverse();
+                ring[from..].reverse();
             }
         }
-        bounds.push(start..points.len());
+        rings.push(ring);
     }
+    Ok(rings)
+}
+
+/// Twice the vector area of rings, seen from `origin`.
+fn vector_area(rings: &[Vec<DVec3>], origin: DVec3) -> DVec3 {
+    let of_ring = |ring: &Vec<DVec3>| {
+        let next = ring.iter().cycle().skip(1);
+        ring.iter().zip(next).map(|(p, q)| (*p - origin).cross(*q - origin)).sum::<DVec3>()
+    };
+    rings.iter().map(of_ring).sum()
+}
+
+/// Whether the face's normal leads away from the centre of its sphere, if its bounds enclose less than half of that.
+/// `None` if they enclose half.
+fn is_outwards(rings: &[Vec<DVec3>], centre: DVec3) -> Option<bool> {
+    let towards = vector_area(rings, centre);
+    let (mut side, mut most) = (0.0, 0.0);
+    for out in rings.iter().flatten().map(|p| *p - centre) {
+        (side, most) = (side + out.dot(towards), most + out.length() * towards.length());
+    }
+    (side.abs() > FLAT * most).then_some(side > 0.0)
+}
+
+/// The plane of the bounds of a face without surface. The bounds run counterclockwise about its normal.
+fn implied_plane(geometry: &Geometry<'_>, face: &StatedFace, edges: &EdgeDrafts) -> Read<Stated> {
+    let rings = rings(face, edges)?;
+    let points = rings.concat();
     let origin = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
-    let mut area = DVec3::ZERO;
-    for bound in bounds {
-        let bound = &points[bound];
-        let next = bound.iter().cycle().skip(1);
-        area += bound.iter().zip(next).map(|(p, q)| (*p - origin).cross(*q - origin)).sum::<DVec3>();
-    }
+    let area = vector_area(&rings, origin);
     let size = points.iter().map(|p| p.distance(origin)).fold(0.0, f64::max);
     let along = points.first().map_or(DVec3::ZERO, |p| *p - origin);
     let frame = Some(area).filter(|area| area.length() > 1e-12 * size * size);

@@ -130,8 +130,11 @@ impl<'a> Geometry<'a> {
         id.map_or(Ok(default), |id| self.direction(id))
     }
 
-    /// The motion of an `AXIS2_PLACEMENT_3D` or a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`. A negative scale reflects in
-    /// the origin: ISO 10303-42 has positive ones only, but OpenCASCADE writes mirrored occurrences that way.
+    /// The motion of an `AXIS2_PLACEMENT_3D` or a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.
+    ///
+    /// ISO 10303-42 has positive scales only, but OpenCASCADE writes mirrored occurrences with negative ones. It divides
+    /// by the scale, also the origin, unless the axes are the world's: it writes a reflection in a point as the standard
+    /// reads it.
     pub(super) fn motion(&self, id: u64) -> Read<DAffine3> {
         let instance = self.get(id)?;
         if instance.is("AXIS2_PLACEMENT_3D") {
@@ -158,7 +161,11 @@ impl<'a> Geometry<'a> {
             if !(scale * scale * scale).is_normal() {
                 return Err(Trouble::new(id, out_of_range("a transformation scale", scale, "")));
             }
-            return Ok(affine(frame.x * scale, y * scale, frame.z * scale, frame.origin));
+            let turn = DMat3::from_cols(frame.x, y, frame.z);
+            if scale < 0.0 && !turn.abs_diff_eq(DMat3::IDENTITY, 1e-12) {
+                return Ok(DAffine3::from_mat3_translation(turn / scale, frame.origin / scale));
+            }
+            return Ok(DAffine3::from_mat3_translation(turn * scale, frame.origin));
         }
         Err(not_a_placement(instance))
     }

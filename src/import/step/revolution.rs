@@ -215,29 +215,62 @@ fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<NurbsCurv
     pieces
 }
 
-/// A profile rotated into the half plane of distance and height, as a polyline.
-struct Meridian(Vec<DVec2>);
+/// A profile rotated into the half plane of distance and height, and points along it.
+struct Meridian<'a> {
+    curve: &'a NurbsCurve3,
+    frame: &'a Frame3,
+    points: Vec<DVec2>,
+}
 
-impl Meridian {
-    fn new(curve: &NurbsCurve3, frame: &Frame3) -> Self {
-        let (a, b) = curve.domain();
+impl<'a> Meridian<'a> {
+    fn new(curve: &'a NurbsCurve3, frame: &'a Frame3) -> Self {
+        let mut new = Self { curve, frame, points: Vec::new() };
         let steps = SAMPLES * curve.points.len();
-        let at = |i: usize| curve.point(a + (b - a) * i as f64 / steps as f64);
-        Self((0..=steps).map(|i| frame.meridian(at(i))).collect())
+        new.points = (0..=steps).map(|i| new.at(i as f64 / steps as f64)).collect();
+        new
     }
 
-    fn distance(&self, p: DVec2) -> f64 {
+    /// The point at this share of the parameters.
+    fn at(&self, share: f64) -> DVec2 {
+        let (a, b) = self.curve.domain();
+        self.frame.meridian(self.curve.point(a + (b - a) * share))
+    }
+
+    /// Distance from the polyline through its points, and the segment that is nearest.
+    fn nearest(&self, p: DVec2) -> (f64, usize) {
         let to = |pair: &[DVec2]| {
             let along = pair[1] - pair[0];
             let share = (p - pair[0]).dot(along) / along.length_squared();
             p.distance(pair[0] + along * if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 })
         };
-        self.0.windows(2).map(to).fold(f64::INFINITY, f64::min)
+        let all = self.points.windows(2).map(to).zip(0..);
+        all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0))
+    }
+
+    fn distance(&self, p: DVec2) -> f64 {
+        self.nearest(p).0
+    }
+
+    /// Distance from the profile itself: a search by thirds around the nearest segment.
+    fn exact_distance(&self, p: DVec2) -> f64 {
+        let (_, k) = self.nearest(p);
+        let steps = (self.points.len() - 1) as f64;
+        let off = |share: f64| self.at(share).distance(p);
+        let (mut low, mut high) = ((k as f64 - 1.0).max(0.0) / steps, (k as f64 + 2.0).min(steps) / steps);
+        for _ in 0..64 {
+            let third = (high - low) / 3.0;
+            if off(low + third) <= off(high - third) {
+                high -= third;
+            } else {
+                low += third;
+            }
+        }
+        off(low).min(off(high))
     }
 
     /// Largest distance of its points from another one.
     fn beyond(&self, other: &Self) -> f64 {
-        self.0.iter().map(|p| other.distance(*p)).fold(0.0, f64::max)
+        self.points.iter().map(|p| other.exact_distance(*p)).fold(0.0, f64::max)
     }
 }
 
@@ -261,13 +294,16 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// as a sphere if it is one. Other surfaces are unchanged.
 ///
 /// Sheets that coincide (a circle rotated about its diameter) have opposite normals. The face is on the one with most of
-/// the profile parameters that the file states (`along`), else on that of the profile's start. If the boundary lies on
-/// several sheets, an open profile keeps them all, and a closed one is refused, because the sheet is ambiguous. Without a
-/// boundary, all sheets are kept.
+/// the profile parameters that the file states (`along`). If it states none, `is_outwards` chooses the half of a sphere
+/// from the centre: whether the surface's normal leads away from it; else the face is on the sheet of the profile's start.
+///
+/// If the boundary lies on several sheets, an open profile keeps them all, and a closed one is refused, because the sheet
+/// is ambiguous. Without a boundary, all sheets are kept.
 pub(super) fn one_sheet(
     stated: Stated,
     on: impl FnOnce() -> Vec<DVec3>,
     along: impl FnOnce() -> Vec<f64>,
+    is_outwards: impl FnOnce(DVec3) -> Option<bool>,
 ) -> Result<Stated, StepTrouble> {
     let Surface::Revolution { curve, frame } = &stated.surface else { return Ok(stated) };
     let pieces = cut_at_axis(curve, frame, ON_AXIS);
@@ -295,15 +331,26 @@ pub(super) fn one_sheet(
             let (a, b) = curve.domain();
             let along = along();
             let stated = |k: usize| along.iter().filter(|t| is_inside(&pieces[k], **t, b - a)).count();
+            let halves = || held.iter().filter_map(|&k| Some((k, sphere(&pieces[k], frame)?)));
+            let by_side = || {
+                let (_, (Surface::Sphere { frame: Frame3 { origin, .. }, .. }, _)) = halves().next()? else {
+                    return None;
+                };
+                let outwards = is_outwards(origin)?;
+                halves().find(|(_, (_, inwards))| *inwards != outwards).map(|(k, _)| k)
+            };
+            let by_side = if along.is_empty() { by_side() } else { None };
             // The first of those with as many.
-            held.iter().copied().rev().max_by_key(|k| stated(*k)).unwrap_or(*first)
+            by_side.unwrap_or_else(|| held.iter().copied().rev().max_by_key(|k| stated(*k)).unwrap_or(*first))
         }),
     };
+    let sheets = profiles.len();
+    drop(profiles);
     let Some(piece) = chosen.and_then(|k| pieces.into_iter().nth(k)) else {
         let (a, b) = curve.domain();
         let closed = curve.point(a).distance(curve.point(b)) <= same;
         if closed && !on.is_empty() {
-            return Err(StepTrouble::Sheets { sheets: profiles.len() });
+            return Err(StepTrouble::Sheets { sheets });
         }
         return Ok(stated);
     };

@@ -4,6 +4,7 @@
 use crate::math::boxes::around;
 use crate::model::{NurbsCurve3, euclidean, homogeneous, knots_of_pieces};
 use glam::{DVec3, DVec4};
+use smallvec::SmallVec;
 
 /// The knot vector, repeated by multiplicity; `None` unless it has `count + degree + 1` knots.
 pub(super) fn write_out(values: &[f64], multiplicities: &[usize], count: usize, degree: usize) -> Option<Vec<f64>> {
@@ -184,51 +185,93 @@ fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
     NurbsCurve3 { degree: p, knots: knots_of_pieces(p, &breaks), points, weights }
 }
 
-/// The parameter of the curve point nearest to `p`: the best of `degree + 2` samples per span, refined by Newton's
-/// method.
+/// A sample of a curve.
+struct CurveSample {
+    t: f64,
+    /// From the point whose foot is searched.
+    distance_squared: f64,
+    /// The steps to the samples around it: at a knot, spans may differ in length.
+    steps: [f64; 2],
+}
+
+/// The parameter of the curve point nearest to `p`: samples, `degree + 2` per span, that are nearer than those next to
+/// them, refined by Newton's method. If no foot is next to `p`, eight times as many are tried: a curve that bends a lot
+/// within a span may pass through `p` between two samples that are far from it.
 pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
+    /// Distance of a foot, as a share of the way to the next sample, up to which no other place is tried.
+    const BESIDE: f64 = 1e-3;
     let (a, b) = curve.domain();
-    let samples = curve.degree + 2;
+    let mut found = (a, f64::INFINITY);
+    for samples in [1, 8].map(|density| density * (curve.degree + 2)) {
+        let mut minima = least_samples(curve, p, samples);
+        minima.sort_by(|m, n| m.distance_squared.total_cmp(&n.distance_squared));
+        let least = minima.first().map_or(0.0, |best| best.distance_squared);
+        for (k, sample) in minima.iter().enumerate() {
+            let CurveSample { t, distance_squared, steps: [before, after] } = *sample;
+            let is_beside = || {
+                let [_, tangent] = curve.tangent(found.0);
+                found.1.sqrt() <= BESIDE * before.max(after) * tangent.length()
+            };
+            // On a closed curve, the foot of a point near the start may lie just before the end, and vice versa.
+            let is_twin = k > 0 && distance_squared <= least;
+            if found.1 < f64::INFINITY && !is_twin && is_beside() {
+                return found.0;
+            }
+            let foot = polish(curve, p, t, ((t - before).max(a), (t + after).min(b)));
+            for (t, off) in [(foot, curve.point(foot).distance_squared(p)), (t, distance_squared)] {
+                if off < found.1 {
+                    found = (t, off);
+                }
+            }
+        }
+    }
+    found.0
+}
+
+/// Of so many samples per span, those that are no further from `p` than the ones next to them, in order of their
+/// parameters. Leaves out spans that certainly are further away than another sample.
+fn least_samples(curve: &NurbsCurve3, p: DVec3, samples: usize) -> SmallVec<[CurveSample; 8]> {
+    let (a, _) = curve.domain();
     let spans = curve.knots[curve.degree..=curve.points.len()].windows(2);
     let steps = spans.map(|ends| (ends, (ends[1] - ends[0]) / samples as f64)).enumerate();
     let steps = steps.filter(|(_, (_, step))| *step > 0.0);
     let at = |ends: &[f64], step: f64, i: usize| if i == samples { ends[1] } else { ends[0] + step * i as f64 };
-    // A span is no nearer than the box of its control points; spans that cannot have the nearest sample are skipped.
+    // A span is no nearer than the box of its control points.
     let floors: Vec<f64> = curve.points.windows(curve.degree + 1).map(|hull| box_distance_squared(hull, p)).collect();
     let first = steps.clone().min_by(|(k, _), (l, _)| floors[*k].total_cmp(&floors[*l]));
-    let within = first.map_or(f64::INFINITY, |(_, (ends, step))| {
-        (1..=samples).map(|i| curve.point(at(ends, step, i)).distance_squared(p)).fold(f64::INFINITY, f64::min)
+    let start = curve.point(a).distance_squared(p);
+    let mut least = first.map_or(start, |(_, (ends, step))| {
+        (1..=samples).map(|i| curve.point(at(ends, step, i)).distance_squared(p)).fold(start, f64::min)
     });
-    let step_at = |end: Option<(usize, (&[f64], f64))>| end.map_or(b - a, |(_, (_, step))| step);
-    let [first_step, last_step] = [steps.clone().next(), steps.clone().next_back()].map(step_at);
-    // The nearest sample, its distance, and the steps to the samples around it: at a knot, spans may differ in length.
-    let mut best = (a, curve.point(a).distance_squared(p), [0.0, first_step]);
+    let mut minima: SmallVec<[CurveSample; 8]> = SmallVec::new();
     let mut steps = steps.peekable();
+    let first_step = steps.peek().map_or(0.0, |(_, (_, step))| *step);
+    // The last sample, and whether it is no further than the one before. A span that is left out is further away.
+    let mut last = (CurveSample { t: a, distance_squared: start, steps: [0.0, first_step] }, true);
+    let mut is_next = true;
     while let Some((k, (ends, step))) = steps.next() {
         // Rounding may put the nearest sample below its lower bound, if it is a corner of the box.
-        if floors[k] > within.min(best.1) && first.is_none_or(|(first, _)| k != first) {
+        if floors[k] > least && first.is_none_or(|(first, _)| k != first) {
+            is_next = false;
             continue;
         }
         for i in 1..=samples {
             let t = at(ends, step, i);
-            let distance = curve.point(t).distance_squared(p);
-            if distance < best.1 {
-                let after = steps.peek().filter(|_| i == samples).map_or(step, |(_, (_, next))| *next);
-                best = (t, distance, [step, after]);
+            let distance_squared = curve.point(t).distance_squared(p);
+            let after = steps.peek().filter(|_| i == samples).map_or(step, |(_, (_, next))| *next);
+            let before = std::mem::replace(&mut last.0, CurveSample { t, distance_squared, steps: [step, after] });
+            let falls = !is_next || distance_squared <= before.distance_squared;
+            let fell = std::mem::replace(&mut last.1, falls);
+            if fell && (!is_next || before.distance_squared <= distance_squared) {
+                minima.push(before);
             }
+            (least, is_next) = (least.min(distance_squared), true);
         }
     }
-    let (t, distance, [before, after]) = best;
-    let mut found = polish(curve, p, t, ((t - before).max(a), (t + after).min(b)));
-    // On a closed curve, the foot of a point near the start may lie just before the end, and vice versa.
-    let other = if t == a { Some((b, (b - last_step, b))) } else { (t == b).then_some((a, (a, a + first_step))) };
-    if let Some((end, around)) = other.filter(|_| curve.point(a).distance_squared(curve.point(b)) <= distance) {
-        let second = polish(curve, p, end, around);
-        if curve.point(second).distance_squared(p) < curve.point(found).distance_squared(p) {
-            found = second;
-        }
+    if last.1 {
+        minima.push(last.0);
     }
-    if curve.point(found).distance_squared(p) <= distance { found } else { t }
+    minima
 }
 
 /// The squared distance of `p` from the box of `points`.
@@ -384,6 +427,28 @@ mod tests {
                 let p = curve.point(a + (b - a) * f64::from(i) / 2000.0);
                 assert!(curve.point(nearest(&curve, p)).distance(p) < 1e-9, "{i}");
             }
+        }
+    }
+
+    #[test]
+    fn a_foot_is_found_where_another_branch_of_one_bent_span_is_nearer_to_the_samples() {
+        let points = [
+            [3.659_851_55, 0.0],
+            [11.577_966_876, 10.892_677_685],
+            [-29.919_895_196, -22.964_755_59],
+            [60.936_095_56, 62.574_520_513],
+            [-101.769_081_425, -80.959_866_87],
+            [82.907_715_64, 72.012_858_79],
+            [-45.453_516_257, -53.820_264_679],
+            [15.661_607_349, 11.335_765_123],
+            [3.659_851_55, 0.0],
+        ];
+        let points = points.map(|[x, y]| DVec3::new(x, y, 0.0)).to_vec();
+        let knots = [[0.0; 9], [1.0; 9]].concat();
+        let curve = NurbsCurve3 { degree: 8, knots, points, weights: Vec::new() };
+        for i in 0..=1000 {
+            let p = curve.point(f64::from(i) / 1000.0);
+            assert!(curve.point(nearest(&curve, p)).distance(p) < 1e-9, "{i}");
         }
     }
 
