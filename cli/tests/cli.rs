@@ -376,6 +376,7 @@ fn limits_are_errors_that_name_the_option() {
     refused("--max-patches", "3", "patches, the limit is 3");
     refused("--max-triangles", "20", "the limit is 20 (PlanLimits::triangles)");
     refused("--max-tile-triangles", "4", "limit of 4 triangles");
+    refuses(&["bench", CUBE, "--hash", "--frames", "2", "--max-triangles", "10"], 1, "the limit is 10");
     let coarse = ["tessellate", CUBE, "-o", out, "--max-tile-triangles", "4", "--coarsen", "--json"];
     let output = trimtess(&coarse);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
@@ -495,6 +496,10 @@ fn view_writes_screenshots() {
     pictures.dedup();
     assert_eq!(pictures.len(), 4);
     refuses(&[&["view", "no.step"], &window[..]].concat(), 1, "no.step");
+    refuses(&[&["view", "builtin:none"], &window[..]].concat(), 2, "none");
+    fs::remove_file(&picture).unwrap();
+    refuses(&[&["view", CUBE, "--max-triangles", "10"], &window[..]].concat(), 1, "the limit is 10");
+    assert!(!picture.exists());
 }
 
 #[cfg(all(feature = "view", target_os = "linux"))]

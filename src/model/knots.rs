@@ -9,9 +9,9 @@ use crate::math::boxes::around;
 use glam::DVec4;
 use std::cell::LazyCell;
 
-/// Maximum number of periods by which [`unroll`] extends a spline on either side. Faces go round once or twice, and
-/// helices are not periodic surfaces: more turns are an error in the file, which must not cost memory.
-const MOST_TURNS: f64 = 16.0;
+/// Maximum number of periods by which [`unroll`] extends a spline on either side: as many as faces may go round. Most go
+/// round once or twice, threads on a cylinder some tens of times.
+const MOST_TURNS: f64 = 20_000.0;
 
 /// The domain `[knots[degree], knots[count]]` of a spline with `count` control points.
 ///
@@ -357,5 +357,15 @@ mod tests {
             let (borders, net) = to_bezier(degree, &knots, &rows, 2, (-9.0, 9.0));
             assert_eq!((borders, &net[..]), (vec![0.25, 0.7], &rows[2 * (degree - 1)..2 * (degree - 1 + n)]));
         }
+    }
+
+    #[test]
+    fn a_closed_spline_goes_round_as_often_as_asked() {
+        // A closed polygon.
+        let rows = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]].map(|[x, y]| DVec4::new(x, y, 0.0, 1.0));
+        let knots = [0.0, 0.0, 1.0, 2.0, 3.0, 3.0];
+        let (unrolled, points) = unroll(1, &knots, &rows, 1, (-60.0, 300.0));
+        assert_eq!((domain(1, &unrolled), points.len()), ((-60.0, 300.0), 361));
+        assert!((0..3).all(|k| points.iter().skip(k).step_by(3).all(|p| *p == rows[k])));
     }
 }

@@ -2,9 +2,11 @@
 //! computes the same through the C interface.
 
 use crate::Failure;
+use crate::limits::LimitArgs;
 use std::collections::BTreeMap;
 use std::slice::Iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use trimtess::frame::PlannerOptions;
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::{Session, SessionOptions};
@@ -117,9 +119,15 @@ impl MeshSink for Pictures {
     }
 }
 
-/// Flies along `views` and tells the triangles of the last picture, and the hash of all.
-pub(super) fn of(prepared: &Arc<Prepared>, views: &[View], threads: usize) -> Result<String, Failure> {
-    let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(false);
+/// Flies along `views`. Returns the triangles of the last picture, and the hash of all.
+pub(super) fn of(
+    prepared: &Arc<Prepared>,
+    views: &[View],
+    threads: usize,
+    limits: &LimitArgs,
+) -> Result<(u64, u64), Failure> {
+    let planner = PlannerOptions::DEFAULT.with_limits(limits.plan());
+    let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(false).with_planner(planner);
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(Failure::cannot)?;
     let memory = Arc::<Blocks>::default();
     session.write_into(VertexLayout::COMPACT, Arc::clone(&memory) as Arc<dyn TileMemory>);
@@ -127,6 +135,7 @@ pub(super) fn of(prepared: &Arc<Prepared>, views: &[View], threads: usize) -> Re
     let mut pictures = Pictures { memory, tiles, parts, triangles: 0, hash: 0xcbf2_9ce4_8422_2325 };
     for view in views {
         session.view(&[*view], &mut pictures).map_err(Failure::cannot)?;
+        limits.check(session.shortfall())?;
     }
-    Ok(format!("triangles {} hash {:016x}\n", pictures.triangles, pictures.hash))
+    Ok((pictures.triangles, pictures.hash))
 }

@@ -192,9 +192,10 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
     let workers: Vec<usize> = common.workers.iter().map(|&n| usize::from(n)).collect();
     if args.hash {
         progress.stage(format!("flying {}", args.path.name()));
-        let hash = hash::of(&prepared, &views, workers.first().copied().unwrap_or(0))?;
+        let threads = workers.first().copied().unwrap_or(0);
+        let (triangles, hash) = hash::of(&prepared, &views, threads, &common.limits)?;
         drop(progress);
-        outputs.tell(&hash);
+        outputs.tell(&format!("triangles {triangles} hash {hash:016x}\n"));
         return Ok(Done::of(&prepared));
     }
 

@@ -2,6 +2,7 @@
 //! frames, and larger models on more threads.
 
 use super::flight::{Coherence, Flight, Follow, Order, Times, fly, ms};
+use super::hash;
 use super::steps::{Replayed, replay};
 use super::summary::Machine;
 use crate::input::Input;
@@ -12,16 +13,13 @@ use crate::{Common, Done, Failure};
 use plotters::prelude::*;
 use serde::Serialize;
 use std::fmt::Write as _;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 use trimtess::control::{Control, Rayon};
 use trimtess::frame::LinePlacement;
 use trimtess::glam::{DAffine3, DVec3};
-use trimtess::mesh::MemorySink;
 use trimtess::model::{Instance, Model, PartId};
-use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{Prepared, prepare_on};
 use trimtess::view::View;
 
@@ -137,7 +135,9 @@ pub(super) fn measure(
         let parts: [fn(&Times) -> f64; 4] = [|t| t.plan, |t| t.make, |t| t.commit, |t| t.frame];
         let of_frames = [&cold, &coherent].into_iter().flat_map(|flight| parts.map(|of| mean(flight, of)));
         columns.iter_mut().zip([read, prepared_in].into_iter().chain(of_frames)).for_each(|(c, ms)| c.push(ms));
-        hashes.push(hash(&prepared, &views, threads)?);
+        let last_view = &views[views.len().saturating_sub(1)..];
+        let (_, hash) = hash::of(&prepared, last_view, threads, &common.limits)?;
+        hashes.push(format!("{hash:016x}"));
         last = Some((prepared, views));
 
         progress.stage(format!("{threads} threads: {threads} copies"));
@@ -203,22 +203,6 @@ fn side_by_side(model: &Model, copies: u32, step: f64) -> Model {
         all.instances.extend(model.instances.iter().map(place));
     }
     all
-}
-
-/// Hash of the mesh of the last view.
-fn hash(prepared: &Arc<Prepared>, views: &[View], threads: usize) -> Result<String, Failure> {
-    let options = SessionOptions::DEFAULT.with_threads(threads);
-    let mut session = Session::start(Arc::clone(prepared), &options).map_err(Failure::cannot)?;
-    let mut sink = MemorySink::default();
-    session.view(&views[views.len().saturating_sub(1)..], &mut sink).map_err(Failure::cannot)?;
-    let mut hasher = DefaultHasher::new();
-    for batch in &sink.batches {
-        (batch.part, batch.tile, &batch.mesh.triangles).hash(&mut hasher);
-        for position in &batch.mesh.positions {
-            position.to_array().map(f64::to_bits).hash(&mut hasher);
-        }
-    }
-    Ok(format!("{:016x}", hasher.finish()))
 }
 
 impl Scaling {

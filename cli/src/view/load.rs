@@ -1,12 +1,13 @@
 //! A file to a prepared model and its session, on a separate thread so that the window stays responsive.
 
-use crate::Common;
 use crate::input::Input;
 use crate::limits::{LimitArgs, unprepared};
+use crate::{Common, Failure};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 use std::time::Instant;
+use trimtess::frame::{PlannerOptions, Shortfall};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -39,12 +40,22 @@ impl Loader {
         Self { limits: common.limits.clone(), prepare: common.prepare(), threads: common.workers() }
     }
 
+    /// Options of a session with the limits of meshes.
+    pub(super) fn session(&self) -> SessionOptions {
+        SessionOptions::DEFAULT.with_planner(PlannerOptions::DEFAULT.with_limits(self.limits.plan()))
+    }
+
+    /// Says what limits made coarser, unless the caller accepts that.
+    pub(super) fn check(&self, shortfall: Option<&Shortfall>) -> Result<(), String> {
+        self.limits.check(shortfall).map_err(|failure| failure.to_string())
+    }
+
     /// Loads a file on this thread and its rayon pool.
-    pub(super) fn load(&self, input: &Input, session: &SessionOptions) -> Result<Loaded, String> {
+    pub(super) fn load(&self, input: &Input, session: &SessionOptions) -> Result<Loaded, Failure> {
         let start = Instant::now();
-        let model = input.read(&self.limits.step()).map_err(|failure| failure.to_string())?;
-        let prepared = Arc::new(prepare(model, &self.prepare).map_err(|error| unprepared(error).to_string())?);
-        let session = Session::start(Arc::clone(&prepared), session).map_err(|error| error.to_string())?;
+        let model = input.read(&self.limits.step())?;
+        let prepared = Arc::new(prepare(model, &self.prepare).map_err(unprepared)?);
+        let session = Session::start(Arc::clone(&prepared), session).map_err(Failure::cannot)?;
         Ok(Loaded { name: input.name(), prepared, session, seconds: start.elapsed().as_secs_f64() })
     }
 
@@ -57,7 +68,7 @@ impl Loader {
             // A separate pool: the window's thread is a worker of the global one.
             let pool = rayon::ThreadPoolBuilder::new().num_threads(loader.threads).build();
             let loaded = match pool {
-                Ok(pool) => pool.install(|| loader.load(&input, &session)),
+                Ok(pool) => pool.install(|| loader.load(&input, &session)).map_err(|failure| failure.to_string()),
                 Err(error) => Err(error.to_string()),
             };
             // Fails if the window was closed meanwhile.

@@ -5,6 +5,7 @@ use crate::picture::Cut;
 use egui::{Grid, RichText, Slider, Ui};
 use std::time::Duration;
 use trimtess::out::wgpu::{ColourBy, DeviceMemory, DrawStats};
+use trimtess::parallel::{FrameReport, WorkerMetrics};
 
 /// Width of the panel in points.
 pub(super) const WIDTH: f32 = 260.0;
@@ -25,6 +26,17 @@ pub(super) struct Costs {
     pub(super) workers: Vec<Duration>,
     pub(super) drew: DrawStats,
     pub(super) held: DeviceMemory,
+}
+
+impl Costs {
+    /// Stores the costs of a frame. Frames that change nothing keep the previous costs.
+    pub(super) fn tell(&mut self, report: &FrameReport, sent: u64) {
+        if report.batches > 0 {
+            (self.planned, self.made, self.committed) = (report.planned_in, report.made_in, report.committed_in);
+            (self.tiles, self.sent) = (report.tiles, sent);
+            self.workers = report.workers.iter().map(WorkerMetrics::busy).collect();
+        }
+    }
 }
 
 /// Texts shown in the panel.

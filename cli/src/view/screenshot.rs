@@ -45,7 +45,7 @@ pub(super) fn draw(
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
     let canvas = Canvas { target: &view, size, pixels_per_point: 1.0 };
     let mut viewer = Viewer::new(device, queue, format, loader, looks).map_err(Failure::cannot)?;
-    viewer.open_now(input, f64::from(size.0) / f64::from(size.1)).map_err(Failure::cannot)?;
+    viewer.open_now(input, f64::from(size.0) / f64::from(size.1))?;
 
     let screen = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size.0 as f32, size.1 as f32));
     let mut time = 0.0;

@@ -3,15 +3,16 @@
 use super::load::{Loaded, Loader, Loading};
 use super::looks::{Action, Looks};
 use super::paint::{Canvas, PICTURE, Painter};
-use super::panel::{self, Costs, PanelText};
+use super::panel::{self, PanelText};
+use crate::Failure;
 use crate::input::Input;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::glam::DVec3;
 use trimtess::out::wgpu::{LiveScene, PickHit, RenderOptions};
-use trimtess::parallel::{FrameError, FrameReport, Session, SessionOptions, WorkerMetrics};
+use trimtess::parallel::{FrameError, Session, SessionOptions};
 use trimtess::prepare::Prepared;
-use trimtess::view::{Camera, ViewPoint};
+use trimtess::view::{View, ViewPoint};
 use wgpu::{Texture, TextureFormat, TextureUsages, TextureViewDescriptor};
 
 /// Format of the texture that the scene is drawn to.
@@ -46,10 +47,10 @@ struct Model {
     prepared: Arc<Prepared>,
     session: Session,
     workers: usize,
-    /// Camera of the frame in progress.
-    underway: Option<Camera>,
-    /// Camera of the last complete frame.
-    shown: Option<Camera>,
+    /// View of the frame in progress.
+    underway: Option<View>,
+    /// View of the last complete frame.
+    shown: Option<View>,
     /// The last frame deferred changes of level.
     deferred: bool,
     picked: Option<PickHit>,
@@ -107,7 +108,7 @@ impl Viewer {
     }
 
     /// Loads a file synchronously. From then on every frame is waited for.
-    pub(super) fn open_now(&mut self, input: &Input, aspect: f64) -> Result<(), String> {
+    pub(super) fn open_now(&mut self, input: &Input, aspect: f64) -> Result<(), Failure> {
         self.patient = true;
         let loaded = self.loader.load(input, &self.session_options())?;
         self.show(loaded, aspect);
@@ -123,7 +124,7 @@ impl Viewer {
     }
 
     fn session_options(&self) -> SessionOptions {
-        SessionOptions::DEFAULT.with_threads(self.looks.workers)
+        self.loader.session().with_threads(self.looks.workers)
     }
 
     fn show(&mut self, loaded: Loaded, aspect: f64) {
@@ -219,7 +220,7 @@ impl Viewer {
         };
         let size = [f64::from(response.rect.width()) * scale, f64::from(response.rect.height()) * scale];
         let pixels = (size[0].round() as u32, size[1].round() as u32);
-        let options = self.looks.picture.options(shown, pixels, model.prepared.bounds);
+        let options = self.looks.picture.options(shown.camera, pixels, model.prepared.bounds);
         let mut under = |at: egui::Pos2| {
             let [x, y] = place(at);
             let picked = self.scene.pick((x.max(0.0) as u32, y.max(0.0) as u32), 0, &options);
@@ -272,7 +273,7 @@ impl Viewer {
         let Some(model) = &self.model else { return };
         let (Some(picked), Some(shown)) = (model.picked, model.shown) else { return };
         let size = [area.width(), area.height()].map(|side| f64::from(side * pixels_per_point));
-        if let Some([x, y]) = shown.pixel_of(picked.point, size) {
+        if let Some([x, y]) = shown.camera.pixel_of(picked.point, size) {
             let at = area.min + egui::vec2(x as f32, y as f32) / pixels_per_point;
             let pen = |width, colour| egui::Stroke::new(width, colour);
             ui.painter().circle_stroke(at, 6.0, pen(3.0, egui::Color32::BLACK));
@@ -334,14 +335,12 @@ impl Viewer {
             (model.underway, model.shown) = (None, None);
         }
         let failed = |error: FrameError| error.to_string();
-        let camera = match model.underway {
-            Some(camera) => camera,
-            None => {
-                let view = self.looks.picture.view(&self.looks.camera, size);
-                model.session.begin(&[view]).map_err(failed)?;
-                *model.underway.insert(self.looks.camera)
-            }
-        };
+        let wanted = self.looks.picture.view(&self.looks.camera, size);
+        if model.underway.is_none() {
+            model.session.begin(&[wanted]).map_err(failed)?;
+        }
+        // None again if the frame fails: it is not shown.
+        let view = model.underway.take().unwrap_or(wanted);
         // Most frames of a moving camera are finished within this time.
         let report = if self.patient {
             model.session.finish(&mut self.scene).map(Some)
@@ -349,13 +348,22 @@ impl Viewer {
             model.session.finish_within(AWAITED, &mut self.scene)
         };
         if let Some(report) = report.map_err(failed)? {
-            (model.underway, model.shown, model.deferred) = (None, Some(camera), report.deferred > 0);
-            tell(&mut self.told.costs, &report, self.scene.uploaded());
-        } else if model.shown.is_none() {
-            self.told.underway = Some("tessellating …".to_owned());
+            (model.shown, model.deferred) = (Some(view), report.deferred > 0);
+            self.told.costs.tell(&report, self.scene.uploaded());
+            if let Err(short) = self.loader.check(model.session.shortfall()) {
+                if self.patient {
+                    return Err(short);
+                }
+                self.told.trouble = Some(short);
+            }
+        } else {
+            model.underway = Some(view);
+            if model.shown.is_none() {
+                self.told.underway = Some("tessellating …".to_owned());
+            }
         }
-        let moved = model.shown != Some(self.looks.camera);
-        Ok(waiting || model.underway.is_some() || model.deferred || moved || self.looks.turning)
+        let is_old = model.shown != Some(wanted);
+        Ok(waiting || model.underway.is_some() || model.deferred || is_old || self.looks.turning)
     }
 
     /// Draws the last complete frame to the scene texture.
@@ -380,7 +388,7 @@ impl Viewer {
         };
         let picked = self.model.as_ref().and_then(|model| model.picked);
         self.scene.highlight(picked.map(|picked| (picked.instance, picked.face)));
-        let camera = self.model.as_ref().and_then(|model| model.shown).unwrap_or(self.looks.camera);
+        let camera = self.model.as_ref().and_then(|model| model.shown).map_or(self.looks.camera, |view| view.camera);
         let bounds = self.model.as_ref().and_then(|model| model.prepared.bounds);
         let options: RenderOptions = self.looks.picture.options(camera, size, bounds);
         let start = Instant::now();
@@ -390,15 +398,6 @@ impl Viewer {
         self.told.costs.held = self.scene.held();
         self.picture = Some(picture);
         Ok(())
-    }
-}
-
-/// Stores the costs of a frame. Frames that change nothing keep the previous costs.
-fn tell(costs: &mut Costs, report: &FrameReport, sent: u64) {
-    if report.batches > 0 {
-        (costs.planned, costs.made, costs.committed) = (report.planned_in, report.made_in, report.committed_in);
-        (costs.tiles, costs.sent) = (report.tiles, sent);
-        costs.workers = report.workers.iter().map(WorkerMetrics::busy).collect();
     }
 }
 

@@ -28,11 +28,16 @@ pub(super) fn open() -> Result<(Gpu, ::wgpu::AdapterInfo), NoAdapter> {
             ::wgpu::DeviceType::Cpu => 4,
         });
         for adapter in adapters {
-            let info = adapter.get_info();
+            let (info, limits) = (adapter.get_info(), adapter.limits());
+            // Large pictures are read back whole.
+            let required_limits = ::wgpu::Limits {
+                max_buffer_size: limits.max_buffer_size,
+                ..::wgpu::Limits::downlevel_defaults().using_resolution(limits)
+            };
             let descriptor = ::wgpu::DeviceDescriptor {
                 label: Some("trimtess"),
                 required_features: adapter.features() & WELCOME,
-                required_limits: ::wgpu::Limits::downlevel_defaults().using_resolution(adapter.limits()),
+                required_limits,
                 ..::wgpu::DeviceDescriptor::default()
             };
             let (device, queue) = match pollster::block_on(adapter.request_device(&descriptor)) {

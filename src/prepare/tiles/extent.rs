@@ -55,9 +55,17 @@ impl Patched {
 /// Memory of a bicubic patch, bytes, with its bounds, and what cutting it off takes for a moment.
 const BYTES_PER_PATCH: usize = 2048;
 
-/// Number of patches of a surface over a box.
+/// Number of patches of a surface over a box. A closed spline may go round several times.
 fn patches_within(surface: &Surface, low: DVec2, high: DVec2) -> usize {
-    [0, 1].map(|axis| spans(surface, axis, low[axis], high[axis])).into_iter().fold(1, usize::saturating_mul)
+    let (domain, period) = (surface.natural_domain(), surface.period());
+    let along = |axis: usize| match period[axis].filter(|_| surface.knots(axis).is_some()) {
+        Some(period) if high[axis] - low[axis] > period => {
+            let turns = ((high[axis] - low[axis]) / period).ceil() as usize;
+            spans(surface, axis, domain[axis].0, domain[axis].1).saturating_mul(turns)
+        }
+        _ => spans(surface, axis, low[axis], high[axis]),
+    };
+    along(0).saturating_mul(along(1))
 }
 
 /// Number of patches of a whole surface; each quarter turn counts as one.
