@@ -47,16 +47,15 @@ pub trait Jobs: Send + Sync {
     /// How many jobs can run at the same time, at least 1.
     fn width(&self) -> usize;
 
-    /// Runs `job` once, on any thread, now or later. A pool that drops the job instead costs time: whoever waits for it
-    /// does its work.
+    /// Runs `job` once, on any thread, now or later. A pool may drop the job instead, at the price of time: whoever waits
+    /// for it does its work, and whoever only asks spawns it again.
     fn spawn(&self, priority: Priority, job: Job);
 
     /// Calls `body` once with each number below `count`, on any threads and in any order. Returns when all calls have.
     ///
-    /// `body` may call this again: the loop within must end although the threads of the pool are in the loop around
-    /// it. So whoever waits either makes calls, as in rayon and other pools that steal work, or has made all calls
-    /// itself, as here: the default is a plain loop. `body` does not panic. A number that is left out costs time: the
-    /// caller does its work.
+    /// `body` may call this again while all threads of the pool are in the outer loop. The inner loop must end then: a
+    /// thread that waits has to make calls itself, as in rayon and other pools that steal work. The default makes all
+    /// calls on this thread. `body` does not panic. If a number is left out, the caller does its work afterwards.
     fn for_each(&self, count: usize, body: &(dyn Fn(usize) + Sync)) {
         (0..count).for_each(body);
     }

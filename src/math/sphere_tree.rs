@@ -78,7 +78,8 @@ impl SphereTree {
 
     /// Replaces a sphere, and the nodes above it.
     ///
-    /// Cost: O(log n), and once for as many as there are, that of a new tree: their order has lost its sense by then.
+    /// Cost: O(log n). After as many calls as there are spheres, their order says nothing about their places any more,
+    /// and the call makes a new tree.
     pub(crate) fn replace(&mut self, number: usize, sphere: Sphere) {
         let mut place = self.places[number] as usize;
         self.levels[0][place] = sphere;

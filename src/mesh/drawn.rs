@@ -94,8 +94,8 @@ impl DrawnTiles {
         self.rows.last_mut().expect("a row").end = end;
     }
 
-    /// What each instance draws that draws anything, ascending: view, instance, and its words, as [`word`](Self::word)
-    /// has them, up to the last one that is not 0. Empty if everything is drawn.
+    /// The instances that draw something, ascending: view, instance, and its words, as [`word`](Self::word) has them, up
+    /// to the last one that is not 0. Empty if everything is drawn.
     pub fn rows(&self) -> impl Iterator<Item = (usize, usize, &[u64])> {
         self.rows.iter().enumerate().map(|(k, row)| (row.view as usize, row.instance as usize, self.words_of(k)))
     }

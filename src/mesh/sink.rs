@@ -20,8 +20,8 @@ pub trait MeshSink: Send {
     ///
     /// A session makes frames of views for the sink of its last commit. The commit to a sink that reads more fails
     /// before any other call, with [`InvalidInput`](std::io::ErrorKind::InvalidInput), and the next frame is a whole
-    /// one. When a sink begins to read more, call [`forget`](crate::parallel::Session::forget): what it has stays as it
-    /// is.
+    /// one. When a sink begins to read more, call [`forget`](crate::parallel::Session::forget): the tiles that it has do
+    /// not get the lists that they lack.
     fn reads(&self) -> MeshLists {
         MeshLists::ALL
     }
@@ -67,8 +67,10 @@ pub trait MeshSink: Send {
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError>;
 
     /// Receives tiles that are in its memory already, instead of [`batch`](Self::batch)es: at least one, ascending by
-    /// (part, tile). One without triangles removes the tile, if there is one. The room of each tile that the sink takes
-    /// from `tiles` is the sink's, also if it then refuses. The room of those that it leaves there is given back.
+    /// (part, tile). One without triangles removes the tile, if there is one.
+    ///
+    /// The sink owns the room of the tiles that it takes from `tiles`, also if it returns an error. The room of the others
+    /// is given back.
     ///
     /// # Errors
     /// When the sink cannot take all of them; `abort` follows. To leave some is an error too. The provided

@@ -10,8 +10,10 @@ pub struct SessionOptions {
     /// Number of threads that [`Session::start`](super::Session::start) starts; 0 = one per core available to the process.
     /// [`Session::start_on`](super::Session::start_on) starts none.
     pub threads: usize,
-    /// Number of workers of a session, which own the tiles; 0 = four per thread of its pool, so that a thread whose tiles
-    /// cost less than expected takes another worker, or one on one thread. Workers in excess of the tiles stay idle.
+    /// Number of workers of a session, which own the tiles. Workers in excess of the tiles stay idle.
+    ///
+    /// 0 = one on a pool of one thread, else four per thread: a thread whose tiles cost less than expected then takes
+    /// another worker.
     pub workers: usize,
     /// Whether sinks get the polylines of B-rep edges too. Frames of views have those of parts that a view has shown.
     pub edge_lines: bool,
@@ -19,9 +21,10 @@ pub struct SessionOptions {
     pub planner: PlannerOptions,
     /// Maximum number of LODs per instanced part in frames of views. 0 is treated as 1.
     pub levels: usize,
-    /// Bytes of tiles that a sink of frames of views may hold, as they were sent; `None` = no limit. Beyond it, tiles that
-    /// no view draws are evicted, those first that were not drawn for longest. Tiles that are drawn stay. Those of a
-    /// frame count from the next one on.
+    /// Bytes of tiles that a sink of frames of views may hold, as they were sent; `None` = no limit.
+    ///
+    /// Beyond it, each frame evicts tiles that no view draws, least recently drawn first. Tiles that are drawn stay. A
+    /// frame does not count the tiles that it sends itself.
     pub resident_bytes: Option<u64>,
     /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
     pub rebalance_every: Option<NonZeroU32>,

@@ -178,9 +178,10 @@ impl Session {
     }
 
     /// The scene of frames of views: the model's parts, then one more part for each further LOD, and the current
-    /// instances. Each instance has the place, the LOD, the colour and the visibility of the last frame that a call has
-    /// waited for, cancelled or not, or of the last call since then that added or removed an instance or updated the
-    /// model.
+    /// instances.
+    ///
+    /// The place, LOD, colour and visibility of instances are those of the last frame that a call has waited for, also
+    /// if it was cancelled. Calls that add or remove an instance, or update the model, bring them up to date.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -251,8 +252,8 @@ impl Session {
     /// Parts with the same content keep their levels, and their tiles stay in the sink; they are made again only where
     /// the views ask for it, as ever. Parts are numbered as in the new model. Its instances replace all others, those
     /// added or moved at run time too: keys from before name none, and their attributes end. Those of parts with the
-    /// same content go on, others are the default. LODs go on by the order of the instances of a part. Plans from
-    /// before are void.
+    /// same content go on, others are the default. Instances of such a part keep LODs by their order. Plans from before
+    /// are void.
     ///
     /// The sink then has the tiles, byte for byte, that a new session with this model would give it for the same views.
     /// Exceptions: [`Batch::worker`](crate::mesh::Batch::worker), and levels that hysteresis holds where views or
@@ -307,9 +308,11 @@ impl Session {
         Ok(key)
     }
 
-    /// Removes an instance from the next frame of views on, and returns it with the colour that the model or the caller
-    /// gave it, at its present place, and as visible as it was set last. The rows of later instances decrease by one.
-    /// Cancels a frame of views that was begun.
+    /// Removes an instance from the next frame of views on. The rows of later instances decrease by one. Cancels a frame
+    /// of views that was begun.
+    ///
+    /// Returns the instance: at its present place, visible if it was set so, with the colour that the model or the
+    /// caller of [`add_instance`](Self::add_instance) gave it.
     ///
     /// # Errors
     /// When it was removed before, or an internal error ended the session.
@@ -391,8 +394,7 @@ impl Session {
 
     /// Tessellates the whole model by `plan` and feeds it to `sink` on this thread. The sink gets the same calls with
     /// the same bytes for any number of workers and threads, except for
-    /// [`Batch::worker`](crate::mesh::Batch::worker), and for the order of tiles
-    /// [in its memory](Self::write_into).
+    /// [`Batch::worker`](crate::mesh::Batch::worker) and the order of tiles [in its memory](Self::write_into).
     ///
     /// Cancels a frame of views that was begun. The next frame of views is a whole one. A plan of which the caller
     /// keeps no other handle is freed on the session's threads.
@@ -490,7 +492,8 @@ impl Session {
         Ok(())
     }
 
-    /// Whether [`finish`](Self::finish) would return without waiting: the frame is made, or none was begun.
+    /// Whether [`finish`](Self::finish) would return without waiting: the frame is made, or none was begun. Spawns its
+    /// job again if the pool has dropped it.
     #[must_use]
     pub fn is_made(&self) -> bool {
         match &self.engine {
@@ -533,7 +536,7 @@ impl Session {
     }
 
     /// As [`finish`](Self::finish), but waits for the frame no longer than `at_most`: `None` if it is not made by then,
-    /// and the sink keeps the last frame. Never makes the frame on this thread.
+    /// and the sink keeps the last frame. Never makes it on this thread; spawns its job again if the pool has dropped it.
     ///
     /// # Errors
     /// As [`finish`](Self::finish).

@@ -36,11 +36,17 @@ use std::fmt;
 /// Drawn by the scene's own pipelines ([`draw`](Self::draw), [`encode`](Self::encode)), or by the caller's
 /// ([`draw_surfaces`](Self::draw_surfaces)).
 ///
-/// Memory: 16 bytes per vertex, 2 per index (4 in tiles of more than 65 536 vertices), per tile of an instance 20 plus
-/// 20 for its draw, per instance 16, and 48 for each picture under way, as many as were at once. Where tiles are merged ([`new`](Self::new)): 20
-/// bytes per vertex, 8 per tile of an instance, 4 per index, once for adjacent instances that show the same tiles, and
-/// as much in the caller's memory. Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the
-/// device.
+/// Memory, in bytes:
+///
+/// | | tiles drawn one by one | [merged](Self::new) |
+/// |---|---|---|
+/// | a vertex | 16 | 20 |
+/// | an index | 2; 4 in tiles of more than 65 536 vertices | 4 |
+/// | a tile of an instance | 40 | 8 |
+/// | an instance | 16, and 48 for each picture under way at once | the same |
+///
+/// Adjacent instances that show the same tiles share merged indices. The caller's memory holds as much again of these.
+/// Buffers grow by pages; nothing is moved. Only [`pick`](Self::pick) waits for the device.
 pub struct LiveScene {
     pub(super) gpu: Gpu,
     pub(super) store: Store,
