@@ -3,7 +3,6 @@
 use super::jobs::{Job, Jobs, Priority};
 use rayon::prelude::*;
 use rayon::{ThreadBuilder, ThreadPool, ThreadPoolBuilder};
-use std::fmt;
 use std::thread::{self, JoinHandle};
 
 /// Stack of a thread, as the main thread has on Linux.
@@ -91,23 +90,13 @@ impl Jobs for Rayon {
 }
 
 /// The operating system refused a thread.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("cannot start threads: {cause}")]
 #[non_exhaustive]
 pub struct StartError {
     /// The system's error.
+    #[source]
     pub cause: std::io::Error,
-}
-
-impl fmt::Display for StartError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot start threads: {}", self.cause)
-    }
-}
-
-impl std::error::Error for StartError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        Some(&self.cause)
-    }
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use super::packed::PackedFrame;
 use super::placement::Placement;
 use glam::{DVec3, Vec2, Vec3};
-use std::fmt;
 
 /// All instances of a frame as one mesh in world coordinates.
 ///
@@ -28,19 +27,12 @@ pub struct FlatMesh {
 }
 
 /// The instances have too many vertices for 32-bit indices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{vertices} vertices exceed 32-bit indices")]
 pub struct TooManyVertices {
     /// Vertices of all instances.
     pub vertices: u64,
 }
-
-impl fmt::Display for TooManyVertices {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} vertices exceed 32-bit indices", self.vertices)
-    }
-}
-
-impl std::error::Error for TooManyVertices {}
 
 impl FlatMesh {
     /// Places all instances of `frame`, in the order of the scene. O(placed triangles); allocates the result once.

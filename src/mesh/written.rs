@@ -6,7 +6,6 @@ use crate::math::Elementary as _;
 use crate::math::lanes::widest;
 use crate::model::{FaceId, PartId, TileId};
 use glam::{DVec3, Vec2, Vec3};
-use std::fmt;
 
 /// Where the memory of tiles comes from: mapped buffers, an arena, one block per tile.
 ///
@@ -61,7 +60,12 @@ pub struct TileGrid {
 }
 
 /// A tile that the grid of its part is too coarse for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "part {}, tile {}: a grid of 16 bits moves vertices by up to {moved:.1e} mm, more than a tenth of the tolerance \
+     ({chord:.1e} mm)",
+    .part.0, .tile.0
+)]
 pub struct GridTooCoarse {
     /// The part.
     pub part: PartId,
@@ -72,20 +76,6 @@ pub struct GridTooCoarse {
     /// The chord tolerance of the tile, millimetres.
     pub chord: f64,
 }
-
-impl fmt::Display for GridTooCoarse {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { part, tile, moved, chord } = self;
-        write!(
-            f,
-            "part {}, tile {}: a grid of 16 bits moves vertices by up to {moved:.1e} mm, more than a tenth of the tolerance \
-             ({chord:.1e} mm)",
-            part.0, tile.0
-        )
-    }
-}
-
-impl std::error::Error for GridTooCoarse {}
 
 /// Share of a tile's tolerance that rounding to the grid may take.
 const SHARE: f64 = 0.1;

@@ -1,16 +1,16 @@
 //! Why parts and models are rejected, with the offending numbers.
 
 use super::{EdgeId, FaceId, InstanceId, PartId, SplineError, SurfaceError, TrimError, VertexId};
-use std::error::Error;
-use std::fmt;
 
 /// Why [`Part::check`](super::Part::check) rejects a part.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PartError {
     /// A vertex has an infinite or NaN coordinate.
+    #[error("vertex {} is not finite", .0.0)]
     Vertex(VertexId),
     /// An edge's curve is invalid.
+    #[error("curve of edge {}: {error}", .edge.0)]
     Curve {
         /// The edge.
         edge: EdgeId,
@@ -18,6 +18,7 @@ pub enum PartError {
         error: SplineError,
     },
     /// An edge's range is empty, backwards or outside its curve's domain.
+    #[error("edge {} runs from {} to {}, its curve from {} to {}", .edge.0, .range.0, .range.1, .domain.0, .domain.1)]
     Range {
         /// The edge.
         edge: EdgeId,
@@ -27,6 +28,7 @@ pub enum PartError {
         domain: (f64, f64),
     },
     /// An edge refers to a vertex that does not exist.
+    #[error("edge {} refers to vertex {}; the part has {count}", .edge.0, .vertex.0)]
     NoVertex {
         /// The edge.
         edge: EdgeId,
@@ -36,6 +38,7 @@ pub enum PartError {
         count: usize,
     },
     /// An end of an edge's curve misses its vertex.
+    #[error("edge {} misses its vertex {} by {distance:.3e} mm (limit {limit:.3e} mm)", .edge.0, .vertex.0)]
     EdgeEnd {
         /// The edge.
         edge: EdgeId,
@@ -47,6 +50,7 @@ pub enum PartError {
         limit: f64,
     },
     /// A face's surface is invalid.
+    #[error("surface of face {}: {error}", .face.0)]
     Surface {
         /// The face.
         face: FaceId,
@@ -54,6 +58,7 @@ pub enum PartError {
         error: SurfaceError,
     },
     /// A face refers to a shell that does not exist.
+    #[error("face {} refers to shell {shell}; the part has {count}", .face.0)]
     NoShell {
         /// The face.
         face: FaceId,
@@ -63,6 +68,7 @@ pub enum PartError {
         count: usize,
     },
     /// A vertex loop refers to a vertex that does not exist.
+    #[error("face {} refers to vertex {}; the part has {count}", .face.0, .vertex.0)]
     NoLoopVertex {
         /// The face.
         face: FaceId,
@@ -72,6 +78,7 @@ pub enum PartError {
         count: usize,
     },
     /// A loop refers to an edge that does not exist.
+    #[error("face {} refers to edge {}; the part has {count}", .face.0, .edge.0)]
     NoEdge {
         /// The face.
         face: FaceId,
@@ -81,6 +88,7 @@ pub enum PartError {
         count: usize,
     },
     /// A loop has no edges.
+    #[error("loop {index} of face {} has no edges", .face.0)]
     EmptyLoop {
         /// The face.
         face: FaceId,
@@ -88,6 +96,11 @@ pub enum PartError {
         index: usize,
     },
     /// A coedge does not start where the previous one ends.
+    #[error(
+        "loop {index} of face {} is open: a coedge ends at vertex {}, the next starts at vertex {}, {distance:.3e} mm \
+         away",
+        .face.0, .end.0, .start.0
+    )]
     OpenLoop {
         /// The face.
         face: FaceId,
@@ -101,10 +114,13 @@ pub enum PartError {
         distance: f64,
     },
     /// A face without loops and free trimming curves, on an unbounded surface.
+    #[error("face {} has neither loops nor trimming curves, and its surface is unbounded", .0.0)]
     Unbounded(FaceId),
     /// A face without edges and free trimming curves, whose surface the reader refused.
+    #[error("face {} has neither edges nor trimming curves, and its surface could not be read", .0.0)]
     NoBoundary(FaceId),
     /// A free trimming curve is invalid.
+    #[error("free trimming curve {curve} of face {}: {error}", .face.0)]
     Trim {
         /// The face.
         face: FaceId,
@@ -114,6 +130,7 @@ pub enum PartError {
         error: TrimError,
     },
     /// A face has both loops and free trims.
+    #[error("face {} has {loops} loops and {curves} free trimming curves; it cannot have both", .face.0)]
     TwoBoundaries {
         /// The face.
         face: FaceId,
@@ -124,58 +141,20 @@ pub enum PartError {
     },
 }
 
-impl fmt::Display for PartError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Vertex(v) => write!(f, "vertex {} is not finite", v.0),
-            Self::Curve { edge, error } => write!(f, "curve of edge {}: {error}", edge.0),
-            Self::Range { edge, range: (a, b), domain: (c, d) } => {
-                write!(f, "edge {} runs from {a} to {b}, its curve from {c} to {d}", edge.0)
-            }
-            Self::NoVertex { edge, vertex, count } => {
-                write!(f, "edge {} refers to vertex {}; the part has {count}", edge.0, vertex.0)
-            }
-            Self::NoLoopVertex { face, vertex, count } => {
-                write!(f, "face {} refers to vertex {}; the part has {count}", face.0, vertex.0)
-            }
-            Self::EdgeEnd { edge, vertex, distance, limit } => {
-                write!(f, "edge {} misses its vertex {} by {distance:.3e} mm (limit {limit:.3e} mm)", edge.0, vertex.0)
-            }
-            Self::Surface { face, error } => write!(f, "surface of face {}: {error}", face.0),
-            Self::NoShell { face, shell, count } => {
-                write!(f, "face {} refers to shell {shell}; the part has {count}", face.0)
-            }
-            Self::NoEdge { face, edge, count } => {
-                write!(f, "face {} refers to edge {}; the part has {count}", face.0, edge.0)
-            }
-            Self::EmptyLoop { face, index } => write!(f, "loop {index} of face {} has no edges", face.0),
-            Self::OpenLoop { face, index, end, start, distance } => write!(
-                f,
-                "loop {index} of face {} is open: a coedge ends at vertex {}, the next starts at vertex {}, \
-                 {distance:.3e} mm away",
-                face.0, end.0, start.0
-            ),
-            Self::Unbounded(face) => {
-                write!(f, "face {} has neither loops nor trimming curves, and its surface is unbounded", face.0)
-            }
-            Self::NoBoundary(face) => {
-                write!(f, "face {} has neither edges nor trimming curves, and its surface could not be read", face.0)
-            }
-            Self::Trim { face, curve, error } => write!(f, "free trimming curve {curve} of face {}: {error}", face.0),
-            Self::TwoBoundaries { face, loops, curves } => {
-                write!(f, "face {} has {loops} loops and {curves} free trimming curves; it cannot have both", face.0)
-            }
-        }
+/// What is wrong with a transform of an instance that is off by `error` from one that is allowed.
+pub(crate) fn transform_fault(error: f64) -> String {
+    if error.is_nan() {
+        return "singular or not finite".to_owned();
     }
+    format!("not a rigid motion with a uniform scale (off by {error:.1e})")
 }
 
-impl Error for PartError {}
-
 /// Why [`Model::check`](super::Model::check) rejects a model.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
     /// A part is invalid.
+    #[error("part {}: {error}", .part.0)]
     Part {
         /// The part.
         part: PartId,
@@ -183,6 +162,7 @@ pub enum ModelError {
         error: PartError,
     },
     /// An instance refers to a part that does not exist.
+    #[error("instance {} refers to part {}; the model has {count}", .instance.0, .part.0)]
     NoPart {
         /// The instance.
         instance: InstanceId,
@@ -192,6 +172,7 @@ pub enum ModelError {
         count: usize,
     },
     /// An instance's transform is not a rigid motion with an optional uniform scale.
+    #[error("the transform of instance {} is {}", .instance.0, transform_fault(*.error))]
     Transform {
         /// The instance.
         instance: InstanceId,
@@ -199,32 +180,9 @@ pub enum ModelError {
         error: f64,
     },
     /// The length unit is not positive and finite.
+    #[error("the length unit of {millimetres} mm is not positive and finite")]
     Unit {
         /// Millimetres per unit, as given.
         millimetres: f64,
     },
 }
-
-impl fmt::Display for ModelError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Part { part, error } => write!(f, "part {}: {error}", part.0),
-            Self::NoPart { instance, part, count } => {
-                write!(f, "instance {} refers to part {}; the model has {count}", instance.0, part.0)
-            }
-            Self::Transform { instance, error } if error.is_nan() => {
-                write!(f, "the transform of instance {} is singular or not finite", instance.0)
-            }
-            Self::Transform { instance, error } => {
-                write!(
-                    f,
-                    "the transform of instance {} is not a rigid motion with a uniform scale (off by {error:.1e})",
-                    instance.0
-                )
-            }
-            Self::Unit { millimetres } => write!(f, "the length unit of {millimetres} mm is not positive and finite"),
-        }
-    }
-}
-
-impl Error for ModelError {}

@@ -37,6 +37,7 @@ mod trim;
 pub use trim::{FreeTrims, TrimCurve, TrimError, TrimPiece, TrimRule};
 
 mod error;
+pub(crate) use error::transform_fault;
 pub use error::{ModelError, PartError};
 
 mod trouble;

@@ -1,21 +1,24 @@
 //! Why splines and surfaces are rejected, with the offending numbers.
 
-use std::error::Error;
-use std::fmt;
-
 /// Highest degree. CAD kernels write up to 25. Cost grows with the square; binomials stay exact in f64 well beyond 25.
 pub const MAX_DEGREE: usize = 60;
 
 /// Why [`NurbsCurve::check`](super::NurbsCurve::check) rejects a spline.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SplineError {
     /// The degree is 0 or above [`MAX_DEGREE`].
+    #[error("degree {degree} is not in 1..={}", MAX_DEGREE)]
     Degree {
         /// As given.
         degree: usize,
     },
     /// Not `knots = points + degree + 1` and `points > degree`.
+    #[error(
+        "{knots} knots do not fit {points} control points of degree {degree}: {} knots and at least {} points are \
+         needed",
+        .points + .degree + 1, .degree + 1
+    )]
     Count {
         /// Polynomial degree.
         degree: usize,
@@ -25,6 +28,7 @@ pub enum SplineError {
         points: usize,
     },
     /// The number of weights is neither 0 nor that of control points.
+    #[error("{weights} weights for {points} control points")]
     Weights {
         /// Number of weights.
         weights: usize,
@@ -32,11 +36,13 @@ pub enum SplineError {
         points: usize,
     },
     /// A control point has an infinite or NaN coordinate.
+    #[error("control point {index} is not finite")]
     Point {
         /// Which.
         index: usize,
     },
     /// A weight is not a positive finite number.
+    #[error("weight {index} is {weight}, not positive and finite")]
     Weight {
         /// Which.
         index: usize,
@@ -44,6 +50,7 @@ pub enum SplineError {
         weight: f64,
     },
     /// A knot is infinite or NaN.
+    #[error("knot {index} is {knot}")]
     Knot {
         /// Which.
         index: usize,
@@ -51,6 +58,7 @@ pub enum SplineError {
         knot: f64,
     },
     /// A knot is less than its predecessor.
+    #[error("knot {index} is {knot}, less than {before} before it")]
     Decreasing {
         /// Which.
         index: usize,
@@ -61,6 +69,7 @@ pub enum SplineError {
     },
     /// A knot has a multiplicity above `degree` inside the domain, or above `degree + 1` elsewhere: the curve would
     /// break.
+    #[error("knot {knot} has multiplicity {multiplicity}; at most {most} is allowed")]
     Multiplicity {
         /// The knot.
         knot: f64,
@@ -70,53 +79,25 @@ pub enum SplineError {
         most: usize,
     },
     /// The domain is empty: first and last parameter are equal.
+    #[error("the domain is the single parameter {at}")]
     Empty {
         /// That parameter.
         at: f64,
     },
     /// The domain is so short for its distance from zero that f64 resolves too few parameters in it.
+    #[error("the domain from {} to {} is too short for the spacing of numbers of that size", .domain.0, .domain.1)]
     Coarse {
         /// First and last parameter.
         domain: (f64, f64),
     },
 }
 
-impl fmt::Display for SplineError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Degree { degree } => write!(f, "degree {degree} is not in 1..={}", MAX_DEGREE),
-            Self::Count { degree, knots, points } => write!(
-                f,
-                "{knots} knots do not fit {points} control points of degree {degree}: {} knots and at least {} points \
-                 are needed",
-                points + degree + 1,
-                degree + 1
-            ),
-            Self::Weights { weights, points } => write!(f, "{weights} weights for {points} control points"),
-            Self::Point { index } => write!(f, "control point {index} is not finite"),
-            Self::Weight { index, weight } => write!(f, "weight {index} is {weight}, not positive and finite"),
-            Self::Knot { index, knot } => write!(f, "knot {index} is {knot}"),
-            Self::Decreasing { index, before, knot } => {
-                write!(f, "knot {index} is {knot}, less than {before} before it")
-            }
-            Self::Multiplicity { knot, multiplicity, most } => {
-                write!(f, "knot {knot} has multiplicity {multiplicity}; at most {most} is allowed")
-            }
-            Self::Empty { at } => write!(f, "the domain is the single parameter {at}"),
-            Self::Coarse { domain: (a, b) } => {
-                write!(f, "the domain from {a} to {b} is too short for the spacing of numbers of that size")
-            }
-        }
-    }
-}
-
-impl Error for SplineError {}
-
 /// Why [`Surface::check`](super::Surface::check) rejects a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
     /// A NURBS surface is invalid in this direction. Errors of weights and points are reported with u.
+    #[error("in {direction}: {error}")]
     Spline {
         /// `'u'` or `'v'`.
         direction: char,
@@ -124,8 +105,10 @@ pub enum SurfaceError {
         error: SplineError,
     },
     /// The swept curve is invalid.
+    #[error("swept curve: {0}")]
     Curve(SplineError),
     /// A radius, an angle or a length is out of its range.
+    #[error("{what}, but is {value}")]
     Measure {
         /// Its name and range, as in "a sphere's radius must be positive".
         what: &'static str,
@@ -133,22 +116,16 @@ pub enum SurfaceError {
         value: f64,
     },
     /// The frame's axes are not orthonormal and right-handed, or the frame is not finite.
+    #[error("the frame is {}", frame_fault(*.error))]
     Frame {
         /// Largest absolute entry of `axesᵀ·axes - 1` and `x × y - z`; NaN if the origin or an axis is not finite.
         error: f64,
     },
 }
 
-impl fmt::Display for SurfaceError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Spline { direction, error } => write!(f, "in {direction}: {error}"),
-            Self::Curve(error) => write!(f, "swept curve: {error}"),
-            Self::Measure { what, value } => write!(f, "{what}, but is {value}"),
-            Self::Frame { error } if error.is_nan() => write!(f, "the frame is not finite"),
-            Self::Frame { error } => write!(f, "the frame is not orthonormal and right-handed (off by {error:.1e})"),
-        }
+fn frame_fault(error: f64) -> String {
+    if error.is_nan() {
+        return "not finite".to_owned();
     }
+    format!("not orthonormal and right-handed (off by {error:.1e})")
 }
-
-impl Error for SurfaceError {}

@@ -4,8 +4,6 @@
 use super::{NurbsCurve2, SplineError};
 use crate::math::boxes::around;
 use glam::DVec2;
-use std::error::Error;
-use std::fmt;
 
 /// Ends of a curve or of its pieces within this share of the curve's extent are one point.
 const SAME_END: f64 = 1e-9;
@@ -214,12 +212,14 @@ impl TrimCurve {
 }
 
 /// Why [`TrimCurve::check`] rejects a curve.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrimError {
     /// The curve has no pieces.
+    #[error("the curve has no pieces")]
     NoPieces,
     /// A piece is not a valid NURBS curve, or a point of a polyline is not finite.
+    #[error("piece {piece}: {error}")]
     Spline {
         /// Which of the curve's pieces.
         piece: usize,
@@ -227,6 +227,7 @@ pub enum TrimError {
         error: SplineError,
     },
     /// A polyline has fewer than two points.
+    #[error("piece {piece}: a polyline of {points} points; at least 2 are needed")]
     TooFewPoints {
         /// Which of the curve's pieces.
         piece: usize,
@@ -234,6 +235,10 @@ pub enum TrimError {
         points: usize,
     },
     /// A piece does not start where the previous one ends.
+    #[error(
+        "piece {piece} starts at ({}, {}), {:.3e} from the end of the previous piece (limit {limit:.3e})",
+        .start.x, .start.y, .end.distance(*.start)
+    )]
     Gap {
         /// Which of the curve's pieces.
         piece: usize,
@@ -245,24 +250,3 @@ pub enum TrimError {
         limit: f64,
     },
 }
-
-impl fmt::Display for TrimError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::NoPieces => write!(f, "the curve has no pieces"),
-            Self::Spline { piece, error } => write!(f, "piece {piece}: {error}"),
-            Self::TooFewPoints { piece, points } => {
-                write!(f, "piece {piece}: a polyline of {points} points; at least 2 are needed")
-            }
-            Self::Gap { piece, end, start, limit } => write!(
-                f,
-                "piece {piece} starts at ({}, {}), {:.3e} from the end of the previous piece (limit {limit:.3e})",
-                start.x,
-                start.y,
-                end.distance(start)
-            ),
-        }
-    }
-}
-
-impl Error for TrimError {}

@@ -2,7 +2,6 @@
 
 use crate::mesh::{FrameView, Scene};
 use std::f64::consts::FRAC_PI_4;
-use std::fmt;
 
 /// Pixels of the screen on which a level is drawn as soon as its chord tolerance is a pixel or less.
 const SCREEN: f64 = 1920.0 * 1080.0;
@@ -17,15 +16,17 @@ pub struct GlbLevel<'a> {
 }
 
 /// A level of detail that cannot stand for the finest one.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum UnfitLevel {
     /// It has other parts or instances.
+    #[error("level {level} has other parts or instances than level 0")]
     OtherScene {
         /// Its number. The finest level is 0.
         level: usize,
     },
     /// Its chord tolerance is not finite, or not larger than that of the level before.
+    #[error("level {level} has a chord tolerance of {chord} mm, which is not larger than {before} mm")]
     Chord {
         /// Its number. The finest level is 0.
         level: usize,
@@ -35,19 +36,6 @@ pub enum UnfitLevel {
         before: f64,
     },
 }
-
-impl fmt::Display for UnfitLevel {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::OtherScene { level } => write!(f, "level {level} has other parts or instances than level 0"),
-            Self::Chord { level, chord, before } => {
-                write!(f, "level {level} has a chord tolerance of {chord} mm, which is not larger than {before} mm")
-            }
-        }
-    }
-}
-
-impl std::error::Error for UnfitLevel {}
 
 /// Checks that `coarser` are levels of `scene`, finest first, and coarser than `chord`.
 pub(super) fn check(scene: &Scene, chord: f64, coarser: &[GlbLevel<'_>]) -> Result<(), UnfitLevel> {

@@ -16,7 +16,7 @@ use crate::mesh::FrameView;
 use crate::mesh::{BatchView, SceneInstance};
 use crate::model::FaceId;
 use glam::DVec3;
-use std::{error, fmt, io};
+use std::io;
 
 /// What rounding to a format's numbers costs. Counts are over all instances.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,7 +34,12 @@ pub struct Rounding {
 }
 
 /// Rounding to a format's numbers moves a vertex too far.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "the file format's numbers move the vertex ({:.3e}, {:.3e}, {:.3e}) by up to {moved:.3e} mm, and {most:.3e} mm are \
+     allowed",
+    .place.x, .place.y, .place.z
+)]
 pub struct RoundedTooFar {
     /// Upper bound on the distance, millimetres.
     pub moved: f64,
@@ -43,19 +48,6 @@ pub struct RoundedTooFar {
     /// The vertex, millimetres, world coordinates.
     pub place: DVec3,
 }
-
-impl fmt::Display for RoundedTooFar {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { moved, most, place: DVec3 { x, y, z } } = self;
-        write!(
-            f,
-            "the file format's numbers move the vertex ({x:.3e}, {y:.3e}, {z:.3e}) by up to {moved:.3e} mm, and \
-             {most:.3e} mm are allowed"
-        )
-    }
-}
-
-impl error::Error for RoundedTooFar {}
 
 impl From<RoundedTooFar> for io::Error {
     fn from(too_far: RoundedTooFar) -> Self {

@@ -1,24 +1,18 @@
 //! Positions in double precision to single precision, or an error where they overflow.
 
 use glam::{DVec3, Vec3};
-use std::{error, fmt, io};
+use std::io;
 
 /// A position that overflows single precision (3.4e38).
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+#[error(
+    "the position ({:e}, {:e}, {:e}) overflows the file format's single precision (up to {:e})",
+    .position.x, .position.y, .position.z, f32::MAX
+)]
 pub struct BeyondSingle {
     /// The position, in the file's units and axes.
     pub position: DVec3,
 }
-
-impl fmt::Display for BeyondSingle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let DVec3 { x, y, z } = self.position;
-        let most = f32::MAX;
-        write!(f, "the position ({x:e}, {y:e}, {z:e}) overflows the file format's single precision (up to {most:e})")
-    }
-}
-
-impl error::Error for BeyondSingle {}
 
 impl From<BeyondSingle> for io::Error {
     fn from(beyond: BeyondSingle) -> Self {

@@ -3,13 +3,13 @@
 use super::{Camera, Projection, View};
 use glam::DVec3;
 use std::f64::consts::PI;
-use std::fmt;
 
 /// What is wrong with a view: nothing can be planned or drawn for it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum InvalidView {
     /// The picture has no pixels.
+    #[error("the picture has {width} x {height} pixels")]
     Size {
         /// Pixels.
         width: u32,
@@ -17,10 +17,13 @@ pub enum InvalidView {
         height: u32,
     },
     /// The camera is nowhere: a coordinate is NaN or infinite.
+    #[error("the camera is at {0}")]
     Eye(DVec3),
     /// The camera looks nowhere: the direction is zero, or not finite.
+    #[error("the camera looks along {0}")]
     Forward(DVec3),
     /// No direction is up in the picture: it is zero, not finite, or parallel to `forward`.
+    #[error("{up} is not up for a camera that looks along {forward}")]
     Up {
         /// The direction that points up.
         up: DVec3,
@@ -28,8 +31,10 @@ pub enum InvalidView {
         forward: DVec3,
     },
     /// A number of the projection is out of its range.
+    #[error("{}", range_fault(.0))]
     Projection(Projection),
     /// A limit of the screen-space error is not above 0.
+    #[error("{name} is {value} (wanted: above 0)")]
     Limit {
         /// The field of [`View`].
         name: &'static str,
@@ -38,26 +43,14 @@ pub enum InvalidView {
     },
 }
 
-impl fmt::Display for InvalidView {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::Size { width, height } => write!(f, "the picture has {width} x {height} pixels"),
-            Self::Eye(eye) => write!(f, "the camera is at {eye}"),
-            Self::Forward(forward) => write!(f, "the camera looks along {forward}"),
-            Self::Up { up, forward } => write!(f, "{up} is not up for a camera that looks along {forward}"),
-            Self::Projection(Projection::Perspective { fov_y, near }) => {
-                write!(
-                    f,
-                    "a field of view of {fov_y} rad from a depth of {near} mm (wanted: above 0, below pi; 0 or more)"
-                )
-            }
-            Self::Projection(Projection::Orthographic { height }) => write!(f, "a picture of {height} mm"),
-            Self::Limit { name, value } => write!(f, "{name} is {value} (wanted: above 0)"),
+fn range_fault(projection: &Projection) -> String {
+    match projection {
+        Projection::Perspective { fov_y, near } => {
+            format!("a field of view of {fov_y} rad from a depth of {near} mm (wanted: above 0, below pi; 0 or more)")
         }
+        Projection::Orthographic { height } => format!("a picture of {height} mm"),
     }
 }
-
-impl std::error::Error for InvalidView {}
 
 impl Camera {
     /// Unit vectors to the right, up and forwards; `None` if `forward` and `up` do not span a plane.

@@ -3,7 +3,6 @@
 use super::camera::{Camera, Projection, View};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_4, FRAC_PI_6, TAU};
-use std::fmt;
 use std::str::FromStr;
 
 /// Full vertical field of view of every path, radians.
@@ -142,21 +141,13 @@ fn glu(bounds: [DVec3; 2], turn: f64) -> Pose {
 }
 
 /// Error of parsing a name that is not a [`CameraPath`].
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown camera path {text:?}: expected one of {}", CameraPath::NAMED.map(|(name, _)| name).join(", "))]
 #[non_exhaustive]
 pub struct UnknownPath {
     /// The text that was parsed.
     pub text: String,
 }
-
-impl fmt::Display for UnknownPath {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let known = CameraPath::NAMED.map(|(name, _)| name).join(", ");
-        write!(f, "unknown camera path {:?}: expected one of {known}", self.text)
-    }
-}
-
-impl std::error::Error for UnknownPath {}
 
 impl FromStr for CameraPath {
     type Err = UnknownPath;

@@ -1,7 +1,6 @@
 //! Input of the trim stage: the loops of one tile in cell units.
 
 use glam::{DVec2, DVec3};
-use std::fmt;
 
 /// Index that stands for no vertex, crossing, ring or cell.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -31,10 +30,11 @@ pub struct TrimInput<'a> {
 }
 
 /// Why an input is refused.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrimInputError {
     /// A coordinate is not finite, or the point lies outside the lattice's box.
+    #[error("tessellant {index} at {point} is not inside the lattice of {} x {} cells", .cells.0, .cells.1)]
     PointOutside {
         /// Index into `points`.
         index: u32,
@@ -44,11 +44,13 @@ pub enum TrimInputError {
         cells: (u32, u32),
     },
     /// `loop_starts` does not partition `points`.
+    #[error("entry {index} of loop_starts does not fit the tessellants")]
     LoopStarts {
         /// First offending entry of `loop_starts`; its length when it is empty or ends early.
         index: usize,
     },
     /// The lattice has no cells or 65535 or more in a row, or the vertex ids do not fit 31 bits.
+    #[error("{points} tessellants on {} x {} cells: the lattice is empty or too large", .cells.0, .cells.1)]
     Size {
         /// Number of tessellants.
         points: usize,
@@ -56,22 +58,6 @@ pub enum TrimInputError {
         cells: (u32, u32),
     },
 }
-
-impl fmt::Display for TrimInputError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::PointOutside { index, point, cells } => {
-                write!(f, "tessellant {index} at {point} is not inside the lattice of {} x {} cells", cells.0, cells.1)
-            }
-            Self::LoopStarts { index } => write!(f, "entry {index} of loop_starts does not fit the tessellants"),
-            Self::Size { points, cells } => {
-                write!(f, "{points} tessellants on {} x {} cells: the lattice is empty or too large", cells.0, cells.1)
-            }
-        }
-    }
-}
-
-impl std::error::Error for TrimInputError {}
 
 impl TrimInput<'_> {
     /// Checks the contract of [`TrimInput`]. No later stage checks again.

@@ -2,7 +2,6 @@
 
 use crate::control::Control;
 use crate::model::SyntaxError;
-use std::fmt;
 use std::path::PathBuf;
 
 /// Limits and tolerances of the STEP reader.
@@ -62,17 +61,20 @@ impl Default for StepOptions {
 }
 
 /// Why a file cannot be read at all.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
     /// The file cannot be opened or read.
+    #[error("cannot read {}: {error}", .path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// The system's error.
+        #[source]
         error: std::io::Error,
     },
     /// The file is longer than [`StepOptions::max_bytes`].
+    #[error("the file has {bytes} bytes or more, the limit is {limit} (StepOptions::max_bytes)")]
     TooLarge {
         /// Its length; for a device or pipe, the bytes read so far.
         bytes: u64,
@@ -80,6 +82,7 @@ pub enum StepError {
         limit: u64,
     },
     /// Reading would take more memory than [`StepOptions::max_memory`].
+    #[error("reading the file takes about {needed} bytes of memory, the limit is {limit} (StepOptions::max_memory)")]
     TooMuchMemory {
         /// Estimated memory, bytes; for a device or pipe, of the bytes read so far.
         needed: u64,
@@ -87,6 +90,7 @@ pub enum StepError {
         limit: u64,
     },
     /// The file has more instances than [`StepOptions::max_entities`].
+    #[error("the file has {entities} instances, the limit is {limit} (StepOptions::max_entities)")]
     TooManyEntities {
         /// How many the whole file has.
         entities: u64,
@@ -94,12 +98,17 @@ pub enum StepError {
         limit: u64,
     },
     /// The assembly has more occurrences than [`StepOptions::max_instances`]. They are not counted to the end.
+    #[error("the assembly places more than {limit} parts and assemblies, the limit (StepOptions::max_instances)")]
     TooManyInstances {
         /// The limit.
         limit: u64,
     },
     /// Assemblies nested in each other place more parts and assemblies than a file of its length may. They are not
     /// counted to the end.
+    #[error(
+        "#{entity}: assemblies nested in each other place more than {limit} parts and assemblies, the limit for a file \
+         of its size"
+    )]
     TooManyOccurrences {
         /// The instance that places the first one beyond the limit.
         entity: u64,
@@ -107,15 +116,19 @@ pub enum StepError {
         limit: u64,
     },
     /// The work was [cancelled](crate::control::Control::cancel).
+    #[error("reading was cancelled")]
     Cancelled,
     /// The bytes are not Part 21 text.
+    #[error("not a STEP file but {looks_like}")]
     NotStep {
         /// What the bytes look like, and what to do about it.
         looks_like: &'static str,
     },
     /// The syntax has more errors than [`StepOptions::max_syntax_repairs`], or one that cannot be cut out.
+    #[error("{error} ({repairs} syntax errors before it were cut out); export the file again or correct the line")]
     Syntax {
         /// The error.
+        #[source]
         error: SyntaxError,
         /// How many errors were cut out before.
         repairs: usize,
@@ -125,47 +138,4 @@ pub enum StepError {
 /// Fails once the work is cancelled.
 pub(super) fn proceed(control: &Control) -> Result<(), StepError> {
     if control.is_cancelled() { Err(StepError::Cancelled) } else { Ok(()) }
-}
-
-impl fmt::Display for StepError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Io { path, error } => write!(f, "cannot read {}: {error}", path.display()),
-            Self::TooLarge { bytes, limit } => {
-                write!(f, "the file has {bytes} bytes or more, the limit is {limit} (StepOptions::max_bytes)")
-            }
-            Self::TooMuchMemory { needed, limit } => write!(
-                f,
-                "reading the file takes about {needed} bytes of memory, the limit is {limit} (StepOptions::max_memory)"
-            ),
-            Self::TooManyEntities { entities, limit } => {
-                write!(f, "the file has {entities} instances, the limit is {limit} (StepOptions::max_entities)")
-            }
-            Self::TooManyInstances { limit } => write!(
-                f,
-                "the assembly places more than {limit} parts and assemblies, the limit (StepOptions::max_instances)"
-            ),
-            Self::TooManyOccurrences { entity, limit } => write!(
-                f,
-                "#{entity}: assemblies nested in each other place more than {limit} parts and assemblies, the limit \
-                 for a file of its size"
-            ),
-            Self::Cancelled => f.write_str("reading was cancelled"),
-            Self::NotStep { looks_like } => write!(f, "not a STEP file but {looks_like}"),
-            Self::Syntax { error, repairs } => write!(
-                f,
-                "{error} ({repairs} syntax errors before it were cut out); export the file again or correct the line"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for StepError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Io { error, .. } => Some(error),
-            Self::Syntax { error, .. } => Some(error),
-            _ => None,
-        }
-    }
 }

@@ -1,5 +1,5 @@
 //! Patterns of an enum's variants -> `code()` of each and the list of all codes. Generated together, so that neither
-//! can miss one. Enums that wrap others -> `From` of these.
+//! can miss one.
 
 /// Implements `code` and `codes`: a stable code for each variant. Variants that wrap another such enum pass on its
 /// code; they follow the semicolon, with the type that they wrap.
@@ -23,16 +23,5 @@ macro_rules! codes {
                 [own, &inner.concat()].concat()
             }
         }
-    };
-}
-
-/// Implements `From` for each wrapped type.
-macro_rules! from {
-    ($of:ident { $($variant:ident($inner:ident)),* }) => {
-        $(impl From<$inner> for $of {
-            fn from(inner: $inner) -> Self {
-                Self::$variant(inner)
-            }
-        })*
     };
 }

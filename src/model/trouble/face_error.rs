@@ -4,19 +4,22 @@ use super::region_error::RegionError;
 use super::step::StepCause;
 use crate::model::{SurfaceError, TrimError};
 use glam::{DVec2, DVec3};
-use std::fmt;
 
 /// Why a face cannot be meshed as stated.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FaceError {
     /// The surface is invalid.
+    #[error(transparent)]
     Surface(SurfaceError),
     /// The surface was not read.
+    #[error("the surface was not read: {0}")]
     Refused(StepCause),
     /// The loops enclose no region.
-    Region(RegionError),
+    #[error(transparent)]
+    Region(#[from] RegionError),
     /// The region cannot be cut into tiles: the winding numbers of its loops do not add up there, whatever the cuts.
+    #[error("the face cannot be cut into tiles at (u, v) = ({:.6}, {:.6})", .at.x, .at.y)]
     Tangled {
         /// Where, (u, v).
         at: DVec2,
@@ -24,6 +27,7 @@ pub enum FaceError {
         place: DVec3,
     },
     /// The edges are nowhere near the surface.
+    #[error("edges lie {gap_mm:.3e} mm off the surface; the face is {extent_mm:.3e} mm across")]
     OffSurface {
         /// Largest distance between edges and surface, millimetres.
         gap_mm: f64,
@@ -31,10 +35,13 @@ pub enum FaceError {
         extent_mm: f64,
     },
     /// No lobe of the boundary runs backwards.
+    #[error("no lobe of the boundary runs backwards")]
     NoLobes,
     /// A bug in this crate.
+    #[error("internal error: {0}")]
     Internal(String),
     /// A free trimming curve is invalid.
+    #[error("free trimming curve {curve}: {error}")]
     Trim {
         /// Which of the face's curves.
         curve: usize,
@@ -42,6 +49,10 @@ pub enum FaceError {
         error: TrimError,
     },
     /// Free trims have no domain: the surface has no extent, or is unbounded where the curves have no extent.
+    #[error(
+        "free trims need a surface or curves with an extent; these extend from ({}, {}) to ({}, {}) in (u, v)",
+        .low.x, .low.y, .high.x, .high.y
+    )]
     NoDomain {
         /// Lower corner of their box, (u, v).
         low: DVec2,
@@ -49,11 +60,13 @@ pub enum FaceError {
         high: DVec2,
     },
     /// Free trims keep an unbounded part of the surface.
+    #[error("the trimming curves keep a part that is unbounded in {}, and so is the surface", ['u', 'v'][*.axis])]
     Unbounded {
         /// The direction: 0 for u, 1 for v.
         axis: usize,
     },
     /// Free trimming curves are too close to each other to be separated.
+    #[error("the trimming curves cannot be separated around (u, v) = ({:.6}, {:.6})", .at.x, .at.y)]
     TrimsTangled {
         /// Where, (u, v).
         at: DVec2,
@@ -61,13 +74,16 @@ pub enum FaceError {
         place: DVec3,
     },
     /// Free trims keep nothing of the face.
+    #[error("the trimming curves keep nothing of the face")]
     NothingKept,
     /// The surface is a point or a curve.
+    #[error("the surface has no area: it is a point or a curve within a box of {size_mm:e} mm")]
     NoArea {
         /// Size of the box around it, millimetres.
         size_mm: f64,
     },
     /// The surface is smaller than the spacing of numbers at its coordinates.
+    #[error("the surface is {size_mm:e} mm wide, below the spacing of numbers at coordinates of {coordinates_mm:e} mm")]
     Unresolved {
         /// Its width, millimetres.
         size_mm: f64,
@@ -75,11 +91,13 @@ pub enum FaceError {
         coordinates_mm: f64,
     },
     /// Products of its coordinates overflow.
+    #[error("coordinates of {coordinates_mm:e} mm are too large: their products overflow")]
     TooLarge {
         /// Largest coordinate, millimetres.
         coordinates_mm: f64,
     },
     /// The region has no extent in one direction.
+    #[error("the region is only {extent:e} wide in {}", ['u', 'v'][*.axis])]
     Thin {
         /// The direction: 0 for u, 1 for v.
         axis: usize,
@@ -107,53 +125,6 @@ codes!(FaceError {
     RegionError in Self::Region(error) => error
 });
 
-impl fmt::Display for FaceError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Surface(e) => e.fmt(f),
-            Self::Refused(cause) => write!(f, "the surface was not read: {cause}"),
-            Self::Region(e) => e.fmt(f),
-            Self::Tangled { at, .. } => {
-                write!(f, "the face cannot be cut into tiles at (u, v) = ({:.6}, {:.6})", at.x, at.y)
-            }
-            Self::OffSurface { gap_mm, extent_mm } => {
-                write!(f, "edges lie {gap_mm:.3e} mm off the surface; the face is {extent_mm:.3e} mm across")
-            }
-            Self::NoLobes => write!(f, "no lobe of the boundary runs backwards"),
-            Self::Internal(what) => write!(f, "internal error: {what}"),
-            Self::Trim { curve, error } => write!(f, "free trimming curve {curve}: {error}"),
-            Self::NoDomain { low, high } => write!(
-                f,
-                "free trims need a surface or curves with an extent; these extend from ({}, {}) to ({}, {}) in (u, v)",
-                low.x, low.y, high.x, high.y
-            ),
-            Self::Unbounded { axis } => write!(
-                f,
-                "the trimming curves keep a part that is unbounded in {}, and so is the surface",
-                ['u', 'v'][*axis]
-            ),
-            Self::TrimsTangled { at, .. } => {
-                write!(f, "the trimming curves cannot be separated around (u, v) = ({:.6}, {:.6})", at.x, at.y)
-            }
-            Self::NothingKept => write!(f, "the trimming curves keep nothing of the face"),
-            Self::NoArea { size_mm } => {
-                write!(f, "the surface has no area: it is a point or a curve within a box of {size_mm:e} mm")
-            }
-            Self::Unresolved { size_mm, coordinates_mm } => write!(
-                f,
-                "the surface is {size_mm:e} mm wide, below the spacing of numbers at coordinates of {coordinates_mm:e} \
-                 mm"
-            ),
-            Self::TooLarge { coordinates_mm } => {
-                write!(f, "coordinates of {coordinates_mm:e} mm are too large: their products overflow")
-            }
-            Self::Thin { axis, extent } => {
-                write!(f, "the region is only {extent:e} wide in {}", ['u', 'v'][*axis])
-            }
-        }
-    }
-}
-
 impl FaceError {
     /// Whether the cause may be that seams are treated as boundaries.
     pub(crate) fn may_be_seams(&self) -> bool {
@@ -167,11 +138,5 @@ impl FaceError {
             Self::Tangled { place, .. } | Self::TrimsTangled { place, .. } => Some(*place),
             _ => None,
         }
-    }
-}
-
-impl From<RegionError> for FaceError {
-    fn from(e: RegionError) -> Self {
-        Self::Region(e)
     }
 }

@@ -8,16 +8,16 @@ use super::step::{StepOutcome, StepTrouble};
 use super::tile::TileTrouble;
 use super::wire::WireTrouble;
 use crate::model::PartId;
-use std::fmt;
 
 /// Kind of a diagnostic, with numbers: one enum per stage.
 ///
 /// `Display` writes the message; [`code`](Self::code) is a stable name for programs. Lengths are millimetres in the
 /// part's coordinates.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DiagnosticKind {
     /// Prepare: an instance refers to a part that does not exist and was left out.
+    #[error("instance \"{instance}\" refers to part {}; the model has {parts}", .part.0)]
     NoPart {
         /// The instance's name.
         instance: String,
@@ -27,16 +27,22 @@ pub enum DiagnosticKind {
         parts: usize,
     },
     /// The STEP reader.
-    Step(StepOutcome),
+    #[error(transparent)]
+    Step(#[from] StepOutcome),
     /// Prepare: a face.
-    Face(FaceTrouble),
+    #[error(transparent)]
+    Face(#[from] FaceTrouble),
     /// Prepare: a face's wires.
-    Wire(WireTrouble),
+    #[error(transparent)]
+    Wire(#[from] WireTrouble),
     /// Prepare: edges that lie together.
-    Border(BorderTrouble),
+    #[error(transparent)]
+    Border(#[from] BorderTrouble),
     /// Prepare: a shell.
-    Shell(ShellTrouble),
+    #[error(transparent)]
+    Shell(#[from] ShellTrouble),
     /// Frame: a tile or an edge.
+    #[error("{first}{}", more_like_it(*.others))]
     Tile {
         /// The first tile of the face with this kind of trouble.
         first: TileTrouble,
@@ -55,31 +61,10 @@ codes!(DiagnosticKind {
     TileTrouble in Self::Tile { first, .. } => first
 });
 
-impl fmt::Display for DiagnosticKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoPart { instance, part, parts } => {
-                write!(f, "instance \"{instance}\" refers to part {}; the model has {parts}", part.0)
-            }
-            Self::Face(face) => face.fmt(f),
-            Self::Wire(wire) => wire.fmt(f),
-            Self::Border(border) => border.fmt(f),
-            Self::Shell(shell) => shell.fmt(f),
-            Self::Tile { first, others: 0 } => first.fmt(f),
-            Self::Tile { first, others } => write!(f, "{first}; {others} more tiles like it"),
-            Self::Step(step) => step.fmt(f),
-        }
-    }
+/// So many more tiles, if there are any.
+fn more_like_it(others: u32) -> String {
+    if others == 0 { String::new() } else { format!("; {others} more tiles like it") }
 }
-
-// So that a stage uses only its own enum.
-from!(DiagnosticKind {
-    Step(StepOutcome),
-    Face(FaceTrouble),
-    Wire(WireTrouble),
-    Border(BorderTrouble),
-    Shell(ShellTrouble)
-});
 
 impl From<TileTrouble> for DiagnosticKind {
     fn from(first: TileTrouble) -> Self {

@@ -1,13 +1,13 @@
 //! What is wrong with a shell as a whole.
 
 use crate::model::{EdgeId, FaceId};
-use std::fmt;
 
 /// What is wrong with a shell as a whole.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShellTrouble {
     /// Connected faces of a solid were inside out and were flipped.
+    #[error("{faces} connected faces were inside out (volume {volume_mm3:.3e} mm³) and were flipped")]
     InsideOut {
         /// How many faces.
         faces: usize,
@@ -15,11 +15,13 @@ pub enum ShellTrouble {
         volume_mm3: f64,
     },
     /// Connected faces of a solid enclose no volume.
+    #[error("{faces} connected faces of a solid enclose no volume")]
     NoVolume {
         /// How many faces.
         faces: usize,
     },
     /// The shell of a solid is open.
+    #[error("the shell of a solid is open: {free} of its {edges} edges have a face on one side only")]
     Open {
         /// Edges with a face on one side only.
         free: usize,
@@ -27,6 +29,11 @@ pub enum ShellTrouble {
         edges: usize,
     },
     /// No orientation of the faces makes them run along every shared edge in opposite directions.
+    #[error(
+        "{edges} edges cannot be oriented: their faces run along them the same way, however they are flipped; the \
+         first is edge {} of faces {} and {}",
+        .edge.0, .faces[0].0, .faces[1].0
+    )]
     NotOrientable {
         /// How many edges.
         edges: usize,
@@ -43,23 +50,3 @@ codes!(ShellTrouble {
     Self::Open { .. } => "shell-open",
     Self::NotOrientable { .. } => "shell-not-orientable"
 });
-
-impl fmt::Display for ShellTrouble {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::InsideOut { faces, volume_mm3 } => {
-                write!(f, "{faces} connected faces were inside out (volume {volume_mm3:.3e} mm³) and were flipped")
-            }
-            Self::NoVolume { faces } => write!(f, "{faces} connected faces of a solid enclose no volume"),
-            Self::Open { free, edges } => {
-                write!(f, "the shell of a solid is open: {free} of its {edges} edges have a face on one side only")
-            }
-            Self::NotOrientable { edges, edge, faces: [a, b] } => write!(
-                f,
-                "{edges} edges cannot be oriented: their faces run along them the same way, however they are \
-                 flipped; the first is edge {} of faces {} and {}",
-                edge.0, a.0, b.0
-            ),
-        }
-    }
-}

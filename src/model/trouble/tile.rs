@@ -1,30 +1,34 @@
 //! Tiles and edges that needed more than the normal path when a frame was made.
 
 use crate::model::{EdgeId, PartId};
-use std::fmt;
 
 /// Why a tile or an edge needed more than the normal path when a frame was made.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TileTrouble {
     /// The boundary of a tile crosses or overlaps itself. Each point is covered as often as its winding number says.
+    #[error("the boundary crosses or overlaps itself ({split} segments split); areas are covered by winding number")]
     Crosses {
         /// Number of segments that were split at crossings.
         split: u32,
     },
     /// The face has no area at this tolerance.
+    #[error("nothing is left of the face at this tolerance")]
     Empty,
     /// A tile could not be triangulated; its boundary was filled in space.
+    #[error("not triangulated; its boundary is filled in space: {why}")]
     Filled {
         /// Message of the panic or the trim stage.
         why: String,
     },
     /// A tile has no triangles. A bug in this crate.
+    #[error("no triangles: {why}")]
     Failed {
         /// Message of the panic.
         why: String,
     },
     /// An edge has no polyline. A bug in this crate.
+    #[error("no polyline for edge {} of part {}: {why}", .edge.0, .part.0)]
     NoPolyline {
         /// The part.
         part: PartId,
@@ -34,6 +38,7 @@ pub enum TileTrouble {
         why: String,
     },
     /// More than a ten-thousandth of a face has a winding number other than 1.
+    #[error("{rewound_mm2:.3e} mm² of its {area_mm2:.3e} mm² have a winding number other than 1")]
     Rewound {
         /// That area, mm².
         rewound_mm2: f64,
@@ -41,6 +46,7 @@ pub enum TileTrouble {
         area_mm2: f64,
     },
     /// A face has no triangles, and no stage said why. A bug in this crate.
+    #[error("no triangles, and no stage said why")]
     Unexplained,
 }
 
@@ -53,27 +59,3 @@ codes!(TileTrouble {
     Self::Rewound { .. } => "face-wound-again",
     Self::Unexplained => "face-unexplained"
 });
-
-impl fmt::Display for TileTrouble {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Crosses { split } => {
-                write!(
-                    f,
-                    "the boundary crosses or overlaps itself ({split} segments split); areas are covered by winding \
-                     number"
-                )
-            }
-            Self::Empty => write!(f, "nothing is left of the face at this tolerance"),
-            Self::Filled { why } => write!(f, "not triangulated; its boundary is filled in space: {why}"),
-            Self::Failed { why } => write!(f, "no triangles: {why}"),
-            Self::NoPolyline { part, edge, why } => {
-                write!(f, "no polyline for edge {} of part {}: {why}", edge.0, part.0)
-            }
-            Self::Rewound { rewound_mm2, area_mm2 } => {
-                write!(f, "{rewound_mm2:.3e} mm² of its {area_mm2:.3e} mm² have a winding number other than 1")
-            }
-            Self::Unexplained => write!(f, "no triangles, and no stage said why"),
-        }
-    }
-}

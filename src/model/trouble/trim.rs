@@ -1,17 +1,21 @@
 //! Repairs of free trimming curves.
 
-use std::fmt;
-
 /// Repair of a free trimming curve, or something notable about it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrimTrouble {
     /// The curve leaves the surface's domain and was clipped at its border.
+    #[error("trimming curve {curve} leaves the domain and was clipped")]
     Clipped {
         /// Which of the face's curves.
         curve: usize,
     },
     /// An open curve starts or ends inside the domain and was extended straight to the border.
+    #[error(
+        "open trimming curve {curve} {} {missing:.3e} of the domain away from its border; it was extended straight to \
+         the border",
+        if *.at_end { "ends" } else { "starts" }
+    )]
     Extended {
         /// Which of the face's curves.
         curve: usize,
@@ -21,6 +25,7 @@ pub enum TrimTrouble {
         missing: f64,
     },
     /// The curve crosses or touches itself.
+    #[error("trimming curve {curve} crosses or touches itself")]
     CrossesItself {
         /// Which of the face's curves.
         curve: usize,
@@ -32,20 +37,3 @@ codes!(TrimTrouble {
     Self::Extended { .. } => "trim-extended",
     Self::CrossesItself { .. } => "trim-crosses-itself"
 });
-
-impl fmt::Display for TrimTrouble {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Clipped { curve } => write!(f, "trimming curve {curve} leaves the domain and was clipped"),
-            Self::Extended { curve, at_end, missing } => {
-                let stops = if *at_end { "ends" } else { "starts" };
-                write!(
-                    f,
-                    "open trimming curve {curve} {stops} {missing:.3e} of the domain away from its border; it was \
-                     extended straight to the border"
-                )
-            }
-            Self::CrossesItself { curve } => write!(f, "trimming curve {curve} crosses or touches itself"),
-        }
-    }
-}

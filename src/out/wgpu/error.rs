@@ -25,10 +25,11 @@ impl fmt::Display for NoAdapter {
 impl std::error::Error for NoAdapter {}
 
 /// A picture could not be drawn.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
     /// The picture is empty, or larger than the adapter allows.
+    #[error("cannot draw {} × {} pixels; each side may be 1 to {limit}", .size.0, .size.1)]
     Size {
         /// Requested width and height in pixels.
         size: (u32, u32),
@@ -36,18 +37,6 @@ pub enum RenderError {
         limit: u32,
     },
     /// The device failed, mostly because it ran out of memory.
+    #[error("the graphics device failed: {0}")]
     Device(String),
 }
-
-impl fmt::Display for RenderError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Size { size, limit } => {
-                write!(f, "cannot draw {} × {} pixels; each side may be 1 to {limit}", size.0, size.1)
-            }
-            Self::Device(cause) => write!(f, "the graphics device failed: {cause}"),
-        }
-    }
-}
-
-impl std::error::Error for RenderError {}

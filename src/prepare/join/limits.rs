@@ -8,7 +8,6 @@ use crate::model::Model;
 use crate::prepare::report::room::Room;
 use crate::prepare::tiles::draft::FaceDraft;
 use crate::prepare::tiles::extent::patches_of;
-use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Upper limits for [`prepare`](crate::prepare::prepare()).
@@ -38,10 +37,11 @@ impl Default for PrepareLimits {
 }
 
 /// The model exceeds [`PrepareLimits`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrepareError {
     /// More patches than [`PrepareLimits::patches`].
+    #[error("the model needs up to {needed} Bézier patches, the limit is {limit} (PrepareLimits::patches)")]
     TooManyPatches {
         /// The limit.
         limit: u64,
@@ -49,6 +49,10 @@ pub enum PrepareError {
         needed: u64,
     },
     /// More memory than [`PrepareLimits::bytes`].
+    #[error(
+        "preparing the model (up to {patches} Bézier patches) needs more memory than the limit of {limit} bytes \
+         (PrepareLimits::bytes)"
+    )]
     TooMuchMemory {
         /// The limit, bytes.
         limit: u64,
@@ -56,27 +60,9 @@ pub enum PrepareError {
         patches: u64,
     },
     /// The work was [cancelled](crate::control::Control::cancel).
+    #[error("preparing was cancelled")]
     Cancelled,
 }
-
-impl fmt::Display for PrepareError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TooManyPatches { limit, needed } => write!(
-                f,
-                "the model needs up to {needed} Bézier patches, the limit is {limit} (PrepareLimits::patches)"
-            ),
-            Self::TooMuchMemory { limit, patches } => write!(
-                f,
-                "preparing the model (up to {patches} Bézier patches) needs more memory than the limit of {limit} \
-                 bytes (PrepareLimits::bytes)"
-            ),
-            Self::Cancelled => f.write_str("preparing was cancelled"),
-        }
-    }
-}
-
-impl std::error::Error for PrepareError {}
 
 /// Adds what the allocator rounds up and has not given back to the system yet: half as much.
 fn with_slack(bytes: usize) -> usize {

@@ -10,15 +10,17 @@ use std::borrow::Cow;
 use std::fmt;
 
 /// Why an instance of a STEP file cannot be read. Keywords are the file's.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepTrouble {
     /// A referenced instance is not in the file.
+    #[error("#{entity} is referred to but not in the file")]
     NotInFile {
         /// Its number.
         entity: u64,
     },
     /// A referenced instance is in another file, which is not read.
+    #[error("#{entity} is in another file, {place}, which is not read")]
     Elsewhere {
         /// Its number.
         entity: u64,
@@ -26,6 +28,7 @@ pub enum StepTrouble {
         place: String,
     },
     /// An attribute does not have the required form.
+    #[error("attribute {number} of {keyword} should be {wanted}")]
     Attribute {
         /// The type that declares it.
         keyword: &'static str,
@@ -35,6 +38,7 @@ pub enum StepTrouble {
         wanted: &'static str,
     },
     /// An instance of another type is needed here.
+    #[error("{keyword} where {wanted} is needed")]
     WrongType {
         /// Its type.
         keyword: String,
@@ -42,6 +46,7 @@ pub enum StepTrouble {
         wanted: &'static str,
     },
     /// The reader does not support its type.
+    #[error("{what} of type {keyword} are not read")]
     NotRead {
         /// What it represents, in the plural.
         what: &'static str,
@@ -49,6 +54,7 @@ pub enum StepTrouble {
         keyword: String,
     },
     /// The reader does not support bodies of its type.
+    #[error("the body of type {keyword}{} is not read: {why}", in_brackets(.operator))]
     BodyNotRead {
         /// Its type.
         keyword: String,
@@ -58,11 +64,13 @@ pub enum StepTrouble {
         why: BodyRefusal,
     },
     /// References between instances of its kind are nested too deeply, perhaps in a circle.
+    #[error("{what} refer to each other too deeply")]
     TooDeep {
         /// What the instances represent, in the plural.
         what: &'static str,
     },
     /// Lists of lists name shared items too often.
+    #[error("{what} are listed more than {limit} times, by lists of lists; the limit for a file of its size")]
     TooManyVisits {
         /// What the items are, in the plural.
         what: &'static str,
@@ -70,11 +78,13 @@ pub enum StepTrouble {
         limit: usize,
     },
     /// It refers to itself.
+    #[error("{what} refers to itself")]
     RefersToItself {
         /// What it represents.
         what: &'static str,
     },
     /// Something is missing, or has no length, direction or area.
+    #[error("{what} without {part}")]
     Missing {
         /// What is incomplete.
         what: Cow<'static, str>,
@@ -82,6 +92,7 @@ pub enum StepTrouble {
         part: &'static str,
     },
     /// Lists are nested in the wrong way.
+    #[error("{what} are not {wanted}")]
     Layout {
         /// What they list, in the plural.
         what: &'static str,
@@ -89,11 +100,13 @@ pub enum StepTrouble {
         wanted: &'static str,
     },
     /// A number is infinite or NaN.
+    #[error("{what} is not finite")]
     NotFinite {
         /// What it measures.
         what: &'static str,
     },
     /// A number is out of range.
+    #[error("{what} of {value}{}{unit} is out of range", if .unit.is_empty() { "" } else { " " })]
     Measure {
         /// What it measures.
         what: Cow<'static, str>,
@@ -103,6 +116,7 @@ pub enum StepTrouble {
         unit: &'static str,
     },
     /// A cone has no apex or no slant.
+    #[error("a cone of radius {radius_mm} mm and half angle {half_angle} has no apex or no slant")]
     Cone {
         /// Its radius, millimetres.
         radius_mm: f64,
@@ -110,6 +124,10 @@ pub enum StepTrouble {
         half_angle: f64,
     },
     /// A trim leaves nothing of its surface.
+    #[error(
+        "a trim from {} to {}{} leaves nothing of the surface",
+        .range.0, .range.1, if *.beyond { ", outside the surface," } else { "" }
+    )]
     SurfaceTrim {
         /// First and second parameter.
         range: (f64, f64),
@@ -117,37 +135,58 @@ pub enum StepTrouble {
         beyond: bool,
     },
     /// A closed profile meets its axis, and the face's boundary does not identify the sheet that it bounds.
+    #[error(
+        "the rotated curve is closed and meets its axis; the face's boundary does not identify which of its {sheets} \
+         sheets it bounds"
+    )]
     Sheets {
         /// How many sheets the surface has.
         sheets: usize,
     },
     /// An unbounded surface has no bounds.
+    #[error("an unbounded surface has no bounds")]
     Unbounded,
     /// The parameters of a flipped surface or a replica are needed; the reader does not keep them.
+    #[error("the parameters of flipped surfaces and replicas are not read")]
     ReplicaParameters,
     /// Something that it needs was not read; another diagnostic reports why.
+    #[error("{what} was not read")]
     Unread {
         /// What was not read.
         what: &'static str,
     },
     /// A face has no surface, and its bounds enclose no planar area.
+    #[error("the face has no surface, and its bounds enclose no planar area")]
     NoPlane,
     /// A B-spline is invalid.
-    Spline(SplineTrouble),
+    #[error(transparent)]
+    Spline(#[from] SplineTrouble),
     /// A curve, or a point on one, cannot be read.
-    Curve(CurveTrouble),
+    #[error(transparent)]
+    Curve(#[from] CurveTrouble),
     /// An offset or an approximation fails.
-    Fit(FitTrouble),
+    #[error(transparent)]
+    Fit(#[from] FitTrouble),
     /// A body without explicit faces is not a solid.
-    Solid(SolidTrouble),
+    #[error(transparent)]
+    Solid(#[from] SolidTrouble),
     /// An occurrence cannot be placed.
-    Placement(PlacementTrouble),
+    #[error(transparent)]
+    Placement(#[from] PlacementTrouble),
     /// The resulting curve is invalid.
-    UnsoundCurve(SplineError),
+    #[error(transparent)]
+    UnsoundCurve(#[from] SplineError),
     /// The resulting surface is invalid.
-    UnsoundSurface(SurfaceError),
+    #[error(transparent)]
+    UnsoundSurface(#[from] SurfaceError),
     /// The resulting part is invalid.
-    UnsoundPart(PartError),
+    #[error(transparent)]
+    UnsoundPart(#[from] PartError),
+}
+
+/// ` (word)`, or nothing for no word.
+fn in_brackets(word: &str) -> String {
+    if word.is_empty() { String::new() } else { format!(" ({word})") }
 }
 
 codes!(StepTrouble {
@@ -179,82 +218,6 @@ codes!(StepTrouble {
     Self::UnsoundCurve(_) => "step-unsound-curve",
     Self::UnsoundSurface(_) => "step-unsound-surface",
     Self::UnsoundPart(_) => "step-unsound-part"
-});
-
-impl fmt::Display for StepTrouble {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotInFile { entity } => write!(f, "#{entity} is referred to but not in the file"),
-            Self::Elsewhere { entity, place } => {
-                write!(f, "#{entity} is in another file, {place}, which is not read")
-            }
-            Self::Attribute { keyword, number, wanted } => {
-                write!(f, "attribute {number} of {keyword} should be {wanted}")
-            }
-            Self::WrongType { keyword, wanted } => write!(f, "{keyword} where {wanted} is needed"),
-            Self::NotRead { what, keyword } => write!(f, "{what} of type {keyword} are not read"),
-            Self::BodyNotRead { keyword, operator, why } => {
-                write!(f, "the body of type {keyword}")?;
-                if !operator.is_empty() {
-                    write!(f, " ({operator})")?;
-                }
-                write!(f, " is not read: {why}")
-            }
-            Self::TooDeep { what } => write!(f, "{what} refer to each other too deeply"),
-            Self::TooManyVisits { what, limit } => {
-                write!(
-                    f,
-                    "{what} are listed more than {limit} times, by lists of lists; the limit for a file of its size"
-                )
-            }
-            Self::RefersToItself { what } => write!(f, "{what} refers to itself"),
-            Self::Missing { what, part } => write!(f, "{what} without {part}"),
-            Self::Layout { what, wanted } => write!(f, "{what} are not {wanted}"),
-            Self::NotFinite { what } => write!(f, "{what} is not finite"),
-            Self::Measure { what, value, unit: "" } => write!(f, "{what} of {value} is out of range"),
-            Self::Measure { what, value, unit } => write!(f, "{what} of {value} {unit} is out of range"),
-            Self::Cone { radius_mm, half_angle } => {
-                write!(f, "a cone of radius {radius_mm} mm and half angle {half_angle} has no apex or no slant")
-            }
-            Self::SurfaceTrim { range: (first, second), beyond } => {
-                write!(
-                    f,
-                    "a trim from {first} to {second}{} leaves nothing of the surface",
-                    if *beyond { ", outside the surface," } else { "" }
-                )
-            }
-            Self::Sheets { sheets } => write!(
-                f,
-                "the rotated curve is closed and meets its axis; the face's boundary does not identify which of its \
-                 {sheets} sheets it bounds"
-            ),
-            Self::Unbounded => write!(f, "an unbounded surface has no bounds"),
-            Self::ReplicaParameters => {
-                write!(f, "the parameters of flipped surfaces and replicas are not read")
-            }
-            Self::Unread { what } => write!(f, "{what} was not read"),
-            Self::NoPlane => write!(f, "the face has no surface, and its bounds enclose no planar area"),
-            Self::Spline(spline) => spline.fmt(f),
-            Self::Curve(curve) => curve.fmt(f),
-            Self::Fit(fit) => fit.fmt(f),
-            Self::Solid(solid) => solid.fmt(f),
-            Self::Placement(placement) => placement.fmt(f),
-            Self::UnsoundCurve(error) => error.fmt(f),
-            Self::UnsoundSurface(error) => error.fmt(f),
-            Self::UnsoundPart(error) => error.fmt(f),
-        }
-    }
-}
-
-from!(StepTrouble {
-    Spline(SplineTrouble),
-    Curve(CurveTrouble),
-    Fit(FitTrouble),
-    Solid(SolidTrouble),
-    Placement(PlacementTrouble),
-    UnsoundCurve(SplineError),
-    UnsoundSurface(SurfaceError),
-    UnsoundPart(PartError)
 });
 
 /// The faulty instance of a STEP file, and why it cannot be read.
