@@ -18,9 +18,6 @@ pub(crate) mod sums;
 mod bit_mix;
 pub(crate) use bit_mix::BitMix;
 
-mod elementary;
-pub(crate) use elementary::Elementary;
-
 /// Evaluation and subdivision in the Bernstein basis.
 pub mod bernstein;
 

@@ -6,7 +6,6 @@
 use super::cause::ExpectedUnbalanced;
 use super::packed::lines_of;
 use super::{Batch, BatchView, Cause, FrameView, SceneInstance};
-use crate::math::Elementary as _;
 use crate::math::boxes::around;
 use crate::math::buckets::Buckets;
 use crate::math::sets::DisjointSets;
@@ -103,7 +102,7 @@ impl MeshFacts {
 
     /// Adds one instance of `part`. `det` is the determinant of its transform, a uniform scale; a negative one mirrors.
     fn add_placed(&mut self, part: &Self, det: f64) {
-        let scale = det.abs().cube_root();
+        let scale = libm::cbrt(det.abs());
         self.triangles += part.triangles;
         self.vertices += part.vertices;
         self.collapsed += part.collapsed;

@@ -1,6 +1,5 @@
 //! What a sink needs besides triangles: parts, instances, names, colours.
 
-use crate::math::Elementary as _;
 use crate::model::{Assembly, Colour, EdgeId, FaceId, PartId};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
@@ -69,7 +68,7 @@ impl SceneInstance {
         let volume = self.transform.matrix3.determinant().abs();
         // Most instances, but for rounding. A frame asks for all of them.
         let beyond = volume - 1.0;
-        if beyond.abs() <= RIGID { 1.0 + beyond / 3.0 } else { volume.cube_root() }
+        if beyond.abs() <= RIGID { 1.0 + beyond / 3.0 } else { libm::cbrt(volume) }
     }
 }
 
@@ -132,7 +131,7 @@ mod tests {
             let placed =
                 SceneInstance { part: PartId(0), transform, colour, visible: true, name, assembly, first_face: 0 };
             let volume = transform.matrix3.determinant();
-            assert_eq!(placed.scale().to_bits(), volume.cube_root().to_bits(), "{volume}");
+            assert_eq!(placed.scale().to_bits(), libm::cbrt(volume).to_bits(), "{volume}");
         }
     }
 }

@@ -2,7 +2,6 @@
 
 use super::vertex_layout::{NormalFormat, PositionFormat, VertexLayout, octahedral};
 use super::{Origin, SinkError, TileMesh};
-use crate::math::Elementary as _;
 use crate::math::lanes::widest;
 use crate::model::{FaceId, PartId, TileId};
 use glam::{DVec3, Vec2, Vec3};
@@ -93,7 +92,7 @@ impl PartGrid {
         /// Steps across the largest tile: a little less than 16 bits hold, since edges may leave the tile's box.
         const ACROSS: f64 = 60_000.0;
         let finest = (largest / ACROSS).max(radius / f64::from(1 << 29)).max(f64::MIN_POSITIVE);
-        Self { centre, step: finest.binary_logarithm().ceil().binary_power() }
+        Self { centre, step: libm::exp2(libm::log2(finest).ceil()) }
     }
 
     /// Distance by which rounding moves a point at most.

@@ -1,7 +1,5 @@
 //! Natural parameters of analytic surfaces <-> parameters of their exact NURBS.
 
-use crate::math::Elementary as _;
-
 /// Maps one natural parameter of a surface to the parameter of its NURBS form, and back.
 ///
 /// Both ways strictly increasing; the identity at span ends.
@@ -43,7 +41,7 @@ impl AxisMap {
             let last = f64::from(spans);
             let inside = turns.clamp(0.0, last);
             let span = inside.floor().min(last - 1.0);
-            let s = (0.5 * step * (inside - span - 0.5)).tangent() / quarter;
+            let s = libm::tan(0.5 * step * (inside - span - 0.5)) / quarter;
             let near = turns.round();
             let nurbs = if turns < 0.0 {
                 natural_end(natural, start, slope(1.0, step, quarter))
@@ -60,7 +58,7 @@ impl AxisMap {
 
     /// `tan(step/4)` of an arc.
     fn quarter(&self) -> f64 {
-        if let Self::Arc { step, .. } = *self { (0.25 * step).tangent() } else { 0.0 }
+        if let Self::Arc { step, .. } = *self { libm::tan(0.25 * step) } else { 0.0 }
     }
 
     /// Converts a NURBS parameter to the natural parameter: the inverse of [`to_nurbs`](Self::to_nurbs).
@@ -90,7 +88,7 @@ impl AxisMap {
             }
             let span = below.min(last - 1.0);
             let s = 2.0 * (turns - span) - 1.0;
-            start + step * (span + 0.5) + 2.0 * (s * quarter).arc_tangent()
+            start + step * (span + 0.5) + 2.0 * libm::atan(s * quarter)
         }
     }
 

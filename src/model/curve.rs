@@ -2,7 +2,6 @@
 
 use super::Frame3;
 use super::knots;
-use crate::math::Elementary as _;
 use glam::{DVec2, DVec3};
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Sub};
@@ -292,7 +291,7 @@ impl ArcNet {
         let step = sweep / wanted;
         let half = 0.5 * step;
         let knot = |i: usize| if i == spans { a1 } else { a0 + step * i as f64 };
-        let ray = |a: f64| DVec2::new(a.cosine(), a.sine());
+        let ray = |a: f64| DVec2::new(libm::cos(a), libm::sin(a));
         let room = 2 * spans + 1;
         let mut net = Self {
             spans,
@@ -306,8 +305,8 @@ impl ArcNet {
         net.weights.push(1.0);
         for i in 0..spans {
             net.knots.extend([knot(i), knot(i)]);
-            net.rays.extend([ray(knot(i) + half) / half.cosine(), ray(knot(i + 1))]);
-            net.weights.extend([half.cosine(), 1.0]);
+            net.rays.extend([ray(knot(i) + half) / libm::cos(half), ray(knot(i + 1))]);
+            net.weights.extend([libm::cos(half), 1.0]);
         }
         net.knots.extend([a1; 3]);
         // A full turn closes bit for bit.

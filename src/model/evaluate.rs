@@ -1,7 +1,6 @@
 //! Surfaces in their natural parameters -> points, partial derivatives, normals (closed forms of ISO 10303-42).
 
 use super::{Frame3, Surface, SurfaceDerivatives, knots};
-use crate::math::Elementary as _;
 use glam::DVec3;
 
 impl Surface {
@@ -86,15 +85,15 @@ impl Surface {
             },
             Self::Cylinder { frame, radius } => turned(frame, u, [*radius, 0.0, 0.0], [v, 1.0, 0.0]),
             Self::Cone { frame, radius, half_angle } => {
-                let slope = half_angle.tangent();
+                let slope = libm::tan(*half_angle);
                 turned(frame, u, [radius + v * slope, slope, 0.0], [v, 1.0, 0.0])
             }
             Self::Sphere { frame, radius } => {
-                let (s, c) = v.sine_cosine();
+                let (s, c) = libm::sincos(v);
                 turned(frame, u, [radius * c, -radius * s, -radius * c], [radius * s, radius * c, -radius * s])
             }
             Self::Torus { frame, major, minor } => {
-                let (s, c) = v.sine_cosine();
+                let (s, c) = libm::sincos(v);
                 turned(frame, u, [major + minor * c, -minor * s, -minor * c], [minor * s, minor * c, -minor * s])
             }
             Self::Extrusion { curve, direction } => {
@@ -134,17 +133,17 @@ impl Surface {
             Self::Plane { frame } => Some(frame.z),
             Self::Cylinder { frame, .. } => Some(Spin::new(frame, u).outward()),
             Self::Cone { frame, radius, half_angle } => {
-                let (s, c) = half_angle.sine_cosine();
+                let (s, c) = libm::sincos(*half_angle);
                 let normal = Spin::new(frame, u).outward() * c - frame.z * s;
                 // Beyond the apex S_u flips, and the normal with it.
-                Some(if radius + v * half_angle.tangent() < 0.0 { -normal } else { normal })
+                Some(if radius + v * libm::tan(*half_angle) < 0.0 { -normal } else { normal })
             }
             Self::Sphere { frame, .. } => {
-                let (s, c) = v.sine_cosine();
+                let (s, c) = libm::sincos(v);
                 Some(Spin::new(frame, u).outward() * c + frame.z * s)
             }
             Self::Torus { frame, major, minor } => {
-                let (s, c) = v.sine_cosine();
+                let (s, c) = libm::sincos(v);
                 let normal = Spin::new(frame, u).outward() * c + frame.z * s;
                 Some(if major + minor * c < 0.0 { -normal } else { normal })
             }
@@ -186,7 +185,7 @@ struct Spin<'a> {
 
 impl<'a> Spin<'a> {
     fn new(frame: &'a Frame3, angle: f64) -> Self {
-        let (sin, cos) = angle.sine_cosine();
+        let (sin, cos) = libm::sincos(angle);
         Self { frame, sin, cos }
     }
 

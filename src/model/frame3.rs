@@ -1,6 +1,5 @@
 //! Orthonormal placements of analytic geometry.
 
-use crate::math::Elementary as _;
 use glam::{DVec2, DVec3};
 
 /// A right-handed orthonormal frame: `z = x × y`.
@@ -52,7 +51,7 @@ impl Frame3 {
     #[must_use]
     pub fn meridian(&self, point: DVec3) -> DVec2 {
         let local = self.local(point);
-        DVec2::new(local.x.hypotenuse(local.y), local.z)
+        DVec2::new(libm::hypot(local.x, local.y), local.z)
     }
 
     /// The vector from the axis `z` to a point in space, perpendicular to the axis.

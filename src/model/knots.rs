@@ -3,7 +3,6 @@
 //! Basis: the triangular Cox–de Boor scheme, run once for values and derivatives (Piegl & Tiller, *The NURBS Book*,
 //! ch. 2). Extraction: Bézier points are blossom values (Ramshaw), as one small matrix per span.
 
-use crate::math::Elementary as _;
 use crate::math::bernstein::with_rows;
 use crate::math::boxes::around;
 use glam::DVec4;
@@ -307,7 +306,7 @@ pub(crate) fn unroll(
         let end = if copy < 0.0 { k0 + (copy + 1.0) * period } else { k1 + copy * period };
         out_knots.extend(inner.iter().map(|k| k + copy * period));
         out_knots.extend(std::iter::repeat_n(end, if copy == after { degree + 1 } else { degree }));
-        let factor = scale.power(copy);
+        let factor = libm::pow(scale, copy);
         let skipped = if out_rows.is_empty() { 0 } else { width };
         out_rows.extend(rows[skipped..].iter().map(|&p| if factor == 1.0 { p } else { p * factor }));
         copy += 1.0;

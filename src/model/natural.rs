@@ -2,7 +2,6 @@
 
 use super::nurbs_surface::extent;
 use super::{Frame3, NurbsCurve3, Surface};
-use crate::math::Elementary as _;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -85,14 +84,14 @@ impl Surface {
         match self {
             Self::Plane { .. } | Self::Cylinder { .. } | Self::Extrusion { .. } => Vec::new(),
             Self::Cone { frame, radius, half_angle } => {
-                let at = -radius / half_angle.tangent();
+                let at = -radius / libm::tan(*half_angle);
                 vec![Pole { axis: 1, at, point: frame.origin + frame.z * at }]
             }
             Self::Sphere { frame, radius } => [-FRAC_PI_2, FRAC_PI_2]
                 .map(|at| Pole { axis: 1, at, point: frame.origin + frame.z * radius.copysign(at) })
                 .to_vec(),
             Self::Torus { frame, major, minor } if minor >= major => {
-                let at = (-major / minor).arc_cosine();
+                let at = libm::acos(-major / minor);
                 let height = (minor * minor - major * major).sqrt();
                 let pole = |at: f64, z: f64| Pole { axis: 1, at, point: frame.origin + frame.z * z };
                 if height > 0.0 { vec![pole(at, height), pole(TAU - at, -height)] } else { vec![pole(PI, 0.0)] }
@@ -130,11 +129,11 @@ impl Surface {
             Self::Plane { frame } => frame.local(p).truncate(),
             Self::Cylinder { frame, .. } => {
                 let local = frame.local(p);
-                DVec2::new(turn(local.y.arc_tangent_to(local.x)), local.z)
+                DVec2::new(turn(libm::atan2(local.y, local.x)), local.z)
             }
             Self::Cone { frame, radius, half_angle } => {
                 let (u, rho, z) = polar(frame, p);
-                let (s, c) = half_angle.sine_cosine();
+                let (s, c) = libm::sincos(*half_angle);
                 // The meridian line is (ρ, z) = (r, 0) + l (sin a, cos a); beyond the apex, ρ < 0 at u + π.
                 let across = |rho: f64| ((rho - radius) * c - z * s).abs();
                 let along = |rho: f64| ((rho - radius) * s + z * c) * c;
@@ -146,15 +145,15 @@ impl Surface {
             }
             Self::Sphere { frame, .. } => {
                 let (u, rho, z) = polar(frame, p);
-                DVec2::new(turn(u), z.arc_tangent_to(rho))
+                DVec2::new(turn(u), libm::atan2(z, rho))
             }
             Self::Torus { frame, major, minor } => {
                 let (u, rho, z) = polar(frame, p);
-                let away = |rho: f64| ((rho - major).hypotenuse(z) - minor).abs();
+                let away = |rho: f64| (libm::hypot(rho - major, z) - minor).abs();
                 if minor > major && away(-rho) < away(rho) {
-                    DVec2::new(turn(u + PI), turn(z.arc_tangent_to(-rho - major)))
+                    DVec2::new(turn(u + PI), turn(libm::atan2(z, -rho - major)))
                 } else {
-                    DVec2::new(turn(u), turn(z.arc_tangent_to(rho - major)))
+                    DVec2::new(turn(u), turn(libm::atan2(z, rho - major)))
                 }
             }
             Self::Extrusion { .. } | Self::Revolution { .. } | Self::Nurbs(_) => return None,
@@ -166,7 +165,7 @@ impl Surface {
 /// Cylindrical coordinates: angle, distance from the axis, height.
 fn polar(frame: &Frame3, p: DVec3) -> (f64, f64, f64) {
     let local = frame.local(p);
-    (local.y.arc_tangent_to(local.x), local.x.hypotenuse(local.y), local.z)
+    (libm::atan2(local.y, local.x), libm::hypot(local.x, local.y), local.z)
 }
 
 /// Wraps an angle to [0, 2π).

@@ -4,7 +4,6 @@
 
 use super::curve::ArcNet;
 use super::{AxisMap, Frame3, NurbsCurve3, NurbsSurface, Surface, knots};
-use crate::math::Elementary as _;
 use glam::{DVec3, DVec4};
 
 impl Surface {
@@ -31,7 +30,7 @@ impl Surface {
             }
             Self::Cylinder { frame, radius } => turned(frame, u, &straight(v, |_| *radius), AxisMap::Identity),
             Self::Cone { frame, radius, half_angle } => {
-                let slope = half_angle.tangent();
+                let slope = libm::tan(*half_angle);
                 turned(frame, u, &straight(v, |v| radius + v * slope), AxisMap::Identity)
             }
             Self::Sphere { frame, radius } => {

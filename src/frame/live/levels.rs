@@ -8,7 +8,6 @@
 
 use super::culling::InstanceSight;
 use super::placed::{PlacedInstances, Shown};
-use crate::math::Elementary as _;
 use crate::math::matching::matched;
 use crate::mesh::ScenePart;
 use crate::model::PartId;
@@ -176,8 +175,8 @@ fn another(prepared: &mut Prepared, part: PartId) -> PartId {
 
 /// The band of a scale, in pixels of the allowed deviation per millimetre. Keeps `before` within the hysteresis.
 fn band_of(most: f64, before: Band) -> i32 {
-    let exact = most.binary_logarithm() / BAND.binary_logarithm();
-    let slack = SLACK.binary_logarithm() / BAND.binary_logarithm();
+    let exact = libm::log2(most) / libm::log2(BAND);
+    let slack = libm::log2(SLACK) / libm::log2(BAND);
     let near = |&band: &i32| exact >= f64::from(band) - slack && exact < f64::from(band) + 1.0 + slack;
     #[allow(clippy::cast_possible_truncation, reason = "the logarithm of a number is below 1100")]
     before.filter(near).unwrap_or(exact.floor() as i32)

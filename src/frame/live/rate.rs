@@ -5,7 +5,6 @@
 
 use crate::frame::tolerance::box_tolerance::BoxTolerances;
 use crate::frame::tolerance::object_tolerance::Tolerance;
-use crate::math::Elementary as _;
 
 /// Steps per doubling of the pixels per millimetre. The number of lines grows with its square root, so a step is a
 /// factor of 2^(1/4) in lines: 9 % more than needed on average, in each direction.
@@ -54,7 +53,7 @@ pub(crate) fn step(density: f64, before: Step) -> Step {
     if density <= 0.0 || density.is_nan() {
         return None;
     }
-    let exact = STEPS * density.binary_logarithm();
+    let exact = STEPS * libm::log2(density);
     let kept = before.filter(|&k| exact <= f64::from(k) && exact >= f64::from(k) - SLACK);
     #[allow(clippy::cast_possible_truncation, reason = "clamped")]
     kept.or_else(|| Some(exact.ceil().clamp(f64::from(i16::MIN), f64::from(i16::MAX)) as i16))
@@ -62,19 +61,19 @@ pub(crate) fn step(density: f64, before: Step) -> Step {
 
 /// Steps by which a density grows with this factor.
 pub(crate) fn steps_of(factor: f64) -> f64 {
-    STEPS * factor.binary_logarithm()
+    STEPS * libm::log2(factor)
 }
 
 /// Factor on the cells of a tile that becomes finer by so many steps: its lines grow with the root of the density, in
 /// both directions.
 pub(crate) fn growth_of(steps: f64) -> f64 {
-    (steps / STEPS).clamp(-40.0, 40.0).binary_power()
+    libm::exp2((steps / STEPS).clamp(-40.0, 40.0))
 }
 
 /// The range of densities for which a step is kept.
 pub(crate) fn band(step: Step) -> (f64, f64) {
     let Some(k) = step.map(f64::from) else { return (0.0, 0.0) };
-    (((k - SLACK) / STEPS).binary_power(), (k / STEPS).binary_power())
+    (libm::exp2((k - SLACK) / STEPS), libm::exp2(k / STEPS))
 }
 
 /// What all rates of a frame have in common, besides their steps.
@@ -91,11 +90,11 @@ pub(crate) struct Terms {
 impl Terms {
     /// Factor by which the limits reduce the number of lines.
     pub(crate) fn coarsened(&self) -> f64 {
-        (0.5 * f64::from(self.coarser) / STEPS).binary_power()
+        libm::exp2(0.5 * f64::from(self.coarser) / STEPS)
     }
 
     fn density(&self, step: i16) -> f64 {
-        ((f64::from(step) - f64::from(self.coarser)) / STEPS).binary_power()
+        libm::exp2((f64::from(step) - f64::from(self.coarser)) / STEPS)
     }
 
     /// The tolerances of a tile or edge with this rate, in a part of this radius.
@@ -117,7 +116,7 @@ impl Terms {
     /// Rounds a chord tolerance down to a power of two. It then changes only every two steps, and so does what is
     /// measured against it.
     pub(crate) fn settled(chord: f64) -> f64 {
-        if chord > 0.0 && chord.is_finite() { chord.binary_logarithm().floor().binary_power() } else { chord }
+        if chord > 0.0 && chord.is_finite() { libm::exp2(libm::log2(chord).floor()) } else { chord }
     }
 }
 

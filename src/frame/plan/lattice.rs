@@ -4,7 +4,6 @@ use super::density::{Criteria, Density, FollowLines};
 use super::directions::{Directions, Strip};
 use super::output::{MAX_LINES, TileLattice};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
-use crate::math::Elementary as _;
 use crate::math::order::{larger, smaller};
 use crate::model::SurfaceKind;
 use crate::prepare::internals::{Bend, BoundingBox, PreparedFace, Tile};
@@ -191,7 +190,7 @@ impl Lattices {
         loop {
             directions.rates(share, wanted);
             let [turn_u, turn_v] = [0, 1].map(|axis| most_turn(&strips[axis], &wanted[axis]));
-            let turned = (0.5 * turn_u.hypotenuse(turn_v)).min(1.0);
+            let turned = (0.5 * libm::hypot(turn_u, turn_v)).min(1.0);
             if turned <= share {
                 break;
             }

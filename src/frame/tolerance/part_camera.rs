@@ -5,7 +5,6 @@
 //! the Jacobian is 1/(z cos θ). Over a box it is at most the value at the box's least depth and widest angle. Boxes
 //! are convex, so two points of a box are at most that factor times their distance apart in the image.
 
-use crate::math::Elementary as _;
 use crate::math::order::{larger, smaller};
 use crate::math::sphere_tree::Sphere;
 use crate::mesh::SceneInstance;
@@ -193,11 +192,11 @@ impl PartEye {
             SightLens::Orthographic { .. } => (self.forward, 0.0),
             SightLens::Perspective { .. } => {
                 let line = centre - self.place;
-                (line, (radius / line.length()).min(1.0).arc_sine())
+                (line, libm::asin((radius / line.length()).min(1.0)))
             }
         };
         let allowed = std::f64::consts::FRAC_PI_2 - half_angle - spread;
-        allowed > 0.0 && line.dot(axis) > line.length() * allowed.cosine()
+        allowed > 0.0 && line.dot(axis) > line.length() * libm::cos(allowed)
     }
 }
 
@@ -218,7 +217,7 @@ impl View {
         let aspect = width / height;
         let lens = match self.camera.projection {
             Projection::Perspective { fov_y, near } => {
-                let slope = (0.5 * fov_y).tangent();
+                let slope = libm::tan(0.5 * fov_y);
                 SightLens::Perspective { focal: 0.5 * height / slope, slopes: [slope * aspect, slope], near }
             }
             Projection::Orthographic { height: shown } => {

@@ -1,7 +1,6 @@
 //! Arcs of hyperbolas and parabolas -> exact quadratic B-splines. Classical construction: end points, and the
 //! intersection of the end tangents, weighted with the hyperbolic cosine of half the span (1 for the parabola).
 
-use crate::math::Elementary as _;
 use crate::model::NurbsCurve3;
 use glam::DVec3;
 
@@ -14,8 +13,8 @@ pub(super) fn hyperbolic_arc(centre: DVec3, x: DVec3, y: DVec3, (t0, t1): (f64, 
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 64")]
     let spans = ((t1 - t0).ceil().clamp(1.0, MAX_SPANS) as usize).max(1);
     let step = (t1 - t0) / spans as f64;
-    let weight = (0.5 * step).hyperbolic_cosine();
-    let at = |t: f64| x * t.hyperbolic_cosine() + y * t.hyperbolic_sine();
+    let weight = libm::cosh(0.5 * step);
+    let at = |t: f64| x * libm::cosh(t) + y * libm::sinh(t);
     let mut curve = NurbsCurve3 { degree: 2, knots: vec![t0; 3], points: vec![centre + at(t0)], weights: vec![1.0] };
     for span in 0..spans {
         let from = t0 + step * span as f64;

@@ -3,7 +3,6 @@
 use super::place::Geometry;
 use super::table::{Entity, Read, Trouble, out_of_range};
 use super::values::Map;
-use crate::math::Elementary as _;
 use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, SolidTrouble, Surface, VertexId};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
@@ -93,7 +92,7 @@ fn corners(geometry: &Geometry<'_>, item: Entity<'_>, name: &'static str, count:
 /// Adds a cylinder or a frustum about the frame's axis, wider at its far end. A foot of radius 0 is an apex.
 fn barrel(part: &mut PartBuilder, frame: &Frame3, height: f64, radius: f64, half_angle: f64) {
     let far = Frame3 { origin: frame.origin + frame.z * height, ..*frame };
-    let wide = part.circle(&far, radius + height * half_angle.tangent());
+    let wide = part.circle(&far, radius + height * libm::tan(half_angle));
     let side = if half_angle > 0.0 {
         Surface::Cone { frame: *frame, radius, half_angle }
     } else {

@@ -8,7 +8,6 @@ use super::place::Geometry;
 use super::spline;
 use super::table::{Entity, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::{Attribute, List};
-use crate::math::Elementary as _;
 use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineTrouble, StepTrouble};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -136,7 +135,7 @@ impl Geometry<'_> {
                 let frame = turn(frame);
                 let angle = |p: DVec3| {
                     let d = frame.local(p);
-                    (d.y / b).arc_tangent_to(d.x / a)
+                    libm::atan2(d.y / b, d.x / a)
                 };
                 let from = angle(ends.start);
                 let sweep = (angle(ends.end) - from).rem_euclid(TAU);
@@ -152,7 +151,7 @@ impl Geometry<'_> {
             }
             Carrier::Hyperbola { frame, a, b } => {
                 let frame = turn(frame);
-                let at = |p: DVec3| (frame.local(p).y / b).inverse_hyperbolic_sine();
+                let at = |p: DVec3| libm::asinh(frame.local(p).y / b);
                 let arc = |range| hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, range);
                 BoundedCurve::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
             }
@@ -378,9 +377,9 @@ impl Geometry<'_> {
                 Carrier::Line { point, along } => (p - *point).dot(*along) / along.length_squared(),
                 Carrier::Round { frame, a, b } => {
                     let d = frame.local(p);
-                    (d.y / b).arc_tangent_to(d.x / a)
+                    libm::atan2(d.y / b, d.x / a)
                 }
-                Carrier::Hyperbola { frame, b, .. } => (frame.local(p).y / b).inverse_hyperbolic_sine(),
+                Carrier::Hyperbola { frame, b, .. } => libm::asinh(frame.local(p).y / b),
                 Carrier::Parabola { frame, focal } => frame.local(p).y / (2.0 * focal),
                 Carrier::Spline { curve, .. } => spline::nearest(curve, p),
             })

@@ -8,7 +8,6 @@ use super::place::Geometry;
 use super::replica::Similarity;
 use super::table::{Entity, Read, Trouble, missing};
 use super::units::Units;
-use crate::math::Elementary as _;
 use crate::model::{CurveKind, CurveTrouble, FitTrouble, Frame3, NurbsCurve3, StepTrouble, Surface};
 use glam::DVec3;
 
@@ -222,12 +221,10 @@ impl Geometry<'_> {
         Ok(match self.carrier(basis, 0)?.0 {
             Carrier::Line { point, along } => point + along * t,
             Carrier::Round { frame, a, b } => {
-                let (sin, cos) = (t * self.units.angle).sine_cosine();
+                let (sin, cos) = libm::sincos(t * self.units.angle);
                 frame.place(DVec3::new(a * cos, b * sin, 0.0))
             }
-            Carrier::Hyperbola { frame, a, b } => {
-                frame.place(DVec3::new(a * t.hyperbolic_cosine(), b * t.hyperbolic_sine(), 0.0))
-            }
+            Carrier::Hyperbola { frame, a, b } => frame.place(DVec3::new(a * libm::cosh(t), b * libm::sinh(t), 0.0)),
             Carrier::Parabola { frame, focal } => frame.place(DVec3::new(focal * t * t, 2.0 * focal * t, 0.0)),
             Carrier::Spline { curve, .. } => curve.point(within(t, curve.domain(), instance.id)?),
         })

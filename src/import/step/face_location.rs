@@ -2,7 +2,6 @@
 
 use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::curve::Carrier;
-use crate::math::Elementary as _;
 use crate::model::{Frame3, NurbsCurve3, Severity, StepOutcome, Surface};
 use glam::DVec3;
 
@@ -42,8 +41,7 @@ pub(super) fn reaching(
 ) -> Option<NurbsCurve3> {
     match carrier {
         Carrier::Hyperbola { frame, a, b } => {
-            let (low, high) =
-                extent(reach.iter().map(|p| (frame.local(flat(p, frame)).y / b).inverse_hyperbolic_sine()))?;
+            let (low, high) = extent(reach.iter().map(|p| libm::asinh(frame.local(flat(p, frame)).y / b)))?;
             let range = widened(low, high)?;
             Some(hyperbolic_arc(frame.origin, frame.x * *a, frame.y * *b, range))
         }

@@ -4,7 +4,6 @@
 use super::face_location::LocateFace;
 use super::face_part::{Range, face_part};
 use super::revolution::sheet;
-use crate::math::Elementary as _;
 use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, Severity, StepOutcome, Surface, knots_of_pieces};
 use glam::DVec3;
 
@@ -39,12 +38,12 @@ pub(super) fn offset(
         Surface::Cone { frame, radius, half_angle } => {
             // Moving the slant line sideways changes the radius at z = 0. If that is negative, the apex becomes the
             // origin.
-            let moved = radius + distance / half_angle.cosine();
+            let moved = radius + distance / libm::cos(*half_angle);
             if moved >= 0.0 {
                 Surface::Cone { frame: *frame, radius: moved, half_angle: *half_angle }
             } else {
                 let mut frame = *frame;
-                frame.origin -= frame.z * (moved / half_angle.tangent());
+                frame.origin -= frame.z * (moved / libm::tan(*half_angle));
                 Surface::Cone { frame, radius: 0.0, half_angle: *half_angle }
             }
         }

@@ -4,7 +4,6 @@
 use super::curve::Carrier;
 use super::face_location::{FaceLocation, Stated, extent, reaching, widened};
 use super::spline;
-use crate::math::Elementary as _;
 use crate::math::bisection::bisected;
 use crate::model::{Frame3, NurbsCurve3, StepTrouble, Surface};
 use glam::{DVec2, DVec3};
@@ -77,7 +76,7 @@ pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &FaceLocation) -> 
     let miss = |p: DVec3| {
         let at = plane.local(p);
         match carrier {
-            Carrier::Hyperbola { a, b, .. } => (at.x - a * (at.y / b).hypotenuse(1.0)).abs(),
+            Carrier::Hyperbola { a, b, .. } => (at.x - a * libm::hypot(at.y / b, 1.0)).abs(),
             Carrier::Parabola { focal, .. } => (at.x - at.y * at.y / (4.0 * focal)).abs(),
             Carrier::Line { .. } | Carrier::Round { .. } | Carrier::Spline { .. } => f64::INFINITY,
         }

@@ -8,7 +8,6 @@ use super::revolution;
 use super::spline;
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::Attribute;
-use crate::math::Elementary as _;
 use crate::model::{
     CurveTrouble, Frame3, NurbsCurve3, NurbsSurface, Severity, SplineTrouble, StepOutcome, StepTrouble, Surface,
 };
@@ -237,7 +236,7 @@ fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
 /// The arc's ends lie exactly on the axis. Parameters are the torus's, up to the arc's parametrisation.
 fn spindle(frame: &Frame3, major: f64, minor: f64, outer: bool) -> Surface {
     // The tube's circle crosses the axis at this angle.
-    let half = (-major / minor).arc_cosine();
+    let half = libm::acos(-major / minor);
     let (middle, half) = if outer { (0.0, half) } else { (PI, PI - half) };
     let plane = Frame3 { origin: frame.origin + frame.x * major, x: frame.x, y: frame.z, z: -frame.y };
     let mut curve = NurbsCurve3::arc(&plane, minor, minor, middle - half, middle + half);

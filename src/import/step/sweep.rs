@@ -7,7 +7,6 @@ use super::kinds::{SWEEPS, profile};
 use super::place::Geometry;
 use super::spline;
 use super::table::{Entity, Read, Trouble, missing, out_of_range};
-use crate::math::Elementary as _;
 use crate::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind, SolidTrouble,
     Surface, VertexId,
@@ -202,7 +201,7 @@ fn ends(curve: &NurbsCurve3) -> DVec3 {
 }
 
 fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f64, side: DVec3) -> PartBuilder {
-    let (sine, cosine) = (0.5 * angle).sine_cosine();
+    let (sine, cosine) = libm::sincos(0.5 * angle);
     let turn = DAffine3::from_quat(DQuat::from_vec4((sine * axis.z).extend(cosine)));
     let motion = DAffine3::from_translation(axis.origin) * turn * DAffine3::from_translation(-axis.origin);
     let none = ON_AXIS * reach(profile, axis);

@@ -4,7 +4,6 @@
 //! corners lie on the edge. So of two edges that share a vertex, one follows the other side by side up to where they
 //! separate, and an edge that meets itself is straightened.
 
-use crate::math::Elementary as _;
 use crate::math::bisection::bisected;
 use crate::model::{CurveKind, Part, VertexId};
 use crate::prepare::uv::pcurve::Projector;
@@ -244,7 +243,7 @@ fn beside(
     // The point of the other image at distance `radius` from the corner.
     let (start, back) = (at_end(other, along).t, at_end(other, End { first: !along.first, ..along }).t);
     let off = |share: f64| far(UvSample::on(other, start + (back - start) * share).uv);
-    let shares = (1..=64).map(|k| 0.5_f64.power(0.5 * f64::from(64 - k)));
+    let shares = (1..=64).map(|k| libm::pow(0.5, 0.5 * f64::from(64 - k)));
     let beyond: Vec<(f64, f64)> = shares.map(|share| (share, off(share))).collect();
     let other_at = |radius: f64| {
         let &(share, _) = beyond.iter().find(|(_, off)| *off >= radius)?;

@@ -7,7 +7,6 @@
 
 use super::decompose::BezierPatches;
 use super::tables::{Bend, BoundingBox, BoxBounds, StripBounds, SurfaceBounds};
-use crate::math::Elementary as _;
 use crate::model::{AxisMap, Surface};
 use glam::DVec4;
 use smallvec::{SmallVec, smallvec};
@@ -30,11 +29,11 @@ struct ArcStrip {
 impl ArcStrip {
     /// The halves of a span of `step` radians that starts at angle `start` and is `width` wide in the parameter.
     fn halves(start: f64, step: f64, width: f64) -> [Self; PARTS] {
-        let k = (0.25 * step).tangent();
+        let k = libm::tan(0.25 * step);
         // φ' falls with |s|: largest at 0. |φ''| grows with |s| while k²s² < 1/3, for all steps up to 120°: largest at
         // 1.
         let (first, second) = (4.0 * k / width, 16.0 * k.powi(3) / (1.0 + k.powi(2)).powi(2) / (width * width));
-        let (middle, half) = (start + 0.5 * step, 2.0 * k.arc_tangent());
+        let (middle, half) = (start + 0.5 * step, 2.0 * libm::atan(k));
         let ends = [(middle - half, middle), (middle, middle + half)];
         ends.map(|angles| Self { first, second, angles })
     }
@@ -44,9 +43,9 @@ impl ArcStrip {
     fn acceleration(&self, reach: f64, level: f64, across: f64) -> Bend {
         let centripetal = self.first.powi(2);
         Bend {
-            norm: reach * centripetal.hypotenuse(self.second),
+            norm: reach * libm::hypot(centripetal, self.second),
             lift: reach * centripetal * level,
-            slide: reach * (centripetal * across).hypotenuse(self.second),
+            slide: reach * libm::hypot(centripetal * across, self.second),
         }
     }
 
@@ -59,8 +58,8 @@ impl ArcStrip {
         use std::f64::consts::{FRAC_PI_2, PI};
         let (a, b) = self.angles;
         let holds = |x: f64| ((b - x) / PI).floor() * PI + x >= a;
-        let cos = if holds(0.0) { 1.0 } else { a.cosine().abs().max(b.cosine().abs()) };
-        let sin = if holds(FRAC_PI_2) { 1.0 } else { a.sine().abs().max(b.sine().abs()) };
+        let cos = if holds(0.0) { 1.0 } else { libm::cos(a).abs().max(libm::cos(b).abs()) };
+        let sin = if holds(FRAC_PI_2) { 1.0 } else { libm::sin(a).abs().max(libm::sin(b).abs()) };
         (cos, sin)
     }
 }
@@ -93,7 +92,7 @@ pub(crate) fn analytic(surface: &Surface, maps: &[AxisMap; 2], patches: &BezierP
         }
         Surface::Cylinder { radius, .. } => ruled(maps, patches, radius, 0.0),
         Surface::Cone { radius, half_angle, .. } => {
-            let slope = half_angle.tangent();
+            let slope = libm::tan(half_angle);
             let reach = (radius + ends.0 * slope).abs().max((radius + ends.1 * slope).abs());
             ruled(maps, patches, reach, half_angle)
         }
@@ -119,8 +118,8 @@ fn ruled(maps: &[AxisMap; 2], patches: &BezierPatches, reach: f64, half_angle: f
         return None;
     }
     let (breaks_u, around) = swings(&maps[0], &patches.breaks_u)?;
-    let (sine, cosine) = (half_angle.sine(), half_angle.cosine());
-    let slope = half_angle.tangent().abs();
+    let (sine, cosine) = (libm::sin(half_angle), libm::cos(half_angle));
+    let slope = libm::tan(half_angle).abs();
     let cells = around
         .iter()
         .map(|s| BoxBounds {
@@ -129,7 +128,7 @@ fn ruled(maps: &[AxisMap; 2], patches: &BezierPatches, reach: f64, half_angle: f
             vv: Bend::default(),
             u: reach * s.first,
             v: 1.0 / cosine,
-            turn_u: 2.0 * (cosine * (0.5 * s.turn()).sine()).arc_sine(),
+            turn_u: 2.0 * libm::asin(cosine * libm::sin(0.5 * s.turn())),
             turn_v: 0.0,
         })
         .collect();
@@ -142,7 +141,7 @@ fn tube(maps: &[AxisMap; 2], patches: &BezierPatches, major: f64, minor: f64) ->
     let (breaks_v, across) = swings(&maps[1], &patches.breaks_v)?;
     let of_strip = |t: &ArcStrip| {
         let (cos, sin) = t.extremes();
-        let reach = [t.angles.0, t.angles.1].map(|v| (major + minor * v.cosine()).abs());
+        let reach = [t.angles.0, t.angles.1].map(|v| (major + minor * libm::cos(v)).abs());
         // Inside the strip the distance from the axis is extreme only where cos v is.
         let reach = if cos == 1.0 { major + minor } else { reach[0].max(reach[1]) };
         (cos, sin, reach, t.acceleration(minor, 1.0, 0.0))
@@ -181,17 +180,17 @@ pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Strips> {
             let [p, q, r] = [a, b, c].map(|x| x.truncate() / x.w);
             let (legs, chord) = ((q - p, r - q), r - p);
             let length = legs.0.length();
-            let half = (b.w / a.w).arc_cosine();
+            let half = libm::acos(b.w / a.w);
             let is_arc = (legs.1.length() - length).abs() <= 1e-9 * length
-                && (chord.length() - 2.0 * length * half.cosine()).abs() <= 1e-9 * length
+                && (chord.length() - 2.0 * length * libm::cos(half)).abs() <= 1e-9 * length
                 && half <= std::f64::consts::FRAC_PI_3;
             if !is_arc {
                 return None;
             }
-            let (radius, place) = (length / half.tangent(), BoundingBox::of_net(net));
+            let (radius, place) = (length / libm::tan(half), BoundingBox::of_net(net));
             let strip = |s: ArcStrip| StripBounds {
                 first: radius * s.first,
-                second: radius * s.first.powi(2).hypotenuse(s.second),
+                second: radius * libm::hypot(s.first.powi(2), s.second),
                 turn: s.turn(),
                 place,
             };

@@ -4,7 +4,6 @@
 //! A row of samples along v is evaluated at once, in lanes; the last samples of all rows together. Every lane does the
 //! arithmetic of a single point, in the same order.
 
-use crate::math::Elementary as _;
 use crate::math::bernstein;
 use crate::math::lanes::widest;
 use glam::{DVec3, DVec4};
@@ -385,7 +384,7 @@ const SHORT: f64 = 0.1;
 
 /// The angle subtended by a chord of the unit circle.
 fn chord_angle(chord: f64) -> f64 {
-    if chord < SHORT { short_angle(chord) } else { 2.0 * (0.5 * chord).min(1.0).arc_sine() }
+    if chord < SHORT { short_angle(chord) } else { 2.0 * libm::asin((0.5 * chord).min(1.0)) }
 }
 
 /// [`chord_angle`] by a series that is good to 10⁻⁹ below [`SHORT`].

@@ -4,7 +4,6 @@
 //! one cubic is bounded by its Bézier points, or by its exact extent across a line.
 
 use super::draft::{DraftAlong, DraftUse};
-use crate::math::Elementary as _;
 use crate::math::boxes::around;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use glam::DVec2;
@@ -461,10 +460,10 @@ fn cone(s: ArcSpan<'_>, p: DVec2) -> Option<(f64, f64, f64)> {
     for d in s.points().iter().map(|x| *x - p).filter(|d| d.length() > SAME_SHARE) {
         // Angles relative to the first direction; an arc that turns back around `p` fills everything.
         let zero = *first.get_or_insert(d);
-        let angle = zero.perp_dot(d).arc_tangent_to(zero.dot(d));
+        let angle = libm::atan2(zero.perp_dot(d), zero.dot(d));
         (low, high) = (low.min(angle), high.max(angle));
     }
-    first.map(|zero| (zero.y.arc_tangent_to(zero.x), low, high))
+    first.map(|zero| (libm::atan2(zero.y, zero.x), low, high))
 }
 
 #[cfg(test)]

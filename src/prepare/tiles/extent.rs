@@ -2,7 +2,6 @@
 
 use super::arrangement::ArrangedTile;
 use super::cuts::spans;
-use crate::math::Elementary as _;
 use crate::model::{AxisMap, FaceError, NurbsSurface, Surface};
 use crate::prepare::report::room::Room;
 use crate::prepare::surface::arc_bounds;
@@ -144,7 +143,7 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
             places.iter().map(|&y| [-step, step].map(|step| tangent(breaks[k] + step, y))).collect();
         let longest = sides.as_flattened().iter().map(|t| t.length()).fold(0.0, f64::max);
         let has_tangent = |t: &DVec3| t.length() > NO_TANGENT * longest;
-        let turn = |a: DVec3, b: DVec3| a.cross(b).length().arc_tangent_to(a.dot(b));
+        let turn = |a: DVec3, b: DVec3| libm::atan2(a.cross(b).length(), a.dot(b));
         sides.iter().any(|[a, b]| has_tangent(a) && has_tangent(b) && turn(*a, *b) > BREAK)
     };
     let has_full_multiplicity = |k: usize| {

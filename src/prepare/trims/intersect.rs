@@ -11,7 +11,6 @@
 
 use super::spans::{Span, UvDomain, spans};
 use crate::control::Call;
-use crate::math::Elementary as _;
 use crate::math::box_tree::BoxTree;
 use crate::model::TrimCurve;
 use glam::{DMat2, DVec2, DVec3};
@@ -286,7 +285,7 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
             continue;
         }
         let small = length_x.max(length_y) <= TOUCH || looked > MAX_PAIRS;
-        let between = d.perp_dot(e).abs().arc_tangent_to(d.dot(e).abs());
+        let between = libm::atan2(d.perp_dot(e).abs(), d.dot(e).abs());
         if !small && between > x.cone() + y.cone() {
             if let Some(at) = newton(a, b, [x.range, y.range]) {
                 // Near a touch the curves are equal to rounding and may seem to cross.
