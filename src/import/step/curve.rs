@@ -45,6 +45,43 @@ pub(super) enum Carrier {
     },
 }
 
+impl Carrier {
+    /// The parameter of the foot of `p`; an angle on circles and ellipses.
+    pub(super) fn parameter(&self, p: DVec3) -> f64 {
+        match self {
+            Self::Line { point, along } => (p - *point).dot(*along) / along.length_squared(),
+            Self::Round { frame, a, b } => {
+                let d = frame.local(p);
+                libm::atan2(d.y / b, d.x / a)
+            }
+            Self::Hyperbola { frame, b, .. } => libm::asinh(frame.local(p).y / b),
+            Self::Parabola { frame, focal } => frame.local(p).y / (2.0 * focal),
+            Self::Spline { curve, .. } => spline::nearest(curve, p),
+        }
+    }
+
+    /// The part over a range of parameters, low to high.
+    pub(super) fn arc(&self, (low, high): (f64, f64)) -> NurbsCurve3 {
+        match *self {
+            Self::Line { point, along } => NurbsCurve3::line(point + along * low, point + along * high),
+            Self::Round { frame, a, b } => NurbsCurve3::arc(&frame, a, b, low, high),
+            Self::Hyperbola { frame, a, b } => hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, (low, high)),
+            Self::Parabola { frame, focal } => {
+                parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, (low, high))
+            }
+            Self::Spline { ref curve, .. } => spline::piece(curve, low, high),
+        }
+    }
+
+    /// A conic in the other direction.
+    fn turned(mut self) -> Self {
+        if let Self::Round { frame, .. } | Self::Hyperbola { frame, .. } | Self::Parabola { frame, .. } = &mut self {
+            (frame.y, frame.z) = (-frame.y, -frame.z);
+        }
+        self
+    }
+}
+
 /// An edge's curve, running from its start vertex to its end vertex.
 #[derive(Clone, Debug)]
 pub(super) struct BoundedCurve {
@@ -126,19 +163,14 @@ impl Geometry<'_> {
     ) -> Read<Option<BoundedCurve>> {
         let tolerance = self.units.tolerance;
         let forward = same == same_sense;
-        let turn = |frame: Frame3| if forward { frame } else { Frame3 { y: -frame.y, z: -frame.z, ..frame } };
+        let carrier = if forward { carrier } else { carrier.turned() };
         let chord = ends.start.distance(ends.end);
         let rounding = |size: f64| rounding([ends.start, ends.end], size);
         let bounded = match carrier {
             Carrier::Line { .. } => return Ok(straight(ends)),
             Carrier::Round { frame, a, b } => {
-                let frame = turn(frame);
-                let angle = |p: DVec3| {
-                    let d = frame.local(p);
-                    libm::atan2(d.y / b, d.x / a)
-                };
-                let from = angle(ends.start);
-                let sweep = (angle(ends.end) - from).rem_euclid(TAU);
+                let from = carrier.parameter(ends.start);
+                let sweep = (carrier.parameter(ends.end) - from).rem_euclid(TAU);
                 let rounding = rounding(frame.origin.abs().max_element() + a.max(b));
                 let whole = ends.whole.holds(chord, rounding, tolerance);
                 // Rounding may give an empty sweep either sign.
@@ -147,19 +179,17 @@ impl Geometry<'_> {
                 }
                 let sweep = if whole { TAU } else { sweep };
                 let kind = if a == b { CurveKind::Circle } else { CurveKind::Conic };
-                BoundedCurve::whole(NurbsCurve3::arc(&frame, a, b, from, from + sweep), kind)
+                BoundedCurve::whole(carrier.arc((from, from + sweep)), kind)
             }
-            Carrier::Hyperbola { frame, a, b } => {
-                let frame = turn(frame);
-                let at = |p: DVec3| libm::asinh(frame.local(p).y / b);
-                let arc = |range| hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, range);
-                BoundedCurve::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
-            }
-            Carrier::Parabola { frame, focal } => {
-                let frame = turn(frame);
-                let at = |p: DVec3| frame.local(p).y / (2.0 * focal);
-                let arc = |range| parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, range);
-                BoundedCurve::whole(either_way(at(ends.start), at(ends.end), arc, id)?, CurveKind::Conic)
+            Carrier::Hyperbola { .. } | Carrier::Parabola { .. } => {
+                // On an open curve the ends alone determine the arc; a contradicting sense is ignored.
+                let [from, to] = [ends.start, ends.end].map(|p| carrier.parameter(p));
+                let arc = if from <= to {
+                    carrier.arc(increasing(from, to, id)?)
+                } else {
+                    carrier.arc(increasing(to, from, id)?).reversed()
+                };
+                BoundedCurve::whole(arc, CurveKind::Conic)
             }
             Carrier::Spline { curve, kind } => {
                 let curve = if forward { curve } else { curve.reversed() };
@@ -220,7 +250,7 @@ impl Geometry<'_> {
             return self.bounded_offset(instance, depth);
         }
         match self.carrier(instance.id, depth)?.0 {
-            Carrier::Round { frame, a, b } => Ok(NurbsCurve3::arc(&frame, a, b, 0.0, TAU)),
+            carrier @ Carrier::Round { .. } => Ok(carrier.arc((0.0, TAU))),
             Carrier::Spline { curve, .. } => Ok(curve),
             Carrier::Line { .. } | Carrier::Hyperbola { .. } | Carrier::Parabola { .. } => {
                 Err(Trouble::new(instance.id, CurveTrouble::Endless { keyword: instance.keyword() }))
@@ -326,25 +356,18 @@ impl Geometry<'_> {
             (low, high) = (high, low);
         }
         let curve = match carrier {
-            Carrier::Line { point, along } => {
-                if low == high {
-                    return Err(Trouble::new(id, missing("a trimmed line", "length")));
-                }
-                NurbsCurve3::line(point + along * low, point + along * high)
+            Carrier::Line { .. } if low == high => {
+                return Err(Trouble::new(id, missing("a trimmed line", "length")));
             }
-            Carrier::Round { frame, a, b } => {
+            Carrier::Line { .. } => carrier.arc((low, high)),
+            Carrier::Round { .. } => {
                 let sweep = (high - low).rem_euclid(TAU);
                 // Rounded trims of a full turn may end a little above it. Two trims at one angle are a full turn, too.
                 let whole = sweep <= ROUNDING || (high - low > PI && sweep < 1e-6);
                 let sweep = if whole { TAU } else { sweep };
-                NurbsCurve3::arc(&frame, a, b, low, low + sweep)
+                carrier.arc((low, low + sweep))
             }
-            Carrier::Hyperbola { frame, a, b } => {
-                hyperbolic_arc(frame.origin, frame.x * a, frame.y * b, increasing(low, high, id)?)
-            }
-            Carrier::Parabola { frame, focal } => {
-                parabolic_arc(frame.origin, frame.x * focal, frame.y * focal, increasing(low, high, id)?)
-            }
+            Carrier::Hyperbola { .. } | Carrier::Parabola { .. } => carrier.arc(increasing(low, high, id)?),
             Carrier::Spline { curve, .. } => {
                 let (a, b) = curve.domain();
                 let (low, high) = (low.clamp(a, b), high.clamp(a, b));
@@ -371,22 +394,9 @@ impl Geometry<'_> {
             _ => value,
         });
         let point = select.iter().find_map(Attribute::link);
-        let foot = |point: u64| -> Read<f64> {
-            let p = self.point(point)?;
-            Ok(match carrier {
-                Carrier::Line { point, along } => (p - *point).dot(*along) / along.length_squared(),
-                Carrier::Round { frame, a, b } => {
-                    let d = frame.local(p);
-                    libm::atan2(d.y / b, d.x / a)
-                }
-                Carrier::Hyperbola { frame, b, .. } => libm::asinh(frame.local(p).y / b),
-                Carrier::Parabola { frame, focal } => frame.local(p).y / (2.0 * focal),
-                Carrier::Spline { curve, .. } => spline::nearest(curve, p),
-            })
-        };
         let t = match (value, point) {
             (Some(value), point) if !by_point || point.is_none() => value,
-            (_, Some(point)) => foot(point)?,
+            (_, Some(point)) => carrier.parameter(self.point(point)?),
             _ => return Err(Trouble::new(id, CurveTrouble::Trim)),
         };
         if t.is_finite() { Ok(t) } else { Err(Trouble::new(id, StepTrouble::NotFinite { what: "a trim" })) }
@@ -425,12 +435,6 @@ pub(super) const SPLINES: [&str; 6] = [
 
 fn increasing(from: f64, to: f64, id: u64) -> Read<(f64, f64)> {
     if from < to && (to - from).is_finite() { Ok((from, to)) } else { Err(Trouble::new(id, CurveTrouble::WrongOrder)) }
-}
-
-/// The arc from one parameter to the other. On an open curve the ends alone determine the arc; a contradicting sense is
-/// ignored.
-fn either_way(from: f64, to: f64, arc: impl Fn((f64, f64)) -> NurbsCurve3, id: u64) -> Read<NurbsCurve3> {
-    if from <= to { Ok(arc(increasing(from, to, id)?)) } else { Ok(arc(increasing(to, from, id)?).reversed()) }
 }
 
 pub(super) fn polyline(points: Vec<DVec3>, id: u64) -> Read<NurbsCurve3> {

@@ -1,6 +1,5 @@
 //! Surfaces as stated in the file, the place of a face on them, and pieces of unbounded curves that cover the face.
 
-use super::conic::{hyperbolic_arc, parabolic_arc};
 use super::curve::Carrier;
 use crate::model::{Frame3, NurbsCurve3, Severity, StepOutcome, Surface};
 use glam::DVec3;
@@ -39,19 +38,9 @@ pub(super) fn reaching(
     reach: &[DVec3],
     flat: impl Fn(&DVec3, &Frame3) -> DVec3,
 ) -> Option<NurbsCurve3> {
-    match carrier {
-        Carrier::Hyperbola { frame, a, b } => {
-            let (low, high) = extent(reach.iter().map(|p| libm::asinh(frame.local(flat(p, frame)).y / b)))?;
-            let range = widened(low, high)?;
-            Some(hyperbolic_arc(frame.origin, frame.x * *a, frame.y * *b, range))
-        }
-        Carrier::Parabola { frame, focal } => {
-            let (low, high) = extent(reach.iter().map(|p| frame.local(flat(p, frame)).y / (2.0 * focal)))?;
-            let range = widened(low, high)?;
-            Some(parabolic_arc(frame.origin, frame.x * *focal, frame.y * *focal, range))
-        }
-        _ => None,
-    }
+    let (Carrier::Hyperbola { frame, .. } | Carrier::Parabola { frame, .. }) = carrier else { return None };
+    let (low, high) = extent(reach.iter().map(|p| carrier.parameter(flat(p, frame))))?;
+    Some(carrier.arc(widened(low, high)?))
 }
 
 /// Smallest and largest value; `None` without values.
