@@ -42,31 +42,24 @@ pub trait ControlPoint:
     fn finite(self) -> bool;
 }
 
-impl ControlPoint for DVec2 {
-    const ORIGIN: Self = Self::ZERO;
-    fn norm(self) -> f64 {
-        self.length()
-    }
-    fn inner(self, other: Self) -> f64 {
-        self.dot(other)
-    }
-    fn finite(self) -> bool {
-        self.is_finite()
-    }
+macro_rules! control_points {
+    ($($vector:ident),*) => {
+        $(impl ControlPoint for $vector {
+            const ORIGIN: Self = Self::ZERO;
+            fn norm(self) -> f64 {
+                self.length()
+            }
+            fn inner(self, other: Self) -> f64 {
+                self.dot(other)
+            }
+            fn finite(self) -> bool {
+                self.is_finite()
+            }
+        })*
+    };
 }
 
-impl ControlPoint for DVec3 {
-    const ORIGIN: Self = Self::ZERO;
-    fn norm(self) -> f64 {
-        self.length()
-    }
-    fn inner(self, other: Self) -> f64 {
-        self.dot(other)
-    }
-    fn finite(self) -> bool {
-        self.is_finite()
-    }
-}
+control_points!(DVec2, DVec3);
 
 /// A curve point with the first and second derivative by the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
