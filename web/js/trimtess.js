@@ -133,6 +133,8 @@ const STAGES = /** @type {const} */ (["read", "prepare", "tessellate"]);
 export class Prepared {
   /** The first one gathers what the others make. @type {Module[]} */ #instances;
   /** Why the workers have ended. @type {unknown} */ #ended;
+  /** Aborted once they have. */
+  #deaf = new AbortController();
   /** @type {Info | null} */ #info = null;
   /** Number of the last mesh. */
   #meshes = 0;
@@ -154,7 +156,8 @@ export class Prepared {
       const heard = (progress) => onProgress?.(...this.#progress(row, progress));
       return new Module(heard, (reason) => this.#end(reason));
     });
-    signal?.addEventListener("abort", () => this.#end(signal.reason), { once: true });
+    // A signal that lives longer does not keep what was closed.
+    signal?.addEventListener("abort", () => this.#end(signal.reason), { signal: this.#deaf.signal });
   }
 
   /**
@@ -179,6 +182,7 @@ export class Prepared {
 
   /** Ends all workers: a model without some of its parts is none. @param {unknown} reason */
   #end(reason) {
+    this.#deaf.abort();
     this.#ended ??= reason;
     for (const instance of this.#instances) instance.end(this.#ended);
   }

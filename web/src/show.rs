@@ -1,10 +1,11 @@
 //! A prepared model that is shown: its session, and what is picked.
 
+use crate::limits::MEMORY;
 use serde::Serialize;
 use std::sync::Arc;
 use std::time::Duration;
 use trimtess::control::Alone;
-use trimtess::frame::PlannerOptions;
+use trimtess::frame::{PlanLimits, PlannerOptions};
 use trimtess::glam::DVec3;
 use trimtess::model::{FaceId, InstanceId, PartId};
 use trimtess::out::wgpu::PickHit;
@@ -52,7 +53,8 @@ pub struct Pick {
 
 impl Show {
     pub(crate) fn new(prepared: Arc<Prepared>) -> Self {
-        let planner = PlannerOptions::DEFAULT.with_budget(Some(BUDGET));
+        let limits = PlanLimits::DEFAULT.with_bytes(MEMORY);
+        let planner = PlannerOptions::DEFAULT.with_budget(Some(BUDGET)).with_limits(limits);
         let options = SessionOptions::DEFAULT.with_planner(planner);
         let session = Session::start_on(Arc::new(Alone), Arc::clone(&prepared), &options);
         Self { pivot: prepared.centre(), prepared, session, picked: None }

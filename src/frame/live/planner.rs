@@ -445,20 +445,16 @@ impl Planner {
             let ratio = cells as f64 / step.cells as f64;
             self.growth = if step.finer { ratio } else { 1.0 / ratio }.max(1.0);
         }
-        let finer = if cells > allowed && terms.coarser < COARSEST {
-            false
-        } else {
-            let has_room = cells as f64 * self.growth <= (1.0 - SPARE) * allowed as f64;
-            let went_back = last.as_ref().is_some_and(|step| !step.finer);
-            // What waits for the budget is not counted yet.
-            if terms.coarser == 0 || !has_room || went_back || self.unfinished {
-                return true;
-            }
-            true
-        };
-        terms.coarser += if finer { -1 } else { 1 };
+        let is_over = cells > allowed && terms.coarser < COARSEST;
+        let has_room = terms.coarser > 0 && cells as f64 * self.growth <= (1.0 - SPARE) * allowed as f64;
+        // What waits for the budget is not counted yet.
+        let may_refine = has_room && !self.unfinished && last.as_ref().is_none_or(|step| step.finer);
+        if !is_over && !may_refine {
+            return true;
+        }
+        terms.coarser += if is_over { 1 } else { -1 };
         *term += 1;
-        *last = Some(LimitStep { finer, cells });
+        *last = Some(LimitStep { finer: !is_over, cells });
         false
     }
 
