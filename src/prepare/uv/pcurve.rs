@@ -59,6 +59,9 @@ pub(crate) struct Projector<'a> {
     smooth: bool,
     /// Whether tangents may jump at a line.
     may_jump: bool,
+    /// Distance from the surface, in tolerances, beyond which a projection is tried from elsewhere. It may stop at a
+    /// crease between straight spans, next to the tooth where the point is.
+    enough: f64,
     /// Parameter lines that collapse to a point.
     pub(crate) poles: Vec<Pole>,
     /// Distance from each pole within which points are the pole: ten tolerances, or less where edges go round it.
@@ -84,12 +87,14 @@ impl<'a> Projector<'a> {
     pub(crate) fn new(surface: &'a Surface, tolerance: f64) -> Self {
         let (period, poles) = (surface.period(), surface.poles());
         let may_jump = !surface.is_smooth(period);
+        let is_faceted = |axis| surface.knots(axis).is_some_and(|(degree, knots)| degree == 1 && knots.len() > 4);
         Self {
             surface,
             period,
             domain: surface.natural_domain(),
             smooth: poles.is_empty() && !may_jump,
             may_jump,
+            enough: if is_faceted(0) || is_faceted(1) { 10.0 } else { 1e3 },
             reaches: smallvec![10.0 * tolerance; poles.len()],
             poles,
             tolerance,
@@ -202,9 +207,7 @@ impl<'a> Projector<'a> {
         }
         let Some(s) = seed else { return self.search(p) };
         let near = self.newton(p, s);
-        // On a surface with creases a projection may stop at one, next to the tooth where the point is.
-        let enough = if self.may_jump { 10.0 } else { 1e3 };
-        if near.off <= enough * self.tolerance || self.vain.get() >= MAX_VAIN {
+        if near.off <= self.enough * self.tolerance || self.vain.get() >= MAX_VAIN {
             return near;
         }
         let far = self.search(p);
