@@ -1,6 +1,6 @@
 //! Entities defined by other geometry: replicas, offset curves, points on curves and surfaces, trimmed surfaces.
 
-use crate::{clean, edge_of, file, is, model, near, only_face, only_part, point, vertex, world};
+use crate::{clean, edge_of, file, is, model, near, only_face, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use trimtess::import::step::{StepOptions, read};
@@ -16,7 +16,7 @@ fn edge(start: [f64; 3], end: [f64; 3], curve: &str) -> Edge {
            #71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));#76=FACE_OUTER_BOUND('',#75,.T.);\
            #77=PLANE('',#20);"
         + curve
-        + &crate::shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
+        + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
     let model = model(&text);
     clean(&model);
     edge_of(only_part(&model), 50).clone()
@@ -86,7 +86,7 @@ fn offsets_of_other_curves_keep_the_tolerance() {
         + "#60=OFFSET_CURVE_3D('',#61,0.25,.F.,#22);#61=POLYLINE('',(#40,#41,#42));#50=EDGE_CURVE('',#30,#30,#60,.T.);\
            #70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));#76=FACE_OUTER_BOUND('',#75,.T.);\
            #77=PLANE('',#20);"
-        + &crate::shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
+        + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
     let told = model(&text).diagnostics;
     assert!(
         told.iter()
@@ -107,7 +107,7 @@ fn replicas_of_curves_and_surfaces_are_moved_exactly() {
         + &operator
         + "#60=SURFACE_REPLICA('',#61,#81);#61=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);\
            #76=FACE_BOUND('',#75,.T.);"
-        + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+        + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
     let model = model(&text);
     clean(&model);
     let Surface::Sphere { frame, radius } = only_face(&model).surface else { panic!("no sphere") };
@@ -120,7 +120,7 @@ fn vertex_at(context: u32, stated: &str) -> DVec3 {
         + stated
         + "#30=VERTEX_POINT('',#40);#60=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);\
            #76=FACE_BOUND('',#75,.T.);"
-        + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", context);
+        + &shell("ADVANCED_FACE('',(#76),#60,.T.)", context);
     let model = model(&text);
     clean(&model);
     only_part(&model).vertices[0]
@@ -146,7 +146,7 @@ fn points_may_be_defined_by_others() {
         + circle
         + "#30=VERTEX_POINT('',#40);#60=SPHERICAL_SURFACE('',#20,2.);#75=VERTEX_LOOP('',#30);\
            #76=FACE_BOUND('',#75,.T.);"
-        + &crate::shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+        + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
     let told = model(&text).diagnostics;
     assert!(
         told.iter().any(|d| d.severity == Severity::Error && is(d, |t| matches!(t, StepTrouble::TooDeep { .. }))),
@@ -364,4 +364,24 @@ fn trims_beyond_the_surface_end_with_it() {
     assert!(model.diagnostics.iter().any(
         |d| d.severity == Severity::Error && is(d, |t| matches!(t, StepTrouble::SurfaceTrim { beyond: true, .. }))
     ));
+}
+
+#[test]
+fn a_replica_of_a_turned_line_ends_with_its_own_face() {
+    // A cone with its apex at the origin, moved by 10; the face's ring is on the replica.
+    let text = world()
+        + &vertex(30, [2.0, 0.0, 12.0])
+        + &placement(40, [0.0, 0.0, 12.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + &point(61, [1.0, 0.0, 1.0])
+        + "#62=LINE('',#61,#63);#63=VECTOR('',#64,1.);#64=DIRECTION('',(1.,0.,1.));#66=AXIS1_PLACEMENT('',#21,#22);\
+           #65=SURFACE_OF_REVOLUTION('',#62,#66);#60=SURFACE_REPLICA('',#65,#80);\
+           #80=CARTESIAN_TRANSFORMATION_OPERATOR_3D('',$,$,#81,1.,$);#81=CARTESIAN_POINT('',(0.,0.,10.));\
+           #67=CIRCLE('',#40,2.);#50=EDGE_CURVE('',#30,#30,#67,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);\
+           #75=EDGE_LOOP('',(#70));#76=FACE_BOUND('',#75,.T.);"
+        + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+    let model = model(&text);
+    clean(&model);
+    let Surface::Revolution { curve, .. } = &only_face(&model).surface else { panic!("no revolution") };
+    near(curve.points[0], DVec3::Z * 10.0);
+    assert!(curve.points[1].z > 12.0);
 }

@@ -345,3 +345,16 @@ fn edges_on_one_long_curve_and_faces_on_one_surface_are_separate() {
     let first = &part.faces[0].surface;
     assert!(part.faces.iter().all(|face| face.surface == *first));
 }
+
+#[test]
+fn reals_are_read_as_programs_print_them() {
+    let model = model(
+        &(world()
+            + "#60=SPHERICAL_SURFACE('',#61,+.2e+1);#61=AXIS2_PLACEMENT_3D('',#62,$,$);\
+        #62=CARTESIAN_POINT('',(-.5,1e-16,2E0));"
+            + &shell("ADVANCED_FACE('',(),#60,.T.)", 1)),
+    );
+    clean(&model);
+    let Surface::Sphere { frame, radius } = only_face(&model).surface else { panic!("no sphere") };
+    assert_eq!((frame.origin, radius), (DVec3::new(-0.5, 1e-16, 2.0), 2.0));
+}

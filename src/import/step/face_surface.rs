@@ -4,7 +4,7 @@ use super::budget::Net;
 use super::contents::{ShellUse, Source};
 use super::draft::EdgeDrafts;
 use super::face_location::{FaceLocation, Stated};
-use super::loops::{Bound, StatedFace};
+use super::loops::{Bound, StatedFace, StatedUse};
 use super::place::Geometry;
 use super::reader::Reader;
 use super::revolution::one_sheet;
@@ -96,7 +96,7 @@ fn settled(
     surface: Read<Stated>,
     on: impl FnOnce() -> Vec<DVec3>,
 ) -> Read<Stated> {
-    let is_outwards = |centre| Some(is_outwards(&rings(face, edges).ok()?, centre)? == face.same_sense);
+    let is_outwards = |centre, to_pole| Some(is_outwards(face, edges, centre, to_pole)? == face.same_sense);
     let stated = one_sheet(surface?, on, || geometry.profile_parameters(face), is_outwards)
         .map_err(|what| Trouble::new(face.surface, what))?;
     match stated.surface.check() {
@@ -162,10 +162,17 @@ fn vector_area(rings: &[Vec<DVec3>], origin: DVec3) -> DVec3 {
     rings.iter().map(of_ring).sum()
 }
 
-/// Whether the face's normal leads away from the centre of its sphere, if its bounds enclose less than half of that.
-/// `None` if they enclose half.
-fn is_outwards(rings: &[Vec<DVec3>], centre: DVec3) -> Option<bool> {
-    let towards = vector_area(rings, centre);
+/// Whether the normal of a face between two poles of a sphere leads away from the centre: its bound encloses less than
+/// half of the sphere. `None` for other faces, and if it encloses half.
+fn is_outwards(face: &StatedFace, edges: &EdgeDrafts, centre: DVec3, to_pole: DVec3) -> Option<bool> {
+    let [Bound::Edges(uses)] = face.bounds.as_slice() else { return None };
+    let rings = rings(face, edges).ok()?;
+    let is_at = |p: DVec3| rings.iter().flatten().any(|q| q.distance(p) <= FLAT * to_pole.length());
+    let has_slit = uses.iter().any(|use_| uses.contains(&StatedUse { reversed: !use_.reversed, ..*use_ }));
+    if has_slit || !is_at(centre + to_pole) || !is_at(centre - to_pole) {
+        return None;
+    }
+    let towards = vector_area(&rings, centre);
     let (mut side, mut most) = (0.0, 0.0);
     for out in rings.iter().flatten().map(|p| *p - centre) {
         (side, most) = (side + out.dot(towards), most + out.length() * towards.length());

@@ -294,7 +294,8 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 ///
 /// Sheets that coincide (a circle rotated about its diameter) have opposite normals. The face is on the one with most of
 /// the profile parameters that the file states (`along`). If it states none, `is_outwards` chooses the half of a sphere
-/// from the centre: whether the surface's normal leads away from it; else the face is on the sheet of the profile's start.
+/// from the centre and the way to a pole: whether the surface's normal leads away from the centre. Else the face is on
+/// the sheet of the profile's start.
 ///
 /// If the boundary lies on several sheets, an open profile keeps them all, and a closed one is refused, because the sheet
 /// is ambiguous. Without a boundary, all sheets are kept.
@@ -302,7 +303,7 @@ pub(super) fn one_sheet(
     stated: Stated,
     on: impl FnOnce() -> Vec<DVec3>,
     along: impl FnOnce() -> Vec<f64>,
-    is_outwards: impl FnOnce(DVec3) -> Option<bool>,
+    is_outwards: impl FnOnce(DVec3, DVec3) -> Option<bool>,
 ) -> Result<Stated, StepTrouble> {
     let Surface::Revolution { curve, frame } = &stated.surface else { return Ok(stated) };
     let pieces = cut_at_axis(curve, frame, ON_AXIS);
@@ -332,10 +333,8 @@ pub(super) fn one_sheet(
             let stated = |k: usize| along.iter().filter(|t| is_inside(&pieces[k], **t, b - a)).count();
             let halves = || held.iter().filter_map(|&k| Some((k, sphere(&pieces[k], frame)?)));
             let by_side = || {
-                let (_, (Surface::Sphere { frame: Frame3 { origin, .. }, .. }, _)) = halves().next()? else {
-                    return None;
-                };
-                let outwards = is_outwards(origin)?;
+                let (_, (Surface::Sphere { frame, radius }, _)) = halves().next()? else { return None };
+                let outwards = is_outwards(frame.origin, frame.z * radius)?;
                 halves().find(|(_, (_, inwards))| *inwards != outwards).map(|(k, _)| k)
             };
             let by_side = if along.is_empty() { by_side() } else { None };

@@ -79,10 +79,16 @@ impl Geometry<'_> {
             Ok(Stated { turned, ..base })
         } else if instance.is("SURFACE_REPLICA") {
             let own = instance.fields("SURFACE_REPLICA", 1);
-            let similarity = Similarity::new(self.motion(own.reference(1)?)?);
+            let motion = self.motion(own.reference(1)?)?;
             // `reach` locates the replica, not the original.
-            let base = self.surface(own.reference(0)?, &FaceLocation::default, depth + 1)?;
-            let (surface, turned) = similarity.surface(base.surface);
+            let back = motion.inverse();
+            let moved = |points: Vec<DVec3>| points.into_iter().map(|p| back.transform_point3(p)).collect();
+            let reach_of_original = || {
+                let FaceLocation { hull, on } = reach();
+                FaceLocation { hull: moved(hull), on: moved(on) }
+            };
+            let base = self.surface(own.reference(0)?, &reach_of_original, depth + 1)?;
+            let (surface, turned) = Similarity::new(motion).surface(base.surface);
             Ok(Stated { surface, turned: base.turned != turned, note: base.note })
         } else if instance.is("CURVE_BOUNDED_SURFACE") {
             let base = instance.fields("CURVE_BOUNDED_SURFACE", 1).reference(0)?;

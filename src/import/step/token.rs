@@ -27,7 +27,10 @@ pub(super) enum Token {
     Derived,
     #[regex(r"[+-]?[0-9]+")]
     Integer,
+    /// Also `.5` and `1e-16`, which the standard does not have: programs print them, and other readers take them.
     #[regex(r"[+-]?[0-9]+\.[0-9]*([Ee][+-]?[0-9]+)?")]
+    #[regex(r"[+-]?\.[0-9]+([Ee][+-]?[0-9]+)?")]
+    #[regex(r"[+-]?[0-9]+[Ee][+-]?[0-9]+")]
     Real,
     /// With its quotes. A doubled quote is part of it.
     #[regex(r"'((?-u:[^'])|'')*'")]
