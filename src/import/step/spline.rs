@@ -208,20 +208,17 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
         let least = minima.first().map_or(0.0, |best| best.distance_squared);
         for (k, sample) in minima.iter().enumerate() {
             let CurveSample { t, distance_squared, steps: [before, after] } = *sample;
-            let is_beside = || {
-                let [_, tangent] = curve.tangent(found.0);
-                found.1.sqrt() <= BESIDE * before.max(after) * tangent.length()
-            };
-            // On a closed curve, the foot of a point near the start may lie just before the end, and vice versa.
-            let is_twin = k > 0 && distance_squared <= least;
-            if found.1 < f64::INFINITY && !is_twin && is_beside() {
-                return found.0;
-            }
             let foot = polish(curve, p, t, ((t - before).max(a), (t + after).min(b)));
             for (t, off) in [(foot, curve.point(foot).distance_squared(p)), (t, distance_squared)] {
                 if off < found.1 {
                     found = (t, off);
                 }
+            }
+            // On a closed curve, the foot of a point near the start may lie just before the end, and vice versa.
+            let has_twin = minima.get(k + 1).is_some_and(|next| next.distance_squared <= least);
+            let [_, tangent] = curve.tangent(found.0);
+            if !has_twin && found.1.sqrt() <= BESIDE * before.max(after) * tangent.length() {
+                return found.0;
             }
         }
     }

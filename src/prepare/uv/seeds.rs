@@ -26,7 +26,7 @@ pub(super) struct Seeds {
 impl Seeds {
     pub(super) fn of(surface: &Surface, domain: [(f64, f64); 2]) -> Self {
         let wanted = |axis: usize| -> usize {
-            let spans = match (surface, axis) {
+            let enough = match (surface, axis) {
                 (Surface::Nurbs(s), 0) => s.count_u() * 2,
                 (Surface::Nurbs(s), _) => s.count_v() * 2,
                 (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
@@ -35,7 +35,7 @@ impl Seeds {
                 (Surface::Extrusion { .. }, _) => return 1,
                 _ => 16,
             };
-            spans.clamp(8, 1024)
+            enough.clamp(8, 1024)
         };
         // One direction may use what the other does not need: a spring has many turns and one round section.
         let n = [wanted(0), wanted(1)];
