@@ -266,6 +266,12 @@ fn an_occurrence_whose_own_shape_maps_the_component_is_one_instance() {
         clean(&model);
         assert_eq!(origins(&model), [DVec3::new(1.0, 10.0, 0.0), DVec3::new(1.0, 20.0, 0.0)]);
     }
+    // What else it maps is no repeat: another ball in each pair.
+    let more = maps.replace("#301),", "#301,#305),")
+        + "#304=REPRESENTATION_MAP(#20,#306);#305=MAPPED_ITEM('',#304,#20);#306=SHAPE_REPRESENTATION('',(#70),#1);";
+    let model = model(&(nested(false) + &more + &ball(70)));
+    clean(&model);
+    assert_eq!((model.parts.len(), model.instances.len()), (2, 4));
 }
 
 #[test]

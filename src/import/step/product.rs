@@ -80,6 +80,8 @@ pub(super) struct StructureBuilder<'a> {
     owner: Map<u64, usize>,
     /// Groups, each with a representation that it has.
     owned: Set<(usize, u64)>,
+    /// Representations of occurrences, each with the group that a relationship places already.
+    repeated: Set<(u64, usize)>,
     /// Items of the representations of all groups. A representation may belong to several products.
     visits: usize,
     /// Cached items of representations, for look-up: assemblies list a placement per child.
@@ -108,8 +110,9 @@ impl<'a> StructureBuilder<'a> {
         styles: &'a Styles,
         options: &'a StepOptions,
     ) -> Structure {
-        let (groups, owner, owned, items, doubts) = Default::default();
-        let mut builder = Self { table, contexts, styles, options, groups, owner, owned, visits: 0, items, doubts };
+        let (groups, owner, owned, repeated, visits, items, doubts) = Default::default();
+        let mut builder =
+            Self { table, contexts, styles, options, groups, owner, owned, repeated, visits, items, doubts };
         let relations = Relations::read(table);
         let definitions = builder.definitions(&relations);
         builder.own_related(&relations);
@@ -140,30 +143,27 @@ impl<'a> StructureBuilder<'a> {
                 None => of_others.push((defined, shape)),
             }
         }
-        for (occurrence, shape) in of_others {
-            self.own_for_occurrence(occurrence, shape, &definitions, relations);
+        for link in of_others {
+            self.own_for_occurrence(link, (&definitions, relations));
         }
         definitions
     }
 
     /// Assigns a representation of an occurrence, which maps the component, to the assembly: it says where the component
-    /// is. Where a relationship says that too, it repeats it.
+    /// is. Where a relationship says that too, the item that maps the component repeats it.
     fn own_for_occurrence(
         &mut self,
-        occurrence: u64,
-        shape: u64,
-        definitions: &Map<u64, usize>,
-        relations: &Relations,
+        (occurrence, shape): (u64, u64),
+        (definitions, relations): (&Map<u64, usize>, &Relations),
     ) {
         let usage = self.table.find(occurrence).filter(|i| i.is(OCCURRENCE));
-        let parent = usage.and_then(|usage| definitions.get(&usage.fields(RELATED, 0).optional(3)?).copied());
+        let related = |k| usage.and_then(|usage| definitions.get(&usage.fields(RELATED, 0).optional(k)?).copied());
         let is_body = |item: u64| self.table.find(item).is_some_and(is_body);
         let maps_only = || representation(self.table, shape).is_some_and(|(mut items, _)| !items.any(is_body));
-        let Some(parent) = parent.filter(|_| !self.owner.contains_key(&shape) && maps_only()) else { return };
-        if relations.placements.contains_key(&occurrence) {
-            self.owner.insert(shape, parent);
-        } else {
-            self.own(shape, parent);
+        let Some(parent) = related(3).filter(|_| !self.owner.contains_key(&shape) && maps_only()) else { return };
+        self.own(shape, parent);
+        if let Some(child) = related(4).filter(|_| relations.placements.contains_key(&occurrence)) {
+            self.repeated.insert((shape, child));
         }
     }
 
@@ -381,10 +381,22 @@ impl<'a> StructureBuilder<'a> {
         found
     }
 
+    /// The mapped items of a group, and what they map. Leaves out those that repeat an occurrence.
+    fn mapped_of(&self, parent: usize) -> Vec<(u64, Mapped)> {
+        let mut found = Vec::new();
+        for (item, id) in self.items_of(parent, "MAPPED_ITEM") {
+            let mapped = self.mapped(item, id);
+            if !mapped.as_ref().is_ok_and(|(child, _)| self.repeated.contains(&(id, *child))) {
+                found.push((item, mapped));
+            }
+        }
+        found
+    }
+
     fn mapped_items(&mut self) {
         for parent in 0..self.groups.len() {
-            for (item, id) in self.items_of(parent, "MAPPED_ITEM") {
-                match self.mapped(item, id) {
+            for (item, mapped) in self.mapped_of(parent) {
+                match mapped {
                     Ok((group, _)) if group == parent => {
                         let what = StepTrouble::RefersToItself { what: "a representation that it maps" };
                         self.lose(item, None, &Trouble::new(item, what));
@@ -402,10 +414,8 @@ impl<'a> StructureBuilder<'a> {
     fn mapped_pairs(&self) -> Pairs {
         let mut pairs = Pairs::default();
         for parent in 0..self.groups.len() {
-            for (item, id) in self.items_of(parent, "MAPPED_ITEM") {
-                self.mapped(item, id)
-                    .into_iter()
-                    .for_each(|(child, _)| pairs.entry((parent, child)).or_default().push_back(item));
+            for (item, mapped) in self.mapped_of(parent) {
+                mapped.into_iter().for_each(|(child, _)| pairs.entry((parent, child)).or_default().push_back(item));
             }
         }
         pairs
@@ -476,8 +486,7 @@ impl<'a> StructureBuilder<'a> {
         Err(Trouble::new(item, StepTrouble::TooDeep { what: "replicas of solids" }))
     }
 
-    /// The group that an item maps, and its placement.
-    fn mapped(&self, item: u64, within: u64) -> Read<(usize, Read<Child>)> {
+    fn mapped(&self, item: u64, within: u64) -> Mapped {
         let instance = self.table.get(item)?;
         let own = instance.fields("MAPPED_ITEM", 1);
         let map = self.table.get(own.reference(0)?)?.fields("REPRESENTATION_MAP", 0);
@@ -496,6 +505,9 @@ impl<'a> StructureBuilder<'a> {
     }
 }
 
+/// The group that an item maps, and its placement.
+type Mapped = Read<(usize, Read<Child>)>;
+
 /// Instances that place a group, second, in another one, in order of their numbers.
 type Pairs = Map<(usize, usize), VecDeque<u64>>;
 
@@ -510,10 +522,8 @@ fn defined(table: &Table, property: u64) -> Option<u64> {
 }
 
 const OCCURRENCE: &str = "NEXT_ASSEMBLY_USAGE_OCCURRENCE";
-
 /// Has the assembly and the component of an occurrence.
 const RELATED: &str = "PRODUCT_DEFINITION_RELATIONSHIP";
-
 const DEFINITIONS: [&str; 2] = ["PRODUCT_DEFINITION", "PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS"];
 
 /// Instances whose type ends like that of a representation but that define no shape: what presents shapes, the
