@@ -8,9 +8,9 @@ use crate::math::boxes::around;
 use glam::DVec4;
 use std::cell::LazyCell;
 
-/// Maximum number of periods by which [`unroll`] extends a spline on either side: as many as faces may go round. Most go
-/// round once or twice, threads on a cylinder some tens of times.
-const MOST_TURNS: f64 = 20_000.0;
+/// Maximum number of turns of a face around a periodic surface, and of periods by which [`unroll`] extends a spline on
+/// either side. Springs have tens, threads and coils hundreds.
+pub(crate) const MOST_TURNS: f64 = 20_000.0;
 
 /// The domain `[knots[degree], knots[count]]` of a spline with `count` control points.
 ///

@@ -1,6 +1,6 @@
 //! Entities defined by other geometry: replicas, offset curves, points on curves and surfaces, trimmed surfaces.
 
-use crate::{clean, edge_of, file, is, model, near, only_face, only_part, placement, point, shell, vertex, world};
+use crate::{clean, edge_of, file, is, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use trimtess::import::step::{StepOptions, read};
@@ -368,20 +368,10 @@ fn trims_beyond_the_surface_end_with_it() {
 
 #[test]
 fn a_replica_of_a_turned_line_ends_with_its_own_face() {
-    // A cone with its apex at the origin, moved by 10; the face's ring is on the replica.
-    let text = world()
-        + &vertex(30, [2.0, 0.0, 12.0])
-        + &placement(40, [0.0, 0.0, 12.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
-        + &point(61, [1.0, 0.0, 1.0])
-        + "#62=LINE('',#61,#63);#63=VECTOR('',#64,1.);#64=DIRECTION('',(1.,0.,1.));#66=AXIS1_PLACEMENT('',#21,#22);\
-           #65=SURFACE_OF_REVOLUTION('',#62,#66);#60=SURFACE_REPLICA('',#65,#80);\
-           #80=CARTESIAN_TRANSFORMATION_OPERATOR_3D('',$,$,#81,1.,$);#81=CARTESIAN_POINT('',(0.,0.,10.));\
-           #67=CIRCLE('',#40,2.);#50=EDGE_CURVE('',#30,#30,#67,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);\
-           #75=EDGE_LOOP('',(#70));#76=FACE_BOUND('',#75,.T.);"
-        + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
-    let model = model(&text);
-    clean(&model);
-    let Surface::Revolution { curve, .. } = &only_face(&model).surface else { panic!("no revolution") };
+    // Moved by 10; the face's ring is on the replica.
+    let moved = "#60=SURFACE_REPLICA('',#65,#80);#65=SURFACE_OF_REVOLUTION('',#62,#66);\
+        #80=CARTESIAN_TRANSFORMATION_OPERATOR_3D('',$,$,#81,1.,$);#81=CARTESIAN_POINT('',(0.,0.,10.));";
+    let curve = crate::surfaces::turned_cone(10.0, moved);
     near(curve.points[0], DVec3::Z * 10.0);
     assert!(curve.points[1].z > 12.0);
 }

@@ -246,19 +246,26 @@ fn a_profile_that_ends_near_its_axis_ends_on_it() {
     assert_eq!([0.0, 1e-9, 4e-6, -4e-6, 1e-4].map(poles), [1, 1, 1, 1, 0]);
 }
 
-#[test]
-fn a_turned_line_bounded_by_one_ring_reaches_the_apex() {
+/// The profile of a face on #60, a cone about z of 45° with its apex at `apex`, bounded by its ring of radius 2.
+pub(crate) fn turned_cone(apex: f64, surface: &str) -> NurbsCurve3 {
     let text = world()
-        + &vertex(30, [2.0, 0.0, 2.0])
-        + &placement(40, [0.0, 0.0, 2.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + &vertex(30, [2.0, 0.0, apex + 2.0])
+        + &placement(40, [0.0, 0.0, apex + 2.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
         + &point(61, [1.0, 0.0, 1.0])
         + "#62=LINE('',#61,#63);#63=VECTOR('',#64,1.);#64=DIRECTION('',(1.,0.,1.));#66=AXIS1_PLACEMENT('',#21,#22);\
-           #60=SURFACE_OF_REVOLUTION('',#62,#66);#67=CIRCLE('',#40,2.);#50=EDGE_CURVE('',#30,#30,#67,.T.);\
-           #70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));#76=FACE_BOUND('',#75,.T.);"
+           #67=CIRCLE('',#40,2.);#50=EDGE_CURVE('',#30,#30,#67,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);\
+           #75=EDGE_LOOP('',(#70));#76=FACE_BOUND('',#75,.T.);"
+        + surface
         + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
     let model = model(&text);
     clean(&model);
     let Surface::Revolution { curve, .. } = &only_face(&model).surface else { panic!("no revolution") };
+    curve.clone()
+}
+
+#[test]
+fn a_turned_line_bounded_by_one_ring_reaches_the_apex() {
+    let curve = turned_cone(0.0, "#60=SURFACE_OF_REVOLUTION('',#62,#66);");
     near(curve.points[0], DVec3::ZERO);
     assert!(curve.points[1].z > 2.0);
 }

@@ -6,16 +6,13 @@
 
 use super::trace::{pole_piece, turn_at_pole};
 use crate::math::box_tree::BoxTree;
-use crate::model::RegionError;
+use crate::model::{MOST_TURNS, RegionError};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
 use crate::prepare::uv::region::{Region, loops_box};
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::DVec2;
 use std::collections::HashMap;
-
-/// Maximum number of turns around a periodic surface. Springs have tens, threads and coils hundreds.
-const MAX_PERIODS: f64 = 20_000.0;
 
 /// The region that the loops bound. `named_pole` is the pole at which the file has a vertex loop. With `turn`, loops
 /// are oriented by their nesting; otherwise they run as stated.
@@ -28,7 +25,7 @@ pub(crate) fn region(
     let bounds = loops_box(&loops);
     for (axis, (lo, hi)) in bounds.into_iter().enumerate() {
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
-        let sound = (hi - lo).is_finite() && periods <= MAX_PERIODS;
+        let sound = (hi - lo).is_finite() && periods <= MOST_TURNS;
         if !(loops.is_empty() || sound) {
             return Err(RegionError::Runaway { axis, periods });
         }
@@ -213,7 +210,7 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
     let largest = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
     let Some(outer) = largest.filter(|_| loops.len() > 1) else { return false };
     // Turns that are looked at in each direction: all of a thread's, but not the square of that.
-    let most = if projector.period.iter().all(Option::is_some) { 300.0 } else { MAX_PERIODS };
+    let most = if projector.period.iter().all(Option::is_some) { 300.0 } else { MOST_TURNS };
     let polygon = Polygon::new(polylines[outer].clone());
     let [low, high] = polygon.bounds;
     let mut moved = false;
