@@ -140,7 +140,7 @@ impl<T> Orders<T> {
         std::mem::replace(is_open, true)
     }
 
-    /// The next order. If there is none, the work ends.
+    /// Takes the next order. `None` closes the queue: the work must end, and the next order begins new work.
     pub(super) fn next(&self) -> Option<T> {
         let (is_open, orders) = &mut *self.lock();
         let next = orders.pop_front();

@@ -139,7 +139,8 @@ impl<'a> Geometry<'a> {
         let instance = self.get(id)?;
         if instance.is("AXIS2_PLACEMENT_3D") {
             let frame = self.frame(id)?;
-            return Ok(affine(frame.x, frame.y, frame.z, frame.origin));
+            let turn = DMat3::from_cols(frame.x, frame.y, frame.z);
+            return Ok(DAffine3::from_mat3_translation(turn, frame.origin));
         }
         if instance.is("CARTESIAN_TRANSFORMATION_OPERATOR_3D") {
             // Simple instances list name, axis 1, axis 2, origin, scale, axis 3. The name and description of the
@@ -173,8 +174,4 @@ impl<'a> Geometry<'a> {
 
 fn not_a_placement(instance: Entity<'_>) -> Trouble {
     Trouble::new(instance.id, StepTrouble::WrongType { keyword: instance.keyword(), wanted: "a placement" })
-}
-
-fn affine(x: DVec3, y: DVec3, z: DVec3, origin: DVec3) -> DAffine3 {
-    DAffine3::from_mat3_translation(DMat3::from_cols(x, y, z), origin)
 }

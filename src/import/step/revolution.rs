@@ -256,7 +256,7 @@ impl<'a> Meridian<'a> {
         let steps = (self.points.len() - 1) as f64;
         let off = |share: f64| self.at(share).distance(p);
         let (mut low, mut high) = ((k as f64 - 1.0).max(0.0) / steps, (k as f64 + 2.0).min(steps) / steps);
-        for _ in 0..64 {
+        for _ in 0..40 {
             let third = (high - low) / 3.0;
             if off(low + third) <= off(high - third) {
                 high -= third;

@@ -198,7 +198,7 @@ struct CurveSample {
 /// them, refined by Newton's method. If no foot is next to `p`, eight times as many are tried: a curve that bends a lot
 /// within a span may pass through `p` between two samples that are far from it.
 pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
-    /// Distance of a foot, as a share of the way to the next sample, up to which no other place is tried.
+    /// A foot this near to `p` ends the search. In shares of the way to the next sample.
     const BESIDE: f64 = 1e-3;
     let (a, b) = curve.domain();
     let mut found = (a, f64::INFINITY);
