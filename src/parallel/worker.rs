@@ -113,13 +113,12 @@ impl<S: Stages> Worker<'_, S> {
             if triangles == 0 {
                 delivery.note().bare.push((part, face));
             }
-            if writer.is_none() {
+            if writer.is_some() {
+                S::reuse(self.scratch, mesh);
+            } else {
                 delivery.made.push(MadeTile::new(part, tile, (triangles, mesh.bytes())));
-                // A sink may keep it for long: the copy has no more room than it needs.
-                let mesh = mesh.clone();
                 delivery.batches.push(Batch { part, face, tile, worker: self.number, mesh });
             }
-            S::reuse(self.scratch, mesh);
             watch.advance();
             if let Some(mut clock) = clock {
                 delivery.note().times.push((part, tile, clock.lap()));

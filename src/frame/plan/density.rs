@@ -40,6 +40,10 @@ const TRIALS: usize = 6;
 impl Density<'_> {
     /// The strip that contains `a`; at a border, the one that begins there.
     fn strip(&self, a: f64) -> usize {
+        // Mostly the first.
+        if a < self.breaks[1] {
+            return 0;
+        }
         self.breaks.partition_point(|&x| x <= a).saturating_sub(1).min(self.rates.len() - 1)
     }
 
@@ -48,9 +52,8 @@ impl Density<'_> {
     fn between(&self, a: f64, b: f64) -> Range<usize> {
         // Mostly all of them.
         let n = self.rates.len();
-        let first = if n == 1 || a < self.breaks[1] { 0 } else { self.strip(a) };
         let end = if b > self.breaks[n - 1] { n } else { self.breaks[..n].partition_point(|&x| x < b).max(1) };
-        first..end
+        self.strip(a)..end
     }
 
     /// The strips between `a` and `b`: the density of each, and its width there.
@@ -80,28 +83,40 @@ impl Density<'_> {
         touched.fold(0.0, |most, (rate, _)| larger(rate, most)) * (b - a)
     }
 
-    /// Counts the fewest gaps from `a` to `b` that meet the density times `scale`, up to `limit` + 1, and how full they
-    /// are together: 1 for each gap but the last, which counts by its fullness. Beyond `limit`, the rest counts by its
-    /// integral. Calls `line` for the end of each gap before `b`.
+    /// Counts the fewest gaps from `a` to `b` that meet the density times `scale`, up to `limit` + 1, and returns where
+    /// the last of them begins. Calls `line` for the end of each gap before `b`.
     #[inline(always)]
-    fn filled(&self, a: f64, b: f64, scale: f64, limit: usize, mut line: impl FnMut(f64)) -> (usize, f64) {
+    fn count(&self, a: f64, b: f64, scale: f64, limit: usize, mut line: impl FnMut(f64)) -> (usize, f64) {
         let mut strides = Strides::new(self, a, scale);
         let mut x = a;
         for n in 0..limit {
             let from = x;
             x = strides.next(b);
             if x >= b {
-                return (n + 1, n as f64 + (scale * self.most(from, b) * (b - from)).min(1.0));
+                return (n + 1, from);
             }
             line(x);
         }
-        (limit + 1, limit as f64 + scale * self.mass(x, b))
+        (limit + 1, x)
+    }
+
+    /// As [`count`](Self::count), with how full the gaps are together: 1 for each but the last, which counts by its
+    /// fullness. Beyond `limit`, the rest counts by its integral.
+    #[inline(always)]
+    fn filled(&self, a: f64, b: f64, scale: f64, limit: usize, line: impl FnMut(f64)) -> (usize, f64) {
+        let (n, from) = self.count(a, b, scale, limit, line);
+        let last =
+            if n <= limit { (scale * self.most(from, b) * (b - from)).min(1.0) } else { scale * self.mass(from, b) };
+        (n, (n - 1) as f64 + last)
     }
 
     /// The fewest gaps from `a` to `b` that meet the density, counted up to `limit`: as many as
     /// [`spread`](Self::spread) makes.
     pub(crate) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
-        self.fewest_and_full(a, b, limit).0
+        let most = self.most(a, b);
+        let even = even_gaps(most, a, b).min(limit as f64) as usize;
+        // Strides accumulate rounding and may be one more.
+        if self.is_even(most, a, b) { even } else { self.count(a, b, 1.0, limit, |_| ()).0.min(even) }
     }
 
     /// The fewest gaps from `a` to `b` that meet the density, counted up to `limit`, and how full they are together: 1
@@ -142,7 +157,7 @@ impl Density<'_> {
         };
         let (asked, mut filled) = lines_at(1.0, limit, out);
         let (n, kept) = (asked.min(limit), asked <= limit);
-        let (strips, mass) = (self.strips(a, b).count() as f64, self.mass(a, b));
+        let mass = self.mass(a, b);
         // Even gaps are as few, or the density is infinite.
         if kept && n as f64 >= even || !mass.is_finite() {
             out.truncate(first);
@@ -152,7 +167,7 @@ impl Density<'_> {
         }
         // The largest scale that takes no more gaps makes the last gap as full as the others. A gap holds at most one
         // line of the density, and at most one gap per strip is not full: this bounds the scale from both sides.
-        let full = n as f64;
+        let (full, strips) = (n as f64, self.between(a, b).len() as f64);
         let mut low = if kept { 1.0 } else { ((full - strips - 1.0) / mass).max(0.5 / (most * (b - a))) };
         let mut high = if kept { (full / mass).clamp(1.0, 2.0) } else { (full / mass).max(low) };
         let mut scale = 1.0;
@@ -171,10 +186,13 @@ impl Density<'_> {
             lines_at(low, n - 1, out);
         }
         // A line a hair before the end is only rounding: the rest holds at most a millionth of a line.
-        let mut before = a;
-        let is_hair = |x: f64, before: f64| b - x <= 1e-6 * (x - before) && self.mass(x, b) <= HAIR;
-        let end = out[first..].iter().position(|&x| is_hair(x, std::mem::replace(&mut before, x)));
-        out.truncate(end.map_or(out.len(), |end| first + end));
+        while let [.., x] = out[first..] {
+            let before = if out.len() > first + 1 { out[out.len() - 2] } else { a };
+            if b - x > 1e-6 * (x - before) || self.mass(x, b) > HAIR {
+                break;
+            }
+            out.pop();
+        }
         out.push(b);
         kept
     }

@@ -154,12 +154,12 @@ impl Directions<'_> {
         let mut least = usize::MAX;
         for first in 0..2 {
             let (up, down) = self.rounded(first, needs.half(first));
-            let fits =
-                |(_, down): &(usize, Rates)| down.iter().zip(&self.others[first]).all(|(rate, other)| rate >= other);
-            for (gaps, rates) in [Some(up), down.filter(fits)].into_iter().flatten() {
+            for (gaps, rates) in [Some(up), down].into_iter().flatten() {
                 let second = needs.second(first, &rates);
                 let (lo, hi) = self.ends[1 - first];
-                let cells = gaps * self.density(1 - first, &second).fewest(lo, hi, MAX_LINES);
+                // Counts no further than to what is best so far.
+                let limit = least.div_ceil(gaps).min(MAX_LINES);
+                let cells = gaps * self.density(1 - first, &second).fewest(lo, hi, limit);
                 if cells < least {
                     least = cells;
                     best = (first, [rates, second]);
@@ -170,18 +170,19 @@ impl Directions<'_> {
     }
 
     /// The densities of a direction, scaled to a whole number of gaps that are all full if such a scale is found, and
-    /// this number; and the same for one gap less, unless there are many.
+    /// this number; and the same for one gap less, unless there are many gaps or other criteria ask for more.
     fn rounded(&self, axis: usize, rates: Rates) -> ((usize, Rates), Option<(usize, Rates)>) {
         let (lo, hi) = self.ends[axis];
         let (n, full) = self.density(axis, &rates).fewest_and_full(lo, hi, MAX_LINES);
         if !self.round[axis] || full == 0.0 || n > FEW {
             return ((n, rates), None);
         }
-        let scaled = |n: usize| {
+        let scaled = |n: usize, least: &[f64]| {
             let scaled: Rates = rates.iter().map(|rate| rate * (n as f64 / full)).collect();
-            (n > 0 && self.density(axis, &scaled).fewest(lo, hi, n + 1) <= n).then_some((n, scaled))
+            let is_enough = scaled.iter().zip(least).all(|(rate, least)| rate >= least);
+            (n > 0 && is_enough && self.density(axis, &scaled).fewest(lo, hi, n + 1) <= n).then_some((n, scaled))
         };
-        let (up, down) = (scaled(n), scaled(n - 1));
+        let (up, down) = (scaled(n, &[]), scaled(n - 1, &self.others[axis]));
         (up.unwrap_or((n, rates)), down)
     }
 

@@ -27,7 +27,7 @@ pub fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, w
     let (mut loop_starts, mut ts) = (vec![0], Vec::new());
     for l in &tile.loops {
         for used in l {
-            trace_use((rows, plan), used, &mut ts, &mut mesh);
+            trace_use((rows, plan), used, &mut ts, (&mut mesh.positions, &mut mesh.origins));
         }
         loop_starts.push(mesh.positions.len() as u32);
     }

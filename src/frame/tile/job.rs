@@ -36,10 +36,9 @@ pub fn tessellate_tile(
     scratch: &mut Scratch,
 ) -> TileOutcome {
     let job = Job::of(prepared, plan, part, tile);
-    let mut mesh = scratch.take_mesh();
-    trace_loops(job.part, job.plan, job.tile, job.lattice, scratch, &mut mesh);
-    let trimmed = job.trim(scratch, &mesh);
-    job.finish(trimmed, lists, scratch, mesh)
+    trace_loops(job.part, job.plan, job.tile, job.lattice, scratch);
+    let trimmed = job.trim(scratch);
+    job.finish(trimmed, lists, scratch)
 }
 
 /// A tile and everything that its tessellation reads.
@@ -61,11 +60,11 @@ impl<'a> Job<'a> {
         Self { part: rows, plan, tile: row, lattice: &plan.tiles[tile.0 as usize], face }
     }
 
-    /// Triangulates the loops in the scratch and the mesh. The triangles go to `scratch.trimmed`. Where the trim stage
-    /// refuses, it says why, and the boundary is filled.
-    fn trim(&self, scratch: &mut Scratch, mesh: &TileMesh) -> Result<TrimOutcome, String> {
-        let Scratch { cells, loop_starts, trim, trimmed, .. } = scratch;
-        let input = TrimInput { cells: self.lattice.cells(), points: cells, loop_starts, places: &mesh.positions };
+    /// Triangulates the loops in the scratch. The triangles go to `scratch.trimmed`. Where the trim stage refuses, it
+    /// says why, and the boundary is filled.
+    fn trim(&self, scratch: &mut Scratch) -> Result<TrimOutcome, String> {
+        let Scratch { outline, cells, loop_starts, trim, trimmed, .. } = scratch;
+        let input = TrimInput { cells: self.lattice.cells(), points: cells, loop_starts, places: outline };
         // Only the reference measures the area that meeting loops do not wind around exactly once.
         let outcome =
             if self.tile.entangled { trim_tile_reference(&input, trimmed) } else { trim_tile(&input, trim, trimmed) };
@@ -76,14 +75,9 @@ impl<'a> Job<'a> {
     }
 
     /// Finishes a tile whose loops were traced and triangulated.
-    fn finish(
-        &self,
-        trimmed: Result<TrimOutcome, String>,
-        lists: MeshLists,
-        scratch: &mut Scratch,
-        mut mesh: TileMesh,
-    ) -> TileOutcome {
+    fn finish(&self, trimmed: Result<TrimOutcome, String>, lists: MeshLists, scratch: &mut Scratch) -> TileOutcome {
         let Self { tile, lattice, face, .. } = *self;
+        let mut mesh = scratch.take_mesh();
         make_triangles(face, (tile, lattice), scratch, &mut mesh);
         add_parameters(face, lattice, lists, (&scratch.uvs, &mut mesh));
         let rewound = add_layers(face, scratch, &mut mesh);
@@ -109,8 +103,9 @@ impl<'a> Job<'a> {
             }
             Ok(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
         };
-        if !lists.origins {
-            mesh.origins.clear();
+        std::mem::swap(&mut mesh.origins, &mut scratch.origins);
+        if lists.origins {
+            mesh.origins.extend_from_slice(&scratch.origins);
         }
         TileOutcome { face: tile.face, mesh, rung, degradation, slivers, rewound }
     }
@@ -153,9 +148,11 @@ fn depth_of_layers(layers: &[([u32; 3], i32)], positions: &[DVec3]) -> f64 {
 
 /// Makes lattice points, normals and oriented triangles, and refines those of the trim stage.
 fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, mesh: &mut TileMesh) {
-    let corners_used = name_vertices((tile, lattice), s, &mut mesh.origins);
+    let corners_used = name_vertices((tile, lattice), s);
+    std::mem::swap(&mut mesh.origins, &mut s.origins);
     evaluate_vertices(face, lattice, corners_used, s, mesh);
-    std::mem::swap(&mut mesh.triangles, &mut s.trimmed.triangles);
+    mesh.triangles.reserve_exact(s.trimmed.triangles.len() + 2 * s.trimmed.full_cells.len());
+    mesh.triangles.extend_from_slice(&s.trimmed.triangles);
     if face.reversed {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
@@ -169,7 +166,7 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
         triangles.retain(|&t| are_apart(positions, t));
     }
     let trimmed = mesh.triangles.len();
-    push_quads(mesh, &s.quads, face.reversed);
+    push_full_cells(mesh, (&s.runs, &s.corners), lattice.us.len(), face.reversed);
     if face.kind == SurfaceKind::Plane {
         return;
     }
@@ -187,7 +184,7 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
 
 /// Turns the lattice corners that triangles and full cells use into vertices, and names crossings after them. Returns
 /// the number of these corners.
-fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, origins: &mut Vec<Origin>) -> usize {
+fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch) -> usize {
     let tessellants = s.cells.len() as u32;
     let (nu, nv) = lattice.cells();
     let corners = (nu + 1) * (nv + 1);
@@ -210,33 +207,32 @@ fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch, origin
             }
         },
     );
-    s.quads.clear();
-    s.quads.reserve(s.trimmed.full_cells.len());
+    s.runs.clear();
     for run in s.trimmed.full_cells.chunk_by(|&[i, j], &[k, l]| k == i + 1 && l == j) {
         let ([i, j], count) = (run[0], run.len());
+        s.runs.push([i, j, count as u32]);
         let (below, above) = slots[(j * width + i) as usize..].split_at_mut(width as usize);
         let [first, below @ ..] = &mut below[..=count] else { continue };
         let [last, above @ ..] = &mut above[..=count] else { continue };
-        // Each cell begins at the vertices where the one before it ends.
-        let (mut a, mut d) = (used.vertex(first, || [i, j]), NONE);
+        // Counter-clockwise around each cell, without the vertices where the one before it ends.
+        used.vertex(first, || [i, j]);
         for (k, (b, c)) in (i + 1..).zip(below.iter_mut().zip(above)) {
-            let (b, c) = (used.vertex(b, || [k, j]), used.vertex(c, || [k, j + 1]));
-            if d == NONE {
-                d = used.vertex(last, || [i, j + 1]);
+            used.vertex(b, || [k, j]);
+            used.vertex(c, || [k, j + 1]);
+            if k == i + 1 {
+                used.vertex(last, || [i, j + 1]);
             }
-            s.quads.push([a, b, c, d]);
-            (a, d) = (b, c);
         }
     }
     let (us, vs) = (&lattice.us[..], &lattice.vs[..]);
     s.uvs.extend(s.used.iter().map(|&[i, j]| DVec2::new(us[i as usize], vs[j as usize])));
     s.cells.extend(s.used.iter().map(|&[i, j]| DVec2::new(f64::from(i), f64::from(j))));
-    origins.extend(s.used.iter().map(|&[i, j]| Origin::Lattice { i, j }));
+    s.origins.extend(s.used.iter().map(|&[i, j]| Origin::Lattice { i, j }));
     let corners_used = s.used.len() as u32;
     for (k, p) in s.trimmed.extra_points.iter().enumerate() {
         s.uvs.push(from_cells(lattice, *p / cell_size(tile, lattice)));
         s.cells.push(*p);
-        origins.push(Origin::Crossing { k: k as u32 });
+        s.origins.push(Origin::Crossing { k: k as u32 });
     }
     if !s.trimmed.extra_points.is_empty() {
         s.trimmed.rename(tessellants + corners, |v| v - corners + corners_used);
@@ -319,24 +315,34 @@ fn list_doubtful(mesh: &mut TileMesh, doubtful: &mut Vec<usize>) {
     }
 }
 
-/// Appends the halves of full cells, split along the shorter diagonal, as [`push_triangle`] does.
-fn push_quads(mesh: &mut TileMesh, quads: &[[u32; 4]], reversed: bool) {
+/// Appends the halves of full cells, split along the shorter diagonal, as [`push_triangle`] does. `corners`: the vertex
+/// of each lattice point, in rows of `width`.
+fn push_full_cells(mesh: &mut TileMesh, (runs, corners): (&[[u32; 3]], &[u32]), width: usize, reversed: bool) {
     // By value, so that its length stays in a register.
     let mut out = std::mem::take(&mut mesh.triangles);
-    out.reserve(2 * quads.len());
     widest(
         #[inline(always)]
         || {
             let positions = &mesh.positions[..];
-            for &[a, b, c, d] in quads {
-                let [p, q, r, s] = [a, b, c, d].map(|v| positions[v as usize]);
-                let (first, second) = (p.distance_squared(r), q.distance_squared(s));
-                let halves = if first <= second { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
-                let all_apart = p != q && q != r && r != s && s != p && smaller(first, second) > 0.0;
-                for half in halves {
-                    if all_apart || are_apart(positions, half) {
-                        out.push(oriented(half, reversed));
+            for &[i, j, count] in runs {
+                let row = |j: u32| &corners[j as usize * width + i as usize..][..=count as usize];
+                let (below, above) = (row(j), row(j + 1));
+                let (mut a, mut d) = (below[0], above[0]);
+                let [mut p, mut s] = [a, d].map(|v| positions[v as usize]);
+                let mut left = p != s;
+                // Each cell begins where the one before it ends.
+                for (&b, &c) in below[1..].iter().zip(&above[1..]) {
+                    let [q, r] = [b, c].map(|v| positions[v as usize]);
+                    let right = q != r;
+                    let (first, second) = (p.distance_squared(r), q.distance_squared(s));
+                    let halves = if first <= second { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+                    if left && right && p != q && r != s && smaller(first, second) > 0.0 {
+                        out.extend_from_slice(&halves.map(|half| oriented(half, reversed)));
+                    } else {
+                        let apart = halves.into_iter().filter(|&half| are_apart(positions, half));
+                        out.extend(apart.map(|half| oriented(half, reversed)));
                     }
+                    (a, d, p, s, left) = (b, c, q, r, right);
                 }
             }
         },

@@ -127,18 +127,19 @@ pub(crate) fn dilate(of: &[f64], columns: usize, reach: usize, out: &mut Vec<f64
         out.extend_from_slice(of);
         return;
     }
-    let largest = |of: &[f64]| of.iter().fold(0.0, |most, &x| larger(x, most));
-    if columns == 1 {
-        out.extend((0..of.len()).map(|k| largest(&of[k.saturating_sub(reach)..(k + reach + 1).min(of.len())])));
-        return;
+    let window = |k: usize, n: usize| k.saturating_sub(reach)..(k + reach + 1).min(n);
+    // Along rows, then across them.
+    for row in of.chunks(columns) {
+        out.extend((0..row.len()).map(|j| row[window(j, row.len())].iter().fold(0.0, |most, &x| larger(x, most))));
     }
     let rows = of.len() / columns;
-    let window = |k: usize, n: usize| k.saturating_sub(reach)..(k + reach + 1).min(n);
-    let most = |i: usize, j: usize| {
-        let near = window(i, rows).flat_map(|i| &of[i * columns..][window(j, columns)]);
-        near.fold(0.0, |most, &x| larger(x, most))
-    };
-    out.extend((0..of.len()).map(|k| most(k / columns, k % columns)));
+    if rows > 1 {
+        for k in 0..of.len() {
+            let near = window(k / columns, rows).map(|i| out[i * columns + k % columns]);
+            out.push(near.fold(0.0, |most, x| larger(x, most)));
+        }
+        out.drain(..of.len());
+    }
 }
 
 /// The largest number of strips under a gap between two `lines`.

@@ -3,7 +3,7 @@
 use super::scratch::Scratch;
 use crate::frame::plan::output::{CellWalk, PartPlan, Plan, TileLattice};
 use crate::math::lanes::widest;
-use crate::mesh::{EdgeLine, Origin, TileMesh};
+use crate::mesh::{EdgeLine, Origin};
 use crate::model::{EdgeId, PartId, RowId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{EdgeShape, EdgeUse, PreparedEdge, PreparedPart, Tile};
@@ -22,15 +22,10 @@ fn edge_point(edge: &PreparedEdge, at_break: Option<u32>, t: f64) -> DVec3 {
     }
 }
 
-/// Makes the tessellants of the tile's loops: cell coordinates, parameters, positions, origins.
-pub(crate) fn trace_loops(
-    part: &PreparedPart,
-    plan: &PartPlan,
-    tile: &Tile,
-    lattice: &TileLattice,
-    s: &mut Scratch,
-    mesh: &mut TileMesh,
-) {
+/// Makes the tessellants of the tile's loops in the scratch: cell coordinates, parameters, positions, origins.
+pub(crate) fn trace_loops(part: &PreparedPart, plan: &PartPlan, tile: &Tile, lattice: &TileLattice, s: &mut Scratch) {
+    s.outline.clear();
+    s.origins.clear();
     s.cells.clear();
     s.uvs.clear();
     s.loop_starts.clear();
@@ -40,7 +35,7 @@ pub(crate) fn trace_loops(
         || {
             for l in &tile.loops {
                 for u in l {
-                    trace_use((part, plan), u, &mut s.ts, mesh);
+                    trace_use((part, plan), u, &mut s.ts, (&mut s.outline, &mut s.origins));
                     u.uv.points(&s.ts, u.piece, &mut s.uvs);
                 }
                 s.loop_starts.push(s.uvs.len() as u32);
@@ -53,10 +48,14 @@ pub(crate) fn trace_loops(
 /// Appends positions and origins of an edge's tessellants along one use, in loop order, without the last. Sets `ts` to
 /// their parameters.
 #[inline(always)]
-pub(crate) fn trace_use((part, plan): (&PreparedPart, &PartPlan), u: &EdgeUse, ts: &mut Vec<f64>, mesh: &mut TileMesh) {
+pub(crate) fn trace_use(
+    (part, plan): (&PreparedPart, &PartPlan),
+    u: &EdgeUse,
+    ts: &mut Vec<f64>,
+    (positions, origins): (&mut Vec<DVec3>, &mut Vec<Origin>),
+) {
     let (edge, line) = (&part.edges[u.edge.index()], &plan.edges[u.edge.index()]);
     let (all, breaks) = (&line.ts[..], &line.breaks[..]);
-    let TileMesh { positions, origins, .. } = mesh;
     let forwards = u.from < u.to;
     ts.clear();
     let (mut at, mut from) = (u.from, breaks[u.from as usize] as usize);

@@ -24,9 +24,11 @@ pub(crate) fn evaluate_vertices(
     s: &mut Scratch,
     mesh: &mut TileMesh,
 ) {
-    let Scratch { uvs, corners, evaluate, .. } = s;
-    let (tessellants, side) = (mesh.positions.len(), if face.reversed { -1.0 } else { 1.0 });
+    let Scratch { outline, uvs, corners, evaluate, .. } = s;
+    let (tessellants, side) = (outline.len(), if face.reversed { -1.0 } else { 1.0 });
     let TileMesh { positions, normals, .. } = mesh;
+    positions.reserve_exact(uvs.len());
+    positions.extend_from_slice(outline);
     // All are evaluated below. A position that stays NaN fails every check.
     positions.resize(uvs.len(), DVec3::NAN);
     if let Some(normal) = face.plane_normal {

@@ -3,12 +3,16 @@
 use super::lattice::EvaluateScratch;
 use crate::frame::trim::climb::TrimScratch;
 use crate::frame::trim::output::TrimOutput;
-use crate::mesh::TileMesh;
-use glam::DVec2;
+use crate::mesh::{Origin, TileMesh};
+use glam::{DVec2, DVec3};
 
 /// Work space that one worker reuses for all its tiles. Does not affect results.
 #[derive(Default)]
 pub struct Scratch {
+    /// Positions of the tessellants.
+    pub(crate) outline: Vec<DVec3>,
+    /// Where the vertices come from, tessellants first.
+    pub(crate) origins: Vec<Origin>,
     /// Cell coordinates of the vertices, tessellants first.
     pub(crate) cells: Vec<DVec2>,
     /// Parameters of the vertices.
@@ -20,8 +24,8 @@ pub struct Scratch {
     pub(crate) corners: Vec<u32>,
     /// The lattice points that have a vertex, in its order.
     pub(crate) used: Vec<[u32; 2]>,
-    /// Vertices of full cells.
-    pub(crate) quads: Vec<[u32; 4]>,
+    /// Runs of full cells along a row: column and row of the first, and how many.
+    pub(crate) runs: Vec<[u32; 3]>,
     /// Triangles that may be folded, ascending.
     pub(crate) doubtful: Vec<usize>,
     pub(crate) trim: TrimScratch,
