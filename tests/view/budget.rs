@@ -114,3 +114,25 @@ fn a_view_within_the_limits_does_not_suffer_from_one_before_that_was_not() {
         assert!(spare < 2.0 || session.shortfall().is_none(), "{spare}: {:?}", session.shortfall());
     }
 }
+
+#[test]
+fn a_limit_holds_where_angles_or_outlines_decide() {
+    for name in ["brake-rotor", "brake-hub", "flower-teapot", "washer"] {
+        let prepared = shape(name);
+        let view = View { deviation_px: 0.05, ..a_view(&prepared) };
+        let mut all = MemorySink::default();
+        let wanted = Session::start(Arc::clone(&prepared), &options(2)).unwrap().view(&[view], &mut all).unwrap();
+        for share in [0.8, 0.4] {
+            let most = (share * wanted.triangles as f64) as u64;
+            let limits = PlanLimits::DEFAULT.with_triangles(most);
+            let planner = PlannerOptions::DEFAULT.with_limits(limits);
+            let mut session = Session::start(Arc::clone(&prepared), &options(2).with_planner(planner)).unwrap();
+            let mut sink = MemorySink::default();
+            let made = session.view(&[view], &mut sink).unwrap();
+            let short = session.shortfall();
+            assert!(made.triangles <= most, "{name} {share}: {} of {most}, {short:?}", made.triangles);
+            assert!(short.is_some_and(|short| short.needed >= most), "{name} {share}: {short:?}");
+            balanced(&prepared, &session.plan().unwrap(), &drawn(&sink), name);
+        }
+    }
+}

@@ -61,8 +61,8 @@ pub(super) struct SeenRange {
     pub(super) whole: u32,
     /// Groups with drawn tiles whose rates may change, a bit each.
     pub(super) open: u32,
-    /// Number of cells of the drawn tiles.
-    pub(super) cells: u64,
+    /// Expected number of triangles of the drawn tiles.
+    pub(super) triangles: u64,
 }
 
 /// What the views show of the tiles of a part.
@@ -224,11 +224,21 @@ pub(super) struct NewTessellants {
 }
 
 pub(super) struct TessellantUpdate {
-    /// And the tiles that use the edge. `None` if the tessellants equal the old ones.
-    pub(super) line: Option<(Pair<EdgePolyline>, SmallVec<[TileId; 4]>)>,
+    /// `None` if the tessellants equal the old ones.
+    pub(super) line: Option<Pair<EdgePolyline>>,
+    /// The tiles that use a new line, each with how many more tessellants it has there.
+    pub(super) tiles: SmallVec<[(TileId, i32); 4]>,
     pub(super) kept: bool,
     /// Whether they follow the old ones.
     pub(super) follows: bool,
+}
+
+/// Steps of the common terms that limits cause, within one plan.
+pub(super) struct LimitStep {
+    pub(super) finer: bool,
+    pub(super) steps: i16,
+    /// The triangles drawn before it.
+    pub(super) triangles: u64,
 }
 
 /// A tile whose rate should change.

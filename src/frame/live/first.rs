@@ -3,7 +3,7 @@
 use super::culling::{PartBoxes, RANGE, RangeBoxes};
 use super::draft::{CellsAt, GroupBand, SeenTiles};
 use super::rate::Rate;
-use super::rates::{PartRates, Rates};
+use super::rates::{PartRates, Rates, TileCounts, along};
 use super::resync::LineHistory;
 use crate::control::{Jobs, map};
 use crate::frame::plan::budget::cells;
@@ -20,18 +20,19 @@ use std::sync::Arc;
 pub(super) fn begin(jobs: &dyn Jobs, rates: &mut Rates, rows: &[usize]) -> Vec<PartPlan> {
     bound(jobs, rates, rows);
     let planned = coarsest(jobs, &rates.prepared, rows, &rates.options.limits);
-    let (planned, cells) = counted(jobs, planned);
+    let (planned, counts) = counted(jobs, &rates.prepared, rows, planned);
     let Rates { prepared, parts, options, .. } = rates;
-    for (&row, cells) in rows.iter().zip(cells) {
+    for (&row, counts) in rows.iter().zip(counts) {
         let boxes = Arc::clone(&parts[of_model(prepared, row)].boxes);
-        parts[row] = PartRates::first(&prepared.parts[row], boxes, cells, options.budget.is_some());
+        parts[row] = PartRates::first(&prepared.parts[row], boxes, counts, options.budget.is_some());
     }
     planned
 }
 
 impl PartRates {
-    /// Of a part with its coarsest plan, whose tiles have so many cells. Nothing has a rate yet.
-    fn first(part: &PreparedPart, boxes: Arc<PartBoxes>, cells: Vec<u64>, is_budgeted: bool) -> Self {
+    /// Of a part with its coarsest plan, whose tiles have so many cells, and tessellants along their loops. Nothing has a
+    /// rate yet.
+    fn first(part: &PreparedPart, boxes: Arc<PartBoxes>, counts: TileCounts, is_budgeted: bool) -> Self {
         let (tiles, edges) = (part.tiles.len(), part.edges.len());
         Self {
             groups: vec![GroupBand::NONE; boxes.groups()],
@@ -42,7 +43,7 @@ impl PartRates {
             tile_terms: vec![0; tiles],
             edge_terms: vec![0; edges],
             kept: LineHistory::none(part),
-            cells,
+            counts,
             estimates: vec![CellsAt::NEVER; if is_budgeted { tiles } else { 0 }],
             seen: SeenTiles::none(tiles),
         }
@@ -74,20 +75,35 @@ fn bound(jobs: &dyn Jobs, rates: &mut Rates, rows: &[usize]) {
     }
 }
 
-/// Plans, and the numbers of cells of their tiles.
-fn counted(jobs: &dyn Jobs, plans: Vec<PartPlan>) -> (Vec<PartPlan>, Vec<Vec<u64>>) {
-    let of_part = |(part, plan): (usize, &PartPlan)| {
+/// The plans of these parts; and of their tiles the numbers of cells, and of tessellants along their loops.
+fn counted(
+    jobs: &dyn Jobs,
+    prepared: &Arc<Prepared>,
+    rows: &[usize],
+    plans: Vec<PartPlan>,
+) -> (Vec<PartPlan>, Vec<TileCounts>) {
+    let of_part = |(part, (&row, plan)): (usize, (&usize, &PartPlan))| {
         let tiles = plan.tiles.len();
-        (0..tiles).step_by(RANGE).map(move |from| (part, from..tiles.min(from + RANGE)))
+        (0..tiles).step_by(RANGE).map(move |from| (part, row, from..tiles.min(from + RANGE)))
     };
-    let items = plans.iter().enumerate().flat_map(of_part).collect();
-    let mut counts: Vec<_> = plans.iter().map(|plan| Vec::with_capacity(plan.tiles.len())).collect();
+    let items = rows.iter().zip(&plans).enumerate().flat_map(of_part).collect();
+    let mut counts: Vec<TileCounts> = plans.iter().map(|_| TileCounts::default()).collect();
     let plans = Arc::new(plans);
-    let shared = Arc::clone(&plans);
+    let (shared, prepared) = (Arc::clone(&plans), Arc::clone(prepared));
     // On all threads: each lattice is elsewhere in memory, and to look at it takes a miss of the caches.
-    let made = map(jobs, items, move |(part, tiles)| -> (usize, Vec<u64>) {
-        (part, tiles.map(|tile| cells(&shared[part].tiles[tile])).collect())
+    let made = map(jobs, items, move |(part, row, tiles)| -> (usize, Vec<(u64, u32)>) {
+        let (plan, of) = (&shared[part], &prepared.parts[row]);
+        let outline = |tile: usize| -> u32 {
+            let loops = &of.tiles[tile].loops;
+            let uses = loops.iter().flatten().map(|u| along(&plan.edges[u.edge.index()], u));
+            uses.sum::<u32>() + 2 * (loops.len() as u32).saturating_sub(1)
+        };
+        (part, tiles.map(|tile| (cells(&plan.tiles[tile]), outline(tile))).collect())
     });
-    made.into_iter().for_each(|(part, cells)| counts[part].extend(cells));
+    for (part, more) in made {
+        let TileCounts { cells, outlines } = &mut counts[part];
+        cells.extend(more.iter().map(|of| of.0));
+        outlines.extend(more.iter().map(|of| of.1));
+    }
     (Arc::into_inner(plans).expect("the loop has ended"), counts)
 }

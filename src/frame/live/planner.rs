@@ -7,14 +7,14 @@
 use super::culling::WORDS;
 use super::defer;
 use super::draft::{
-    ChangedRows, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, Sights, TessellantUpdate, Touched,
-    VisibleTiles, WantedRate,
+    ChangedRows, LimitStep, NewTessellants, PLANNED, PlanDraft, RateChanges, SeenRange, Sights, TessellantUpdate,
+    Touched, VisibleTiles, WantedRate,
 };
 use super::first;
 use super::options::PlannerOptions;
 use super::pages::{PlanChanges, PlanPages, renewed};
 use super::placed::{PlacedInstances, Shown};
-use super::rate::{Rate, Terms};
+use super::rate::{Rate, Terms, steps_of};
 use super::rates::Rates;
 use super::resync::Turns;
 use crate::control::{Alone, Jobs, chunks, map, map_with};
@@ -46,15 +46,8 @@ pub struct Planner {
     placed: u64,
     /// Whether to plan again even if nothing moves.
     unfinished: bool,
-    /// By how much the last change of common terms that limits caused multiplied the cells, per step finer.
+    /// By how much the last change of common terms that limits caused multiplied the triangles, per step finer.
     growth: f64,
-}
-
-/// A step of the common terms, within one plan.
-struct LimitStep {
-    finer: bool,
-    /// The cells drawn before it.
-    cells: u64,
 }
 
 /// Tiles and edges that limits make coarser than required.
@@ -185,8 +178,8 @@ impl Planner {
     pub fn memory(&self) -> usize {
         /// The counters of an `Arc`, and one more pointer: there are two plans, which share most rows.
         const SHARED: usize = 4 * size_of::<usize>();
-        /// Of a tile, besides its rate and lattice: band, term, history, cells, scales, its share of a group.
-        const TILE: usize = 50;
+        /// Of a tile, besides its rate and lattice: band, term, history, counts, scales, its share of a group.
+        const TILE: usize = 54;
         /// Of a tile and all of its LODs: bounding box, cone, its place in a group and its share of that.
         const BOXES: usize = 90;
         /// Of an edge, besides its rate and tessellants: term, history, stamp.
@@ -381,7 +374,7 @@ impl Planner {
             mark(&mut limited.tiles, id, !new.kept.cells);
             mark(&mut limited.lines, id, !new.kept.lines);
             if let Some((cells, [made, again])) = new.made {
-                rates.set_cells(t, cells);
+                rates.recount(t, |counts| counts.cells[t] = cells);
                 let old = std::mem::replace(&mut page.parts[p].tiles[t], made);
                 pages.new.lattices.push((p, t, [again, old]));
                 changed.lattices.add(p, t);
@@ -415,15 +408,18 @@ impl Planner {
             let Some(NewTessellants { rate, made }) = new else { continue };
             let (rates, k) = (&mut parts[p], e.index());
             rates.edges[k] = rate;
-            let Some(TessellantUpdate { line, kept, follows }) = made else { continue };
+            let Some(TessellantUpdate { line, tiles, kept, follows }) = made else { continue };
             (rates.kept.edges[k], rates.edge_terms[k]) = (follows, *term);
             let id = PartId::new(p);
             mark(&mut limited.edges, (id, e), !kept);
-            if let Some(([line, again], tiles)) = line {
+            if let Some([line, again]) = line {
                 let old = std::mem::replace(&mut page.parts[p].edges[k], line);
                 pages.new.edges.push((p, k, [again, old]));
                 changed.edges.add(p, k);
-                tiles.into_iter().for_each(|tile| changed.tiles.add(p, tile.index()));
+                for (t, longer) in tiles.into_iter().map(|(tile, longer)| (tile.index(), longer)) {
+                    changed.tiles.add(p, t);
+                    rates.recount(t, |counts| counts.outlines[t] = counts.outlines[t].saturating_add_signed(longer));
+                }
             }
         }
     }
@@ -434,27 +430,39 @@ impl Planner {
     /// What a step finer costs is known from the last one. Where it turns out to cost more, the plan goes back, and does
     /// not try again.
     fn fits(&mut self, last: &mut Option<LimitStep>) -> bool {
-        /// Steps after which everything is as coarse as angles allow, or nearly.
-        const COARSEST: i16 = 128;
+        /// Steps after which everything is as coarse as its shape allows: lines are 4096 times as sparse, and a tile has
+        /// no more of them.
+        const COARSEST: i16 = 48;
         /// Share of the limit to keep free, so that views that move do not change the terms to and fro.
         const SPARE: f64 = 0.1;
-        let cells = self.rates.cells_drawn();
-        let allowed = Budget::of(&self.rates.options.limits, 0).left;
+        let triangles = self.rates.triangles_drawn();
+        let allowed = Budget::of(&self.rates.options.limits, 0).left.saturating_mul(2);
         let Rates { terms, term, .. } = own(&mut self.rates);
-        if let Some(step) = last.as_ref().filter(|step| step.cells.min(cells) > 0) {
-            let ratio = cells as f64 / step.cells as f64;
-            self.growth = if step.finer { ratio } else { 1.0 / ratio }.max(1.0);
+        if let Some(step) = last.as_ref().filter(|step| step.triangles.min(triangles) > 0) {
+            let ratio = triangles as f64 / step.triangles as f64;
+            let finer = if step.finer { ratio } else { 1.0 / ratio };
+            self.growth = libm::pow(finer, 1.0 / f64::from(step.steps)).max(1.0);
         }
-        let is_over = cells > allowed && terms.coarser < COARSEST;
-        let has_room = terms.coarser > 0 && cells as f64 * self.growth <= (1.0 - SPARE) * allowed as f64;
-        // What waits for the budget is not counted yet.
-        let may_refine = has_room && !self.unfinished && last.as_ref().is_none_or(|step| step.finer);
+        let is_over = triangles > allowed && terms.coarser < COARSEST;
+        let fits_finer = triangles as f64 * self.growth <= (1.0 - SPARE) * allowed as f64;
+        // What waits for the budget is not counted yet. Several steps at once may have been too many.
+        let may_refine = fits_finer
+            && terms.coarser > 0
+            && !self.unfinished
+            && last.as_ref().is_none_or(|step| step.finer || step.steps > 1);
         if !is_over && !may_refine {
             return true;
         }
-        terms.coarser += if is_over { 1 } else { -1 };
+        // As many as cells need that fall like densities do; twice as many as last where that changed next to nothing.
+        let needed = steps_of(triangles as f64 / allowed.max(1) as f64).ceil().clamp(1.0, f64::from(COARSEST)) as i16;
+        let twice = last
+            .as_ref()
+            .filter(|step| !step.finer && 10 * triangles > 9 * step.triangles)
+            .map_or(0, |step| 2 * step.steps);
+        let coarser = if is_over { needed.max(twice).min(COARSEST - terms.coarser) } else { -1 };
+        terms.coarser += coarser;
         *term += 1;
-        *last = Some(LimitStep { finer: !is_over, cells });
+        *last = Some(LimitStep { finer: !is_over, steps: coarser.abs(), triangles });
         false
     }
 
@@ -465,8 +473,7 @@ impl Planner {
         shortfall.unusable = unusable;
         shortfall.density = 1.0 / terms.coarsened();
         if terms.coarser > 0 {
-            let drawn = self.rates.cells_drawn();
-            shortfall.needed = (2.0 * drawn as f64 * terms.coarsened().powi(2)) as u64;
+            shortfall.needed = (self.rates.triangles_drawn() as f64 * terms.coarsened().powi(2)) as u64;
         }
         shortfall.tiles = tiles.iter().copied().collect();
         shortfall.lines = lines.iter().copied().collect();

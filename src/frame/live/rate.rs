@@ -108,8 +108,9 @@ impl Terms {
             _ => Vec::new(),
         };
         let density = most.map_or(0.0, |step| self.density(step));
-        let tolerance =
-            Tolerance { chord: 1.0 / density, angle: self.angle, max_edge: self.size.map(|size| size / density) };
+        // Lines by the angle become as sparse as those by the chord.
+        let angle = self.angle * self.coarsened();
+        let tolerance = Tolerance { chord: 1.0 / density, angle, max_edge: self.size.map(|size| size / density) };
         BoxTolerances { tolerance: tolerance.usable(radius), shares }
     }
 

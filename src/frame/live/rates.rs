@@ -12,14 +12,14 @@ use super::resync::{LineHistory, Turns, owner};
 use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::density::FollowLines;
 use crate::frame::plan::lattice::{LatticeRequest, Lattices, is_single, places};
-use crate::frame::plan::output::Plan;
+use crate::frame::plan::output::{EdgePolyline, Plan};
 use crate::frame::plan::tessellants::{Tessellants, is_bare, turns_more_than_bends};
 use crate::frame::tolerance::box_tolerance::BoxTolerances;
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::math::bits::ones;
 use crate::model::{RowId, SurfaceKind};
 use crate::prepare::Prepared;
-use crate::prepare::internals::{BoundingBox, PreparedFace, Tile};
+use crate::prepare::internals::{BoundingBox, EdgeUse, PreparedFace, Tile, TileUse};
 use smallvec::SmallVec;
 use std::sync::Arc;
 
@@ -45,8 +45,7 @@ pub(super) struct PartRates {
     pub(super) edge_terms: Vec<u32>,
     /// Tiles and edges whose lines also depend on history.
     pub(super) kept: LineHistory,
-    /// Number of cells of each tile.
-    pub(super) cells: Vec<u64>,
+    pub(super) counts: TileCounts,
     /// Cells of tiles that wait for their first step. Empty without a budget.
     pub(super) estimates: Vec<CellsAt>,
     /// What the views of the current frame show of each tile.
@@ -54,14 +53,36 @@ pub(super) struct PartRates {
 }
 
 impl PartRates {
-    /// Sets the number of cells of a tile, which may be drawn.
-    pub(super) fn set_cells(&mut self, tile: usize, cells: u64) {
-        let before = std::mem::replace(&mut self.cells[tile], cells);
+    /// Changes what is counted of a tile, which may be drawn.
+    pub(super) fn recount(&mut self, tile: usize, change: impl FnOnce(&mut TileCounts)) {
+        let before = self.counts.triangles(tile);
+        change(&mut self.counts);
         if self.seen.shows(tile) {
             let range = &mut self.seen.0[tile / RANGE];
-            range.cells = range.cells + cells - before;
+            range.triangles = range.triangles + self.counts.triangles(tile) - before;
         }
     }
+}
+
+/// What the tiles of a part are made of.
+#[derive(Default)]
+pub(super) struct TileCounts {
+    /// Number of cells of each tile.
+    pub(super) cells: Vec<u64>,
+    /// Number of tessellants along the loops of each tile, and two for each loop but one.
+    pub(super) outlines: Vec<u32>,
+}
+
+impl TileCounts {
+    /// Expected number of triangles of a tile: two in each cell, and those of a polygon with its loops.
+    fn triangles(&self, tile: usize) -> u64 {
+        2 * self.cells[tile] + u64::from(self.outlines[tile])
+    }
+}
+
+/// The number of tessellants of a polyline along a use of its edge.
+pub(super) fn along(line: &EdgePolyline, of: &EdgeUse) -> u32 {
+    line.breaks[of.from as usize].abs_diff(line.breaks[of.to as usize])
 }
 
 /// State of a planner that its jobs read.
@@ -84,8 +105,8 @@ impl Rates {
     /// tiles, these are not looked at one by one: none of them would change.
     pub(super) fn see(&self, tiles: &mut VisibleTiles, sights: &Sights) {
         let VisibleTiles { part, range, seen, sights: with_any, bits } = tiles;
-        let SeenRange { any, scales, whole, open, cells } = seen;
-        let PartRates { boxes, groups, cells: of_tiles, .. } = &self.parts[*part];
+        let SeenRange { any, scales, whole, open, triangles } = seen;
+        let PartRates { boxes, groups, counts, .. } = &self.parts[*part];
         let sights = sights.of_part(*part);
         // Groups that any camera sees, and those that one sees in part.
         let (mut in_any, mut in_part) = (0, 0);
@@ -135,8 +156,8 @@ impl Rates {
         *whole = others.fold(kept, |whole, group| whole | 1 << group);
         *open = in_any & !kept;
         *any = !with_any.is_empty();
-        let drawn = scales.iter().zip(&of_tiles[RANGE * *range..]).filter(|(scale, _)| scale.most >= 0.0);
-        *cells = if *any { drawn.map(|(_, cells)| cells).sum() } else { 0 };
+        let drawn = (RANGE * *range..).zip(&*scales).filter(|(_, scale)| scale.most >= 0.0);
+        *triangles = if *any { drawn.map(|(tile, _)| counts.triangles(tile)).sum() } else { 0 };
     }
 
     /// Whether all tiles of a group keep their rates if their scales are within these.
@@ -227,7 +248,7 @@ impl Rates {
     /// Steps say it, except for tiles that have none yet, or one of other terms. Of those the cells say it. They are
     /// counted once, however long the tile is deferred.
     fn urgency(&self, (p, t): (usize, usize), planned: bool, rate: &Rate, wanted: &mut RateChanges) -> (f64, f64) {
-        let PartRates { tiles: rates, cells: now, estimates, .. } = &self.parts[p];
+        let PartRates { tiles: rates, counts, estimates, .. } = &self.parts[p];
         if let (true, Some(to), Some(from)) = (planned, rate.finest(), rates[t].finest()) {
             let steps = f64::from(to) - f64::from(from);
             return (steps, growth_of(steps));
@@ -245,7 +266,7 @@ impl Rates {
             (Some(to), Some(at)) => growth_of(f64::from(to) - f64::from(at)),
             _ => 1.0,
         };
-        let growth = known.cells * more / now[t] as f64;
+        let growth = known.cells * more / counts.cells[t] as f64;
         // What has no step of these terms comes before what is only refined for its edges' sake.
         (steps_of(growth).max(1.0), growth)
     }
@@ -328,13 +349,22 @@ impl Rates {
         let before = self.turns.follow(&*page.edges[k], replace || rates.edge_terms[k] != self.term);
         let (line, kept) =
             tessellants.polyline(edge, &page.tiles, &need, 1.0, before.as_ref().map(|b| b as &dyn FollowLines));
-        let line = (*page.edges[k] != line).then(|| (pair(line), edge.uses.iter().map(|place| place.tile).collect()));
-        Some(NewTessellants { rate, made: Some(TessellantUpdate { line, kept, follows: before.is_some() }) })
+        let follows = before.is_some();
+        if *page.edges[k] == line {
+            let made = TessellantUpdate { line: None, tiles: SmallVec::new(), kept, follows };
+            return Some(NewTessellants { rate, made: Some(made) });
+        }
+        let longer = |place: &TileUse| {
+            let of = &part.tiles[place.tile.index()].loops[place.of_loop as usize][place.index as usize];
+            (place.tile, along(&line, of).wrapping_sub(along(&page.edges[k], of)).cast_signed())
+        };
+        let tiles = edge.uses.iter().map(longer).collect();
+        Some(NewTessellants { rate, made: Some(TessellantUpdate { line: Some(pair(line)), tiles, kept, follows }) })
     }
 
-    /// Number of cells of the drawn tiles.
-    pub(super) fn cells_drawn(&self) -> u64 {
-        self.shown.iter().flat_map(|&part| &self.parts[part].seen.0).map(|range| range.cells).sum()
+    /// Expected number of triangles of the drawn tiles.
+    pub(super) fn triangles_drawn(&self) -> u64 {
+        self.shown.iter().flat_map(|&part| &self.parts[part].seen.0).map(|range| range.triangles).sum()
     }
 }
 

@@ -84,32 +84,44 @@ pub(crate) fn plan_parts(
     limits: &PlanLimits,
     held_mib: u32,
 ) -> Plan {
-    /// Factor on all densities per round. It about halves the number of cells.
+    /// Factor on all densities per step. It about halves the number of cells.
     const LOWER: f64 = 0.75;
-    /// Rounds until every tile has one cell and no plan is smaller: a factor of 1e-12.
+    /// Steps until every tile has one cell and no plan is smaller: a factor of 1e-12.
     const LOWEST: i32 = 96;
     let mut shortfall = Shortfall { held_mib, ..Shortfall::none(limits) };
     // A part without tiles meets any tolerance.
     let unusable = |(part, asked): (&Arc<PreparedPart>, &PartTolerance)| asked.unusable && !part.tiles.is_empty();
     shortfall.unusable = parts.iter().zip(&asked).any(unusable);
     let wanted = Arc::new(Wanted { parts, asked });
-    let mut round = 0;
-    loop {
-        shortfall.density = LOWER.powi(round);
+    let attempt = |steps: i32| -> Result<Plan, PlanRequest<'_>> {
         let mut budget = Budget::of(limits, held_mib);
-        if round == LOWEST {
+        if steps == LOWEST {
             budget.left = u64::MAX;
         }
-        let asked =
-            PlanRequest { jobs, wanted: &wanted, density: shortfall.density, cells_per_tile: budget.cells_per_tile };
-        if let Some(parts) = asked.plan(0..wanted.parts.len(), &mut budget, &mut shortfall) {
-            return Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any() };
+        let density = LOWER.powi(steps);
+        let asked = PlanRequest { jobs, wanted: &wanted, density, cells_per_tile: budget.cells_per_tile };
+        let mut shortfall = Shortfall { density, ..shortfall.clone() };
+        let parts = asked.plan(0..wanted.parts.len(), &mut budget, &mut shortfall).ok_or(asked)?;
+        Ok(Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any() })
+    };
+    let asked = match attempt(0) {
+        Ok(plan) => return plan,
+        Err(asked) => asked,
+    };
+    let needed = asked.triangles();
+    // Twice as far each time, until a plan fits; then halfway back. The last one has no limit.
+    let (mut fails, mut fits, mut best) = (0, 1, None);
+    while best.is_none() || fits - fails > 1 {
+        let steps = if best.is_none() { fits } else { (fails + fits) / 2 };
+        match attempt(steps) {
+            Ok(plan) => (fits, best) = (steps, Some(plan)),
+            Err(_) if best.is_none() => (fails, fits) = (steps, (2 * steps).min(LOWEST)),
+            Err(_) => fails = steps,
         }
-        if round == 0 {
-            shortfall.needed = asked.triangles();
-        }
-        round += 1;
     }
+    let mut plan = best.unwrap_or_default();
+    plan.shortfall.iter_mut().for_each(|shortfall| shortfall.needed = needed);
+    plan
 }
 
 /// Parts, and the tolerance of each.
