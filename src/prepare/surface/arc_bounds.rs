@@ -10,6 +10,7 @@ use super::tables::{Bend, BoundingBox, BoxBounds, StripBounds, SurfaceBounds};
 use crate::model::{AxisMap, Surface};
 use glam::DVec4;
 use smallvec::{SmallVec, smallvec};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Strips per span of an arc. φ' varies by 17 % along a span of a quarter turn. It is symmetric about the middle, so
 /// both halves have the same bounds of φ' and |φ''|: they differ in their angles only.
@@ -53,13 +54,17 @@ impl ArcStrip {
         self.angles.1 - self.angles.0
     }
 
+    /// Whether it contains `angle` plus a multiple of `period`.
+    fn contains(&self, angle: f64, period: f64) -> bool {
+        let (a, b) = self.angles;
+        ((b - angle) / period).floor() * period + angle >= a
+    }
+
     /// sup |cos φ| and sup |sin φ|.
     fn extremes(&self) -> (f64, f64) {
-        use std::f64::consts::{FRAC_PI_2, PI};
         let (a, b) = self.angles;
-        let holds = |x: f64| ((b - x) / PI).floor() * PI + x >= a;
-        let cos = if holds(0.0) { 1.0 } else { libm::cos(a).abs().max(libm::cos(b).abs()) };
-        let sin = if holds(FRAC_PI_2) { 1.0 } else { libm::sin(a).abs().max(libm::sin(b).abs()) };
+        let cos = if self.contains(0.0, PI) { 1.0 } else { libm::cos(a).abs().max(libm::cos(b).abs()) };
+        let sin = if self.contains(FRAC_PI_2, PI) { 1.0 } else { libm::sin(a).abs().max(libm::sin(b).abs()) };
         (cos, sin)
     }
 }
@@ -141,9 +146,11 @@ fn tube(maps: &[AxisMap; 2], patches: &BezierPatches, major: f64, minor: f64) ->
     let (breaks_v, across) = swings(&maps[1], &patches.breaks_v)?;
     let of_strip = |t: &ArcStrip| {
         let (cos, sin) = t.extremes();
-        let reach = [t.angles.0, t.angles.1].map(|v| (major + minor * libm::cos(v)).abs());
-        // Inside the strip the distance from the axis is extreme only where cos v is.
-        let reach = if cos == 1.0 { major + minor } else { reach[0].max(reach[1]) };
+        // The distance from the axis is largest at an end of the strip, or where cos v is extreme within it.
+        let extremes = [(0.0, major + minor), (PI, (major - minor).abs())];
+        let within = extremes.into_iter().filter(|&(v, _)| t.contains(v, TAU)).map(|(_, reach)| reach);
+        let ends = [t.angles.0, t.angles.1].map(|v| (major + minor * libm::cos(v)).abs());
+        let reach = within.fold(ends[0].max(ends[1]), f64::max);
         (cos, sin, reach, t.acceleration(minor, 1.0, 0.0))
     };
     let constants: Vec<(f64, f64, f64, Bend)> = across.iter().map(of_strip).collect();
@@ -197,5 +204,35 @@ pub(crate) fn segment(net: &[DVec4], width: f64) -> Option<Strips> {
             Some(ArcStrip::halves(0.0, 2.0 * half, width).map(strip).into_iter().collect())
         }
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Frame3;
+
+    #[test]
+    fn strips_of_a_torus_reach_as_far_as_they_do() {
+        let (major, minor) = (10.0, 8.0);
+        let torus = Surface::Torus { frame: Frame3::WORLD, major, minor };
+        // Those of fillets begin and end at the innermost or the outermost circle.
+        for v in [(PI, 1.5 * PI), (0.75 * PI, 1.25 * PI), (-PI, 0.0), (0.0, 0.5 * PI), (3.0 * PI, 7.0 * PI), (1.0, 2.0)]
+        {
+            let (nurbs, maps) = torus.to_nurbs((0.0, 1.0), v);
+            let patches = BezierPatches::new(&nurbs);
+            let bounds = analytic(&torus, &maps, &patches).expect("a torus");
+            let natural = maps[1].naturals();
+            let reaches = bounds.breaks_v.windows(2).map(|w| {
+                let at = |k: u32| natural(w[0] + (w[1] - w[0]) * f64::from(k) / 500.0);
+                (0..=500).map(|k| major + minor * libm::cos(at(k))).fold(0.0, f64::max)
+            });
+            let reaches: Vec<f64> = reaches.collect();
+            for (j, reach) in reaches.iter().enumerate() {
+                let ratio = bounds.cell(0, j).u / bounds.cell(0, 0).u;
+                assert!((ratio - reach / reaches[0]).abs() < 1e-4, "{v:?} {j}: {ratio}, {reaches:?}");
+            }
+            assert!((bounds.cell(0, 0).u / reaches[0] - bounds.cell(1, 0).u / reaches[0]).abs() < 1e-9);
+        }
     }
 }
