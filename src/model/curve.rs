@@ -1,7 +1,7 @@
 //! NURBS curves in space and in a surface's (u,v) -> points and two derivatives.
 
 use super::Frame3;
-use super::knots;
+use super::knots::{self, MOST_TURNS};
 use glam::{DVec2, DVec3};
 use std::fmt::Debug;
 use std::ops::{Add, Mul, Sub};
@@ -278,8 +278,8 @@ impl ArcNet {
         // A sweep of k·90° plus rounding takes k spans.
         let wanted = (sweep / std::f64::consts::FRAC_PI_2 - 1e-9).ceil();
         // NaN takes one, so that counts agree; `check` refuses it.
-        let wanted = if wanted.is_nan() { 1.0 } else { wanted.clamp(1.0, 4096.0) };
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 1..=4096")]
+        let wanted = if wanted.is_nan() { 1.0 } else { wanted.clamp(1.0, 4.0 * MOST_TURNS) };
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to 1..=80_000")]
         let spans = wanted as usize;
         let step = sweep / wanted;
         let half = 0.5 * step;
@@ -317,6 +317,14 @@ impl ArcNet {
 mod tests {
     use super::*;
     use crate::sequence::random::SplitMix;
+
+    #[test]
+    fn arcs_of_many_turns_have_spans_of_at_most_a_right_angle() {
+        for turns in [1.0, 1024.0, 5000.0, MOST_TURNS] {
+            let arc = NurbsCurve3::arc(&Frame3::WORLD, 1.0, 1.0, 0.0, turns * std::f64::consts::TAU);
+            assert_eq!(arc.points.len(), 2 * (4.0 * turns) as usize + 1);
+        }
+    }
 
     #[test]
     fn lines_have_the_bits_of_the_basis() {

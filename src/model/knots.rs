@@ -12,6 +12,9 @@ use std::cell::LazyCell;
 /// either side. Springs have tens, threads and coils hundreds.
 pub(crate) const MOST_TURNS: f64 = 20_000.0;
 
+/// The same around a surface that is periodic both ways: its net grows with the product.
+pub(crate) const MOST_TURNS_BOTH_WAYS: f64 = 300.0;
+
 /// The domain `[knots[degree], knots[count]]` of a spline with `count` control points.
 ///
 /// With too few knots the domain is `[0, 0]`; no panic.
@@ -25,23 +28,19 @@ pub(crate) fn domain(degree: usize, knots: &[f64]) -> (f64, f64) {
 
 /// Index `i` of the non-empty knot span `[knots[i], knots[i+1])` that contains `t`; at the domain's end, the last span.
 pub(crate) fn span(degree: usize, knots: &[f64], t: f64) -> usize {
-    let count = knots.len() - degree - 1;
-    let inside = &knots[degree + 1..count];
-    let found = degree + inside.partition_point(|&k| k <= t);
-    step_back(degree, knots, found)
+    span_after(degree, knots, |k| k <= t)
 }
 
 /// Like [`span`], but at a knot, the span that ends there.
 pub(crate) fn span_left(degree: usize, knots: &[f64], t: f64) -> usize {
-    let count = knots.len() - degree - 1;
-    let inside = &knots[degree + 1..count];
-    let found = degree + inside.partition_point(|&k| k < t);
-    step_back(degree, knots, found)
+    span_after(degree, knots, |k| k < t)
 }
 
-/// The nearest non-empty span at or before `found`, else the nearest after it.
+/// The non-empty span after the inner knots that are `before`, else the nearest before it, else the nearest after it.
 #[inline]
-fn step_back(degree: usize, knots: &[f64], found: usize) -> usize {
+fn span_after(degree: usize, knots: &[f64], before: impl Fn(f64) -> bool) -> usize {
+    let inside = &knots[degree + 1..knots.len() - degree - 1];
+    let found = degree + inside.partition_point(|&k| before(k));
     if knots[found] < knots[found + 1] { found } else { nearest_full(degree, knots, found) }
 }
 

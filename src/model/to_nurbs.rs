@@ -130,7 +130,7 @@ fn snap_to_axis(meridian: &mut NurbsCurve3) {
 /// The unit arc over an angle range. Its last knot equals the map's end to the last bit.
 fn arc(range: (f64, f64)) -> (ArcNet, AxisMap) {
     let mut net = ArcNet::new(range.0, range.1);
-    #[allow(clippy::cast_possible_truncation, reason = "at most 4096 spans")]
+    #[allow(clippy::cast_possible_truncation, reason = "at most 80 000 spans")]
     let map = AxisMap::Arc { start: range.0, step: net.step, spans: net.spans as u32 };
     let end = range.0 + net.step * net.spans as f64;
     let tail = net.knots.len() - 3;

@@ -12,9 +12,9 @@ use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
 use smallvec::SmallVec;
 use std::f64::consts::FRAC_PI_2;
 
-/// Maximum number of segments of one edge, over all its breaks. Only a curve whose speed varies by many decades would
-/// need more, and that is noise.
-const SEGMENTS_OF_EDGE: usize = 16_384;
+/// Maximum number of segments of one edge, over all its breaks. A thread of a thousand turns needs tens of thousands;
+/// more need only curves whose speed varies by many decades, and that is noise.
+const SEGMENTS_OF_EDGE: usize = 1 << 17;
 /// Number of segments that an edge may always have between two breaks.
 const LEAST_LIMIT: usize = 64;
 
@@ -84,7 +84,7 @@ impl Tessellants {
         let mut reach = usize::from(!need.is_even());
         let made = loop {
             // A segment in several strips must meet the tolerances of all of them.
-            dilate(&need.shares, 1, reach, &mut shares);
+            dilate(&need.shares, need.shares.len().max(1), reach, &mut shares);
             let made = self.spread(edge, tiles, &own, &shares, before);
             let touched = if reach == 0 { 1 } else { most_touched(&edge.bounds.breaks, &made.0.ts) };
             if touched <= reach + 1 {

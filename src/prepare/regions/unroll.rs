@@ -6,7 +6,7 @@
 
 use super::trace::{pole_piece, turn_at_pole};
 use crate::math::box_tree::BoxTree;
-use crate::model::{MOST_TURNS, RegionError};
+use crate::model::{MOST_TURNS, MOST_TURNS_BOTH_WAYS, RegionError};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
 use crate::prepare::uv::region::{Region, loops_box};
@@ -25,7 +25,7 @@ pub(crate) fn region(
     let bounds = loops_box(&loops);
     for (axis, (lo, hi)) in bounds.into_iter().enumerate() {
         let periods = projector.period[axis].map_or(0.0, |p| (hi - lo) / p);
-        let sound = (hi - lo).is_finite() && periods <= MOST_TURNS;
+        let sound = (hi - lo).is_finite() && periods <= most_turns(projector);
         if !(loops.is_empty() || sound) {
             return Err(RegionError::Runaway { axis, periods });
         }
@@ -205,12 +205,17 @@ fn both_poles(projector: &Projector<'_>, axis: usize) -> bool {
     lo.is_finite() && hi.is_finite() && is_pole(lo) && is_pole(hi)
 }
 
+/// Maximum number of turns of a face around the surface, in each direction.
+fn most_turns(projector: &Projector<'_>) -> f64 {
+    if projector.period.iter().all(Option::is_some) { MOST_TURNS_BOTH_WAYS } else { MOST_TURNS }
+}
+
 /// Moves loops and their polylines by whole periods so that all lie in or around the largest one. Whether any moved.
 fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], projector: &Projector<'_>) -> bool {
     let largest = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
     let Some(outer) = largest.filter(|_| loops.len() > 1) else { return false };
-    // Turns that are looked at in each direction: all of a thread's, but not the square of that.
-    let most = if projector.period.iter().all(Option::is_some) { 300.0 } else { MOST_TURNS };
+    // Turns that are looked at in each direction.
+    let most = most_turns(projector);
     let polygon = Polygon::new(polylines[outer].clone());
     let [low, high] = polygon.bounds;
     let mut moved = false;
