@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use trimtess::mesh::{MemorySink, MeshSink};
 use trimtess::model::{EdgeId, FaceId};
-use trimtess::out::{Format, GlbOptions, Rounding, open, save, write_glb};
+use trimtess::out::{Format, GlbOptions, Rounding, open, save, write_glb, write_glb_within};
 
 struct Glb {
     root: Root,
@@ -287,6 +287,19 @@ fn long_lists_of_batches_keep_their_corners() {
     let wanted: Vec<_> = wanted.map(|(face, point)| (face, ((point - centre) * 1e-3).as_vec3() + Vec3::ZERO)).collect();
     let found: Vec<_> = glb.indices(primitive).iter().map(|&k| (ids[k as usize], positions[k as usize])).collect();
     assert!(positions.len() > 16_000 && found == wanted);
+}
+
+#[test]
+fn rounding_far_from_the_origin_is_bounded_or_refused() {
+    let mut frame = many_faces(3, 3);
+    frame.scene.parts[0].centre = DVec3::new(1e6 / 3.0, -2e6 / 7.0, 0.0);
+    let far = glam::DAffine3::from_translation(DVec3::splat(1e7 / 3.0));
+    frame.scene.instances.iter_mut().for_each(|instance| instance.transform = far * instance.transform);
+    let (mut plain, mut nested, mut none) = (Vec::new(), Vec::new(), Vec::new());
+    let moved = write_glb(&frame, &mut plain).unwrap().moved;
+    let most = 0.1 * moved;
+    assert!(moved > 1e-2 && write_glb_within(&frame, most, &mut nested).unwrap().moved <= most);
+    assert!(write_glb_within(&frame, 1e-15, &mut none).is_err() && none.is_empty());
 }
 
 #[test]

@@ -52,7 +52,7 @@ impl Format {
     pub(super) fn write(self, frame: &FrameView<'_>, file: &mut impl Write) -> io::Result<()> {
         match self {
             #[cfg(feature = "glb")]
-            Self::Glb(options) => write_alone(frame, options, file).map(drop),
+            Self::Glb(options) => write_alone(frame, (options, f64::INFINITY), file).map(drop),
             Self::Stl => write_stl(frame, file),
             Self::Ply => write_ply(frame, file),
             Self::Obj => write_obj(frame, file),

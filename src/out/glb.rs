@@ -40,15 +40,30 @@ const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](super::BeyondSingle); nothing is
 /// written then.
 pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<Rounding> {
-    write_alone(&frame.into(), GlbOptions::PLAIN, file)
+    write_alone(&frame.into(), (GlbOptions::PLAIN, f64::INFINITY), file)
 }
 
-/// As [`write_glb`], with options.
-pub(super) fn write_alone(frame: &FrameView<'_>, options: GlbOptions, file: &mut impl Write) -> io::Result<Rounding> {
+/// As [`write_glb`], where rounding moves no vertex by more than `most` millimetres. Parts far from the origin get nodes
+/// with offsets of their own if they need them.
+///
+/// # Errors
+/// And if rounding would move a vertex further; nothing is written then.
+pub fn write_glb_within<'a>(frame: impl Into<FrameView<'a>>, most: f64, file: &mut impl Write) -> io::Result<Rounding> {
+    write_alone(&frame.into(), (GlbOptions::PLAIN, most), file)
+}
+
+/// As [`write_glb_within`], with options.
+pub(super) fn write_alone(
+    frame: &FrameView<'_>,
+    (options, most): (GlbOptions, f64),
+    file: &mut impl Write,
+) -> io::Result<Rounding> {
     let control = Control::default();
-    let (glb, mut roundings) = Glb::of(Call::new(&Alone, &control), frame, &[], (options, f64::INFINITY))?;
+    let (glb, mut roundings) = Glb::of(Call::new(&Alone, &control), frame, &[], (options, most))?;
+    let rounding = roundings.remove(0);
+    rounding.within(most).map_err(io::Error::other)?;
     glb.write(file)?;
-    Ok(roundings.remove(0))
+    Ok(rounding)
 }
 
 /// Batches and edge lines of a part.

@@ -57,7 +57,7 @@ pub use glb_levels::{GlbLevel, UnfitLevel};
 #[cfg(feature = "glb")]
 mod glb;
 #[cfg(feature = "glb")]
-pub use glb::write_glb;
+pub use glb::{write_glb, write_glb_within};
 
 mod format;
 pub use format::{Format, UnknownFormat};

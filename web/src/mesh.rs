@@ -176,8 +176,7 @@ impl Mesh {
     /// chord tolerance.
     pub fn glb(&self) -> Result<Vec<u8>, JsError> {
         let mut bytes = Vec::new();
-        let rounding = out::write_glb(&self.frame, &mut bytes).map_err(told)?;
-        rounding.within(self.rounding).map_err(told)?;
+        out::write_glb_within(&self.frame, self.rounding, &mut bytes).map_err(told)?;
         Ok(bytes)
     }
 
