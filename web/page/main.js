@@ -388,8 +388,20 @@ at("cancel").onclick = cancel;
 at("dismiss").onclick = () => tell(null);
 at("unpick").onclick = unpick;
 at("download").onclick = download;
-new ResizeObserver(() => {
+const resized = () => {
   send({ type: "resize", size: size() });
   loading?.send({ type: "resize", size: size() });
-}).observe(view);
+};
+new ResizeObserver(resized).observe(view);
+// A screen of another pixel ratio does not change the size of the element.
+const onNextRatio = () =>
+  matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener(
+    "change",
+    () => {
+      resized();
+      onNextRatio();
+    },
+    { once: true },
+  );
+onNextRatio();
 idle = start();

@@ -22,6 +22,8 @@ const CHUNK = 200;
 export class Tree {
   /** @type {Branch[]} */ #roots = [];
   /** @type {Map<number, Branch>} */ #leaves = new Map();
+  /** Puts more children into the list of a branch, or of the tree. @type {Map<Branch | null, () => void>} */
+  #more = new Map();
   /** @type {HTMLElement | null} */ #picked = null;
 
   /**
@@ -36,6 +38,7 @@ export class Tree {
   /** Replaces the tree. @param {TreeNode[]} roots */
   fill(roots) {
     this.#leaves.clear();
+    this.#more.clear();
     this.#picked = null;
     this.#roots = roots.map((node) => this.#branch(node, null));
     this.list.replaceChildren();
@@ -62,6 +65,8 @@ export class Tree {
   #put(list, branches, first) {
     for (const branch of branches.slice(first, first + CHUNK)) list.append(this.#item(branch));
     const left = branches.length - first - CHUNK;
+    const parent = branches[0]?.parent ?? null;
+    this.#more.delete(parent);
     if (left > 0) {
       const more = element(
         "button",
@@ -69,10 +74,12 @@ export class Tree {
         `${Math.min(left, CHUNK)} more of ${left}`,
       );
       const item = element("li", {}, more);
-      more.onclick = () => {
+      const next = () => {
         item.remove();
         this.#put(list, branches, first + CHUNK);
       };
+      more.onclick = next;
+      this.#more.set(parent, next);
       list.append(item);
     }
   }
@@ -148,7 +155,10 @@ export class Tree {
     if (!leaf) return;
     const path = [];
     for (let at = leaf.parent; at; at = at.parent) path.unshift(at);
-    for (const branch of path) branch.open?.();
+    for (const branch of [...path, leaf]) {
+      while (!branch.row && this.#more.has(branch.parent)) this.#more.get(branch.parent)?.();
+      if (branch !== leaf) branch.open?.();
+    }
     this.#picked = leaf.row;
     leaf.row?.classList.add("picked");
     // Scrolls the list alone, not the page.
