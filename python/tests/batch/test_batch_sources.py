@@ -1,5 +1,6 @@
 """What arguments name, on this machine and in an object store."""
 
+import os
 import pathlib
 
 import pytest
@@ -37,6 +38,26 @@ def test_globs_match_files(tree):
 def test_a_file_whose_name_looks_like_a_glob_is_that_file(tree):
     (tree / "part[1].step").write_text("x")
     assert names(sources.find([str(tree / "part[1].step")]), tree) == ["part[1].step"]
+
+
+def test_links_are_followed_and_keep_their_names(tree):
+    target = tree / "notes.txt"
+    (tree / "link.step").symlink_to(target)
+    (tree / "gone.step").symlink_to(tree / "nowhere")
+    (tree / "folder.step").mkdir()
+    for argument in [f"{tree}/link*.step", str(tree / "link.step")]:
+        [found] = sources.find([argument])
+        assert found == sources.find([str(tree / "link.step")])[0] and found.size == 9
+    assert names(sources.find([str(tree)]), tree) == ["a.step", "b.STP", "deep/d.stp", "deep/er/c.p21", "link.step"]
+    before = found.stamp
+    os.utime(target, (1.0, 1.0))
+    assert {source.stamp for source in sources.find([str(tree)]) if "link" in source.path} != {before}
+
+
+def test_paths_of_a_manifest_are_texts(tree):
+    (tree / "0012").write_text("x")
+    (tree / "list.csv").write_text("path\n0012\n")
+    assert names(sources.find([str(tree / "list.csv")]), tree) == ["0012"]
 
 
 def test_relative_paths_become_absolute(tree, monkeypatch):

@@ -121,12 +121,14 @@ def check_answers(address: str) -> None:
 
 
 def survey(ray: Any) -> Cluster:
-    """What the cluster has."""
+    """What the cluster has, and its node with the most memory."""
     nodes = [node["Resources"] for node in ray.nodes() if node["Alive"]]
-    cores = [int(node.get("CPU", 0)) for node in nodes]
-    if not sum(cores):
+    sizes = [(int(node.get("memory", 0)), int(node["CPU"])) for node in nodes if int(node.get("CPU", 0))]
+    if not sizes:
         raise BatchError("the cluster has no cores")
-    return Cluster(sum(cores), max(cores), int(max(node.get("memory", 0) for node in nodes)))
+    # Of one node: no other can run a file that asks for both.
+    memory, cores = max(sizes)
+    return Cluster(sum(cores for _, cores in sizes), cores, memory)
 
 
 def new_folder() -> str:

@@ -55,13 +55,15 @@ def expand(argument: str) -> List[Source]:
     system, name = open_system(argument)
     try:
         if has_magic(argument) and not (is_local(system) and os.path.exists(name)):
-            sources = [of(system, info) for info in system.glob(name, detail=True).values() if info["type"] == "file"]
+            every = (followed(system, info) for info in system.glob(name, detail=True).values())
+            sources = [of(system, info) for info in every if info and info["type"] == "file"]
             what = "matches no file"
         elif (info := info_of(system, name)) is None:
             raise BatchError(f"{argument}: no such file or folder")
         elif info["type"] == "directory":
-            every = system.find(name, detail=True).values()
-            sources = [of(system, info) for info in every if info["name"].lower().endswith(ENDINGS)]
+            named = (info for info in system.find(name, detail=True).values() if info["name"].lower().endswith(ENDINGS))
+            every = (followed(system, info) for info in named)
+            sources = [of(system, info) for info in every if info and info["type"] == "file"]
             what = f"has no file that ends in {', '.join(ENDINGS)}"
         elif name.lower().endswith(MANIFESTS):
             sources = manifest(system, name, argument)
@@ -102,6 +104,14 @@ def is_local(system: Any) -> bool:
     return "file" in ([system.protocol] if isinstance(system.protocol, str) else system.protocol)
 
 
+def followed(system: Any, info: Json) -> Optional[Json]:
+    """A file system's entry; for a link, that of its target under the link's name, or `None` if there is none."""
+    if not info.get("islink"):
+        return info
+    target = info_of(system, info["name"])
+    return target and {**target, "name": info["name"]}
+
+
 def of(system: Any, info: Json) -> Source:
     """The source that a file system's entry describes."""
     path = info["name"] if is_local(system) else system.unstrip_protocol(info["name"])
@@ -117,7 +127,12 @@ def manifest(system: Any, name: str, argument: str) -> List[Source]:
     import pyarrow.parquet
 
     with system.open(name, "rb") as file:
-        table = pyarrow.csv.read_csv(file) if name.lower().endswith(".csv") else pyarrow.parquet.read_table(file)
+        if name.lower().endswith(".csv"):
+            # A path such as 0012 is no number.
+            texts = pyarrow.csv.ConvertOptions(column_types={column: pyarrow.string() for column in COLUMNS})
+            table = pyarrow.csv.read_csv(file, convert_options=texts)
+        else:
+            table = pyarrow.parquet.read_table(file)
     column = next((column for column in COLUMNS if column in table.column_names), None)
     if column is None:
         raise BatchError(f"{argument}: has no column named {', '.join(COLUMNS[:-1])} or {COLUMNS[-1]}")

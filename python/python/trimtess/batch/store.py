@@ -40,6 +40,9 @@ class Store:
             return stored
         except FileNotFoundError:
             return None
+        except ValueError:  # Cut short, by a loss of power.
+            shutil.rmtree(self.folder(key), ignore_errors=True)
+            return None
 
     @contextlib.contextmanager
     def writing(self, run: str) -> Iterator[pathlib.Path]:
