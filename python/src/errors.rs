@@ -34,14 +34,18 @@ pub(crate) fn positive(py: Python<'_>, name: &str, value: Option<f64>) -> PyResu
 }
 
 /// A limit that is exceeded: the name of the argument to raise, what is needed if that was counted, and the limit.
-fn limit(py: Python<'_>, name: &str, (needed, limit): (Option<u64>, u64), message: &str) -> PyErr {
+fn limit(py: Python<'_>, name: &str, numbers: (Option<u64>, u64), message: &str) -> PyErr {
+    beyond(py, name, numbers, format!("{message}; pass a larger {name} to continue"))
+}
+
+/// As [`limit`], with all that the caller may do in the message.
+fn beyond(py: Python<'_>, name: &str, (needed, limit): (Option<u64>, u64), message: String) -> PyErr {
     let fields = PyDict::new(py);
     let set = || {
         fields.set_item("name", name)?;
         fields.set_item("needed", needed)?;
         fields.set_item("limit", limit)
     };
-    let message = format!("{message}; pass a larger {name} to continue");
     set().map_or_else(|failure| failure, |()| error(py, "LimitError", message, &fields))
 }
 
@@ -111,8 +115,8 @@ pub(crate) fn unprepared(py: Python<'_>, failure: &PrepareError) -> PyErr {
     }
 }
 
-/// Why the mesh would be coarser than asked.
-pub(crate) fn short(py: Python<'_>, failure: &Shortfall) -> PyErr {
+/// Why the mesh would be coarser than asked. `hint`: what the caller may do.
+pub(crate) fn short(py: Python<'_>, failure: &Shortfall, hint: impl FnOnce(&str) -> String) -> PyErr {
     if failure.unusable {
         return out_of_range(py, "the tolerance", failure, "one that a mesh of this model can meet");
     }
@@ -123,7 +127,7 @@ pub(crate) fn short(py: Python<'_>, failure: &Shortfall) -> PyErr {
     } else {
         ("max_tile_triangles", (None, failure.limits.triangles_per_tile))
     };
-    limit(py, name, numbers, &format!("{failure}; use a larger tolerance, pass coarsen=True"))
+    beyond(py, name, numbers, format!("{failure}; {}", hint(name)))
 }
 
 /// Why there is no mesh.

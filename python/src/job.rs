@@ -20,6 +20,17 @@ const WAITS_PER_REPORT: u32 = 5;
 /// Stack of threads, as the main thread has on Linux.
 const STACK: usize = 8 << 20;
 
+/// Maximum number of threads that can be asked for, as in the program: starting more takes longer than any file.
+const MOST_WORKERS: usize = 1024;
+
+/// The number of threads that `workers` asks for, 0 if not given.
+pub(crate) fn threads(py: Python<'_>, workers: Option<usize>) -> PyResult<usize> {
+    match workers.unwrap_or(0) {
+        count if count <= MOST_WORKERS => Ok(count),
+        count => Err(errors::out_of_range(py, "workers", count, &format!("from 0 to {MOST_WORKERS}"))),
+    }
+}
+
 /// Whether the work has ended.
 #[derive(Default)]
 struct Ended(Mutex<bool>, Condvar);

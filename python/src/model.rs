@@ -3,7 +3,7 @@
 use crate::array;
 use crate::diagnostic::{self, Diagnostic};
 use crate::errors;
-use crate::job::Job;
+use crate::job::{Job, threads};
 use crate::prepared::Prepared;
 use pyo3::prelude::*;
 use std::sync::Arc;
@@ -120,7 +120,7 @@ impl Model {
         let options = PrepareOptions::DEFAULT.with_limits(limits).with_border_tolerance(border);
         let options = options.with_keep_faces(keep_faces);
         let like = like.map(|like| Arc::clone(&like.prepared)).unwrap_or_default();
-        let job = Job { py, stage: "prepare", progress, workers: workers.unwrap_or(0) };
+        let job = Job { py, stage: "prepare", progress, workers: threads(py, workers)? };
         let (prepared, shells) = job
             .run(|control| {
                 let prepared = like.update_on(&Rayon, &self.model, &options, control);

@@ -2,7 +2,7 @@
 
 use crate::diagnostic::{self, Diagnostic};
 use crate::errors;
-use crate::job::Job;
+use crate::job::{Job, threads};
 use crate::mesh::Mesh;
 use crate::session::Session;
 use crate::view::View;
@@ -75,7 +75,7 @@ impl Prepared {
     ///     progress: Called as `progress("tessellate", done, total)` with pieces of faces, on this thread.
     ///
     /// Raises:
-    ///     RangeError: A tolerance is not a finite number above 0, or too small for the model.
+    ///     RangeError: A tolerance is not a finite number above 0 or too small for the model, or `workers` is too large.
     ///     LimitError: A limit is exceeded.
     #[pyo3(signature = (*, chord=None, chord_rel=None, angle=None, max_edge=None, max_memory=None, max_triangles=None,
                         max_tile_triangles=None, coarsen=false, workers=None, progress=None))]
@@ -108,7 +108,7 @@ impl Prepared {
         let limits = limits
             .with_triangles(max_triangles.unwrap_or(limits.triangles))
             .with_triangles_per_tile(max_tile_triangles.unwrap_or(limits.triangles_per_tile));
-        let workers = workers.unwrap_or(0);
+        let workers = threads(py, workers)?;
         let job = Job { py, stage: "tessellate", progress, workers };
         let made = job.run(|control| -> Result<_, Shortfall> {
             let plan = plan_within(&self.prepared, &tolerance, &limits);
@@ -120,7 +120,9 @@ impl Prepared {
                 (frame, diagnostics, plan.shortfall.as_ref().map(ToString::to_string))
             }))
         })?;
-        let made = made.map_err(|short| errors::short(py, &short))?;
+        let hint =
+            |limit: &str| format!("use a larger tolerance, pass coarsen=True; pass a larger {limit} to continue");
+        let made = made.map_err(|short| errors::short(py, &short, hint))?;
         let (frame, diagnostics, shortfall) = made.map_err(|failure| errors::unmade(py, &failure))?;
         Ok(Mesh {
             frame: Arc::new(frame),
@@ -147,7 +149,7 @@ impl Prepared {
     ///         evicted, those first that were not drawn for longest. No limit if None.
     ///
     /// Raises:
-    ///     RangeError: The budget is not a finite number above 0.
+    ///     RangeError: The budget is not a finite number above 0, or `workers` is too large.
     #[pyo3(signature = (*, workers=None, edges=false, levels=4, budget_ms=None, max_memory=None, resident_bytes=None))]
     #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
     fn session(
@@ -163,7 +165,7 @@ impl Prepared {
         let budget = errors::positive(py, "budget_ms", budget_ms)?;
         let budget = budget.map(|ms| Duration::try_from_secs_f64(1e-3 * ms).unwrap_or(Duration::MAX));
         let planner = PlannerOptions::DEFAULT.with_limits(self.limits(max_memory)).with_budget(budget);
-        let options = SessionOptions::DEFAULT.with_threads(workers.unwrap_or(0)).with_edge_lines(edges);
+        let options = SessionOptions::DEFAULT.with_threads(threads(py, workers)?).with_edge_lines(edges);
         let options = options.with_levels(levels).with_planner(planner).with_resident_bytes(resident_bytes);
         Session::start(py, &self.prepared, &options)
     }
@@ -220,6 +222,7 @@ impl Prepared {
     /// Raises:
     ///     NoAdapterError: There is no graphics adapter.
     ///     RenderError: The picture is larger than the adapter allows, or the device fails.
+    ///     LimitError: The picture needs more triangles or memory than the limits allow.
     ///     RangeError: An argument is out of range.
     #[cfg(feature = "wgpu")]
     #[pyo3(signature = (width=1280, height=960, *, view="iso", deviation_px=0.5, size_px=None, orthographic=false,
@@ -252,7 +255,7 @@ impl Prepared {
         let size_px = errors::positive(py, "size_px", size_px)?;
         let from = crate::picture::view_point(py, view)?;
         let aim = crate::picture::Aim { from, orthographic, deviation_px, size_px };
-        let job = Job { py, stage: "render", progress, workers: workers.unwrap_or(0) };
+        let job = Job { py, stage: "render", progress, workers: threads(py, workers)? };
         let image = crate::picture::draw(&job, &self.prepared, &aim, options, self.limits(None))?;
         crate::picture::pixels(py, image)
     }

@@ -78,6 +78,12 @@ def test_limits_of_preparing_and_tessellating_name_the_argument(large):
     assert mesh.shortfall and large.tessellate().shortfall is None
 
 
+def test_more_threads_than_any_machine_has_are_refused(large):
+    for call in [trimtess.read(SMALL).prepare, large.tessellate, large.session]:
+        with pytest.raises(trimtess.RangeError, match="workers is 1025"):
+            call(workers=1025)
+
+
 def test_the_memory_limit_of_reading_holds_for_later_stages():
     size = LARGE.stat().st_size
     prepared = trimtess.read(LARGE, max_memory=60 * size).prepare()
