@@ -514,10 +514,11 @@ private:
 
 /// Sets the log of the process; an empty function ends it. Exceptions of it are ignored.
 inline void set_log(tt_log_level level, std::function<void(tt_log_level, const char *)> log) {
-    // One for the process, replaced by one thread at a time while no call of it is in progress.
-    static std::mutex replacing;
+    // One for the process, replaced by one thread at a time while no call of it is in progress. Never destroyed: a thread
+    // may still log while the process ends.
+    static auto &replacing = *new std::mutex;
     const std::lock_guard<std::mutex> alone(replacing);
-    static std::unique_ptr<std::function<void(tt_log_level, const char *)>> kept;
+    static auto &kept = *new std::unique_ptr<std::function<void(tt_log_level, const char *)>>;
     auto next = log ? std::make_unique<std::function<void(tt_log_level, const char *)>>(std::move(log)) : nullptr;
     const auto call = [](void *user, std::uint32_t at, const char *text) {
         const auto &to = *static_cast<const std::function<void(tt_log_level, const char *)> *>(user);

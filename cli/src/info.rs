@@ -86,7 +86,7 @@ struct DiagnosticRow {
     severity: &'static str,
     part: Option<u32>,
     face: Option<u32>,
-    entity: u64,
+    entity: Option<u64>,
     code: &'static str,
     reason: String,
 }
@@ -115,7 +115,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Re
             severity: d.severity.name(),
             part: d.part.map(|part| part.0),
             face: d.face.map(|face| face.0),
-            entity: d.entity,
+            entity: Some(d.entity).filter(|&entity| entity != 0),
             code: d.kind.code(),
             reason: d.kind.to_string(),
         })
@@ -217,7 +217,8 @@ impl Info {
                     (Some(part), None) => format!("part {part} "),
                     _ => String::new(),
                 };
-                line(severity, format!("{place}(#{entity}) {reason}"));
+                let number = entity.map_or_else(String::new, |entity| format!("(#{entity}) "));
+                line(severity, format!("{place}{number}{reason}"));
             }
         }
         if let Some(drawn) = &self.drawn {

@@ -269,7 +269,7 @@ impl Report {
         }
         let Seconds { read, prepare, tessellate, check, write, total } = self.seconds;
         let _ = write!(text, "  seconds: read {read:.3}, prepare {prepare:.3}, tessellate {tessellate:.3}, ");
-        if check > 0.0 {
+        if self.unbalanced_edges.is_some() {
             let _ = write!(text, "check {check:.3}, ");
         }
         let _ = write!(text, "write {write:.3}, total {total:.3}");

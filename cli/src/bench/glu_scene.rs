@@ -252,6 +252,9 @@ fn triangles(prepared: &Prepared, plan: &Plan) -> Vec<Triangle> {
 }
 
 fn read_triangles(bytes: &[u8], patches: usize) -> Result<Vec<Triangle>, Failure> {
+    if bytes.is_empty() || !bytes.len().is_multiple_of(64) {
+        return Err(Failure::cannot(format!("{} bytes are not triangles of 64 bytes each", bytes.len())));
+    }
     let numbers: Vec<f64> = bytes.as_chunks().0.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect();
     let corner = |x: &[f64]| Corner { point: DVec3::new(x[0], x[1], x[2]), uv: DVec2::new(x[3], x[4]) };
     let triangle = |x: &[f64; 16]| Triangle {

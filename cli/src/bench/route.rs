@@ -80,7 +80,11 @@ impl Route {
                     angle: asked.angle.unwrap_or(view.angle),
                     ..*view
                 };
-                Ok(recorded.iter().cycle().take(count).map(again).collect())
+                let views: Vec<View> = recorded.iter().cycle().take(count).map(again).collect();
+                for (k, view) in views.iter().enumerate() {
+                    view.check().map_err(|why| Failure::Cannot(format!("{}: view {k}: {why}", file.display())))?;
+                }
+                Ok(views)
             }
         }
     }

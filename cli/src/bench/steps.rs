@@ -325,20 +325,16 @@ impl Replayed {
         );
         let _ = write!(text, "{:<16}", "threads");
         self.threads.iter().for_each(|n| _ = write!(text, " {n:>16}"));
-        for StepTimes { name, ms, not_divided_ms } in &self.steps {
+        let steps = self.steps.iter().map(|step| (step.name, &step.ms, &step.not_divided_ms));
+        for (name, ms, alone) in steps.chain([("frame", &self.frame_ms, &self.not_divided_ms)]) {
             let _ = write!(text, "\n{name:<16}");
-            let cells = ms.iter().zip(not_divided_ms);
-            cells.for_each(|(ms, alone)| _ = write!(text, " {ms:>8.3} ({alone:>5.3})"));
+            ms.iter().zip(alone).for_each(|(ms, alone)| _ = write!(text, " {ms:>8.3} ({alone:>5.3})"));
         }
-        let _ = write!(text, "\n{:<16}", "frame");
-        let cells = self.frame_ms.iter().zip(&self.not_divided_ms);
-        cells.for_each(|(ms, alone)| _ = write!(text, " {ms:>8.3} ({alone:>5.3})"));
-        let _ = write!(text, "\n{:<16}", "speedup");
-        self.speedup.iter().for_each(|x| _ = write!(text, " {x:>16.2}"));
-        let _ = write!(text, "\n{:<16}", "work");
-        self.work_ms.iter().for_each(|x| _ = write!(text, " {x:>16.3}"));
-        let _ = write!(text, "\n{:<16}", "hand-offs");
-        self.hand_offs_ms.iter().for_each(|x| _ = write!(text, " {x:>16.3}"));
+        let rows = [("speedup", &self.speedup, 2), ("work", &self.work_ms, 3), ("hand-offs", &self.hand_offs_ms, 3)];
+        for (name, cells, digits) in rows {
+            let _ = write!(text, "\n{name:<16}");
+            cells.iter().for_each(|x| _ = write!(text, " {x:>16.digits$}"));
+        }
         let _ = write!(text, "\n{:<16}", "by the clock");
         for ms in &self.measured_ms {
             let _ = write!(text, " {:>16}", ms.map_or_else(|| "-".to_owned(), |ms| format!("{ms:.3}")));

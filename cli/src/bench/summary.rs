@@ -300,9 +300,10 @@ impl Replay {
         for tile in &self.costly {
             let Costly { part, face, tile, entity, us, share } = tile;
             let percent = 100.0 * share;
+            let number = if *entity == 0 { String::new() } else { format!(" (#{entity})") };
             let _ = writeln!(
                 text,
-                "  part {part} face {face} (#{entity}) tile {tile}: {us:.0} µs, {percent:.1} % of its frame"
+                "  part {part} face {face}{number} tile {tile}: {us:.0} µs, {percent:.1} % of its frame"
             );
         }
     }

@@ -120,7 +120,6 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &PanelText) -> Vec<Act
     actions
 }
 
-/// The table of a frame's costs.
 /// Where the model is cut open.
 fn section(ui: &mut Ui, section: &mut Option<Cut>) {
     ui.horizontal(|ui| {
@@ -141,6 +140,7 @@ fn section(ui: &mut Ui, section: &mut Option<Cut>) {
     }
 }
 
+/// The table of a frame's costs.
 fn costs(costs: &Costs) -> Vec<(&'static str, String)> {
     let ms = |time: Duration| format!("{:.2} ms", 1e3 * time.as_secs_f64());
     let busiest = costs.workers.iter().max().copied().unwrap_or_default();
