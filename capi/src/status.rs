@@ -7,7 +7,6 @@ use trimtess::import::step::StepError;
 use trimtess::model::ModelError;
 use trimtess::parallel::{AttributeError, FrameError, InstanceError};
 use trimtess::prepare::PrepareError;
-use trimtess::view::InvalidView;
 
 /// What every function returns. Errors are below 0; `tt_last_error` has the words.
 #[repr(C)]
@@ -115,69 +114,37 @@ pub extern "C" fn tt_last_error() -> *const c_char {
     LAST.try_with(|last| last.borrow().as_ptr()).unwrap_or(c"".as_ptr())
 }
 
-impl From<StepError> for Failure {
-    fn from(error: StepError) -> Self {
-        let status = match &error {
-            StepError::TooLarge { .. }
-            | StepError::TooMuchMemory { .. }
-            | StepError::TooManyEntities { .. }
-            | StepError::TooManyInstances { .. }
-            | StepError::TooManyOccurrences { .. } => TT_ERROR_LIMIT,
-            StepError::Cancelled => TT_ERROR_CANCELLED,
-            _ => TT_ERROR_READ,
-        };
-        Self::new(status, error.to_string())
-    }
+macro_rules! failures {
+    ($($error:ty: $status:expr;)*) => {
+        $(impl From<$error> for Failure {
+            fn from(error: $error) -> Self {
+                let status: fn(&$error) -> tt_status = $status;
+                Self::new(status(&error), error.to_string())
+            }
+        })*
+    };
 }
 
-impl From<PrepareError> for Failure {
-    fn from(error: PrepareError) -> Self {
-        let status = if error == PrepareError::Cancelled { TT_ERROR_CANCELLED } else { TT_ERROR_LIMIT };
-        Self::new(status, error.to_string())
-    }
-}
-
-impl From<ModelError> for Failure {
-    fn from(error: ModelError) -> Self {
-        Self::new(TT_ERROR_MODEL, error.to_string())
-    }
-}
-
-impl From<StartError> for Failure {
-    fn from(error: StartError) -> Self {
-        Self::new(TT_ERROR_THREADS, error.to_string())
-    }
-}
-
-impl From<InvalidView> for Failure {
-    fn from(error: InvalidView) -> Self {
-        Self::argument(error.to_string())
-    }
-}
-
-impl From<FrameError> for Failure {
-    fn from(error: FrameError) -> Self {
-        let status = match &error {
-            FrameError::View { .. } => TT_ERROR_ARGUMENT,
-            FrameError::Sink(_) => TT_ERROR_CALLBACK,
-            FrameError::Grid(_) => TT_ERROR_GRID,
-            FrameError::Plan { .. } => TT_ERROR_ARGUMENT,
-            FrameError::Cancelled => TT_ERROR_CANCELLED,
-            _ => TT_ERROR_LOST,
-        };
-        Self::new(status, error.to_string())
-    }
-}
-
-impl From<AttributeError> for Failure {
-    fn from(error: AttributeError) -> Self {
-        Self::argument(error.to_string())
-    }
-}
-
-impl From<InstanceError> for Failure {
-    fn from(error: InstanceError) -> Self {
-        let status = if matches!(error, InstanceError::Lost { .. }) { TT_ERROR_LOST } else { TT_ERROR_ARGUMENT };
-        Self::new(status, error.to_string())
-    }
+failures! {
+    StepError: |error| match error {
+        StepError::TooLarge { .. }
+        | StepError::TooMuchMemory { .. }
+        | StepError::TooManyEntities { .. }
+        | StepError::TooManyInstances { .. }
+        | StepError::TooManyOccurrences { .. } => TT_ERROR_LIMIT,
+        StepError::Cancelled => TT_ERROR_CANCELLED,
+        _ => TT_ERROR_READ,
+    };
+    PrepareError: |error| if *error == PrepareError::Cancelled { TT_ERROR_CANCELLED } else { TT_ERROR_LIMIT };
+    ModelError: |_| TT_ERROR_MODEL;
+    StartError: |_| TT_ERROR_THREADS;
+    FrameError: |error| match error {
+        FrameError::View { .. } | FrameError::Plan { .. } => TT_ERROR_ARGUMENT,
+        FrameError::Sink(_) => TT_ERROR_CALLBACK,
+        FrameError::Grid(_) => TT_ERROR_GRID,
+        FrameError::Cancelled => TT_ERROR_CANCELLED,
+        _ => TT_ERROR_LOST,
+    };
+    AttributeError: |_| TT_ERROR_ARGUMENT;
+    InstanceError: |error| if matches!(error, InstanceError::Lost { .. }) { TT_ERROR_LOST } else { TT_ERROR_ARGUMENT };
 }

@@ -142,25 +142,21 @@ impl<'a> Sketch<'a> {
     }
 
     fn cells(&mut self) {
-        let record = self.record;
-        let trim = &record.trim;
-        let area = |class, fill| Style { class, fill, ..Style::default() };
-        let (path, count) = self.cell_path(&record.full_cells);
-        self.told.full_cells = count;
-        let words = counted(count, "active cell", "split by a diagonal");
-        self.draw(path, area("full", "#dff0d8"), Symbol::Area, words);
-        let (path, count) = self.cell_path(&trim.prime_cells);
-        self.told.prime_active_cells = count;
-        let words = counted(count, "prime-active cell", "with crossings or a loop");
-        self.draw(path, area("prime", "#fde5c0"), Symbol::Area, words);
-        let (path, count) = self.cell_path(&trim.pseudo_cells);
-        self.told.pseudo_active_cells = count;
-        let words = counted(count, "pseudo-active cell", "nothing left of it");
-        self.draw(path, area("pseudo", "#ececec"), Symbol::Area, words);
-        let (path, count) = self.cell_path(&trim.zone_cells);
-        self.told.zone_cells = count;
-        let words = counted(count, "cell of the zone", "whole tile at once");
-        self.draw(path, area("zone", "#f3d9ee"), Symbol::Area, words);
+        let (record, trim) = (self.record, &self.record.trim);
+        let kinds = [
+            (&record.full_cells, "full", "#dff0d8", "active cell", "split by a diagonal"),
+            (&trim.prime_cells, "prime", "#fde5c0", "prime-active cell", "with crossings or a loop"),
+            (&trim.pseudo_cells, "pseudo", "#ececec", "pseudo-active cell", "nothing left of it"),
+            (&trim.zone_cells, "zone", "#f3d9ee", "cell of the zone", "whole tile at once"),
+        ];
+        let counts = kinds.map(|(cells, class, fill, noun, remark)| {
+            let (path, count) = self.cell_path(cells);
+            let words = counted(count, noun, remark);
+            self.draw(path, Style { class, fill, ..Style::default() }, Symbol::Area, words);
+            count
+        });
+        let told = &mut self.told;
+        [told.full_cells, told.prime_active_cells, told.pseudo_active_cells, told.zone_cells] = counts;
     }
 
     fn lattice(&mut self) {

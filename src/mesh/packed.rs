@@ -73,10 +73,10 @@ impl PartMesh {
         self.face_ids.resize(self.face_ids.len() + triangles.len(), face.0);
         self.triangles.extend(triangles.iter().map(|corners| corners.map(|corner| corner.wrapping_add(first))));
         drop(triangles);
-        extend(&mut self.positions, positions);
-        extend(&mut self.normals, normals);
-        extend(&mut self.uvs, uvs);
-        extend(&mut self.origins, origins);
+        self.positions.extend(positions);
+        self.normals.extend(normals);
+        self.uvs.extend(uvs);
+        self.origins.extend(origins);
         self.tiles.push(TileRow { face, tile, vertices: after, triangles: self.triangles.len() });
         Ok(())
     }
@@ -100,11 +100,6 @@ impl PartMesh {
             BatchView { part, face, tile, mesh }
         })
     }
-}
-
-/// Appends `from` and frees it.
-fn extend<T: Copy>(to: &mut Vec<T>, from: Vec<T>) {
-    to.extend_from_slice(&from);
 }
 
 impl<'a> From<&'a PackedFrame> for FrameView<'a> {

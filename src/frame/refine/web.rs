@@ -167,7 +167,7 @@ impl<'a> Web<'a> {
     pub(crate) fn apply(&mut self, change: &Change) {
         for &(t, _) in &change.triangles {
             if t < self.mesh.triangles.len() {
-                self.leave(t);
+                self.record(t, None);
             }
         }
         for &(t, corners) in &change.triangles {
@@ -176,7 +176,7 @@ impl<'a> Web<'a> {
             }
             self.mesh.triangles[t] = corners;
             if corners != GONE {
-                self.enter(t);
+                self.record(t, Some(t));
             }
         }
     }
@@ -188,18 +188,10 @@ impl<'a> Web<'a> {
         self.changed.clear();
     }
 
-    fn enter(&mut self, t: usize) {
-        let corners = self.mesh.triangles[t].map(|v| self.one(v));
-        (0..3).for_each(|k| {
-            self.changed.insert((corners[k], corners[(k + 1) % 3]), Some(t));
-        });
-    }
-
-    fn leave(&mut self, t: usize) {
-        let corners = self.mesh.triangles[t].map(|v| self.one(v));
-        (0..3).for_each(|k| {
-            self.changed.insert((corners[k], corners[(k + 1) % 3]), None);
-        });
+    /// Records what is left of the edges of triangle `t`: the triangle, or none.
+    fn record(&mut self, t: usize, left: Option<usize>) {
+        let [a, b, c] = self.mesh.triangles[t].map(|v| self.one(v));
+        self.changed.extend([(a, b), (b, c), (c, a)].map(|edge| (edge, left)));
     }
 
     /// The triangles around `v`, counter-clockwise from `t`, each with its corner after `v`. `None` if there is a gap,

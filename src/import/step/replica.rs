@@ -2,7 +2,7 @@
 //! along.
 
 use super::curve::Carrier;
-use crate::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
+use crate::model::{Frame3, NurbsCurve3, Surface};
 use glam::{DAffine3, DVec3};
 
 /// A rigid motion with an optional uniform scale and reflection, from a Cartesian transformation operator.
@@ -44,8 +44,13 @@ impl Similarity {
         (Frame3 { origin: self.point(frame.origin), x, y, z }, y.dot(self.unit(frame.y)) < 0.0)
     }
 
-    pub(super) fn curve(&self, curve: NurbsCurve3) -> NurbsCurve3 {
-        NurbsCurve3 { points: curve.points.into_iter().map(|p| self.point(p)).collect(), ..curve }
+    pub(super) fn curve(&self, mut curve: NurbsCurve3) -> NurbsCurve3 {
+        self.points(&mut curve.points);
+        curve
+    }
+
+    fn points(&self, points: &mut [DVec3]) {
+        points.iter_mut().for_each(|p| *p = self.point(*p));
     }
 
     pub(super) fn carrier(&self, carrier: Carrier) -> Carrier {
@@ -61,38 +66,32 @@ impl Similarity {
 
     /// The moved surface, and whether its normal is opposite to that of the original parameters: surfaces about an axis
     /// count angles right-handed, and a reflection reverses that.
-    pub(super) fn surface(&self, surface: Surface) -> (Surface, bool) {
-        let s = self.scale;
-        match surface {
-            Surface::Plane { frame } => (Surface::Plane { frame: self.plane(&frame) }, false),
-            Surface::Cylinder { frame, radius } => {
-                let (frame, turned) = self.axis(&frame);
-                (Surface::Cylinder { frame, radius: radius * s }, turned)
-            }
-            Surface::Cone { frame, radius, half_angle } => {
-                let (frame, turned) = self.axis(&frame);
-                (Surface::Cone { frame, radius: radius * s, half_angle }, turned)
-            }
-            Surface::Sphere { frame, radius } => {
-                let (frame, turned) = self.axis(&frame);
-                (Surface::Sphere { frame, radius: radius * s }, turned)
+    pub(super) fn surface(&self, mut surface: Surface) -> (Surface, bool) {
+        let (s, mut turned) = (self.scale, false);
+        let mut about = |frame: &mut Frame3| (*frame, turned) = self.axis(frame);
+        match &mut surface {
+            Surface::Plane { frame } => *frame = self.plane(frame),
+            Surface::Cylinder { frame, radius }
+            | Surface::Cone { frame, radius, .. }
+            | Surface::Sphere { frame, radius } => {
+                about(frame);
+                *radius *= s;
             }
             Surface::Torus { frame, major, minor } => {
-                let (frame, turned) = self.axis(&frame);
-                (Surface::Torus { frame, major: major * s, minor: minor * s }, turned)
+                about(frame);
+                (*major, *minor) = (*major * s, *minor * s);
             }
             Surface::Revolution { curve, frame } => {
-                let (frame, turned) = self.axis(&frame);
-                (Surface::Revolution { curve: self.curve(curve), frame }, turned)
+                about(frame);
+                self.points(&mut curve.points);
             }
             Surface::Extrusion { curve, direction } => {
-                (Surface::Extrusion { curve: self.curve(curve), direction: self.vector(direction) }, false)
+                self.points(&mut curve.points);
+                *direction = self.vector(*direction);
             }
-            Surface::Nurbs(net) => {
-                let points = net.points.iter().map(|p| self.point(*p)).collect();
-                (Surface::Nurbs(NurbsSurface { points, ..net }), false)
-            }
+            Surface::Nurbs(net) => self.points(&mut net.points),
         }
+        (surface, turned)
     }
 }
 

@@ -214,32 +214,20 @@ impl<'a> Attribute<'a> {
 
     /// The instance number of a reference.
     pub(super) fn link(self) -> Option<u64> {
-        match self.value {
-            Value::Reference(id) => Some(id),
-            _ => None,
-        }
+        if let Value::Reference(id) = self.value { Some(id) } else { None }
     }
 
     pub(super) fn list(self) -> Option<List<'a>> {
-        match self.value {
-            Value::List(list) => Some(List::new(self.values, list)),
-            _ => None,
-        }
+        if let Value::List(list) = self.value { Some(List::new(self.values, list)) } else { None }
     }
 
     pub(super) fn text(self) -> Option<&'a str> {
-        match self.value {
-            Value::Text(text) => self.values.text.get(text.range()),
-            _ => None,
-        }
+        if let Value::Text(text) = self.value { self.values.text.get(text.range()) } else { None }
     }
 
     /// The word of an enumeration, without its dots.
     pub(super) fn word(self) -> Option<&'a str> {
-        match self.value {
-            Value::Enumeration(word) => self.values.text.get(word.range()),
-            _ => None,
-        }
+        if let Value::Enumeration(word) = self.value { self.values.text.get(word.range()) } else { None }
     }
 }
 

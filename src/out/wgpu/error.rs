@@ -1,28 +1,16 @@
 //! Errors: no graphics device, no picture.
 
-use std::fmt;
-
 /// No usable graphics adapter was found.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, thiserror::Error)]
+#[error(
+    "no usable graphics adapter{}. Install the graphics driver, or a software one: on Debian and Ubuntu \
+     `apt install mesa-vulkan-drivers`, on Fedora `dnf install mesa-vulkan-drivers`, on Arch `pacman -S vulkan-swrast`",
+    .found.iter().flat_map(|refusal| ["; ", refusal.as_str()]).collect::<String>()
+)]
 pub struct NoAdapter {
     /// The adapters found, each with the reason why it was rejected.
     pub found: Vec<String>,
 }
-
-impl fmt::Display for NoAdapter {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("no usable graphics adapter")?;
-        for refusal in &self.found {
-            write!(f, "; {refusal}")?;
-        }
-        f.write_str(
-            ". Install the graphics driver, or a software one: on Debian and Ubuntu `apt install mesa-vulkan-drivers`, \
-             on Fedora `dnf install mesa-vulkan-drivers`, on Arch `pacman -S vulkan-swrast`",
-        )
-    }
-}
-
-impl std::error::Error for NoAdapter {}
 
 /// A picture could not be drawn.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]

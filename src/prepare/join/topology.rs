@@ -303,13 +303,8 @@ fn used_edges(count: usize, drafts: &[Option<FaceDraft>]) -> Vec<bool> {
 /// Index of the break nearest to a parameter.
 fn nearest_break(breaks: &[Break], t: f64) -> usize {
     let k = breaks.partition_point(|b| b.t < t);
-    if k == 0 {
-        0
-    } else if k == breaks.len() || t - breaks[k - 1].t <= breaks[k].t - t {
-        k - 1
-    } else {
-        k
-    }
+    let is_next = k == 0 || k < breaks.len() && breaks[k].t - t < t - breaks[k - 1].t;
+    if is_next { k } else { k - 1 }
 }
 
 fn brep_edge(part: &Part, e: &Edge, mut ts: Vec<f64>, used: bool) -> PreparedEdge {

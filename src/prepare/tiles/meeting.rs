@@ -75,18 +75,13 @@ pub(crate) fn meet(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>) -> Vec<Meet
             starts.push(at);
         }
     } else if length_a > 0.0 && length_b > 0.0 {
-        let share = |x: DVec2, from: DVec2, along: DVec2| (x - from).dot(along) / along.length_squared();
-        let off = |x: DVec2, from: DVec2, along: DVec2| (x - from).perp_dot(along).abs() / along.length();
-        for (end, x) in [(0.0, r), (1.0, s)] {
-            let at = share(x, p, d);
-            if within(at, length_a) && off(x, p, d) <= TOUCH {
-                starts.push([at, end]);
-            }
-        }
-        for (end, x) in [(0.0, p), (1.0, q)] {
-            let at = share(x, r, e);
-            if within(at, length_b) && off(x, r, e) <= TOUCH {
-                starts.push([end, at]);
+        for (k, (from, along, ends)) in [(p, d, [r, s]), (r, e, [p, q])].into_iter().enumerate() {
+            for (end, x) in [0.0, 1.0].into_iter().zip(ends) {
+                let at = (x - from).dot(along) / along.length_squared();
+                let off = (x - from).perp_dot(along).abs() / along.length();
+                if within(at, along.length()) && off <= TOUCH {
+                    starts.push(if k == 0 { [at, end] } else { [end, at] });
+                }
             }
         }
     }

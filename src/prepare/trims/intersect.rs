@@ -145,25 +145,18 @@ fn meet(a: &Span, b: &Span) -> Vec<SpanMeeting> {
             marks.push([s, t]);
         }
     };
-    for end in [0, 1] {
-        let (t, distance) = foot(b, a.ends[end]);
-        if distance <= TOUCH {
-            mark(end as f64, t);
-        }
-    }
-    for end in [0, 1] {
-        let (s, distance) = foot(a, b.ends[end]);
-        if distance <= TOUCH {
-            mark(s, end as f64);
+    for (k, (one, other)) in [(a, b), (b, a)].into_iter().enumerate() {
+        for (end, p) in [0.0, 1.0].into_iter().zip(one.ends) {
+            let (at, distance) = foot(other, p);
+            if distance <= TOUCH {
+                let [s, t] = if k == 0 { [end, at] } else { [at, end] };
+                mark(s, t);
+            }
         }
     }
     marks.sort_by(|x, y| x[0].total_cmp(&y[0]));
-    let mut common: Vec<[[f64; 2]; 2]> = Vec::new();
-    for w in marks.windows(2) {
-        if coincide(a, b, w[0], w[1]) {
-            common.push([w[0], w[1]]);
-        }
-    }
+    let both = marks.windows(2).map(|w| [w[0], w[1]]);
+    let common: Vec<[[f64; 2]; 2]> = both.filter(|&[from, to]| coincide(a, b, from, to)).collect();
     for m in &marks {
         // Use the end of a span as it is, so that all spans that meet there share its bits.
         let point = if m[1] == 0.0 || m[1] == 1.0 { b.point(m[1]) } else { a.point(m[0]) };

@@ -79,11 +79,8 @@ impl MergedDraws {
         for (indices, draws) in pages.into_values() {
             let before = self.indices.len() as u32;
             self.indices.extend(indices);
-            self.draws.extend(
-                draws
-                    .into_iter()
-                    .map(|draw| Draw { indices: draw.indices.start + before..draw.indices.end + before, ..draw }),
-            );
+            let moved = |draw: Draw| Draw { indices: draw.indices.start + before..draw.indices.end + before, ..draw };
+            self.draws.extend(draws.into_iter().map(moved));
         }
         self.rows.write(gpu, &self.indices, 0..self.indices.len())
     }
