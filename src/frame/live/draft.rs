@@ -233,10 +233,13 @@ pub(super) struct TessellantUpdate {
     pub(super) follows: bool,
 }
 
-/// Steps of the common terms that limits cause, within one plan.
+/// What limits last did to the common terms, within one plan.
+#[derive(Default)]
 pub(super) struct LimitStep {
-    pub(super) finer: bool,
-    pub(super) steps: i16,
+    /// By how many steps they became coarser; below 0 if finer, 0 if they have not changed.
+    pub(super) coarser: i16,
+    /// Whether a finer step did not fit. None follows: so plans end.
+    pub(super) turned: bool,
     /// The triangles drawn before it.
     pub(super) triangles: u64,
 }

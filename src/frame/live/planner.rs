@@ -249,7 +249,7 @@ impl Planner {
         let sights = Sights::of(shown.sights, self.rates.parts.len(), part_of);
         let mut draft = PlanDraft::new(self.pages.next(jobs), sights);
         self.begin(jobs, &mut draft);
-        let mut step = None;
+        let mut step = LimitStep::default();
         loop {
             own(&mut draft.page).drawn.reset(views.len());
             self.see(jobs, &mut draft);
@@ -429,7 +429,7 @@ impl Planner {
     ///
     /// What a step finer costs is known from the last one. Where it turns out to cost more, the plan goes back, and does
     /// not try again.
-    fn fits(&mut self, last: &mut Option<LimitStep>) -> bool {
+    fn fits(&mut self, last: &mut LimitStep) -> bool {
         /// Steps after which everything is as coarse as its shape allows: lines are 4096 times as sparse, and a tile has
         /// no more of them.
         const COARSEST: i16 = 48;
@@ -438,31 +438,35 @@ impl Planner {
         let triangles = self.rates.triangles_drawn();
         let allowed = Budget::of(&self.rates.options.limits, 0).left.saturating_mul(2);
         let Rates { terms, term, .. } = own(&mut self.rates);
-        if let Some(step) = last.as_ref().filter(|step| step.triangles.min(triangles) > 0) {
-            let ratio = triangles as f64 / step.triangles as f64;
-            let finer = if step.finer { ratio } else { 1.0 / ratio };
-            self.growth = libm::pow(finer, 1.0 / f64::from(step.steps)).max(1.0);
+        let LimitStep { coarser: before, turned, triangles: were } = *last;
+        if before != 0 && were.min(triangles) > 0 {
+            self.growth = libm::pow(triangles as f64 / were as f64, -1.0 / f64::from(before)).max(1.0);
         }
         let is_over = triangles > allowed && terms.coarser < COARSEST;
-        let fits_finer = triangles as f64 * self.growth <= (1.0 - SPARE) * allowed as f64;
-        // What waits for the budget is not counted yet. Several steps at once may have been too many.
-        let may_refine = fits_finer
-            && terms.coarser > 0
-            && !self.unfinished
-            && last.as_ref().is_none_or(|step| step.finer || step.steps > 1);
+        let turned = turned || is_over && before < 0;
+        let has_room = triangles as f64 * self.growth <= (1.0 - SPARE) * allowed as f64;
+        // Several steps at once may have been too many. What waits for the budget is not counted yet.
+        let may_refine = terms.coarser > 0 && has_room && before != 1 && !turned && !self.unfinished;
         if !is_over && !may_refine {
             return true;
         }
-        // As many as cells need that fall like densities do; twice as many as last where that changed next to nothing.
+        // What cells need that fall like densities do.
         let needed = steps_of(triangles as f64 / allowed.max(1) as f64).ceil().clamp(1.0, f64::from(COARSEST)) as i16;
-        let twice = last
-            .as_ref()
-            .filter(|step| !step.finer && 10 * triangles > 9 * step.triangles)
-            .map_or(0, |step| 2 * step.steps);
-        let coarser = if is_over { needed.max(twice).min(COARSEST - terms.coarser) } else { -1 };
+        let coarser = if !is_over {
+            -1
+        } else if before < 0 {
+            // Back to where it fitted.
+            1
+        } else if before > 0 && 10 * triangles > 9 * were {
+            // The last steps changed next to nothing.
+            needed.max(2 * before)
+        } else {
+            needed
+        };
+        let coarser = coarser.min(COARSEST - terms.coarser);
         terms.coarser += coarser;
         *term += 1;
-        *last = Some(LimitStep { finer: !is_over, steps: coarser.abs(), triangles });
+        *last = LimitStep { coarser, turned, triangles };
         false
     }
 
