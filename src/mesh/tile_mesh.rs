@@ -111,6 +111,17 @@ impl TileMesh {
             + size_of_val(&triangles[..])
     }
 
+    /// Gives back spare capacity.
+    pub(crate) fn shrink_to_fit(&mut self) {
+        let Self { positions, normals, uvs, lines, origins, triangles } = self;
+        positions.shrink_to_fit();
+        normals.shrink_to_fit();
+        uvs.shrink_to_fit();
+        lines.iter_mut().for_each(Vec::shrink_to_fit);
+        origins.shrink_to_fit();
+        triangles.shrink_to_fit();
+    }
+
     /// Empties all lists and keeps their capacity.
     pub fn clear(&mut self) {
         let Self { positions, normals, uvs, lines, origins, triangles } = self;

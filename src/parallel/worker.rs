@@ -109,13 +109,15 @@ impl<S: Stages> Worker<'_, S> {
                     return delivery;
                 }
             }
-            let mesh = take(&mut delivery, part, tile, outcome);
+            let mut mesh = take(&mut delivery, part, tile, outcome);
             if triangles == 0 {
                 delivery.note().bare.push((part, face));
             }
             if writer.is_some() {
                 S::reuse(self.scratch, mesh);
             } else {
+                // A sink may keep it for long.
+                mesh.shrink_to_fit();
                 delivery.made.push(MadeTile::new(part, tile, (triangles, mesh.bytes())));
                 delivery.batches.push(Batch { part, face, tile, worker: self.number, mesh });
             }
