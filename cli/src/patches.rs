@@ -3,9 +3,9 @@
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use trimtess::model::{Face, Loop, Model, Part};
+use trimtess::model::{Face, Model, Part};
 use trimtess::prepare::Prepared;
-use trimtess::prepare::internals::{Bend, BoxBounds, PreparedFace, PreparedPart};
+use trimtess::prepare::internals::{BoxBounds, PreparedFace, PreparedPart};
 
 /// Statistics of preparing. Each part counts once, however often it is placed.
 #[derive(Serialize)]
@@ -18,7 +18,7 @@ pub(crate) struct Patches {
 }
 
 /// A face. If it is not usable, counts are 0 and bounds absent.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct FaceRow {
     part: usize,
     face: usize,
@@ -65,32 +65,10 @@ struct Sums {
 /// Maximum derivative bounds over all sub-boxes, in NURBS parameters. They determine the density of lattices.
 #[derive(Serialize)]
 struct Bounds {
-    /// sup ‖S_u‖ and sup ‖S_v‖.
-    u: f64,
-    v: f64,
-    uu: Second,
-    uv: Second,
-    vv: Second,
-    /// Maximum turn of the normal along u-lines and v-lines of one sub-box, radians.
-    turn_u: f64,
-    turn_v: f64,
+    #[serde(flatten)]
+    worst: BoxBounds,
     /// Number of sub-boxes.
     boxes: usize,
-}
-
-/// Bounds of a second derivative: its length, and its components normal and tangential to the surface.
-#[derive(Serialize)]
-struct Second {
-    norm: f64,
-    lift: f64,
-    slide: f64,
-}
-
-impl From<Bend> for Second {
-    fn from(bend: Bend) -> Self {
-        let Bend { norm, lift, slide } = bend;
-        Self { norm, lift, slide }
-    }
 }
 
 impl Counts {
@@ -107,12 +85,9 @@ impl Counts {
 
 /// Number of trimming curves of each face of each part. Preparing consumes the model, so count before.
 pub(crate) fn stated_trims(model: &Model) -> Vec<Vec<usize>> {
-    let of_loop = |l: &Loop| match l {
-        Loop::Edges(coedges) => coedges.len(),
-        Loop::Vertex(_) => 0,
-    };
     let of_face = |face: &Face| {
-        face.loops.iter().map(of_loop).sum::<usize>() + face.trims.as_ref().map_or(0, |trims| trims.curves.len())
+        let free = face.trims.as_ref().map_or(0, |trims| trims.curves.len());
+        face.wires().map(<[_]>::len).sum::<usize>() + free
     };
     model.parts.iter().map(|part: &Part| part.faces.iter().map(of_face).collect()).collect()
 }
@@ -138,33 +113,18 @@ impl Patches {
 
     /// A table with a row per face, then the sums.
     pub(crate) fn text(&self) -> String {
-        const HEAD: [&str; 17] = [
-            "part",
-            "face",
-            "kind",
-            "degree",
-            "spans",
-            "patches",
-            "tiles",
-            "trims",
-            "edges",
-            "stretches",
-            "meetings",
-            "critical",
-            "|Su|",
-            "|Sv|",
-            "|Suu|",
-            "|Suv|",
-            "|Svv|",
-        ];
-        let mut rows: Vec<Vec<String>> = vec![HEAD.map(String::from).to_vec()];
+        const HEAD: &str = "part face kind degree spans patches tiles trims edges stretches meetings critical \
+                            |Su| |Sv| |Suu| |Suv| |Svv|";
+        let mut rows: Vec<Vec<String>> = vec![HEAD.split_whitespace().map(String::from).collect()];
         for row in &self.faces {
             let by = |[a, b]: [usize; 2]| format!("{a}×{b}");
             let degree = format!("{}{}", by(row.degree), if row.rational { "r" } else { "" });
             let mut line = vec![row.part.to_string(), row.face.to_string(), row.kind.to_owned(), degree, by(row.spans)];
             line.extend(row.counts.cells());
             match &row.bounds {
-                Some(b) => line.extend([b.u, b.v, b.uu.norm, b.uv.norm, b.vv.norm].map(|x| format!("{x:.3e}"))),
+                Some(Bounds { worst: b, .. }) => {
+                    line.extend([b.u, b.v, b.uu.norm, b.uv.norm, b.vv.norm].map(|x| format!("{x:.3e}")))
+                }
                 None => line.push("lost".into()),
             }
             rows.push(line);
@@ -179,7 +139,7 @@ impl Patches {
         let head = ["all".into(), format!("{} faces", self.sum.faces)];
         rows.push(head.into_iter().chain(blank()).chain(self.sum.counts.cells()).collect());
         let width = |column: usize| rows.iter().filter_map(|r| r.get(column)).map(|c| c.chars().count()).max();
-        let widths: Vec<usize> = (0..HEAD.len()).filter_map(width).collect();
+        let widths: Vec<usize> = (0..rows[0].len()).filter_map(width).collect();
         let mut text = String::new();
         for row in &rows {
             let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:>width$}"));
@@ -200,19 +160,7 @@ impl FaceRow {
     fn of(part: usize, face: usize, row: Option<&PreparedFace>, of: &PreparedPart, trims: usize) -> Self {
         let Some(row) = row else {
             let counts = Counts { trims, ..Counts::default() };
-            let (kind, degree, spans) = ("unusable", [0; 2], [0; 2]);
-            return Self {
-                part,
-                face,
-                entity: 0,
-                kind,
-                counts,
-                degree,
-                rational: false,
-                spans,
-                bounds: None,
-                gap: 0.0,
-            };
+            return Self { part, face, kind: "unusable", counts, ..Self::default() };
         };
         let tiles = &of.tiles[row.tiles.start as usize..row.tiles.end as usize];
         let uses = || tiles.iter().flat_map(|t| &t.loops).flatten().filter(|u| u.edge.index() < of.brep_edges);
@@ -252,7 +200,6 @@ impl Bounds {
             turn_u: m.turn_u.max(b.turn_u),
             turn_v: m.turn_v.max(b.turn_v),
         });
-        let BoxBounds { uu, uv, vv, u, v, turn_u, turn_v } = worst;
-        Self { u, v, uu: uu.into(), uv: uv.into(), vv: vv.into(), turn_u, turn_v, boxes: boxes.len() }
+        Self { worst, boxes: boxes.len() }
     }
 }

@@ -19,6 +19,10 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
+fn name(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
 fn trimtess(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trimtess"))
         .args(args)
@@ -94,16 +98,7 @@ fn failures_are_status_1_and_name_the_file() {
 fn a_report_has_the_promised_keys_and_its_seconds_sum() {
     let folder = folder("report");
     let (mesh, report) = (folder.join("cube.ply"), folder.join("cube.json"));
-    let output = trimtess(&[
-        "tessellate",
-        CUBE,
-        "-o",
-        mesh.to_str().unwrap(),
-        "--check",
-        "--json",
-        "--report",
-        report.to_str().unwrap(),
-    ]);
+    let output = trimtess(&["tessellate", CUBE, "-o", name(&mesh), "--check", "--json", "--report", name(&report)]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let result = json(&output.stdout);
     assert_eq!(result, json(&fs::read(&report).unwrap()), "standard output and the report file are equal");
@@ -416,16 +411,7 @@ fn the_report_is_written_atomically() {
 fn a_timeline_is_complete_json() {
     let folder = folder("timeline");
     let (mesh, trace) = (folder.join("cube.ply"), folder.join("trace.json"));
-    let output = trimtess(&[
-        "tessellate",
-        CUBE,
-        "-o",
-        mesh.to_str().unwrap(),
-        "--workers",
-        "2",
-        "--trace",
-        trace.to_str().unwrap(),
-    ]);
+    let output = trimtess(&["tessellate", CUBE, "-o", name(&mesh), "--workers", "2", "--trace", name(&trace)]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let events = json(&fs::read(&trace).unwrap());
     let named = |name: &str| events.as_array().unwrap().iter().any(|e| e["name"] == name);

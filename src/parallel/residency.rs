@@ -275,12 +275,9 @@ impl Residency {
         for part in &mut self.parts {
             if held > KEPT * drawn {
                 part.is_outdated = true;
-                let recent = part.recent[0].iter().zip(&part.recent[1]).map(|(now, before)| now | before);
-                part.stale
-                    .iter_mut()
-                    .zip(&part.present)
-                    .zip(recent)
-                    .for_each(|((stale, present), r)| *stale |= present & !r);
+                for (k, stale) in part.stale.iter_mut().enumerate() {
+                    *stale |= part.present[k] & !(part.recent[0][k] | part.recent[1][k]);
+                }
             }
             part.recent.swap(0, 1);
             part.recent[0].fill(0);

@@ -189,7 +189,7 @@ fn a_tube_with_unclamped_periodic_knots() {
     // Uniform cubic, nine control points of which the last three repeat the first: no knot where the ends meet.
     let count = 6;
     let knots_u: Vec<f64> = (-3..=count + 3).map(f64::from).collect();
-    let ring = |k: i32| DVec3::new(4.0, 0.0, 0.0).rotate_about_z(TAU * f64::from(k) / f64::from(count));
+    let ring = |k: i32| DVec3::new(4.0, 0.0, 0.0).rotate_z(TAU * f64::from(k) / f64::from(count));
     let points = (0..count + 3).flat_map(|k| [ring(k), ring(k) + DVec3::Z * 10.0]).collect();
     let tube = NurbsSurface {
         degree_u: 3,
@@ -254,18 +254,6 @@ fn a_tube_with_unclamped_periodic_knots() {
         flat(&mut body, low, 0.0);
         flat(&mut body, high, 10.0);
         Ladder::solid(body.finish(), 5.0 * twice, around * 10.0 + twice).named(with_seam).climb();
-    }
-}
-
-/// Rotation about z, for control points.
-trait AboutZ {
-    fn rotate_about_z(self, angle: f64) -> DVec3;
-}
-
-impl AboutZ for DVec3 {
-    fn rotate_about_z(self, angle: f64) -> DVec3 {
-        let (s, c) = angle.sin_cos();
-        DVec3::new(c * self.x - s * self.y, s * self.x + c * self.y, self.z)
     }
 }
 

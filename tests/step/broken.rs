@@ -1,23 +1,13 @@
 //! Broken and hostile files: a message or a diagnostic, never a panic, and nothing else lost.
 
-use crate::{file, model, only_part, world};
+use crate::{BALLS, faces, file, model, only_part, world};
 use std::fs;
 use std::path::Path;
 use trimtess::import::step::{BYTES_PER_BYTE, StepError, StepOptions, read, read_file};
 use trimtess::model::{Model, Severity};
 
-const BALLS: &str = "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60,#70),#1);\n\
-    #60=MANIFOLD_SOLID_BREP('',#61);\n#61=CLOSED_SHELL('',(#62));\n#62=ADVANCED_FACE('',(),#63,.T.);\n\
-    #63=SPHERICAL_SURFACE('',#20,1.);\n\
-    #70=MANIFOLD_SOLID_BREP('',#71);\n#71=CLOSED_SHELL('',(#72));\n#72=ADVANCED_FACE('',(),#73,.T.);\n\
-    #73=SPHERICAL_SURFACE('',#20,2.);\n";
-
 fn try_read(text: &str) -> Result<Model, StepError> {
     read(text.as_bytes(), &StepOptions::default())
-}
-
-fn faces(model: &Model) -> usize {
-    model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost).count()
 }
 
 fn errors(model: &Model) -> Vec<String> {

@@ -1,15 +1,9 @@
 //! Exchange structures of ISO 10303-21 editions 2 and 3: anchors, references, signatures, several data sections. None
 //! of them costs more than what the file lacks.
 
-use crate::{file, world};
+use crate::{BALLS, faces, file, world};
 use trimtess::import::step::{StepOptions, read};
 use trimtess::model::{DiagnosticKind, Model, Severity, StepOutcome, StepTrouble};
-
-const BALLS: &str = "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60,#70),#1);\n\
-    #60=MANIFOLD_SOLID_BREP('',#61);\n#61=CLOSED_SHELL('',(#62));\n#62=ADVANCED_FACE('',(),#63,.T.);\n\
-    #63=SPHERICAL_SURFACE('',#20,1.);\n\
-    #70=MANIFOLD_SOLID_BREP('',#71);\n#71=CLOSED_SHELL('',(#72));\n#72=ADVANCED_FACE('',(),#73,.T.);\n\
-    #73=SPHERICAL_SURFACE('',#20,2.);\n";
 
 fn sound() -> String {
     file(&(world() + BALLS))
@@ -17,10 +11,6 @@ fn sound() -> String {
 
 fn model(text: &str) -> Model {
     read(text.as_bytes(), &StepOptions::default()).unwrap_or_else(|error| panic!("{error}\n{text}"))
-}
-
-fn faces(model: &Model) -> usize {
-    model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost).count()
 }
 
 fn told(model: &Model, least: Severity) -> Vec<(u64, DiagnosticKind)> {

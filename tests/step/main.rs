@@ -21,6 +21,18 @@ use glam::DVec3;
 use trimtess::import::step::{StepOptions, read};
 use trimtess::model::{Diagnostic, Edge, Face, Model, Part, Severity, StepTrouble};
 
+/// Two solids, each a whole sphere.
+const BALLS: &str = "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60,#70),#1);\n\
+    #60=MANIFOLD_SOLID_BREP('',#61);\n#61=CLOSED_SHELL('',(#62));\n#62=ADVANCED_FACE('',(),#63,.T.);\n\
+    #63=SPHERICAL_SURFACE('',#20,1.);\n\
+    #70=MANIFOLD_SOLID_BREP('',#71);\n#71=CLOSED_SHELL('',(#72));\n#72=ADVANCED_FACE('',(),#73,.T.);\n\
+    #73=SPHERICAL_SURFACE('',#20,2.);\n";
+
+/// Number of faces that are not lost.
+fn faces(model: &Model) -> usize {
+    model.parts.iter().flat_map(|part| &part.faces).filter(|face| !face.lost).count()
+}
+
 /// Millimetres and radians as context #1; with degrees as #2; with inches as #3.
 const UNITS: &str = "
 #1=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#10))

@@ -197,9 +197,7 @@ impl Geometry<'_> {
                 match cut(curve, ends, together, tolerance) {
                     Some((curve, range)) => BoundedCurve { curve: spline::window(curve, range), range, kind },
                     None if chord <= tolerance => return Ok(None),
-                    None => {
-                        return Err(Trouble::new(id, CurveTrouble::SameParameter));
-                    }
+                    None => return Err(Trouble::new(id, CurveTrouble::SameParameter)),
                 }
             }
         };
@@ -277,13 +275,8 @@ impl Geometry<'_> {
         if depth >= MAX_DEPTH {
             return Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }));
         }
-        let positive = |value: f64| {
-            if value > 0.0 && value.is_finite() {
-                Ok(value)
-            } else {
-                Err(Trouble::new(id, out_of_range("a radius or axis", value, "mm")))
-            }
-        };
+        let refused = |value| Trouble::new(id, out_of_range("a radius or axis", value, "mm"));
+        let positive = |value: f64| if value > 0.0 && value.is_finite() { Ok(value) } else { Err(refused(value)) };
         let length = self.units.length;
         let carrier = if instance.is("LINE") {
             let fields = instance.fields("LINE", 1);
@@ -356,9 +349,7 @@ impl Geometry<'_> {
             (low, high) = (high, low);
         }
         let curve = match carrier {
-            Carrier::Line { .. } if low == high => {
-                return Err(Trouble::new(id, missing("a trimmed line", "length")));
-            }
+            Carrier::Line { .. } if low == high => return Err(Trouble::new(id, missing("a trimmed line", "length"))),
             Carrier::Line { .. } => carrier.arc((low, high)),
             Carrier::Round { .. } => {
                 let sweep = (high - low).rem_euclid(TAU);

@@ -77,23 +77,20 @@ impl Reader<'_> {
                 Some(surface) => assembly.face(&geometry, face, surface, source),
                 None => Err(Trouble::new(source.id(), StepTrouble::Unread { what: "its surface" })),
             });
-            let done = match read {
-                Ok(done) => Some(done),
+            let lost = read.is_err();
+            let (surface, loops, against) = match read {
+                Ok((surface, loops, against)) => (surface.map_err(Some), loops, against),
                 Err(trouble) => {
                     assembly.lose(&geometry, source, &trouble);
-                    None
+                    (Err(None), Vec::new(), false)
                 }
             };
-            let lost = done.is_none();
-            let (surface, loops, against) =
-                done.map_or_else(Default::default, |(s, loops, against)| (Some(s), loops, against));
             let (surface, refused) = match surface {
-                Some(Ok(surface)) => (Some(surface), None),
-                Some(Err(cause)) => (None, Some(cause)),
-                None => (None, None),
+                Ok(surface) => (surface, None),
+                Err(cause) => (Surface::Plane { frame: Frame3::WORLD }, cause),
             };
             assembly.part.faces.push(Face {
-                surface: surface.unwrap_or(Surface::Plane { frame: Frame3::WORLD }),
+                surface,
                 loops,
                 trims: None,
                 reversed: against != turned,

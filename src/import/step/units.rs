@@ -73,10 +73,8 @@ fn units_of(table: &Table, context: Entity<'_>) -> Option<Units> {
     let uncertainty = stated.and_then(|mut list| {
         list.find_map(|id| {
             let (value, unit) = measure(table, id)?;
-            match factor(table, unit, 0) {
-                Some((UnitKind::Length, metres)) => Some(1e3 * metres * value),
-                _ => None,
-            }
+            let (kind, metres) = factor(table, unit, 0)?;
+            (kind == UnitKind::Length).then_some(1e3 * metres * value)
         })
     });
     // Writers state anything from 1e-9 to a tenth of the part. Values outside these bounds say nothing about the

@@ -51,6 +51,7 @@ impl BoundingBox {
 }
 
 /// Upper bounds on a second derivative over a sub-box.
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bend {
     /// Bounds its length.
@@ -83,6 +84,7 @@ impl Bend {
 }
 
 /// Upper bounds over a sub-box of a surface, by the NURBS parameters.
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BoxBounds {
     /// `S_uu`. Exactly 0 where u-lines are straight and of constant speed; `lift` is exactly 0 where the surface is

@@ -31,7 +31,7 @@ const TILES_PER_SIDE: usize = 64;
 /// The grid of cut lines for a region.
 pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
     let mut lines = [Vec::new(), Vec::new()];
-    let flat = is_flat(surface).then(|| tiles_of_plane(region));
+    let flat = matches!(surface, Surface::Plane { .. }).then(|| tiles_of_plane(region));
     for (axis, lines) in lines.iter_mut().enumerate() {
         let (lo, hi) = region.bounds[axis];
         // Most faces are not cut.
@@ -208,9 +208,4 @@ impl Avoid {
         let scored = candidates.map(|x| (x, score(x)));
         scored.max_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(lo, |(x, _)| x)
     }
-}
-
-/// Whether a surface is a plane.
-pub(crate) fn is_flat(surface: &Surface) -> bool {
-    matches!(surface, Surface::Plane { .. })
 }

@@ -285,10 +285,7 @@ impl<'a> EdgeMaker<'a> {
         if let Some(pole) = self.pole(low).filter(|&k| self.poles[k].axis == axis) {
             return Some(Piece { along: Along::Pole(pole), reversed, samples });
         }
-        let mut at = low[axis];
-        if self.domain.periodic[axis] {
-            at = 0.0;
-        }
+        let at = if self.domain.periodic[axis] { 0.0 } else { low[axis] };
         let key = (axis, [at, from[run], to[run]].map(f64::to_bits));
         if let Some(&edge) = self.known_borders.get(&key) {
             return Some(Piece { along: Along::Edge(edge), reversed, samples });

@@ -48,15 +48,11 @@ impl Piece {
     }
 
     pub(crate) fn shift(&mut self, by: DVec2) {
-        let Along::Edge(_) = self.along else {
-            for s in &mut self.samples {
-                s.uv += by;
-                s.t += by.dot(s.d);
-            }
-            return;
-        };
+        let is_edge = matches!(self.along, Along::Edge(_));
         for s in &mut self.samples {
             s.uv += by;
+            // The parameter of a pole is that of the parameter plane.
+            s.t += if is_edge { 0.0 } else { by.dot(s.d) };
         }
     }
 
