@@ -288,7 +288,7 @@ private:
     Owned<tt_mesh, tt_mesh_free> handle_;
 };
 
-/// Who receives frames. Functions that are empty are not called; `tile` must be one. An exception refuses the frame.
+/// Who receives frames. Functions that are empty are not called. An exception refuses the frame.
 struct Sink {
     std::function<void(const tt_scene &)> begin;
     std::function<void(const tt_tile &)> tile;

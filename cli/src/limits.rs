@@ -76,9 +76,12 @@ impl LimitArgs {
     pub(crate) fn check(&self, shortfall: Option<&Shortfall>) -> Result<(), Failure> {
         let short = shortfall.filter(|shortfall| shortfall.by_limits() && !self.coarsen);
         short.map_or(Ok(()), |shortfall| {
-            let raise = "use a larger tolerance, raise --max-triangles, --max-tile-triangles or --max-memory, or \
-                         accept a coarser mesh with --coarsen";
-            Err(Failure::Cannot(format!("{shortfall}; {raise}")))
+            let raise = if shortfall.unusable {
+                ""
+            } else {
+                ", raise --max-triangles, --max-tile-triangles or --max-memory, or accept a coarser mesh with --coarsen"
+            };
+            Err(Failure::Cannot(format!("{shortfall}; use a larger tolerance{raise}")))
         })
     }
 }

@@ -118,7 +118,7 @@ pub(crate) fn unprepared(py: Python<'_>, failure: &PrepareError) -> PyErr {
 /// Why the mesh would be coarser than asked. `hint`: what the caller may do.
 pub(crate) fn short(py: Python<'_>, failure: &Shortfall, hint: impl FnOnce(&str) -> String) -> PyErr {
     if failure.unusable {
-        return out_of_range(py, "the tolerance", failure, "one that a mesh of this model can meet");
+        return unfit(py, "the tolerance", failure, "one that a mesh of this model can meet");
     }
     let (name, numbers) = if let Some([needed, limit]) = failure.memory() {
         ("max_memory", (Some(needed), limit))
@@ -144,11 +144,11 @@ pub(crate) fn unknown_format(py: Python<'_>, failure: &UnknownFormat) -> PyErr {
     fields.map_or_else(|failure| failure, |fields| error(py, "FormatError", failure.to_string(), &fields))
 }
 
-/// Why meshes are not levels of detail of one file.
-fn unfit(py: Python<'_>, level: &UnfitLevel) -> PyErr {
-    let (value, expected) = (level.to_string(), "meshes of the same model, each coarser than the one before");
-    let message = format!("levels: {value}; expected are {expected}");
-    let fields = [("name", "levels"), ("value", &value), ("expected", expected)].into_py_dict(py);
+/// A refused argument, of which `why` is a sentence.
+pub(crate) fn unfit(py: Python<'_>, name: &str, why: &dyn std::fmt::Display, expected: &str) -> PyErr {
+    let value = why.to_string();
+    let message = format!("{name}: {value}; expected: {expected}");
+    let fields = [("name", name), ("value", &value), ("expected", expected)].into_py_dict(py);
     fields.map_or_else(|failure| failure, |fields| error(py, "RangeError", message, &fields))
 }
 
@@ -156,7 +156,7 @@ fn unfit(py: Python<'_>, level: &UnfitLevel) -> PyErr {
 pub(crate) fn unsaved(py: Python<'_>, failure: &SinkError, path: &str, helps: impl FnOnce() -> [bool; 2]) -> PyErr {
     let cause = failure.cause.get_ref();
     if let Some(level) = cause.and_then(|cause| cause.downcast_ref::<UnfitLevel>()) {
-        return unfit(py, level);
+        return unfit(py, "levels", level, "meshes of the same model, each coarser than the one before");
     }
     let rounded = cause.and_then(|cause| cause.downcast_ref::<RoundedTooFar>());
     let beyond = cause.is_some_and(|cause| cause.is::<BeyondSingle>());

@@ -108,7 +108,7 @@ impl Session {
     /// it had not been begun.
     ///
     /// Args:
-    ///     views: At least one `View`.
+    ///     views: `View`s. Tiles that none of them shows are not drawn.
     ///
     /// Raises:
     ///     TessellateError: An internal error ended the session.
@@ -328,7 +328,7 @@ fn unplaced(py: Python<'_>, failure: &InstanceError) -> PyErr {
         }
         InstanceError::NoInstance { key } => errors::out_of_range(py, "key", key.to_bits(), "that of an instance"),
         InstanceError::Transform { .. } => {
-            errors::out_of_range(py, "transform", failure, "a rigid motion with a uniform scale")
+            errors::unfit(py, "transform", failure, "a rigid motion with a uniform scale")
         }
         _ => errors::error(py, "TessellateError", failure.to_string(), &PyDict::new(py)),
     }

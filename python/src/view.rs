@@ -13,7 +13,7 @@ pub(crate) struct View(pub(crate) view::View);
 impl View {
     /// Checks a view. The `RangeError` says what is wrong with it.
     pub(crate) fn checked(py: Python<'_>, view: view::View) -> PyResult<Self> {
-        view.check().map_err(|why| errors::out_of_range(py, "the view", why, "one that a camera can have"))?;
+        view.check().map_err(|why| errors::unfit(py, "the view", &why, "one that a camera can have"))?;
         Ok(Self(view))
     }
 }

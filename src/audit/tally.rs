@@ -6,10 +6,11 @@ use std::fmt;
 const LEAST: f64 = 1e-6;
 /// Bins per factor e. Percentiles are at most 1 % too high.
 const BINS_PER_E: f64 = 100.0;
-/// Bins up to a ratio of about 1e6.
+/// Bins up to a ratio of about 1e6. Larger ones share the last.
 const BINS: usize = 2764;
 
-/// Distribution of ratios of deviation to tolerance. All zero without samples. Percentiles are up to 1 % too high.
+/// Distribution of ratios of deviation to tolerance. All zero without samples. Percentiles are up to 1 % too high, and at
+/// most about 1e6.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
     /// Number of samples.

@@ -242,7 +242,7 @@ pub struct Group {
     start: usize,
     /// Number of triangles.
     count: usize,
-    /// The face's own colour, else the part's.
+    /// The face's own colour.
     #[tsify(optional)]
     colour: Option<model::Colour>,
 }

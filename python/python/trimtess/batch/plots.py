@@ -71,9 +71,9 @@ def over_size(axes: Any, table: pyarrow.Table, column: str, unit: float, label: 
 
 
 def draw_asked(axes: Any) -> None:
-    """What a first attempt asks for."""
+    """The estimate by which a first attempt asks for memory, before it is rounded up."""
     first, last = axes.get_xlim()
     sizes = [first * (last / first) ** (step / 50) for step in range(51)]
     asked = [(MEMORY_PER_FILE + MEMORY_PER_BYTE * size) / MIB for size in sizes]
-    axes.plot(sizes, asked, "--", color="#666666", linewidth=1, label="asked for first")
+    axes.plot(sizes, asked, "--", color="#666666", linewidth=1, label="estimate")
     axes.legend(fontsize="small")
