@@ -12,9 +12,9 @@ use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
 use smallvec::SmallVec;
 use std::f64::consts::FRAC_PI_2;
 
-/// Maximum number of segments of one edge, over all its breaks. A thread of a thousand turns needs tens of thousands;
+/// Maximum number of segments of one edge, over all its breaks. A thread of five thousand turns needs half of them;
 /// more need only curves whose speed varies by many decades, and that is noise.
-const SEGMENTS_OF_EDGE: usize = 1 << 17;
+const SEGMENTS_OF_EDGE: usize = 1 << 18;
 /// Number of segments that an edge may always have between two breaks.
 const LEAST_LIMIT: usize = 64;
 
