@@ -101,9 +101,7 @@ fn counted(
         (part, tiles.map(|tile| (cells(&plan.tiles[tile]), outline(tile))).collect())
     });
     for (part, more) in made {
-        let TileCounts { cells, outlines } = &mut counts[part];
-        cells.extend(more.iter().map(|of| of.0));
-        outlines.extend(more.iter().map(|of| of.1));
+        more.into_iter().for_each(|(cells, outline)| counts[part].push(cells, outline));
     }
     (Arc::into_inner(plans).expect("the loop has ended"), counts)
 }

@@ -374,7 +374,7 @@ impl Planner {
             mark(&mut limited.tiles, id, !new.kept.cells);
             mark(&mut limited.lines, id, !new.kept.lines);
             if let Some((cells, [made, again])) = new.made {
-                rates.recount(t, |counts| counts.cells[t] = cells);
+                rates.set_cells(t, cells);
                 let old = std::mem::replace(&mut page.parts[p].tiles[t], made);
                 pages.new.lattices.push((p, t, [again, old]));
                 changed.lattices.add(p, t);
@@ -416,9 +416,9 @@ impl Planner {
                 let old = std::mem::replace(&mut page.parts[p].edges[k], line);
                 pages.new.edges.push((p, k, [again, old]));
                 changed.edges.add(p, k);
-                for (t, longer) in tiles.into_iter().map(|(tile, longer)| (tile.index(), longer)) {
-                    changed.tiles.add(p, t);
-                    rates.recount(t, |counts| counts.outlines[t] = counts.outlines[t].saturating_add_signed(longer));
+                for (tile, longer) in tiles {
+                    changed.tiles.add(p, tile.index());
+                    rates.lengthen(tile.index(), longer);
                 }
             }
         }

@@ -53,13 +53,24 @@ pub(super) struct PartRates {
 }
 
 impl PartRates {
-    /// Changes what is counted of a tile, which may be drawn.
-    pub(super) fn recount(&mut self, tile: usize, change: impl FnOnce(&mut TileCounts)) {
-        let before = self.counts.triangles(tile);
-        change(&mut self.counts);
+    /// Sets the number of cells of a tile, which may be drawn.
+    pub(super) fn set_cells(&mut self, tile: usize, cells: u64) {
+        self.recount(tile, 2 * cells + u64::from(self.counts.outlines[tile]));
+    }
+
+    /// Changes the number of tessellants along the loops of a tile, which may be drawn.
+    pub(super) fn lengthen(&mut self, tile: usize, by: i32) {
+        let cells = self.counts.cells(tile);
+        let outline = &mut self.counts.outlines[tile];
+        *outline = outline.saturating_add_signed(by);
+        self.set_cells(tile, cells);
+    }
+
+    fn recount(&mut self, tile: usize, triangles: u64) {
+        let before = std::mem::replace(&mut self.counts.triangles[tile], triangles);
         if self.seen.shows(tile) {
             let range = &mut self.seen.0[tile / RANGE];
-            range.triangles = range.triangles + self.counts.triangles(tile) - before;
+            range.triangles = range.triangles + triangles - before;
         }
     }
 }
@@ -67,16 +78,22 @@ impl PartRates {
 /// What the tiles of a part are made of.
 #[derive(Default)]
 pub(super) struct TileCounts {
-    /// Number of cells of each tile.
-    pub(super) cells: Vec<u64>,
-    /// Number of tessellants along the loops of each tile, and two for each loop but one.
-    pub(super) outlines: Vec<u32>,
+    /// Expected number of triangles of each tile: two in each cell, and those of a polygon with its loops.
+    triangles: Vec<u64>,
+    /// Of these, a polygon's: the number of tessellants along the loops, and two for each loop but one.
+    outlines: Vec<u32>,
 }
 
 impl TileCounts {
-    /// Expected number of triangles of a tile: two in each cell, and those of a polygon with its loops.
-    fn triangles(&self, tile: usize) -> u64 {
-        2 * self.cells[tile] + u64::from(self.outlines[tile])
+    /// Adds a tile with this number of cells.
+    pub(super) fn push(&mut self, cells: u64, outline: u32) {
+        self.triangles.push(2 * cells + u64::from(outline));
+        self.outlines.push(outline);
+    }
+
+    /// Number of cells of a tile.
+    fn cells(&self, tile: usize) -> u64 {
+        (self.triangles[tile] - u64::from(self.outlines[tile])) / 2
     }
 }
 
@@ -156,8 +173,9 @@ impl Rates {
         *whole = others.fold(kept, |whole, group| whole | 1 << group);
         *open = in_any & !kept;
         *any = !with_any.is_empty();
-        let drawn = (RANGE * *range..).zip(&*scales).filter(|(_, scale)| scale.most >= 0.0);
-        *triangles = if *any { drawn.map(|(tile, _)| counts.triangles(tile)).sum() } else { 0 };
+        let of_range = &counts.triangles[RANGE * *range..];
+        let drawn = scales.iter().zip(of_range).filter(|(scale, _)| scale.most >= 0.0);
+        *triangles = if *any { drawn.map(|(_, triangles)| triangles).sum() } else { 0 };
     }
 
     /// Whether all tiles of a group keep their rates if their scales are within these.
@@ -266,7 +284,7 @@ impl Rates {
             (Some(to), Some(at)) => growth_of(f64::from(to) - f64::from(at)),
             _ => 1.0,
         };
-        let growth = known.cells * more / counts.cells[t] as f64;
+        let growth = known.cells * more / counts.cells(t) as f64;
         // What has no step of these terms comes before what is only refined for its edges' sake.
         (steps_of(growth).max(1.0), growth)
     }
