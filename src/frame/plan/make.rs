@@ -109,17 +109,22 @@ pub(crate) fn plan_parts(
         Err(asked) => asked,
     };
     let needed = asked.triangles();
-    // Twice as far each time, until a plan fits; then halfway back. The last one has no limit.
-    let (mut fails, mut fits, mut best) = (0, 1, None);
-    while best.is_none() || fits - fails > 1 {
-        let steps = if best.is_none() { fits } else { (fails + fits) / 2 };
-        match attempt(steps) {
-            Ok(plan) => (fits, best) = (steps, Some(plan)),
-            Err(_) if best.is_none() => (fails, fits) = (steps, (2 * steps).min(LOWEST)),
-            Err(_) => fails = steps,
+    // Twice as far each time, until a plan fits: the last one has no limit.
+    let (mut fails, mut fits) = (0, 1);
+    let mut plan = loop {
+        match attempt(fits) {
+            Ok(plan) => break plan,
+            Err(_) => (fails, fits) = (fits, (2 * fits).min(LOWEST)),
+        }
+    };
+    // Then halfway back.
+    while fits - fails > 1 {
+        let middle = (fails + fits) / 2;
+        match attempt(middle) {
+            Ok(finer) => (fits, plan) = (middle, finer),
+            Err(_) => fails = middle,
         }
     }
-    let mut plan = best.unwrap_or_default();
     plan.shortfall.iter_mut().for_each(|shortfall| shortfall.needed = needed);
     plan
 }
