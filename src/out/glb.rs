@@ -47,7 +47,7 @@ pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> 
 /// with offsets of their own if they need them.
 ///
 /// # Errors
-/// And if rounding would move a vertex further; nothing is written then.
+/// Those of [`write_glb`], and if rounding would move a vertex further. Nothing is written then.
 pub fn write_glb_within<'a>(frame: impl Into<FrameView<'a>>, most: f64, file: &mut impl Write) -> io::Result<Rounding> {
     write_alone(&frame.into(), (GlbOptions::PLAIN, most), file)
 }

@@ -188,7 +188,7 @@ impl<'a> Web<'a> {
         self.changed.clear();
     }
 
-    /// Records what is left of the edges of triangle `t`: the triangle, or none.
+    /// Records which triangle is left of the edges of triangle `t`: itself, or none once it is gone.
     fn record(&mut self, t: usize, left: Option<usize>) {
         let [a, b, c] = self.mesh.triangles[t].map(|v| self.one(v));
         self.changed.extend([(a, b), (b, c), (c, a)].map(|edge| (edge, left)));

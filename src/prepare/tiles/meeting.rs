@@ -75,11 +75,13 @@ pub(crate) fn meet(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>) -> Vec<Meet
             starts.push(at);
         }
     } else if length_a > 0.0 && length_b > 0.0 {
-        for (k, (from, along, ends)) in [(p, d, [r, s]), (r, e, [p, q])].into_iter().enumerate() {
+        let on_a = (p, d, length_a, [r, s]);
+        let on_b = (r, e, length_b, [p, q]);
+        for (k, (from, along, length, ends)) in [on_a, on_b].into_iter().enumerate() {
             for (end, x) in [0.0, 1.0].into_iter().zip(ends) {
                 let at = (x - from).dot(along) / along.length_squared();
-                let off = (x - from).perp_dot(along).abs() / along.length();
-                if within(at, along.length()) && off <= TOUCH {
+                let off = (x - from).perp_dot(along).abs() / length;
+                if within(at, length) && off <= TOUCH {
                     starts.push(if k == 0 { [at, end] } else { [end, at] });
                 }
             }

@@ -105,7 +105,7 @@ def is_local(system: Any) -> bool:
 
 
 def followed(system: Any, info: Json) -> Optional[Json]:
-    """A file system's entry; for a link, that of its target under the link's name, or `None` if there is none."""
+    """A file system's entry. A link has its own name, and all else of its target; `None` without a target."""
     if not info.get("islink"):
         return info
     target = info_of(system, info["name"])
