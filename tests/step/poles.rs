@@ -7,12 +7,12 @@ use std::f64::consts::FRAC_PI_4;
 use trimtess::model::{Loop, Model, Part};
 
 /// A cone on the unit circle with its apex at (0, 0, 1), and its base. The slanted face has a third edge #52 with
-/// `third` as geometry #65, from the apex #32 to vertex `end`.
-fn cone(end: u32, third: &str) -> Model {
+/// `third` as geometry #65, from the apex #32 to vertex `end`. The vertices at the apex are `off` to the side.
+fn cone(end: u32, third: &str, off: f64) -> Model {
     let text = world()
         + &vertex(30, [1.0, 0.0, 0.0])
-        + &vertex(32, [0.0, 0.0, 1.0])
-        + &vertex(34, [0.0, 0.0, 1.0])
+        + &vertex(32, [off, 0.0, 1.0])
+        + &vertex(34, [off, 0.0, 1.0])
         + &point(40, [0.0, 0.0, 1.0])
         + &point(41, [0.0, 0.0, 1.0])
         + &format!(
@@ -51,8 +51,8 @@ fn an_edge_that_is_a_point_is_left_out_whatever_its_curve() {
         "#65=TRIMMED_CURVE('',#67,(#40),(#41),.T.,.CARTESIAN.);#67=LINE('',#40,#64);",
         "#65=SURFACE_CURVE('',#67,(),.CURVE_3D.);#67=POLYLINE('',(#40,#41));",
     ] {
-        for end in [32, 34] {
-            let model = cone(end, third);
+        for (end, off) in [(32, 0.0), (34, 0.0), (32, 8e-6)] {
+            let model = cone(end, third, off);
             clean(&model);
             assert_eq!((only_part(&model).edges.len(), loop_lengths(&model.parts[0])), (2, vec![3, 1]), "{third}");
             prepared_clean(model);

@@ -221,9 +221,14 @@ impl Geometry<'_> {
         self.unwrap(id, 0).is_ok_and(|curve| curve.is("CIRCLE") || curve.is("ELLIPSE"))
     }
 
-    /// Whether a curve is a composite of several segments, or defined by one.
+    /// Whether a curve is a composite of several segments, or defined by one: its NURBS form has other parameters. So has
+    /// that of a polyline without the points that repeat the one before.
     pub(super) fn is_composite(&self, id: u64, depth: usize) -> bool {
         let Ok(curve) = self.unwrap(id, depth) else { return false };
+        if curve.is("POLYLINE") {
+            let points = curve.fields("POLYLINE", 1).links(0).and_then(|links| self.points(links));
+            return points.is_ok_and(|points| points.windows(2).any(|pair| pair[0] == pair[1]));
+        }
         let kind = ["TRIMMED_CURVE", "CURVE_REPLICA", "OFFSET_CURVE_3D"].into_iter().find(|kind| curve.is(kind));
         let parent = kind.and_then(|kind| curve.fields(kind, 1).optional(0)).filter(|_| depth < MAX_DEPTH);
         COMPOSITES.into_iter().any(|kind| curve.is(kind))
@@ -363,13 +368,15 @@ impl Geometry<'_> {
                 let (a, b) = curve.domain();
                 let (low, high) = (low.clamp(a, b), high.clamp(a, b));
                 let closed = curve.point(a).distance(curve.point(b)) <= self.units.tolerance;
+                // At the seam of a closed curve, a piece starts at the first parameter and ends at the last.
+                let slack = if closed { spline::SAME_PARAMETER * (b - a) } else { -1.0 };
+                let (low, high) = (if low >= b - slack { a } else { low }, if high <= a + slack { b } else { high });
                 if low < high {
                     spline::piece(&curve, low, high)
-                } else if closed && low < b && high > a {
-                    let moved = spline::restart(&curve, low);
-                    spline::piece(&moved, low, high + (b - a))
                 } else if closed {
-                    curve
+                    let moved = spline::restart(&curve, low);
+                    let (start, end) = moved.domain();
+                    spline::piece(&moved, start, (start + (high - low) + (b - a)).min(end))
                 } else {
                     return Err(Trouble::new(id, missing("a trimmed curve", "length")));
                 }
@@ -552,7 +559,8 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
     if together && !loops {
         return Some((curve, whole));
     }
-    let seam = |t: f64, p: DVec3| first.distance(p) <= near || t <= a || t >= b;
+    let slack = spline::SAME_PARAMETER * (b - a);
+    let seam = |t: f64, p: DVec3| first.distance(p) <= near || t <= a + slack || t >= b - slack;
     let from = spline::nearest(&curve, ends.start);
     if together {
         if seam(from, ends.start) {
@@ -583,6 +591,6 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
         return None;
     }
     let moved = spline::restart(&curve, from);
-    let end = moved.domain().1;
-    Some((moved, (from, (to + (b - a)).min(end))))
+    let (start, end) = moved.domain();
+    Some((moved, (start, (to + (b - a)).min(end))))
 }

@@ -110,12 +110,16 @@ impl EdgeDraft {
         })
     }
 
-    /// Whether both vertices are in one place, and the curve stays within the file's tolerance and `near` of it.
+    /// Whether both vertices are in one place, and the curve within the file's tolerance of it and no larger than `near`.
     fn is_point(&self, near: f64) -> bool {
         let [start, end] = self.points;
-        let near = near.min(self.units.tolerance);
+        let tolerance = self.units.tolerance;
+        let stays = |points: &[DVec3]| {
+            let first = points.first().copied().unwrap_or(start);
+            points.iter().all(|p| p.distance(first) <= near.min(tolerance) && p.distance(start) <= tolerance)
+        };
         start.distance(end) <= rounding([start, end], 0.0)
-            && self.curve.as_ref().is_some_and(|of| of.curve.points.iter().all(|p| p.distance(start) <= near))
+            && self.curve.as_ref().is_some_and(|of| stays(&of.curve.points))
     }
 
     /// Points on the edge from start to end, four per control point; none for an edge without length.

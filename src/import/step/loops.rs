@@ -192,7 +192,7 @@ impl Geometry<'_> {
     /// Whether an edge lies on a line, which cannot close it.
     pub(super) fn is_straight(&self, key: EdgeKey) -> bool {
         let EdgeKey::Curve(id) = key else { return false };
-        self.edge_curve(id).and_then(|(curve, _)| self.get(curve)).is_ok_and(|curve| curve.is("LINE"))
+        self.edge_curve(id).and_then(|(curve, _)| self.unwrap(curve, 0)).is_ok_and(|curve| curve.is("LINE"))
     }
 
     fn oriented_edge(&self, id: u64) -> Read<StatedUse> {

@@ -181,12 +181,7 @@ impl Geometry<'_> {
             inner("OFFSET_CURVE_3D")
         } else if instance.is("TRIMMED_CURVE") {
             self.trimmed_axis(instance, depth)
-        } else if instance.is("POLYLINE") {
-            // Each point has a parameter, but those that repeat the one before were dropped.
-            let listed = instance.fields("POLYLINE", 1).links(0)?.count();
-            let kept = self.bounded(instance.id, depth)?.points.len();
-            if kept == listed { Ok(StatedAxis::SAME) } else { Err(self.no_parameters(instance)) }
-        } else if SPLINES.into_iter().any(|kind| instance.is(kind)) {
+        } else if instance.is("POLYLINE") || SPLINES.into_iter().any(|kind| instance.is(kind)) {
             Ok(StatedAxis::SAME)
         } else {
             Err(self.no_parameters(instance))

@@ -537,7 +537,7 @@ impl<'a> Assembly<'a> {
             if let [first, .., last] = curve.points.as_mut_slice() {
                 [*first, *last] = ends;
             }
-            let severity = if gap > tolerance { Severity::Warning } else { Severity::Note };
+            let severity = if gap > near { Severity::Warning } else { Severity::Note };
             self.say_of_edge(severity, entity, place, StepOutcome::EdgePulled { gap_mm: gap });
         } else if gap > near {
             let (count, worst) = self.gaps.take().map_or((0, None), |(count, worst)| (count, Some(worst)));

@@ -115,7 +115,9 @@ impl<'a> StructureBuilder<'a> {
             Self { table, contexts, styles, options, groups, owner, owned, repeated, visits, items, doubts };
         let relations = Relations::read(table);
         let definitions = builder.definitions(&relations);
-        builder.own_related(&relations);
+        let owned = builder.groups.iter().enumerate();
+        let owned = owned.flat_map(|(g, group)| group.representations.iter().map(move |r| (*r, g))).collect();
+        builder.own_related(owned, &relations);
         builder.bare_representations(&relations);
         builder.occurrences(&definitions, &relations);
         builder.mapped_items();
@@ -204,14 +206,8 @@ impl<'a> StructureBuilder<'a> {
         }
     }
 
-    /// Assigns representations that are related to an owned one to the same group.
-    fn own_related(&mut self, relations: &Relations) {
-        let mut queue: Vec<(u64, usize)> = self
-            .groups
-            .iter()
-            .enumerate()
-            .flat_map(|(g, group)| group.representations.iter().map(move |r| (*r, g)))
-            .collect();
+    /// Assigns representations that are related to those of `queue` to the groups that own these.
+    fn own_related(&mut self, mut queue: Vec<(u64, usize)>, relations: &Relations) {
         while let Some((from, group)) = queue.pop() {
             for to in relations.equal.get(&from).into_iter().flatten() {
                 if !self.owner.contains_key(to) && !self.is_left_out(*to) {
@@ -241,7 +237,7 @@ impl<'a> StructureBuilder<'a> {
             let name = self.table.find(id).map(|i| i.label().into()).unwrap_or_default();
             self.groups.push(Group { name, ..Group::default() });
             self.own(id, group);
-            self.own_related(relations);
+            self.own_related(vec![(id, group)], relations);
         }
     }
 

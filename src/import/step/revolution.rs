@@ -190,8 +190,11 @@ fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<NurbsCurv
     let start = curve.point(a);
     let through = start.distance(curve.point(b)) <= ON_AXIS * size && frame.meridian(start).x > near;
     let curve = if through {
-        cuts.push(first + (b - a));
-        spline::restart(curve, first)
+        let moved = spline::restart(curve, first);
+        let (start, end) = moved.domain();
+        cuts[0] = start;
+        cuts.push(end);
+        moved
     } else {
         cuts.insert(0, a);
         cuts.push(b);

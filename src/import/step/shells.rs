@@ -92,10 +92,10 @@ impl<'a> Gather<'a> {
                 return Ok(());
             }
             let outer = item.fields("MANIFOLD_SOLID_BREP", 1).reference(0)?;
-            self.shell(outer, ShellKind::Outer, colour, units, into)?;
+            self.shell_of(outer, ShellKind::Outer, colour, units, into)?;
             if item.is("BREP_WITH_VOIDS") {
                 for void in item.fields("BREP_WITH_VOIDS", 2).links(0)? {
-                    self.shell(void, ShellKind::Void, colour, units, into)?;
+                    self.shell_of(void, ShellKind::Void, colour, units, into)?;
                 }
             }
         } else if let Some(model) =
@@ -106,7 +106,7 @@ impl<'a> Gather<'a> {
             }
             // Both list their shells or face sets after the name.
             for shell in item.fields(model, 1).links(0)? {
-                self.shell(shell, ShellKind::Open, colour, units, into)?;
+                self.shell_of(shell, ShellKind::Open, colour, units, into)?;
             }
         } else if is_shell(item) {
             // A shell that is also listed by itself belongs to the body that it bounds.
@@ -189,6 +189,24 @@ impl<'a> Gather<'a> {
     fn take(&mut self, id: u64, into: &mut PartContents) -> bool {
         self.taken.insert(id);
         into.held.insert(id)
+    }
+
+    /// Adds a shell of several. One that cannot be read costs the others nothing. Fails at the limit of visits.
+    fn shell_of(
+        &mut self,
+        id: u64,
+        kind: ShellKind,
+        colour: Option<Colour>,
+        units: Units,
+        into: &mut PartContents,
+    ) -> Read<()> {
+        match self.shell(id, kind, colour, units, into) {
+            Err(trouble) if self.visits <= self.table.budget.max_visits() => {
+                self.unread.push((trouble, units));
+                Ok(())
+            }
+            read => read,
+        }
     }
 
     fn shell(

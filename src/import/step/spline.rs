@@ -115,9 +115,15 @@ pub(super) fn window(curve: NurbsCurve3, (from, to): (f64, f64)) -> NurbsCurve3 
     }
 }
 
-/// Moves the start of a closed curve to the inner parameter `s`; the domain becomes `[s, s + period]`.
+/// Parameters of a curve that differ by no more than this share of its domain are one.
+pub(super) const SAME_PARAMETER: f64 = 1e-9;
+
+/// Moves the start of a closed curve to the inner parameter `s`, or to the knot at it; the domain becomes
+/// `[s, s + period]`.
 pub(super) fn restart(curve: &NurbsCurve3, s: f64) -> NurbsCurve3 {
     let (a, b) = curve.domain();
+    // The shift of the parameters may round a shorter span to nothing.
+    let s = curve.knots.iter().copied().find(|knot| (knot - s).abs() <= SAME_PARAMETER * (b - a)).unwrap_or(s);
     if !(a < s && s < b) {
         return curve.clone();
     }
@@ -318,6 +324,16 @@ mod tests {
             let expected = whole.point(if t > TAU { t - TAU } else { t });
             assert!(moved.point(t).distance(expected) < 1e-12, "at {t}");
         }
+    }
+
+    #[test]
+    fn a_curve_restarted_beside_a_knot_has_no_shorter_span() {
+        let knots = circle().knots;
+        for s in knots.iter().flat_map(|&knot| [knot.next_down(), knot, knot.next_up()]) {
+            let moved = restart(&circle(), s);
+            assert!(moved.check().is_ok() && (moved.domain().1 - moved.domain().0 - TAU).abs() < 1e-12, "at {s}");
+        }
+        assert_eq!(restart(&circle(), 1e-17).knots, knots);
     }
 
     #[test]

@@ -33,8 +33,8 @@ pub(super) fn triangles(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<(Part
     Ok((part, lost))
 }
 
-/// Maximum depth of splits of a side at collinear corners, and maximum number of splits in total.
-const MAX_SPLITS: (usize, usize) = (64, 1_000_000);
+/// Maximum number of splits of sides at collinear corners.
+const MAX_SPLITS: usize = 1_000_000;
 
 /// Memory of a triangle, bytes: its corners here, and a face with its edges in the model.
 const BYTES_PER_TRIANGLE: usize = 1600;
@@ -188,27 +188,29 @@ impl Mesh {
             self.triangles.push((ids, face));
             return;
         }
-        self.split(ids[(apex + 1) % 3], ids[(apex + 2) % 3], ids[apex], 0);
+        self.split(ids[(apex + 1) % 3], ids[(apex + 2) % 3], ids[apex]);
     }
 
     /// Inserts corner `m` into the side from `p` to `q`, ordered with the corners already there.
-    fn split(&mut self, p: usize, q: usize, m: usize, depth: usize) {
-        self.splits += 1;
-        if depth >= MAX_SPLITS.0 || self.splits > MAX_SPLITS.1 || m == p || m == q {
-            return;
-        }
-        match self.between.entry([p.min(q), p.max(q)]) {
-            Entry::Vacant(fresh) => drop(fresh.insert(m)),
-            Entry::Occupied(known) => {
-                let other = *known.get();
-                let from = self.points[p];
-                let first = from.distance(self.points[m]) < from.distance(self.points[other]);
-                let (near, far) = if first { (m, other) } else { (other, m) };
-                if near != far {
-                    // The side up to the farther corner contains the nearer one, and the side from the nearer one the
-                    // farther.
-                    self.split(p, far, near, depth + 1);
-                    self.split(near, q, far, depth + 1);
+    fn split(&mut self, p: usize, q: usize, m: usize) {
+        let mut open = vec![(p, q, m)];
+        while let Some((p, q, m)) = open.pop().filter(|_| self.splits < MAX_SPLITS) {
+            self.splits += 1;
+            if m == p || m == q {
+                continue;
+            }
+            match self.between.entry([p.min(q), p.max(q)]) {
+                Entry::Vacant(fresh) => drop(fresh.insert(m)),
+                Entry::Occupied(known) => {
+                    let other = *known.get();
+                    let from = self.points[p];
+                    let first = from.distance(self.points[m]) < from.distance(self.points[other]);
+                    let (near, far) = if first { (m, other) } else { (other, m) };
+                    if near != far {
+                        // The side up to the farther corner contains the nearer one, and the side from the nearer one
+                        // the farther.
+                        open.extend([(near, q, far), (p, far, near)]);
+                    }
                 }
             }
         }
@@ -221,14 +223,15 @@ impl Mesh {
         })
     }
 
-    /// Appends all corners on the side from `p` to `q`, without `q`.
-    fn side(&self, p: usize, q: usize, depth: usize, out: &mut Vec<usize>) {
-        match self.between.get(&[p.min(q), p.max(q)]) {
-            Some(&m) if depth < MAX_SPLITS.0 => {
-                self.side(p, m, depth + 1, out);
-                self.side(m, q, depth + 1, out);
+    /// Appends all corners on the side from `p` to `q`, without `q`. Ends even if corners at equal distances split each
+    /// other's sides: no side has more corners than there are.
+    fn side(&self, p: usize, q: usize, out: &mut Vec<usize>) {
+        let (mut open, most) = (vec![(p, q)], out.len() + self.points.len());
+        while let Some((p, q)) = open.pop() {
+            match self.between.get(&[p.min(q), p.max(q)]) {
+                Some(&m) if open.len() + out.len() < most => open.extend([(m, q), (p, m)]),
+                _ => out.push(p),
             }
-            _ => out.push(p),
         }
     }
 
@@ -240,7 +243,7 @@ impl Mesh {
         for ([a, b, c], entity) in &self.triangles {
             let corners = [*a, *b, *c].map(|k| self.points[k]);
             chain.clear();
-            [[a, b], [b, c], [c, a]].into_iter().for_each(|[from, to]| self.side(*from, *to, 0, &mut chain));
+            [[a, b], [b, c], [c, a]].into_iter().for_each(|[from, to]| self.side(*from, *to, &mut chain));
             facet(&mut part, &mut edges, &vertices, corners, &chain);
             // Without a face for a degenerate triangle.
             entities.resize(part.part().faces.len(), *entity);

@@ -73,14 +73,14 @@ impl<'a> Traced<'a> {
         }
         let passages = passages(part, face, &projector);
         if !projector.poles.is_empty() {
-            projector.adopt(boundary_points(part, face));
+            projector.adopt(boundary_points(part, face), part.tolerance);
         }
         if let Some(Ok(free)) = free {
             let pieces = free.region.loops.iter().flat_map(|l| &l.pieces);
             let edges = pieces.filter_map(|piece| piece.along.edge()).map(|edge| &part.edges[edge as usize]);
-            projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]));
+            projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]), 0.0);
         }
-        projector.adopt(passages.values().flatten().map(|p| p.1));
+        projector.adopt(passages.values().flatten().map(|p| p.1), 0.0);
         let loops = Vec::with_capacity(face.loops.len());
         let mut out = Self {
             part,

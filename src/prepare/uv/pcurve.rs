@@ -8,8 +8,6 @@ use super::foot::{Foot, jacobian_solve, least_squares, newton_step};
 use super::lead::{EndBlend, before_breaks, leads, only_neighbour};
 use super::seeds::Seeds;
 use super::uv_curve::UvSample;
-use crate::math::bisection::bisected;
-use crate::math::boxes::around;
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
@@ -62,8 +60,10 @@ pub(crate) struct Projector<'a> {
     /// Distance from the surface, in tolerances, beyond which a projection is tried from elsewhere. It may stop at a
     /// crease between straight spans, next to the tooth where the point is.
     enough: f64,
-    /// Parameter lines that collapse to a point.
+    /// Parameter lines that collapse to a point. The points are those of B-rep vertices there, once adopted.
     pub(crate) poles: Vec<Pole>,
+    /// The surface's own point at each pole.
+    tips: SmallVec<[DVec3; 2]>,
     /// Distance from each pole within which points are the pole: ten tolerances, or less where edges go round it.
     reaches: SmallVec<[f64; 2]>,
     /// Points of this face closer than this are one.
@@ -95,49 +95,12 @@ impl<'a> Projector<'a> {
             smooth: poles.is_empty() && !may_jump,
             may_jump,
             enough: if is_faceted(0) || is_faceted(1) { 10.0 } else { 1e3 },
-            reaches: smallvec![10.0 * tolerance; poles.len()],
+            reaches: smallvec![poles::NEAR * tolerance; poles.len()],
+            tips: poles.iter().map(|pole| pole.point).collect(),
             poles,
             tolerance,
             seeds: OnceCell::new(),
             vain: Cell::new(0),
-        }
-    }
-
-    /// Reduces the reach of a pole that `edge` goes round, as the circle does in which a cone ends just below its apex.
-    /// An edge counts if all of it is near the pole, and so exactly on the surface that it is not noise.
-    pub(crate) fn keep_off_poles(&mut self, edge: &Edge) {
-        /// Least distance from the pole, in tolerances. What is nearer may be rounding.
-        const CLEAR: f64 = 1e-3;
-        /// Largest distance from the surface, as a share of that from the pole.
-        const SURE: f64 = 0.1;
-        for k in 0..self.poles.len() {
-            let pole = self.poles[k].point;
-            // The control points of a circle are up to twice as far from its centre as the circle.
-            if edge.curve.points.iter().any(|p| p.distance(pole) > 20.0 * self.tolerance) {
-                continue;
-            }
-            let points: Vec<DVec3> = self.first_parameters(edge).iter().map(|&t| edge.curve.point(t)).collect();
-            let off = points.iter().map(|p| p.distance(pole)).fold(f64::INFINITY, f64::min);
-            let is_on = |p: &DVec3| self.foot(*p, None).off <= SURE * off;
-            if off > CLEAR * self.tolerance && points.iter().all(is_on) {
-                self.reaches[k] = self.reaches[k].min(0.5 * off);
-            }
-        }
-    }
-
-    /// Moves each pole's point to the nearest B-rep vertex within its reach, so that all faces there share one point.
-    pub(crate) fn adopt(&mut self, vertices: impl Iterator<Item = DVec3>) {
-        let mut nearest: SmallVec<[_; 2]> = self.reaches.iter().map(|&reach| (reach, None)).collect();
-        for v in vertices {
-            for (pole, (least, found)) in self.poles.iter().zip(&mut nearest) {
-                let off = pole.point.distance(v);
-                if off <= *least {
-                    (*least, *found) = (off, Some(v));
-                }
-            }
-        }
-        for (pole, (_, found)) in self.poles.iter_mut().zip(nearest) {
-            pole.point = found.unwrap_or(pole.point);
         }
     }
 
@@ -179,11 +142,6 @@ impl<'a> Projector<'a> {
     fn derivatives(&self, at: DVec2) -> SurfaceDerivatives {
         let w = self.wrap(at);
         self.surface.derivatives(w.x, w.y)
-    }
-
-    /// The pole at `p`.
-    pub(crate) fn pole_at(&self, p: DVec3) -> Option<usize> {
-        self.poles.iter().zip(&self.reaches).position(|(pole, &reach)| pole.point.distance(p) <= reach)
     }
 
     /// Moves `uv` by whole periods as close to `near` as possible.
@@ -332,45 +290,6 @@ impl<'a> Projector<'a> {
         self.clamp(next)
     }
 
-    /// Interior parameters at which an edge passes through a pole, increasing. Its image jumps there.
-    pub(crate) fn pole_passages(&self, edge: &Edge) -> Vec<f64> {
-        if self.poles.is_empty() {
-            return Vec::new();
-        }
-        let near = 10.0 * self.tolerance;
-        // A curve lies in the box of its points. Most poles are far from it; twice the distance leaves room for rounding.
-        let [low, high] = around(edge.curve.points.iter().copied());
-        let may_pass = |pole: &Pole| pole.point.distance(pole.point.max(low).min(high)) <= 2.0 * near;
-        let poles: SmallVec<[(&Pole, f64); 2]> =
-            self.poles.iter().zip(self.reaches.iter().copied()).filter(|(pole, _)| may_pass(pole)).collect();
-        if poles.is_empty() {
-            return Vec::new();
-        }
-        let ts = self.first_parameters(edge);
-        let tangents: Vec<[DVec3; 2]> = ts.iter().map(|&t| edge.curve.tangent(t)).collect();
-        let ends = [edge.curve.point(edge.range.0), edge.curve.point(edge.range.1)];
-        let mut out = Vec::new();
-        for (pole, reach) in poles {
-            // Where the distance to the pole stops falling.
-            let slope = |[point, d1]: [DVec3; 2]| (point - pole.point).dot(d1);
-            for (w, along) in ts.windows(2).zip(tangents.windows(2)) {
-                if slope(along[0]) >= 0.0 || slope(along[1]) < 0.0 {
-                    continue;
-                }
-                let [_, t] = bisected([w[0], w[1]], 60, |t| slope(edge.curve.tangent(t)) < 0.0);
-                // Not at the ends: loops handle poles at vertices.
-                let p = edge.curve.point(t);
-                let clear = ends.iter().all(|end| end.distance(p) > 10.0 * near);
-                if clear && p.distance(pole.point) <= reach {
-                    out.push(t);
-                }
-            }
-        }
-        out.sort_by(f64::total_cmp);
-        out.dedup_by(|b, a| *b - *a <= 1e-6 * (edge.range.1 - edge.range.0));
-        out
-    }
-
     /// Marches the image of `edge` in loop direction from `seed`. `ends` are the edge's vertices.
     pub(crate) fn march(&self, edge: &Edge, ends: [DVec3; 2], reversed: bool, seed: Option<DVec2>) -> Marched {
         let (t0, t1) = edge.range;
@@ -380,6 +299,8 @@ impl<'a> Projector<'a> {
         if reversed {
             ts.reverse();
         }
+        // At a pole the image follows the curve to the surface's point, round which it does not turn.
+        let ends = [0, 1].map(|k| end_poles[k].map_or(ends[k], |pole| self.tips[pole]));
         let walk = Walk { projector: self, edge, ends, leads: leads(edge, ends, self.tolerance) };
         let order = |pair: [Option<usize>; 2]| if reversed { [pair[1], pair[0]] } else { pair };
         let [first_pole, last_pole] = order(end_poles);
@@ -595,5 +516,6 @@ fn fill_slopes(samples: &mut [UvSample]) {
     }
 }
 
+mod poles;
 #[cfg(test)]
 mod tests;
