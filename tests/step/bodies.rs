@@ -275,6 +275,19 @@ fn broken_bodies_cost_only_themselves() {
         let told = model.diagnostics.iter().filter(|d| d.severity >= Severity::Warning && d.entity == 60).count();
         assert_eq!(told, 1, "{bad}: {:?}", model.diagnostics);
     }
+    // A shell that is not there costs neither its siblings nor their unit.
+    for model_of in [
+        "#64=SHELL_BASED_SURFACE_MODEL('',(#999,#65));#65=OPEN_SHELL('',(#66));",
+        "#64=BREP_WITH_VOIDS('',#65,(#999));#65=CLOSED_SHELL('',(#66));",
+        "#64=BREP_WITH_VOIDS('',#999,(#67));#67=ORIENTED_CLOSED_SHELL('',*,#65,.F.);#65=CLOSED_SHELL('',(#66));",
+    ] {
+        let ball = "#66=ADVANCED_FACE('',(),#68,.T.);#68=SPHERICAL_SURFACE('',#20,1.);";
+        let model = model(&(world() + model_of + ball + "#92=SHAPE_REPRESENTATION('',(#64),#3);"));
+        let Surface::Sphere { radius, .. } = model.parts[0].faces[0].surface else { panic!("no sphere") };
+        assert!((model.parts.len(), radius) == (1, 25.4), "{model_of}: {radius}");
+        let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity == Severity::Error).collect();
+        assert!(told.len() == 1 && told[0].kind.to_string().contains("#999"), "{model_of}: {told:?}");
+    }
     for bad in [
         "#60=TESSELLATED_SOLID('',(),$);",
         "#60=TRIANGULATED_FACE('',#61,1,(),$,(),((1,2,3)));#61=COORDINATES_LIST('',1,((0.,0.,0.)));",
@@ -337,6 +350,24 @@ fn triangles_without_height_leave_no_slit() {
         assert_eq!((model.parts[0].faces.len(), model.parts[0].edges.len()), (4, 9), "{flat}");
         let facts = facts(model);
         assert!(facts.open_edges == 4 && (facts.area - 3.0).abs() < 1e-9, "{flat}: {facts}");
+    }
+    // A fan over a line of 150 corners on its left, one triangle on its right. The line is filled from its ends inwards
+    // or from one end: sides are split 75 and 150 deep.
+    let (count, top) = (150, 151);
+    let row: String = (0..count).map(|x| format!("({x}.,0.,0.),")).collect();
+    let fan = (1..count).map(|k| format!("({k},{},{top})", k + 1)).collect::<Vec<_>>().join(",");
+    let from_one = (2..count).map(|k| format!("(1,{k},{})", k + 1)).collect::<Vec<_>>().join(",");
+    let inwards = (1..count / 2).map(|k| (k, count + 1 - k));
+    let inwards = inwards.map(|(a, b)| format!("({a},{b},{}),({},{b},{})", a + 1, a + 1, b - 1));
+    for flat in [from_one, inwards.collect::<Vec<_>>().join(",")] {
+        let text = world()
+            + &format!("#40=COORDINATES_LIST('',{},({row}(0.,1.,0.),(0.,-1.,0.)));", count + 2)
+            + &format!("#41=TRIANGULATED_FACE('',#40,{},(),$,(),(({count},1,{}),{fan},{flat}));", count + 2, top + 1)
+            + "#50=TESSELLATED_SHELL('',(#41),$);";
+        let model = model(&(text + &holding("#50")));
+        clean(&model);
+        let facts = facts(model);
+        assert!(facts.open_edges == 4 && (facts.area - f64::from(count - 1)).abs() < 1e-9, "{facts}");
     }
     let text = "#40=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(2.,0.,0.)));\
                 #50=TRIANGULATED_FACE('',#40,3,(),$,(),((1,2,3)));";

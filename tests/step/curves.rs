@@ -151,17 +151,21 @@ fn a_rational_b_spline_is_complex() {
     assert_eq!(edge.curve.weights.len(), 3);
 }
 
-#[test]
-fn a_closed_spline_is_passed_through_its_seam() {
-    // A square of quadratic arches, closed at (0,0).
+/// Curve `id`: four quadratic arches over the sides of a square, closed at (0,0). A corner every 1 from 0 to 4.
+fn arches(id: u32) -> String {
     let corners =
         [[0.0, 0.0], [2.0, -1.0], [4.0, 0.0], [5.0, 2.0], [4.0, 4.0], [2.0, 5.0], [0.0, 4.0], [-1.0, 2.0], [0.0, 0.0]];
     let points: String = corners.iter().zip(61..).map(|(p, id)| point(id, [p[0], p[1], 0.0])).collect();
     let list = (61..70).map(|id| format!("#{id}")).collect::<Vec<_>>().join(",");
-    let spline = format!(
-        "{points}#60=B_SPLINE_CURVE_WITH_KNOTS('',2,({list}),.UNSPECIFIED.,.T.,.F.,(3,2,2,2,3),(0.,1.,2.,3.,4.),\
+    format!(
+        "{points}#{id}=B_SPLINE_CURVE_WITH_KNOTS('',2,({list}),.UNSPECIFIED.,.T.,.F.,(3,2,2,2,3),(0.,1.,2.,3.,4.),\
          .UNSPECIFIED.);"
-    );
+    )
+}
+
+#[test]
+fn a_closed_spline_is_passed_through_its_seam() {
+    let spline = arches(60);
     let (_, across) = edge([0.0, 4.0, 0.0], [4.0, 0.0, 0.0], true, &spline);
     assert!((across.range.1 - across.range.0 - 2.0).abs() < 1e-9);
     near(at(&across, 0.5), DVec3::ZERO);
@@ -170,6 +174,26 @@ fn a_closed_spline_is_passed_through_its_seam() {
     near(at(&whole, 0.25), DVec3::new(0.0, 4.0, 0.0));
     let (_, against) = edge([4.0, 4.0, 0.0], [4.0, 4.0, 0.0], false, &spline);
     near(at(&against, 0.25), DVec3::new(4.0, 0.0, 0.0));
+}
+
+#[test]
+fn a_closed_spline_is_trimmed_up_to_its_seam_and_from_it() {
+    let (seam, far) = ([0.0; 3], [4.0, 4.0, 0.0]);
+    for (start, end, trims, middle) in [
+        (far, seam, "(#65),(#61),.T.,.CARTESIAN.", [0.0, 4.0]),
+        (far, seam, "(PARAMETER_VALUE(2.)),(PARAMETER_VALUE(4.)),.T.,.PARAMETER.", [0.0, 4.0]),
+        (far, seam, "(PARAMETER_VALUE(2.)),(PARAMETER_VALUE(0.)),.T.,.PARAMETER.", [0.0, 4.0]),
+        (seam, far, "(#61),(#65),.T.,.CARTESIAN.", [4.0, 0.0]),
+        (seam, far, "(PARAMETER_VALUE(4.)),(PARAMETER_VALUE(2.)),.T.,.PARAMETER.", [4.0, 0.0]),
+        (seam, far, "(#61),(#65),.F.,.CARTESIAN.", [0.0, 4.0]),
+    ] {
+        // The ends of a composite curve are stated by nothing else.
+        let text = arches(80)
+            + &format!("#81=TRIMMED_CURVE('',#80,{trims});")
+            + "#82=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#81);#60=COMPOSITE_CURVE('',(#82),.F.);";
+        let (_, half) = edge(start, end, true, &text);
+        near(at(&half, 0.5), DVec3::new(middle[0], middle[1], 0.0));
+    }
 }
 
 #[test]
@@ -262,6 +286,25 @@ fn a_polyline_keeps_its_kind() {
     let (_, edge) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &line);
     assert_eq!((edge.kind, edge.curve.degree), (CurveKind::Polyline, 1));
     near(edge.curve.point(1.0), DVec3::new(1.0, 2.0, 0.0));
+}
+
+#[test]
+fn a_polyline_that_repeats_points_is_trimmed_by_points_only() {
+    let told = |trims: &str| {
+        let text = arch()
+            + &format!("#65=POLYLINE('',(#61,#62,#62,#63,#64));#66=TRIMMED_CURVE('',#65,{trims});")
+            + "#67=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#66);#60=COMPOSITE_CURVE('',(#67),.F.);\
+               #50=EDGE_CURVE('',#30,#32,#60,.T.);#51=EDGE_CURVE('',#32,#30,#65,.T.);\
+               #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));\
+               #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);";
+        let text = world() + &vertex(30, [1.0, 2.0, 0.0]) + &vertex(32, [3.0, 2.0, 0.0]) + &text;
+        model(&(text + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 2))).diagnostics
+    };
+    let refused = |t: &StepTrouble| matches!(t, StepTrouble::Curve(CurveTrouble::OnComposite));
+    let by_parameters = told("(PARAMETER_VALUE(1.)),(PARAMETER_VALUE(3.)),.T.,.PARAMETER.");
+    assert!(by_parameters.iter().any(|d| d.entity == 50 && is(d, refused)), "{by_parameters:?}");
+    let by_points = told("(#62),(#63),.T.,.CARTESIAN.");
+    assert!(!by_points.iter().any(|d| d.entity == 50), "{by_points:?}");
 }
 
 #[test]

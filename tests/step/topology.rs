@@ -184,6 +184,24 @@ fn swapped_vertices_of_an_arc_are_exchanged_when_all_loops_say_so() {
 }
 
 #[test]
+fn an_arc_and_the_wrapped_line_between_its_ends_are_a_whole_turn() {
+    for line in ["#63", "#65"] {
+        let text = world()
+            + &vertex(30, [1.0, 0.0, 0.0])
+            + &vertex(32, [1.0, 5e-6, 0.0])
+            + "#60=PLANE('',#20);#64=CIRCLE('',#20,1.);#61=VECTOR('',#62,1.);#62=DIRECTION('',(0.,1.,0.));\
+               #63=LINE('',#31,#61);#65=SURFACE_CURVE('',#63,(#60),.CURVE_3D.);#50=EDGE_CURVE('',#32,#30,#64,.T.);"
+            + &format!("#51=EDGE_CURVE('',#30,#32,{line},.T.);")
+            + "#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));\
+               #76=FACE_OUTER_BOUND('',#75,.T.);";
+        let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+        clean(&model);
+        let arc = edge_of(only_part(&model), 50);
+        assert!(arc.range.1 - arc.range.0 > 6.0, "{line}: {arc:?}");
+    }
+}
+
+#[test]
 fn a_bound_without_length_is_no_whole_surface() {
     let text = world()
         + &vertex(30, [1.0, 0.0, 0.0])
