@@ -78,12 +78,14 @@ impl Scene {
         self.parts.get(part.index()).is_some_and(|part| part.without_area.binary_search(&face).is_ok())
     }
 
-    /// Numbers the faces of all instances, one instance after the other.
-    pub(crate) fn number_faces(&mut self) {
-        let mut first = 0;
-        for instance in &mut self.instances {
+    /// Numbers the faces of instance `from` and all later ones, one instance after the other.
+    pub(crate) fn number_faces(&mut self, from: usize) {
+        let count = |instance: &SceneInstance| self.parts[instance.part.index()].face_colours.len() as u32;
+        let before = self.instances[..from].last();
+        let mut first = before.map_or(0, |before| before.first_face + count(before));
+        for instance in &mut self.instances[from..] {
             instance.first_face = first;
-            first += self.parts[instance.part.index()].face_colours.len() as u32;
+            first += count(instance);
         }
     }
 

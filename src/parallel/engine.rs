@@ -323,7 +323,8 @@ impl Engine {
         }
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));
         residency.committed(&due, self.rows.made(), (&plan.drawn, self.placed.scene_version()));
-        self.rests = true;
+        // The next frame evicts what is too much.
+        self.rests = !residency.is_full();
         free_batches(&*self.jobs, &mut self.rows.batches);
         Ok(FrameReport { frame: self.count(), planned_in, made_in, deferred, ..report })
     }
@@ -337,11 +338,10 @@ impl Engine {
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next).entered();
         fits(&plan, &self.prepared.parts[..scene.parts.len()])?;
-        let frame = self.count();
         let with = (&*self.jobs, &*self.prepared, self.writer.as_ref());
         let report = whole_frame((&mut self.crew, &mut self.rows), with, &plan, (scene, control), sink)?;
         free(&*self.jobs, plan);
-        Ok(FrameReport { frame, ..report })
+        Ok(FrameReport { frame: self.count(), ..report })
     }
 
     fn count(&mut self) -> u64 {

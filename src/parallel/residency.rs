@@ -313,6 +313,11 @@ impl Residency {
         }
     }
 
+    /// Whether tiles take more than they may.
+    pub(super) fn is_full(&self) -> bool {
+        self.held > self.most
+    }
+
     /// Whether the last committed frame had the same drawn tiles, and instances of this version.
     pub(super) fn shows(&self, drawn: &DrawnTiles, placed: u64) -> bool {
         self.placed == placed && self.shown == *drawn

@@ -304,7 +304,7 @@ impl Session {
         self.edits.add(key, &instance);
         self.scene.instances.push(instance);
         self.repaint(looks);
-        self.scene.number_faces();
+        self.scene.number_faces(self.scene.instances.len() - 1);
         Ok(key)
     }
 
@@ -324,7 +324,7 @@ impl Session {
         self.rows.remove(row);
         let visible = self.edits.remove(key, row).visible;
         let gone = self.scene.instances.remove(row);
-        self.scene.number_faces();
+        self.scene.number_faces(row);
         Ok(SceneInstance { part: self.scene.of_model(gone.part), visible, colour: stated.colour, ..gone })
     }
 
@@ -584,10 +584,9 @@ impl Session {
         let selected = engine.placed.take_selected();
         selected.into_iter().for_each(|(row, part)| self.scene.instances[row].part = part);
         self.repaint(engine.placed.take_looks());
-        if let Some(frame) = &frame {
-            self.plan = Some(Arc::clone(&frame.plan));
-        }
-        EngineState::Idle(engine, frame.filter(|_| !control.is_cancelled()))
+        let frame = frame.filter(|_| !control.is_cancelled());
+        self.plan = frame.as_ref().map(|frame| Arc::clone(&frame.plan)).or(self.plan.take());
+        EngineState::Idle(engine, frame)
     }
 }
 

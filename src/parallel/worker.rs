@@ -128,6 +128,9 @@ impl<S: Stages> Worker<'_, S> {
         }
         delivery.metrics.tiles_time = laps.lap();
         for &(part, edge) in edges {
+            if watch.is_cancelled() {
+                return delivery;
+            }
             match catch_unwind(AssertUnwindSafe(|| self.stages.edge_line(plan, part, edge))) {
                 Ok(line) => delivery.note().lines.push(line),
                 Err(payload) => {

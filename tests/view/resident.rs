@@ -35,6 +35,14 @@ fn a_sink_holds_no_more_than_it_may_and_what_is_drawn_and_new() {
             session.view(&[view], &mut free).unwrap();
             peak = peak.max(bytes(&free.batches));
         }
+        // A camera that jumps and rests there: what it saw before goes.
+        for (&from, &to) in views.iter().zip(&views[75..]).step_by(10) {
+            let (mut session, mut sink) = (start(&prepared, options(2), Some(0)), MemorySink::default());
+            for view in [from, to, to] {
+                session.view(&[view], &mut sink).unwrap();
+            }
+            assert_eq!(bytes(&sink.batches), bytes(&drawn(&sink)), "{name}");
+        }
         let mut evicted = 0;
         for most in [0, peak / 4, peak / 2, peak] {
             let mut session = start(&prepared, options(2), Some(most));

@@ -239,7 +239,7 @@ fn scene(model: &Model, prepared: &[Arc<PreparedPart>]) -> Scene {
     };
     let of_known_parts = model.instances.iter().filter(|i| i.part.index() < model.parts.len());
     let mut scene = Scene { name: model.name.clone(), parts, instances: of_known_parts.map(place).collect() };
-    scene.number_faces();
+    scene.number_faces(0);
     scene
 }
 
