@@ -61,6 +61,7 @@ impl FaceContent {
 
         let mut digest = Digest::new();
         traced::face_extent(part, face).unwrap_or(size).feed(&mut digest);
+        part.tolerance.feed(&mut digest);
         points.feed(&mut digest);
         rows.len().feed(&mut digest);
         for (Edge { curve, range, start, end, kind, entity: _ }, shared) in rows {
@@ -140,6 +141,7 @@ mod tests {
             |part| uses(part)[0].reversed ^= true,
             |part| uses(part).rotate_left(1),
             |part| _ = uses(part).pop(),
+            |part| part.tolerance += 1e-3,
             |part| edge(part).range.1 *= 0.5,
             |part| edge(part).kind = CurveKind::Circle,
             |part| edge(part).curve.points[0].x += 1.0,

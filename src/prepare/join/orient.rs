@@ -44,7 +44,8 @@ pub(crate) fn orient(
         for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
             if let DraftAlong::Edge(e) = u.along {
                 let entry = (k, u.from < u.to);
-                if !uses[e as usize].contains(&entry) {
+                let of_face = uses[e as usize].iter().rev().take_while(|(face, _)| *face == k);
+                if of_face.into_iter().all(|known| *known != entry) {
                     uses[e as usize].push(entry);
                 }
             }

@@ -158,9 +158,15 @@ fn turns([a, b, c]: [DVec3; 3]) -> bool {
     before.cross(after).length() > BREAK * before.dot(after)
 }
 
+/// A parameter, moved into the first turn if it has a period.
+fn within(x: f64, period: Option<f64>) -> f64 {
+    period.map_or(x, |period| x.rem_euclid(period))
+}
+
 /// Coordinates at which a cut would meet a loop badly, and those where it would cross a hole.
 struct Avoid {
-    points: Vec<f64>,
+    /// Ascending; where the region goes round, by their distance from the start of their turn, which comes first.
+    points: Vec<(f64, f64)>,
     holes: Vec<(f64, f64)>,
     period: Option<f64>,
 }
@@ -187,9 +193,9 @@ impl Avoid {
                 holes.push((lo, hi));
             }
         }
-        // Neighbours share a sample.
-        points.dedup();
         let period = region.wraps[axis].then(|| region.bounds[axis].1 - region.bounds[axis].0);
+        let mut points: Vec<(f64, f64)> = points.into_iter().map(|p| (within(p, period), p)).collect();
+        points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         Self { points, holes, period }
     }
 
@@ -199,7 +205,11 @@ impl Avoid {
         let candidates = (0..n).map(|k| lo + (hi - lo) * (k as f64 + 0.5) / f64::from(n));
         let score = |x: f64| {
             let reduce = |d: f64| self.period.map_or(d, |p| d - p * (d / p).round());
-            let distances = self.points.iter().map(|&p| reduce(x - p).abs());
+            // The nearest is one of the neighbours, or around the seam one of the ends.
+            let next = self.points.partition_point(|(at, _)| *at < within(x, self.period));
+            let near = [self.points.get(next), next.checked_sub(1).map(|k| &self.points[k])];
+            let near = near.into_iter().chain([self.points.first(), self.points.last()]).flatten();
+            let distances = near.map(|(_, p)| reduce(x - p).abs());
             let clear = distances.fold(hi - lo, |clear, off| if off < clear { off } else { clear });
             let cuts = self.holes.iter().filter(|(a, b)| reduce(x - 0.5 * (a + b)).abs() <= 0.5 * (b - a)).count();
             // A clean crossing of a hole is better than a line that grazes a vertex.

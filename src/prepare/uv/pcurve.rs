@@ -43,6 +43,11 @@ const FAR_OFF: f64 = 3e3;
 /// Accuracy of the image beyond [`FAR_OFF`], as a share of the distance.
 const SHARE_OF_GAP: f64 = 0.2;
 
+/// Share of a piece of an image by which it may be off beside its middle while its middle is right, and depth down to
+/// which that is looked at: it takes a surface of mirrored spans. Slopes at kinks differ at any depth.
+const ODD: f64 = 0.01;
+const ODD_DEPTH: u32 = 6;
+
 /// Length of the last step of a projection from beyond [`FAR_OFF`], as a share of the distance.
 const FAR_ENOUGH: f64 = 0.005;
 
@@ -492,11 +497,17 @@ impl Walk<'_> {
         fill_slopes(&mut pair);
         let guess = UvSample::interpolate(&pair[0], &pair[1], t);
         let (mid, gap, speeds) = self.sample_with_speeds(t, Some(guess));
-        let off = (mid.uv - guess).abs();
         // `d` neglects the surface's curvature below the edge: its error is in proportion to the gap.
         let tolerance = self.projector.tolerance;
-        let may_be_off = if gap > FAR_OFF * tolerance { SHARE_OF_GAP * gap } else { 4.0 * tolerance };
-        if speeds.x * off.x + speeds.y * off.y > may_be_off {
+        let is_near = gap <= FAR_OFF * tolerance;
+        let may_be_off = if is_near { 4.0 * tolerance } else { SHARE_OF_GAP * gap };
+        let length = |uv: DVec2| speeds.x * uv.x.abs() + speeds.y * uv.y.abs();
+        // A cubic that is wrong by an odd function is right in the middle, with a wrong slope: then its largest error is
+        // that of s² (1 - s)² (s - ½), a seventh of its slope. The slope of a pole is NaN.
+        let slope = || UvSample::at(&pair[0], &pair[1], t).d;
+        let odd = || length((mid.d - slope()) * (b.t - a.t) / 7.0);
+        let is_odd = || is_near && depth < ODD_DEPTH && odd() > may_be_off.max(ODD * length(b.uv - a.uv));
+        if length(mid.uv - guess) > may_be_off || is_odd() {
             self.refine(a, &mid, depth + 1, out);
             out.push((mid, gap));
             self.refine(&mid, b, depth + 1, out);

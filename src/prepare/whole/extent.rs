@@ -26,9 +26,17 @@ pub(crate) fn centre(cloud: &[DVec3]) -> Option<(DVec3, f64)> {
 
 /// Corners of all instances' box, by each part's [`cloud`]. Accurate to about 0.1 %. `None` for an empty model.
 pub(crate) fn placed_box(parts: &[Arc<PreparedPart>], instances: &[SceneInstance]) -> Option<[DVec3; 2]> {
-    let cloud = |i: &SceneInstance| &parts[i.part.index()].facts.cloud;
-    let points = instances.iter().flat_map(|i| cloud(i).iter().map(|p| i.transform.transform_point3(*p)));
-    let [low, high] = around(points);
+    let boxes: Vec<[DVec3; 2]> = parts.iter().map(|part| around(part.facts.cloud.iter().copied())).collect();
+    let [mut low, mut high] = around([]);
+    for SceneInstance { part, transform, .. } in instances {
+        // Most instances lie within the box of those before.
+        let corner = |k: usize| DVec3::from_array([0, 1, 2].map(|axis| boxes[part.index()][k >> axis & 1][axis]));
+        let mut corners = (0..8).map(|k| transform.transform_point3(corner(k)));
+        if !corners.all(|p| p.cmpge(low).all() && p.cmple(high).all()) {
+            let placed = around(parts[part.index()].facts.cloud.iter().map(|p| transform.transform_point3(*p)));
+            (low, high) = (low.min(placed[0]), high.max(placed[1]));
+        }
+    }
     (high - low).is_finite().then_some([low, high])
 }
 

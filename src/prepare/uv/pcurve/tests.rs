@@ -1,7 +1,8 @@
 //! Feet of points on a spline and off it, against samples.
 
 use super::{MAX_STEPS, Projector};
-use crate::model::{NurbsCurve, NurbsSurface, Surface};
+use crate::model::{CurveKind, Edge, NurbsCurve, NurbsSurface, Surface, VertexId};
+use crate::prepare::uv::uv_curve::UvSample;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -132,6 +133,45 @@ fn feet_near_poles_stay_within_the_steps_that_are_taken() {
                 let most = 1.0 + 0.25 * f64::from(MAX_STEPS);
                 assert!(turns <= most && foot.off < off, "{u} {v} from {seed:?}: {turns} turns, {} mm", foot.off);
             }
+        }
+    }
+}
+
+/// A straight edge along a sheet of two mirrored spans, of which each is almost at rest at both of its ends: the curve
+/// in parameters is odd about the middle of the edge.
+#[test]
+fn images_that_are_right_in_the_middle_only_are_refined() {
+    for slow in [0.5, 0.1, 0.02] {
+        let across = [0.0, slow, 5.0 - slow, 5.0, 5.0 + slow, 10.0 - slow, 10.0];
+        let point = |x: f64| [0.0, 10.0].map(|y| DVec3::new(x, y, 0.0));
+        let surface = Surface::Nurbs(NurbsSurface {
+            degree_u: 3,
+            degree_v: 1,
+            knots_u: [0.0; 4].into_iter().chain([1.0; 3]).chain([2.0; 4]).collect(),
+            knots_v: vec![0.0, 0.0, 1.0, 1.0],
+            points: across.into_iter().flat_map(point).collect(),
+            weights: Vec::new(),
+        });
+        let ends = [DVec3::ZERO, 10.0 * DVec3::X];
+        let edge = Edge {
+            curve: NurbsCurve {
+                degree: 1,
+                knots: vec![0.0, 0.0, 1.0, 1.0],
+                points: ends.to_vec(),
+                weights: Vec::new(),
+            },
+            range: (0.0, 1.0),
+            start: VertexId(0),
+            end: VertexId(1),
+            kind: CurveKind::Line,
+            entity: 0,
+        };
+        let image = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).samples;
+        for k in 0..=1000 {
+            let t = f64::from(k) / 1000.0;
+            let uv = UvSample::on(&image, t).uv;
+            let off = surface.point(uv.x, uv.y).distance(edge.curve.point(t));
+            assert!(off < 1e-4, "{slow}: {off} at {t}");
         }
     }
 }
