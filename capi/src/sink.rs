@@ -9,7 +9,7 @@ use crate::version::TT_NONE;
 use std::ffi::c_void;
 use std::ptr::null;
 use std::slice::Iter;
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, WrittenTile};
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshLists, MeshSink, Scene, SinkError, WrittenTile};
 use trimtess::model::PartId;
 
 /// What a frame shows, as `tt_sink.begin` gets it. Pointers are valid until the callback returns.
@@ -157,6 +157,11 @@ impl<'a> Sink<'a> {
 }
 
 impl MeshSink for Sink<'_> {
+    /// What a `tt_tile` has.
+    fn reads(&self) -> MeshLists {
+        MeshLists { uvs: true, ..MeshLists::NONE }
+    }
+
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.start(scene, true, None)
     }

@@ -13,7 +13,7 @@ use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use trimtess::glam::{DAffine3, DMat4};
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SceneInstance, SinkError};
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshLists, MeshSink, Scene, SceneInstance, SinkError};
 use trimtess::model::PartId;
 use trimtess::parallel::{self, FrameReport, InstanceError, InstanceKey, SessionOptions};
 use trimtess::prepare;
@@ -32,6 +32,11 @@ struct Changes {
 }
 
 impl MeshSink for Changes {
+    /// What a `Tile` has.
+    fn reads(&self) -> MeshLists {
+        MeshLists { uvs: true, ..MeshLists::NONE }
+    }
+
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.begin_changes(scene)
     }

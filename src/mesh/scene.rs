@@ -82,10 +82,10 @@ impl Scene {
     pub(crate) fn number_faces(&mut self, from: usize) {
         let count = |instance: &SceneInstance| self.parts[instance.part.index()].face_colours.len() as u32;
         let before = self.instances[..from].last();
-        let mut first = before.map_or(0, |before| before.first_face + count(before));
+        let mut first = before.map_or(0, |before| before.first_face.wrapping_add(count(before)));
         for instance in &mut self.instances[from..] {
             instance.first_face = first;
-            first += count(instance);
+            first = first.wrapping_add(count(instance));
         }
     }
 

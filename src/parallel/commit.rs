@@ -156,8 +156,9 @@ pub(super) fn commit(
             // The sink must hear of the end whatever its memory does.
             let _ = catch_unwind(AssertUnwindSafe(|| writer.release(left)));
         }
-        // Whatever it does now, the frame is over.
+        // Whatever it does now, the frame is over, and its batches go.
         let _ = catch_unwind(AssertUnwindSafe(|| sink.abort()));
+        rows.clear();
         return Err(error);
     }
     report.committed_in = laps.lap();

@@ -460,6 +460,9 @@ impl Session {
         {
             return Ok(());
         }
+        if let EngineState::Lost(why) = &self.engine {
+            return Err(FrameError::Lost { why: why.clone() });
+        }
         self.cancel();
         let (edited, views, control) = (self.edits.take(&self.rows), SmallVec::from_slice(views), Control::default());
         let is_served = self.orders.add(FrameOrder { edited, views, control: control.clone() });

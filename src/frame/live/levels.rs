@@ -183,17 +183,18 @@ fn band_of(most: f64, before: Band) -> i32 {
 }
 
 impl PartLevels {
-    /// Assigns rows to the finest of the `wanted` bands, which ascend. Bands that have a row keep it.
+    /// Assigns rows to the finest of the `wanted` bands, which ascend. A band keeps its row, with the tiles made for it,
+    /// until another band needs the row.
     fn serve(&mut self, wanted: &[i32]) {
         let finest = &wanted[wanted.len().saturating_sub(self.rows.len())..];
-        for band in &mut self.bands {
-            *band = band.filter(|band| finest.contains(band));
-        }
         for band in finest.iter().rev() {
-            if !self.bands.contains(&Some(*band))
-                && let Some(free) = self.bands.iter_mut().find(|band| band.is_none())
-            {
-                *free = Some(*band);
+            if self.bands.contains(&Some(*band)) {
+                continue;
+            }
+            let unused = |band: &Band| band.is_none_or(|band| !finest.contains(&band));
+            let row = self.bands.iter().position(Option::is_none).or_else(|| self.bands.iter().position(unused));
+            if let Some(row) = row {
+                self.bands[row] = Some(*band);
             }
         }
     }
@@ -219,6 +220,9 @@ mod tests {
             [levels.row(5), levels.row(2), levels.row(1), levels.row(6)],
             [Some(3), Some(7), Some(7), None].map(|row| row.map(PartId))
         );
+        // Whatever is shown meanwhile.
+        [&[2][..], &[], &[5]].into_iter().for_each(|shown| levels.serve(shown));
+        assert_eq!([levels.row(5), levels.row(2)], [Some(3), Some(7)].map(|row| row.map(PartId)));
         levels.serve(&[1, 2, 3, 4]);
         let rows = [1, 2, 3, 4].map(|band| levels.row(band).unwrap());
         assert_eq!((rows[0], rows[1]), (PartId(7), PartId(7)));

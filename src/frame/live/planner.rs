@@ -473,15 +473,15 @@ impl Planner {
     fn shortfall(&self, unusable: bool) -> Option<Shortfall> {
         let Limited { tiles, lines, edges } = &self.limited;
         let Rates { options, terms, .. } = &*self.rates;
-        let mut shortfall = Shortfall::none(&options.limits);
-        shortfall.unusable = unusable;
-        shortfall.density = 1.0 / terms.coarsened();
+        let density = 1.0 / terms.coarsened();
+        let mut shortfall = Shortfall { unusable, density, ..Shortfall::none(&options.limits) };
         if terms.coarser > 0 {
             shortfall.needed = (self.rates.triangles_drawn() as f64 * terms.coarsened().powi(2)) as u64;
         }
-        shortfall.tiles = tiles.iter().copied().collect();
-        shortfall.lines = lines.iter().copied().collect();
-        shortfall.edges = edges.iter().copied().collect();
+        // Those out of sight keep their rates, and what is said of these.
+        shortfall.tiles = tiles.iter().copied().filter(|id| self.rates.shows(*id)).collect();
+        shortfall.lines = lines.iter().copied().filter(|id| self.rates.shows(*id)).collect();
+        shortfall.edges = edges.iter().copied().filter(|id| self.rates.shows_edge(*id)).collect();
         shortfall.if_any()
     }
 }

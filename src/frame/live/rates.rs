@@ -17,7 +17,7 @@ use crate::frame::plan::tessellants::{Tessellants, is_bare, turns_more_than_bend
 use crate::frame::tolerance::box_tolerance::BoxTolerances;
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::math::bits::ones;
-use crate::model::{RowId, SurfaceKind};
+use crate::model::{PartId, RowId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{BoundingBox, EdgeUse, PreparedFace, Tile, TileUse};
 use smallvec::SmallVec;
@@ -116,6 +116,17 @@ pub(super) struct Rates {
 }
 
 impl Rates {
+    /// Whether a tile is drawn.
+    pub(super) fn shows(&self, (part, tile): (PartId, TileId)) -> bool {
+        self.parts[part.index()].seen.shows(tile.index())
+    }
+
+    /// Whether a tile with this edge is drawn.
+    pub(super) fn shows_edge(&self, (part, edge): (PartId, RowId)) -> bool {
+        let edge = &self.prepared.parts[part.index()].edges[edge.index()];
+        edge.uses.iter().any(|of| self.shows((part, of.tile)))
+    }
+
     /// Finds the drawn ones of some tiles, and the groups of them whose rates may change.
     ///
     /// Where a group was drawn as a whole, is so now, and all scales within its box are in the bands of all of its
