@@ -555,3 +555,28 @@ fn tiles_are_cut_between_creases() {
     let inner: Vec<f64> = lines.filter(|x| *x > 0.0 && *x < f64::from(SIDE - 1)).collect();
     assert!(tiles.len() == 16 && inner.iter().all(|x| (x - x.round()).abs() > 0.25), "{inner:?}");
 }
+
+#[test]
+fn a_curved_face_of_many_holes_has_many_tiles() {
+    const HOLES: [u32; 2] = [80, 15];
+    let (radius, small) = (10.0_f64, 0.02_f64);
+    let mut part = PartBuilder::new("perforated ball");
+    let shell = part.plain_shell(ShellKind::Open);
+    let places = (0..HOLES[0]).flat_map(|i| (0..HOLES[1]).map(move |j| (f64::from(i) * TAU / 80.0, f64::from(j))));
+    let mut hole = |(u, row): (f64, f64)| {
+        let v = 0.14 * (row - 7.0);
+        let out = DVec3::new(u.cos() * v.cos(), u.sin() * v.cos(), v.sin());
+        let frame = Frame3::from_axis(out * radius * small.cos(), out, DVec3::Z).expect("an axis");
+        Loop::Edges(vec![part.circle(&frame, radius * small.sin()).against()])
+    };
+    let holes: Vec<Loop> = places.map(&mut hole).collect();
+    let count = holes.len();
+    part.plain_face(Surface::Sphere { frame: Frame3::WORLD, radius }, shell, holes, false);
+    let prepared = prepared_clean(placed(part.finish().expect("a sound part")));
+    let tiles = &prepared.parts[0].tiles;
+    let most = tiles.iter().map(|tile| tile.loops.len()).max().unwrap();
+    assert!(tiles.len() >= 9 && most < count / 4, "{} tiles, {most} of {count} loops in one", tiles.len());
+    let left = TAU * radius * radius * (2.0 - count as f64 * (1.0 - small.cos()));
+    let facts = mesh(&prepared, 5e-3);
+    assert!((facts.area - left).abs() < 0.005 * left, "{} is not {left}", facts.area);
+}

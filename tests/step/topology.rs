@@ -374,19 +374,22 @@ fn a_broken_inner_loop_costs_only_itself() {
     }
 }
 
-#[test]
-fn an_edge_off_its_vertex_is_reported_once_with_face_and_place() {
-    // The circle of radius 1 misses its start vertex at (1.2, 0).
+/// A quarter of a disc in a context, whose arc #50 of radius 1 starts `off` inside of its vertex #30.
+fn quarter_off(off: f64, context: u32) -> Model {
     let text = world()
-        + &vertex(30, [1.2, 0.0, 0.0])
+        + &vertex(30, [1.0 + off, 0.0, 0.0])
         + &vertex(32, [0.0, 1.0, 0.0])
         + &vertex(34, [0.0, 0.0, 0.0])
         + "#60=PLANE('',#20);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);\
            #64=CIRCLE('',#20,1.);#50=EDGE_CURVE('',#30,#32,#64,.T.);#51=EDGE_CURVE('',#32,#34,#63,.T.);\
            #52=EDGE_CURVE('',#34,#30,#63,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);\
            #72=ORIENTED_EDGE('',*,*,#52,.T.);#75=EDGE_LOOP('',(#70,#71,#72));#76=FACE_OUTER_BOUND('',#75,.T.);";
-    let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
-    let prepared = prepared(model);
+    model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", context)))
+}
+
+#[test]
+fn an_edge_off_its_vertex_is_reported_once_with_face_and_place() {
+    let prepared = prepared(quarter_off(0.2, 1));
     let told: Vec<_> = prepared
         .diagnostics
         .iter()
@@ -395,6 +398,15 @@ fn an_edge_off_its_vertex_is_reported_once_with_face_and_place() {
     assert!(told.len() == 1 && told[0].severity == Severity::Warning && told[0].entity == 50, "{told:?}");
     assert_eq!((told[0].face, told[0].place), (Some(FaceId::new(0)), Some(DVec3::X * 1.2)));
     assert!(told[0].kind.to_string().contains("2.000e-1 mm"), "{told:?}");
+}
+
+#[test]
+fn an_edge_off_its_vertex_by_what_programs_round_is_a_note() {
+    for (off, severity) in [(1e-6, None), (1e-5, Some(Severity::Warning))] {
+        let model = quarter_off(off, 2);
+        let told = model.diagnostics.iter().filter(|d| d.severity > Severity::Note).map(|d| d.severity).max();
+        assert_eq!(told, severity, "{off}: {:?}", model.diagnostics);
+    }
 }
 
 /// A disc of radius 2 whose circle #50 starts and ends at a vertex `off` inside of it; with further bounds and their

@@ -231,6 +231,10 @@ const CORNER: f64 = 10.0;
 /// A curve that misses its vertices by more than this share of the part's size is pulled onto them.
 const PULLED: f64 = 3e-5;
 
+/// Edges miss their vertices by up to this share of the part's size where programs round: they state a tolerance of 1e-7
+/// for parts of any size.
+const ROUNDED: f64 = 1e-6;
+
 /// A part under construction.
 struct Assembly<'a> {
     /// Loops over rows end early once it is cancelled. The part is then discarded.
@@ -561,8 +565,9 @@ impl<'a> Assembly<'a> {
     fn finish(mut self) -> (Part, Vec<Diagnostic>) {
         if let Some((count, OffVertex { gap, entity, face, place })) = self.gaps.take() {
             let what = StepOutcome::EdgesOffVertices { edges: count, gap_mm: gap };
-            let (severity, face) = (Severity::Warning, Some(face));
-            self.diagnostics.push(Diagnostic { face, entity, place, ..Diagnostic::new(severity, what) });
+            let severity = if gap > ROUNDED * self.size { Severity::Warning } else { Severity::Note };
+            let told = Diagnostic { face: Some(face), entity, place, ..Diagnostic::new(severity, what) };
+            self.diagnostics.push(told);
         }
         // Open loops cost no face; prepare reports them with width and place.
         if let Err(error) = self.part.check()

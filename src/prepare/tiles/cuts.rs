@@ -23,6 +23,9 @@ const SAMPLES_PER_TILE: usize = 50;
 const MOST_SAMPLES_PER_TILE: usize = 400;
 /// A plane gets at most one tile per so many loops, unless samples exceed [`MOST_SAMPLES_PER_TILE`].
 const LOOPS_PER_TILE: usize = 3;
+/// A curved face gets at least one tile per so many loops. Where many holes are finer than the cells, a tile is
+/// triangulated again with more and more of its cells until it is right, which takes the square of its holes.
+const MOST_LOOPS_PER_TILE: usize = 100;
 
 /// Maximum tiles along one side of a face. The largest real faces have 400 spans; more are noise, and every cut costs a
 /// search along all loops.
@@ -32,6 +35,7 @@ const TILES_PER_SIDE: usize = 64;
 pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
     let mut lines = [Vec::new(), Vec::new()];
     let flat = matches!(surface, Surface::Plane { .. }).then(|| tiles_of_plane(region));
+    let perforated = (region.loops.len() / MOST_LOOPS_PER_TILE).isqrt();
     for (axis, lines) in lines.iter_mut().enumerate() {
         let (lo, hi) = region.bounds[axis];
         // Most faces are not cut.
@@ -43,7 +47,8 @@ pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
             (lo, hi)
         };
         lines.push(lo);
-        let tiles = flat.map_or_else(|| spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE), |tiles| tiles[axis]);
+        let curved = || spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE).max(perforated);
+        let tiles = flat.map_or_else(curved, |tiles| tiles[axis]);
         let tiles = tiles.min(TILES_PER_SIDE);
         let width = (hi - lo) / tiles as f64;
         for k in 1..tiles {
