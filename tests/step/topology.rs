@@ -384,7 +384,10 @@ fn quarter_off(off: f64, context: u32) -> Model {
            #64=CIRCLE('',#20,1.);#50=EDGE_CURVE('',#30,#32,#64,.T.);#51=EDGE_CURVE('',#32,#34,#63,.T.);\
            #52=EDGE_CURVE('',#34,#30,#63,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);\
            #72=ORIENTED_EDGE('',*,*,#52,.T.);#75=EDGE_LOOP('',(#70,#71,#72));#76=FACE_OUTER_BOUND('',#75,.T.);";
-    model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", context)))
+    let fine = "#900=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#901))\
+                GLOBAL_UNIT_ASSIGNED_CONTEXT((#5,#6,#7))REPRESENTATION_CONTEXT('',''));#901=\
+                UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-8),#5,'distance_accuracy_value','');";
+    model(&(text + fine + &shell("ADVANCED_FACE('',(#76),#60,.T.)", context)))
 }
 
 #[test]
@@ -402,8 +405,9 @@ fn an_edge_off_its_vertex_is_reported_once_with_face_and_place() {
 
 #[test]
 fn an_edge_off_its_vertex_by_what_programs_round_is_a_note() {
+    // Context 900 has a tolerance of 1e-8 mm.
     for (off, severity) in [(1e-6, None), (1e-5, Some(Severity::Warning))] {
-        let model = quarter_off(off, 2);
+        let model = quarter_off(off, 900);
         let told = model.diagnostics.iter().filter(|d| d.severity > Severity::Note).map(|d| d.severity).max();
         assert_eq!(told, severity, "{off}: {:?}", model.diagnostics);
     }

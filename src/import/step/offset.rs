@@ -57,7 +57,7 @@ pub(super) fn offset(
             let (surface, error) = offset_net(base, net, distance, tolerance, reach)?;
             // A point at which the surface bends by more than the distance, however small, has no offset. The rest has.
             let size = size(&surface.points);
-            let most = (BETTER_THAN_FILLED * size).max(distance.abs().min(LOCALLY_OFF * size));
+            let most = (BETTER_THAN_FILLED * size).max((2.0 * distance.abs()).min(LOCALLY_OFF * size));
             let note = approximated(error, tolerance, most, "the offset surface")?;
             return Ok((Surface::Nurbs(surface), Some(note)));
         }
