@@ -198,8 +198,9 @@ impl Engine {
 
     /// What it takes besides the prepared model.
     pub(super) fn memory(&self) -> SessionMemory {
-        /// Copies of the list of instances: the caller's and this one's; and the place, sphere, key and row of each.
-        const INSTANCE: usize = 2 * size_of::<SceneInstance>() + size_of::<DAffine3>() + 128;
+        /// Copies of the list of instances: the caller's, this one's, and that of the model with its levels of detail;
+        /// and the place, sphere, key and row of each.
+        const INSTANCE: usize = 3 * size_of::<SceneInstance>() + size_of::<DAffine3>() + 128;
         let live = self.live.as_ref().map_or((0, 0), |live| (live.planner.memory(), live.residency.memory()));
         let instances = self.placed.instances().len() * INSTANCE + self.placed.memory();
         SessionMemory { plans: live.0 as u64, scene: (instances + live.1) as u64 }

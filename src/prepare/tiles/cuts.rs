@@ -165,7 +165,7 @@ fn turns([a, b, c]: [DVec3; 3]) -> bool {
 
 /// A parameter, moved into the first turn if it has a period.
 fn within(x: f64, period: Option<f64>) -> f64 {
-    period.map_or(x, |period| x.rem_euclid(period))
+    period.map_or(x, |period| x - period * (x / period).floor())
 }
 
 /// Coordinates at which a cut would meet a loop badly, and those where it would cross a hole.
@@ -210,10 +210,10 @@ impl Avoid {
         let candidates = (0..n).map(|k| lo + (hi - lo) * (k as f64 + 0.5) / f64::from(n));
         let score = |x: f64| {
             let reduce = |d: f64| self.period.map_or(d, |p| d - p * (d / p).round());
-            // The nearest is one of the neighbours, or around the seam one of the ends.
-            let next = self.points.partition_point(|(at, _)| *at < within(x, self.period));
-            let near = [self.points.get(next), next.checked_sub(1).map(|k| &self.points[k])];
-            let near = near.into_iter().chain([self.points.first(), self.points.last()]).flatten();
+            // The nearest is one of the neighbours, of which those of the ends are at the other end.
+            let (at, count) = (within(x, self.period), self.points.len().max(1));
+            let next = self.points.partition_point(|(other, _)| *other < at);
+            let near = [next, next + count - 1].into_iter().filter_map(|k| self.points.get(k % count));
             let distances = near.map(|(_, p)| reduce(x - p).abs());
             let clear = distances.fold(hi - lo, |clear, off| if off < clear { off } else { clear });
             let cuts = self.holes.iter().filter(|(a, b)| reduce(x - 0.5 * (a + b)).abs() <= 0.5 * (b - a)).count();

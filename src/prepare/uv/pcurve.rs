@@ -62,6 +62,8 @@ pub(crate) struct Projector<'a> {
     smooth: bool,
     /// Whether tangents may jump at a line.
     may_jump: bool,
+    /// Whether it is a spline of several spans, or swept from one.
+    has_spans: bool,
     /// Distance from the surface, in tolerances, beyond which a projection is tried from elsewhere. It may stop at a
     /// crease between straight spans, next to the tooth where the point is.
     enough: f64,
@@ -92,13 +94,15 @@ impl<'a> Projector<'a> {
     pub(crate) fn new(surface: &'a Surface, tolerance: f64) -> Self {
         let (period, poles) = (surface.period(), surface.poles());
         let may_jump = !surface.is_smooth(period);
-        let is_faceted = |axis| surface.knots(axis).is_some_and(|(degree, knots)| degree == 1 && knots.len() > 4);
+        let has_spans = |axis| surface.knots(axis).is_some_and(|(degree, knots)| knots.len() > 2 * (degree + 1));
+        let is_faceted = |axis| has_spans(axis) && surface.knots(axis).is_some_and(|(degree, _)| degree == 1);
         Self {
             surface,
             period,
             domain: surface.natural_domain(),
             smooth: poles.is_empty() && !may_jump,
             may_jump,
+            has_spans: has_spans(0) || has_spans(1),
             enough: if is_faceted(0) || is_faceted(1) { 10.0 } else { 1e3 },
             reaches: smallvec![poles::NEAR * tolerance; poles.len()],
             tips: poles.iter().map(|pole| pole.point).collect(),
@@ -506,7 +510,8 @@ impl Walk<'_> {
         // that of s² (1 - s)² (s - ½), a seventh of its slope. The slope of a pole is NaN.
         let slope = || UvSample::at(&pair[0], &pair[1], t).d;
         let odd = || length((mid.d - slope()) * (b.t - a.t) / 7.0);
-        let is_odd = || is_near && depth < ODD_DEPTH && odd() > may_be_off.max(ODD * length(b.uv - a.uv));
+        let may_be_odd = is_near && self.projector.has_spans && depth < ODD_DEPTH;
+        let is_odd = || may_be_odd && odd() > may_be_off.max(ODD * length(b.uv - a.uv));
         if length(mid.uv - guess) > may_be_off || is_odd() {
             self.refine(a, &mid, depth + 1, out);
             out.push((mid, gap));

@@ -36,8 +36,8 @@ impl Projector<'_> {
     /// Moves each pole's point to the nearest B-rep vertex within its reach, so that all faces there share one point.
     ///
     /// A vertex farther off is the pole, too, if its distance from the surface explains that: in a file of few decimals,
-    /// the apex of a cone and the vertex there are two points. Less of it suffices for points that are one `within` the
-    /// file's tolerance.
+    /// the apex of a cone and the vertex there are two points. That is so if a tenth of the way from the pole to the
+    /// vertex leads off the surface; a fiftieth suffices `within` the file's tolerance, where points are one.
     pub(crate) fn adopt(&mut self, vertices: impl Iterator<Item = DVec3>, within: f64) {
         /// Largest distance of a vertex from the pole, in tolerances: a hundredth of the face.
         const WIDEST: f64 = 1e4;
