@@ -441,8 +441,8 @@ impl Session {
     }
 
     /// Begins a frame of views: a job plans and makes it. Returns at once. Cancels an unfinished frame, whose changes
-    /// become part of this one. If the sink shows these views already, there is nothing to begin, and no job is
-    /// spawned.
+    /// become part of this one. If the sink shows these views already and holds no more
+    /// than it may, there is nothing to begin, and no job is spawned.
     ///
     /// Cost on this thread: a copy of the views, and of what was set or moved since the last call.
     ///

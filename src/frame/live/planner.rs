@@ -478,7 +478,7 @@ impl Planner {
         if terms.coarser > 0 {
             shortfall.needed = (self.rates.triangles_drawn() as f64 * terms.coarsened().powi(2)) as u64;
         }
-        // Those out of sight keep their rates, and what is said of these.
+        // Tiles out of sight keep their limits, which this frame does not meet.
         shortfall.tiles = tiles.iter().copied().filter(|id| self.rates.shows(*id)).collect();
         shortfall.lines = lines.iter().copied().filter(|id| self.rates.shows(*id)).collect();
         shortfall.edges = edges.iter().copied().filter(|id| self.rates.shows_edge(*id)).collect();

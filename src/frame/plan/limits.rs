@@ -60,7 +60,7 @@ pub struct Shortfall {
     pub needed: u64,
     /// Whether the tolerance has a value that is invalid or too small to meet, or the view is invalid.
     pub unusable: bool,
-    /// Tiles limited by [`PlanLimits::triangles_per_tile`]; ascending.
+    /// Tiles limited by [`PlanLimits::triangles_per_tile`]; ascending. In plans for views, here and below, drawn ones.
     pub tiles: Vec<(PartId, TileId)>,
     /// Tiles limited in their lines; ascending. They have 4096 lines between two creases or 32768 in one direction, or
     /// their loops meet themselves along edges so far off their surface that lines for the angle would follow noise.

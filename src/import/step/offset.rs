@@ -14,8 +14,6 @@ const MAX_POINTS: usize = 400_000;
 /// An approximation whose error is within this share of its size is kept even if it misses the tolerance. The face would
 /// be filled from its boundary, which is further off.
 const BETTER_THAN_FILLED: f64 = 1e-4;
-/// As that, for the offset of a spline: where it is off by more than its refinement mends, it is so at single places.
-const LOCALLY_OFF: f64 = 0.03;
 
 /// Offsets `base` by `distance` along its normal, with what to report if the result is approximated.
 ///
@@ -55,10 +53,7 @@ pub(super) fn offset(
         }
         Surface::Nurbs(net) => {
             let (surface, error) = offset_net(base, net, distance, tolerance, reach)?;
-            // A point at which the surface bends by more than the distance, however small, has no offset. The rest has.
-            let size = size(&surface.points);
-            let most = (BETTER_THAN_FILLED * size).max((2.0 * distance.abs()).min(LOCALLY_OFF * size));
-            let note = approximated(error, tolerance, most, "the offset surface")?;
+            let note = approximated(error, tolerance, &surface.points, "the offset surface")?;
             return Ok((Surface::Nurbs(surface), Some(note)));
         }
         // The normal is constant along a sweep: the offset sweeps the offset profile.
@@ -76,16 +71,16 @@ pub(super) fn offset(
     Ok((exact, None))
 }
 
-/// What to report of an approximation. Refuses one that is off by more than `most`.
+/// What to report of an approximation with these control points. Refuses one that is too far off to be used.
 fn approximated(
     error_mm: f64,
     tolerance: f64,
-    most: f64,
+    points: &[DVec3],
     what: &'static str,
 ) -> Result<(Severity, StepOutcome), FitTrouble> {
     let severity = if error_mm <= tolerance {
         Severity::Note
-    } else if error_mm <= most {
+    } else if error_mm <= BETTER_THAN_FILLED * size(points) {
         Severity::Warning
     } else {
         return Err(FitTrouble::Inexact { what, error_mm });
@@ -120,8 +115,7 @@ fn profile(
     at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
 ) -> Result<(NurbsCurve3, (Severity, StepOutcome)), FitTrouble> {
     let (curve, error) = closest(&breaks_of(&base.knots, base.domain()), tolerance, at)?;
-    let most = BETTER_THAN_FILLED * size(&curve.points);
-    let note = approximated(error, tolerance, most, "the profile of the offset surface")?;
+    let note = approximated(error, tolerance, &curve.points, "the profile of the offset surface")?;
     Ok((curve, note))
 }
 

@@ -194,7 +194,9 @@ impl Mesh {
     /// Inserts corner `m` into the side from `p` to `q`, ordered with the corners already there.
     fn split(&mut self, p: usize, q: usize, m: usize) {
         let mut open = vec![(p, q, m)];
-        while let Some((p, q, m)) = open.pop().filter(|_| self.splits < MAX_SPLITS) {
+        // Corners at equal distances may split each other's sides in turn.
+        let most = MAX_SPLITS.min(self.splits + 2 * self.points.len());
+        while let Some((p, q, m)) = open.pop().filter(|_| self.splits < most) {
             self.splits += 1;
             if m == p || m == q {
                 continue;

@@ -25,7 +25,7 @@ const MOST_SAMPLES_PER_TILE: usize = 400;
 const LOOPS_PER_TILE: usize = 3;
 /// A curved face gets at least one tile per so many loops. Where many holes are finer than the cells, a tile is
 /// triangulated again with more and more of its cells until it is right, which takes the square of its holes.
-const MOST_LOOPS_PER_TILE: usize = 100;
+const LOOPS_PER_CURVED_TILE: f64 = 100.0;
 
 /// Maximum tiles along one side of a face. The largest real faces have 400 spans; more are noise, and every cut costs a
 /// search along all loops.
@@ -35,7 +35,7 @@ const TILES_PER_SIDE: usize = 64;
 pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
     let mut lines = [Vec::new(), Vec::new()];
     let flat = matches!(surface, Surface::Plane { .. }).then(|| tiles_of_plane(region));
-    let perforated = (region.loops.len() / MOST_LOOPS_PER_TILE).isqrt();
+    let perforated = (region.loops.len() as f64 / LOOPS_PER_CURVED_TILE).sqrt().ceil() as usize;
     for (axis, lines) in lines.iter_mut().enumerate() {
         let (lo, hi) = region.bounds[axis];
         // Most faces are not cut.

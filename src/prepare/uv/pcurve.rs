@@ -43,9 +43,11 @@ const FAR_OFF: f64 = 3e3;
 /// Accuracy of the image beyond [`FAR_OFF`], as a share of the distance.
 const SHARE_OF_GAP: f64 = 0.2;
 
-/// Share of a piece of an image by which it may be off beside its middle while its middle is right, and depth down to
-/// which that is looked at: it takes a surface of mirrored spans. Slopes at kinks differ at any depth.
+/// Share of a piece of an image by which it may be off beside its middle where its middle is right.
 const ODD: f64 = 0.01;
+
+/// Depth of bisection down to which pieces are looked at beside their middles: slopes at kinks differ at any depth. Six
+/// levels find mirrored spans until a first piece has 64.
 const ODD_DEPTH: u32 = 6;
 
 /// Length of the last step of a projection from beyond [`FAR_OFF`], as a share of the distance.
@@ -62,8 +64,9 @@ pub(crate) struct Projector<'a> {
     smooth: bool,
     /// Whether tangents may jump at a line.
     may_jump: bool,
-    /// Whether it is a spline of several spans, or swept from one.
-    has_spans: bool,
+    /// Whether its speed may be odd about the middle of a piece: a spline of several spans or of degree 3, or swept from
+    /// one.
+    is_uneven: bool,
     /// Distance from the surface, in tolerances, beyond which a projection is tried from elsewhere. It may stop at a
     /// crease between straight spans, next to the tooth where the point is.
     enough: f64,
@@ -94,15 +97,15 @@ impl<'a> Projector<'a> {
     pub(crate) fn new(surface: &'a Surface, tolerance: f64) -> Self {
         let (period, poles) = (surface.period(), surface.poles());
         let may_jump = !surface.is_smooth(period);
-        let has_spans = |axis| surface.knots(axis).is_some_and(|(degree, knots)| knots.len() > 2 * (degree + 1));
-        let is_faceted = |axis| has_spans(axis) && surface.knots(axis).is_some_and(|(degree, _)| degree == 1);
+        let is_faceted = |axis| surface.knots(axis).is_some_and(|(degree, knots)| degree == 1 && knots.len() > 4);
+        let is_uneven = |axis| surface.knots(axis).is_some_and(|(degree, knots)| degree > 2 || knots.len() > 6);
         Self {
             surface,
             period,
             domain: surface.natural_domain(),
             smooth: poles.is_empty() && !may_jump,
             may_jump,
-            has_spans: has_spans(0) || has_spans(1),
+            is_uneven: is_uneven(0) || is_uneven(1),
             enough: if is_faceted(0) || is_faceted(1) { 10.0 } else { 1e3 },
             reaches: smallvec![poles::NEAR * tolerance; poles.len()],
             tips: poles.iter().map(|pole| pole.point).collect(),
@@ -510,7 +513,7 @@ impl Walk<'_> {
         // that of s² (1 - s)² (s - ½), a seventh of its slope. The slope of a pole is NaN.
         let slope = || UvSample::at(&pair[0], &pair[1], t).d;
         let odd = || length((mid.d - slope()) * (b.t - a.t) / 7.0);
-        let may_be_odd = is_near && self.projector.has_spans && depth < ODD_DEPTH;
+        let may_be_odd = is_near && self.projector.is_uneven && depth < ODD_DEPTH;
         let is_odd = || may_be_odd && odd() > may_be_off.max(ODD * length(b.uv - a.uv));
         if length(mid.uv - guess) > may_be_off || is_odd() {
             self.refine(a, &mid, depth + 1, out);

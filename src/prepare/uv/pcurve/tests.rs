@@ -137,19 +137,24 @@ fn feet_near_poles_stay_within_the_steps_that_are_taken() {
     }
 }
 
-/// A straight edge along a sheet of two mirrored spans, of which each is almost at rest at both of its ends: the curve
-/// in parameters is odd about the middle of the edge.
+/// A straight edge along a sheet of two mirrored spans or of one, each almost at rest at both of its ends: the curve in
+/// parameters is odd about the middles of pieces.
 #[test]
 fn images_that_are_right_in_the_middle_only_are_refined() {
-    for slow in [0.5, 0.1, 0.02] {
-        let across = [0.0, slow, 5.0 - slow, 5.0, 5.0 + slow, 10.0 - slow, 10.0];
+    for (slow, kind) in
+        [0.5, 0.1, 0.02].into_iter().flat_map(|slow| [(slow, CurveKind::Line), (slow, CurveKind::Polyline)])
+    {
+        // A line begins as two pieces, a segment of a polyline as one.
+        let two = [0.0, slow, 5.0 - slow, 5.0, 5.0 + slow, 10.0 - slow, 10.0];
+        let one = [0.0, slow, 10.0 - slow, 10.0];
+        let (across, inner) = if kind == CurveKind::Line { (&two[..], 3) } else { (&one[..], 0) };
         let point = |x: f64| [0.0, 10.0].map(|y| DVec3::new(x, y, 0.0));
         let surface = Surface::Nurbs(NurbsSurface {
             degree_u: 3,
             degree_v: 1,
-            knots_u: [0.0; 4].into_iter().chain([1.0; 3]).chain([2.0; 4]).collect(),
+            knots_u: [0.0; 4].into_iter().chain(vec![1.0; inner]).chain([2.0; 4]).collect(),
             knots_v: vec![0.0, 0.0, 1.0, 1.0],
-            points: across.into_iter().flat_map(point).collect(),
+            points: across.iter().copied().flat_map(point).collect(),
             weights: Vec::new(),
         });
         let ends = [DVec3::ZERO, 10.0 * DVec3::X];
@@ -163,7 +168,7 @@ fn images_that_are_right_in_the_middle_only_are_refined() {
             range: (0.0, 1.0),
             start: VertexId(0),
             end: VertexId(1),
-            kind: CurveKind::Line,
+            kind,
             entity: 0,
         };
         let image = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).samples;
