@@ -85,7 +85,7 @@ pub(crate) fn tell(rounding: &Rounding, report: &mut Report) {
     }
 }
 
-/// Adds what the written file holds to the report of its mesh, made within `chord`.
+/// Adds what the written file holds to the report of its mesh, measured against `chord`.
 pub(crate) fn check(prepared: &Prepared, read: &ReadBack, chord: f64, report: &mut Report) {
     // Reading multiplies by the numbers of nodes and units, in double precision.
     let reach = prepared.bounds.map_or(0.0, |[low, high]| low.length().max(high.length()));
