@@ -25,18 +25,6 @@ pub(crate) fn most(chord: f64) -> f64 {
     Rounding::SHARE * chord
 }
 
-/// Share of the tolerance that rounding may take of a mesh that needs all of it.
-const NOISE: f64 = 1e-3;
-
-/// The chord tolerance to mesh within, so that the file is within `chord` after rounding. It is `chord` itself where
-/// rounding is noise.
-pub(crate) fn chord_of_mesh(prepared: &Prepared, (format, recentred): (Format, bool), chord: f64) -> f64 {
-    let Some([low, high]) = prepared.bounds.filter(|_| format == Format::Stl) else { return chord };
-    let reach = if recentred { 0.5 * (high - low) } else { low.abs().max(high.abs()) };
-    let moved = 0.5 * f64::from(f32::EPSILON) * reach.length();
-    if moved > NOISE * chord { chord - moved.min(most(chord)) } else { chord }
-}
-
 /// Moves the centre of the scene's box to the origin. Returns the offset from the moved scene to the model.
 pub(crate) fn recenter(frame: &mut MemorySink, prepared: &Prepared) -> DVec3 {
     let offset = prepared.centre();
@@ -85,8 +73,10 @@ pub(crate) fn tell(rounding: &Rounding, report: &mut Report) {
     }
 }
 
-/// Adds what the written file holds to the report of its mesh, measured against `chord`.
+/// Adds what the written file holds to the report of its mesh, made within `chord`.
 pub(crate) fn check(prepared: &Prepared, read: &ReadBack, chord: f64, report: &mut Report) {
+    /// Share of the tolerance that rounding may take of a mesh that needs all of it.
+    const NOISE: f64 = 1e-3;
     // Reading multiplies by the numbers of nodes and units, in double precision.
     let reach = prepared.bounds.map_or(0.0, |[low, high]| low.length().max(high.length()));
     let explained = report.rounding_mm * (1.0 + 1e-6) + 1e-14 * (reach + DVec3::from(report.offset_mm).length());

@@ -158,8 +158,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     let prepare = laps.lap();
 
     progress.stage("tessellating");
-    let chord = rounded::chord_of_mesh(&prepared, (format, args.recenter), tolerance.chord);
-    let plan = Arc::new(frame::plan_within(&prepared, &Tolerance { chord, ..tolerance }, &common.limits.plan()));
+    let plan = Arc::new(frame::plan_within(&prepared, &tolerance, &common.limits.plan()));
     let edge_lines = matches!(format, Format::Glb(_)) || args.check;
     let (mut frame, mut report) = make(&prepared, &plan, edge_lines, &common.limits)?;
     let mut levels = Vec::new();

@@ -80,17 +80,6 @@ fn a_part_far_from_the_origin_is_refused_by_formats_in_single_precision_and_rece
 }
 
 #[test]
-fn a_mesh_leaves_room_for_rounding() {
-    let folder = folder("room");
-    let file = moved(&folder, "5.0");
-    for chord in ["0.0043", "0.0048", "0.0053"] {
-        let output = tessellate(&file, &folder.join("cube.stl"), &["--chord", chord]);
-        let result = report(&output);
-        assert!(output.status.success() && result["read_back"]["moved_mm"].as_f64().unwrap() > 1e-4, "{result}");
-    }
-}
-
-#[test]
 fn triangles_that_collapse_are_counted_and_the_count_is_that_of_the_file() {
     let folder = folder("collapse");
     let mesh = folder.join("cube.stl");
