@@ -441,8 +441,8 @@ impl Session {
     }
 
     /// Begins a frame of views: a job plans and makes it. Returns at once. Cancels an unfinished frame, whose changes
-    /// become part of this one. If the sink shows these views already and holds no more
-    /// than it may, there is nothing to begin, and no job is spawned.
+    /// become part of this one. If the sink shows these views already and holds no more than it may, there
+    /// is nothing to begin, and no job is spawned.
     ///
     /// Cost on this thread: a copy of the views, and of what was set or moved since the last call.
     ///
@@ -460,12 +460,10 @@ impl Session {
         {
             return Ok(());
         }
-        if let EngineState::Lost(why) = &self.engine {
-            return Err(FrameError::Lost { why: why.clone() });
-        }
         self.cancel();
         let (edited, views, control) = (self.edits.take(&self.rows), SmallVec::from_slice(views), Control::default());
-        let is_served = self.orders.add(FrameOrder { edited, views, control: control.clone() });
+        let is_lost = matches!(self.engine, EngineState::Lost(_));
+        let is_served = !is_lost && self.orders.add(FrameOrder { edited, views, control: control.clone() });
         let landed = match std::mem::replace(&mut self.engine, EngineState::Lost(String::new())) {
             EngineState::Busy(flight, _) if is_served => {
                 self.engine = EngineState::Busy(flight, control);

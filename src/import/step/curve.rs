@@ -221,9 +221,9 @@ impl Geometry<'_> {
         self.unwrap(id, 0).is_ok_and(|curve| curve.is("CIRCLE") || curve.is("ELLIPSE"))
     }
 
-    /// Whether a curve is a composite of several segments, or defined by one: its NURBS form has other parameters. So has
-    /// that of a polyline without the points that repeat the one before.
-    pub(super) fn is_composite(&self, id: u64, depth: usize) -> bool {
+    /// Whether the NURBS form of a curve has other parameters than the file: that of a composite of several segments, of a
+    /// polyline that repeats points, which are dropped, and of what is defined by such a curve.
+    pub(super) fn has_other_parameters(&self, id: u64, depth: usize) -> bool {
         let Ok(curve) = self.unwrap(id, depth) else { return false };
         if curve.is("POLYLINE") {
             let points = curve.fields("POLYLINE", 1).links(0).and_then(|links| self.points(links));
@@ -232,7 +232,7 @@ impl Geometry<'_> {
         let kind = ["TRIMMED_CURVE", "CURVE_REPLICA", "OFFSET_CURVE_3D"].into_iter().find(|kind| curve.is(kind));
         let parent = kind.and_then(|kind| curve.fields(kind, 1).optional(0)).filter(|_| depth < MAX_DEPTH);
         COMPOSITES.into_iter().any(|kind| curve.is(kind))
-            || parent.is_some_and(|parent| self.is_composite(parent, depth + 1))
+            || parent.is_some_and(|parent| self.has_other_parameters(parent, depth + 1))
     }
 
     /// A curve with ends of its own, in its own direction. Circles and ellipses count as bounded: one turn from angle
@@ -338,14 +338,13 @@ impl Geometry<'_> {
         let basis = fields.reference(0)?;
         let (carrier, same) = self.carrier(basis, depth + 1)?;
         let sense = fields.flag(3, true);
-        // The segments of a composite curve became NURBS with other parameters: only points tell its trims.
-        let composite = self.is_composite(basis, depth + 1);
+        let only_points_tell = self.has_other_parameters(basis, depth + 1);
         for trim in [fields.list(1)?, fields.list(2)?] {
-            if composite && !trim.iter().any(|of| of.link().is_some()) {
+            if only_points_tell && !trim.iter().any(|of| of.link().is_some()) {
                 return Err(Trouble::new(id, CurveTrouble::OnComposite));
             }
         }
-        let by_point = composite || fields.keyword(4) == "CARTESIAN";
+        let by_point = only_points_tell || fields.keyword(4) == "CARTESIAN";
         let t1 = self.trim(&carrier, fields.list(1)?, by_point, id)?;
         let t2 = self.trim(&carrier, fields.list(2)?, by_point, id)?;
         // `low` to `high` follows the carrier; the trimmed curve has that direction if both senses agree.

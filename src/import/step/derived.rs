@@ -214,8 +214,7 @@ impl Geometry<'_> {
     fn point_on_curve(&self, instance: Entity<'_>) -> Read<DVec3> {
         let own = instance.fields("POINT_ON_CURVE", 1);
         let (basis, t) = (own.reference(0)?, own.real(1)?);
-        if self.is_composite(basis, 0) {
-            // Its pieces became NURBS with other parameters.
+        if self.has_other_parameters(basis, 0) {
             return Err(Trouble::new(instance.id, CurveTrouble::OnComposite));
         }
         Ok(match self.carrier(basis, 0)?.0 {

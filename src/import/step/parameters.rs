@@ -171,7 +171,7 @@ impl Geometry<'_> {
         let inner = |name: &'static str| self.stated_axis(instance.fields(name, 1).reference(0)?, depth + 1);
         if depth >= MAX_DEPTH {
             Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }))
-        } else if self.is_composite(id, depth) {
+        } else if self.has_other_parameters(id, depth) {
             Err(Trouble::new(id, CurveTrouble::OnComposite))
         } else if instance.is("CIRCLE") || instance.is("ELLIPSE") {
             Ok(StatedAxis { start: 0.0, factor: self.units.angle, arc: TURN })

@@ -164,7 +164,7 @@ fn axis_points(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<f64> {
         }
         let [_, high] = bisected([at(i - 1), at(i)], 60, |t| slope(t) < 0.0);
         // A cut next to a knot would leave an empty span.
-        let knot = curve.knots.iter().copied().find(|k| (k - high).abs() <= 1e-9 * (b - a));
+        let knot = curve.knots.iter().copied().find(|k| (k - high).abs() <= spline::SAME_PARAMETER * (b - a));
         let t = knot.unwrap_or(high);
         let point = curve.point(t);
         let passes = || {

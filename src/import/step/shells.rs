@@ -92,10 +92,12 @@ impl<'a> Gather<'a> {
                 return Ok(());
             }
             let outer = item.fields("MANIFOLD_SOLID_BREP", 1).reference(0)?;
-            self.shell_of(outer, ShellKind::Outer, colour, units, into)?;
+            let read = self.shell(outer, ShellKind::Outer, colour, units, into);
+            self.beside_others(read, units)?;
             if item.is("BREP_WITH_VOIDS") {
                 for void in item.fields("BREP_WITH_VOIDS", 2).links(0)? {
-                    self.shell_of(void, ShellKind::Void, colour, units, into)?;
+                    let read = self.shell(void, ShellKind::Void, colour, units, into);
+                    self.beside_others(read, units)?;
                 }
             }
         } else if let Some(model) =
@@ -106,7 +108,8 @@ impl<'a> Gather<'a> {
             }
             // Both list their shells or face sets after the name.
             for shell in item.fields(model, 1).links(0)? {
-                self.shell_of(shell, ShellKind::Open, colour, units, into)?;
+                let read = self.shell(shell, ShellKind::Open, colour, units, into);
+                self.beside_others(read, units)?;
             }
         } else if is_shell(item) {
             // A shell that is also listed by itself belongs to the body that it bounds.
@@ -191,16 +194,10 @@ impl<'a> Gather<'a> {
         into.held.insert(id)
     }
 
-    /// Adds a shell of several. One that cannot be read costs the others nothing. Fails at the limit of visits.
-    fn shell_of(
-        &mut self,
-        id: u64,
-        kind: ShellKind,
-        colour: Option<Colour>,
-        units: Units,
-        into: &mut PartContents,
-    ) -> Read<()> {
-        match self.shell(id, kind, colour, units, into) {
+    /// What becomes of a body with one shell of several. One that cannot be read is reported and costs the others nothing.
+    /// Fails at the limit of visits.
+    fn beside_others(&mut self, shell: Read<()>, units: Units) -> Read<()> {
+        match shell {
             Err(trouble) if self.visits <= self.table.budget.max_visits() => {
                 self.unread.push((trouble, units));
                 Ok(())

@@ -92,6 +92,7 @@ fn poles_within(region: &Region, surface: &Surface, axis: usize, lo: f64, hi: f6
 pub(crate) fn coarse_grids<'a>(region: &'a Region, surface: &'a Surface) -> impl Iterator<Item = Grid> + 'a {
     /// Places tried. A boundary that cannot be cut at any of them cannot be cut.
     const TRIES: usize = 6;
+    let avoid = [0, 1].map(|axis| LazyCell::new(move || Avoid::new(region, surface, axis)));
     (0..TRIES).map(move |k| {
         let lines = [0, 1].map(|axis| {
             let (lo, hi) = region.bounds[axis];
@@ -101,7 +102,7 @@ pub(crate) fn coarse_grids<'a>(region: &'a Region, surface: &'a Surface) -> impl
             // The cleanest line of all, then the cleanest line of each part.
             let share = |k: usize| lo + (hi - lo) * k as f64 / (TRIES - 1) as f64;
             let (from, to) = if k == 0 { (lo, hi) } else { (share(k - 1), share(k)) };
-            let c = Avoid::new(region, surface, axis).best(from, to);
+            let c = avoid[axis].best(from, to);
             vec![c, c + (hi - lo)]
         });
         Grid { lines, wraps: region.wraps }

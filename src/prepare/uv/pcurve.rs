@@ -43,11 +43,11 @@ const FAR_OFF: f64 = 3e3;
 /// Accuracy of the image beyond [`FAR_OFF`], as a share of the distance.
 const SHARE_OF_GAP: f64 = 0.2;
 
-/// Share of a piece of an image by which it may be off beside its middle where its middle is right.
+/// Largest error of a piece of an image whose middle is right, as a share of the piece.
 const ODD: f64 = 0.01;
 
-/// Depth of bisection down to which pieces are looked at beside their middles: slopes at kinks differ at any depth. Six
-/// levels find mirrored spans until a first piece has 64.
+/// Depth of bisection from which on the middle of a piece stands for all of it. A kink has two slopes at any depth. A
+/// first piece of 64 mirrored spans takes six levels.
 const ODD_DEPTH: u32 = 6;
 
 /// Length of the last step of a projection from beyond [`FAR_OFF`], as a share of the distance.
