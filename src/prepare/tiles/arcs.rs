@@ -311,6 +311,30 @@ impl<'a> ArcSpan<'a> {
         self.most_along(n, here) < -other.most_along(-n, -there)
     }
 
+    /// Its point at a parameter, on a chord between two of its points.
+    pub(super) fn at(&self, t: f64) -> DVec2 {
+        let points = &self.arc.points[self.from..=self.to];
+        let k = points.partition_point(|p| p.0 <= t).clamp(1, points.len() - 1);
+        let [(a, p), (b, q)] = [points[k - 1], points[k]];
+        p.lerp(q, (t - a) / (b - a))
+    }
+
+    /// The parameter of its nearest point to `x`, on chords between its points, and the distance. `None` at its ends.
+    pub(super) fn nearest(&self, x: DVec2) -> Option<(f64, f64)> {
+        let [from, to] = self.range();
+        let (mut at, mut least) = (from, f64::INFINITY);
+        for w in self.arc.points[self.from..=self.to].windows(2) {
+            let [(a, p), (b, q)] = [w[0], w[1]];
+            let chord = q - p;
+            let share = ((x - p).dot(chord) / chord.length_squared()).clamp(0.0, 1.0);
+            let distance = x.distance(p.lerp(q, share));
+            if distance < least {
+                (at, least) = (a + share * (b - a), distance);
+            }
+        }
+        (at > from && at < to).then_some((at, least))
+    }
+
     /// Whether it may be halved further below samples: up to [`MAX_DEPTH_BELOW`] times.
     pub(crate) fn can_be_halved(&self) -> bool {
         let [a, b] = self.range();

@@ -277,7 +277,30 @@ fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a
         // One alone is apart from all of the other.
         found.close.truncate(close);
     }
+    if may_be_alone && let Some(&(edge, _)) = fewest.first() {
+        let (halved, other) = if edge == a.arc.edge { (a, b) } else { (b, a) };
+        if fewest.iter().all(|at| at.0 == edge) && found.work.takes(other.len() * fewest.len()) {
+            fewest.extend(opposite(halved, other, &fewest));
+        }
+    }
     found.breaks.append(&mut fewest);
+}
+
+/// The parameters of `b` next to breaks of `a` alone, where `b` runs along there. With the same chords on both sides, a
+/// strip between them keeps its width; with long chords on one side alone, it would be as wide as the tolerance allows.
+fn opposite<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, breaks: &[(u32, f64)]) -> Vec<(u32, f64)> {
+    /// Maximum width of the strip, as a share of the shorter chord of `a` next to the break. In wider ones, arcs turn
+    /// by half a radian from one break to the next.
+    const NARROW: f64 = 0.0625;
+    let mut ts: Vec<f64> = breaks.iter().map(|at| at.1).chain(a.range()).collect();
+    ts.sort_by(f64::total_cmp);
+    let points: Vec<DVec2> = ts.iter().map(|t| a.at(*t)).collect();
+    let next_to = |w: &[DVec2]| {
+        let (t, width) = b.nearest(w[1])?;
+        let chord = w[0].distance(w[1]).min(w[1].distance(w[2]));
+        (width < NARROW * chord).then_some((b.arc.edge, t))
+    };
+    points.windows(3).filter_map(next_to).collect()
 }
 
 /// Halves one of two arcs, fewer than `most` times, until lines separate its pieces from the other. Whether they do.
