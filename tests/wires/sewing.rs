@@ -9,9 +9,9 @@ use trimtess::model::{
 };
 
 /// A box of side 2 whose faces have their own edges, each face `off` further out than the one before.
-fn own_edges(tolerance: f64, off: f64) -> Part {
+fn own_edges(kind: ShellKind, tolerance: f64, off: f64) -> Part {
     let mut part = PartBuilder::new("loose box");
-    let shell = part.plain_shell(ShellKind::Outer);
+    let shell = part.plain_shell(kind);
     for (number, axis, side) in (0..6).map(|k| (k, k / 2, [-1.0, 1.0][k % 2])) {
         let [z, x] = [axis, (axis + 1) % 3].map(|k| DVec3::from_array(std::array::from_fn(|i| f64::from(i == k))));
         let frame = Frame3::from_axis(z * (side + off * number as f64), z * side, x).expect("axes");
@@ -28,7 +28,7 @@ fn own_edges(tolerance: f64, off: f64) -> Part {
 #[test]
 fn a_solid_whose_faces_share_no_edges_is_reported_as_open() {
     for (tolerance, off) in [(0.0, 0.0), (1e-3, 1e-2)] {
-        let prepared = prepared(own_edges(tolerance, off));
+        let prepared = prepared(own_edges(ShellKind::Outer, tolerance, off));
         let open = ShellTrouble::Open { free: 24, edges: 24 }.into();
         assert!(warned(&prepared, |k| *k == open), "{:?}", told(&prepared));
     }
@@ -37,8 +37,10 @@ fn a_solid_whose_faces_share_no_edges_is_reported_as_open() {
 #[test]
 fn edges_that_coincide_within_the_tolerance_are_sewn() {
     // The last tolerance is too large for edges of length 2, but they coincide within a smaller one.
-    for (tolerance, off) in [(1e-3, 0.0), (1e-3, 1e-6), (1e-3, 1e-4), (0.5, 0.0), (0.5, 1e-4)] {
-        let prepared = prepared(own_edges(tolerance, off));
+    let cases = [(1e-3, 0.0), (1e-3, 1e-6), (1e-3, 1e-4), (0.5, 0.0), (0.5, 1e-4)];
+    let cases = [ShellKind::Outer, ShellKind::Open].into_iter().flat_map(|kind| cases.map(|case| (kind, case)));
+    for (kind, (tolerance, off)) in cases {
+        let prepared = prepared(own_edges(kind, tolerance, off));
         let (facts, _) = mesh(&prepared, 0.1);
         assert!(facts.is_closed() && (facts.volume - 8.0).abs() < 1e-2, "{tolerance} {off}: {facts}");
         // Sewing moves the edges of the outer faces inwards; the note says by how much.

@@ -13,8 +13,7 @@ use super::uses::uses;
 use crate::control::Call;
 use crate::math::sets::DisjointSets;
 use crate::model::{
-    BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId, euclidean,
-    knots_of_pieces,
+    BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, VertexId, euclidean, knots_of_pieces,
 };
 use crate::prepare::report::finding::Finding;
 use crate::prepare::trims::free_faces::FreeFaces;
@@ -25,7 +24,7 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-/// A solid's shell is sewn within this part of the least distance between the ends of an edge, so that none vanishes.
+/// A shell is sewn within this part of the least distance between the ends of an edge, so that none vanishes.
 const OF_SHORTEST: f64 = 0.125;
 
 /// Largest distance, in tolerances, between the ends of matching pieces: each may have been cut by a different edge.
@@ -68,8 +67,8 @@ struct Replacement {
     width: f64,
 }
 
-/// Merges edges that coincide: those of solids within the part's own tolerance, those of faces without topology within
-/// the part's tolerance or, if it states none, within `reach`, millimetres.
+/// Merges edges that coincide: those of faces with topology within the part's own tolerance, those of faces without
+/// topology within the part's tolerance or, if it states none, within `reach`, millimetres.
 ///
 /// Cost: a count of uses if all edges are used in pairs. Otherwise about 10 µs per edge that has a neighbour and 1 µs
 /// per knot of it. Identical edges count once, and others have at most [`MOST_PARTNERS`] neighbours of their kind.
@@ -104,7 +103,7 @@ pub(crate) fn sew<'a>(
     let cuts = cuts(candidates.len(), &contacts, &course);
     let mut pieces = PieceGroups::new(&part, &candidates, cuts, &course);
     let mut sewn = SewSummary::default();
-    // Per shell of a solid: shell, candidate of the widest pair, number of pairs, width.
+    // By shell: shell, candidate of the widest pair, number of pairs, width.
     let mut widest: Vec<(u32, usize, usize, f64)> = Vec::new();
     for contact in contacts.iter().take_while(|_| !call.is_cancelled()) {
         let count = pieces.join(contact, &course, &mut may_join);
@@ -142,22 +141,20 @@ pub(crate) fn sew<'a>(
     (Cow::Owned(part), sewn)
 }
 
-/// Free edges of solids. In shells with faces without topology, all edges of these faces and all free edges.
+/// Free edges, by shell. In shells with faces without topology, all edges of these faces as well.
 fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
     let may_sew = part.tolerance > 0.0 || free.iter().any(|made| matches!(made, Some(Ok(_))));
     if !may_sew {
-        // Solids are sewn within the part's own tolerance only.
+        // Faces with topology are sewn within the part's own tolerance only.
         return Vec::new();
     }
     let uses = uses(part, free);
-    let shell_of = |shell: u32| part.shells.get(shell as usize);
     let ends = |e: &Edge| Some([*part.vertices.get(e.start.index())?, *part.vertices.get(e.end.index())?]);
     let mut out = Vec::new();
     for of_shell in uses.chunk_by(|a, b| a.shell == b.shell) {
         let untold = of_shell.iter().any(|u| u.untold);
-        let solid = shell_of(of_shell[0].shell).is_some_and(|s| s.kind != ShellKind::Open);
         let tolerance = if part.tolerance > 0.0 || !untold { part.tolerance } else { reach };
-        if !(tolerance > 0.0 && (solid || untold)) || of_shell.iter().all(|u| u.count != 1 && !u.untold) {
+        if tolerance <= 0.0 || of_shell.iter().all(|u| u.count != 1 && !u.untold) {
             continue;
         }
         let length = |e: &Edge| ends(e).map_or(0.0, |[a, b]| a.distance(b));
