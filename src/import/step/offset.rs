@@ -14,6 +14,9 @@ const MAX_POINTS: usize = 400_000;
 /// An approximation whose error is within this share of its size is kept even if it misses the tolerance. The face would
 /// be filled from its boundary, which is further off.
 const BETTER_THAN_FILLED: f64 = 1e-4;
+/// Pieces with larger errors may take this share of the domain in both directions: they are spots at which the base
+/// bends so much that its offset has a cusp. A crease across the surface takes all of one direction.
+const SPOTS: f64 = 0.5;
 
 /// Offsets `base` by `distance` along its normal, with what to report if the result is approximated.
 ///
@@ -52,8 +55,10 @@ pub(super) fn offset(
             Surface::Torus { frame: *frame, major: *major, minor: positive(minor + distance)? }
         }
         Surface::Nurbs(net) => {
-            let (surface, error) = offset_net(base, net, distance, tolerance, reach)?;
-            let note = approximated(error, tolerance, &surface.points, "the offset surface")?;
+            let OffsetFit { surface, worst, spread } = offset_net(base, net, distance, tolerance, reach)?;
+            // Where normals turn round at once, the offset jumps by twice the distance.
+            let at_spots = if spread <= SPOTS { 2.0 * distance.abs() } else { 0.0 };
+            let note = approximated(worst, tolerance, usable(&surface.points).max(at_spots), "the offset surface")?;
             return Ok((Surface::Nurbs(surface), Some(note)));
         }
         // The normal is constant along a sweep: the offset sweeps the offset profile.
@@ -71,16 +76,16 @@ pub(super) fn offset(
     Ok((exact, None))
 }
 
-/// What to report of an approximation with these control points. Refuses one that is too far off to be used.
+/// What to report of an approximation. Refuses one that is off by more than `most`.
 fn approximated(
     error_mm: f64,
     tolerance: f64,
-    points: &[DVec3],
+    most: f64,
     what: &'static str,
 ) -> Result<(Severity, StepOutcome), FitTrouble> {
     let severity = if error_mm <= tolerance {
         Severity::Note
-    } else if error_mm <= BETTER_THAN_FILLED * size(points) {
+    } else if error_mm <= most {
         Severity::Warning
     } else {
         return Err(FitTrouble::Inexact { what, error_mm });
@@ -88,11 +93,11 @@ fn approximated(
     Ok((severity, StepOutcome::Approximated { error_mm }))
 }
 
-/// The diagonal of the points' box.
-fn size(points: &[DVec3]) -> f64 {
+/// The largest error of an approximation with these control points that is better than a filled face.
+fn usable(points: &[DVec3]) -> f64 {
     let first = points.first().copied().unwrap_or_default();
     let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.min(*p), high.max(*p)));
-    low.distance(high)
+    BETTER_THAN_FILLED * low.distance(high)
 }
 
 /// The point at `distance` along the normal.
@@ -115,7 +120,7 @@ fn profile(
     at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
 ) -> Result<(NurbsCurve3, (Severity, StepOutcome)), FitTrouble> {
     let (curve, error) = closest(&breaks_of(&base.knots, base.domain()), tolerance, at)?;
-    let note = approximated(error, tolerance, &curve.points, "the profile of the offset surface")?;
+    let note = approximated(error, tolerance, usable(&curve.points), "the profile of the offset surface")?;
     Ok((curve, note))
 }
 
@@ -156,19 +161,28 @@ fn closest(
     }
 }
 
+/// An approximation of the offset of a net.
+struct OffsetFit {
+    surface: NurbsSurface,
+    /// The largest sampled error, which may exceed the tolerance.
+    worst: f64,
+    /// Share of the domain taken by pieces that are worse than [`usable`], in the direction in which they take more.
+    spread: f64,
+}
+
 /// The offset of a net over its whole domain, or over the face's part of it if it cannot be fitted elsewhere: a net may
-/// have a cusp, or may have been extended until it folds. Returns the closest surface and its largest sampled error.
+/// have a cusp, or may have been extended until it folds. Returns the closest surface.
 fn offset_net(
     base: &Surface,
     net: &NurbsSurface,
     distance: f64,
     tolerance: f64,
     reach: LocateFace<'_>,
-) -> Result<(NurbsSurface, f64), FitTrouble> {
+) -> Result<OffsetFit, FitTrouble> {
     let at = |u: f64, v: f64| beside(base, u, v, distance);
     let (domain_u, domain_v) = net.domain();
     let whole = approximate(net, [domain_u, domain_v], tolerance, &at);
-    if whole.as_ref().is_ok_and(|(_, error)| *error <= tolerance) {
+    if whole.as_ref().is_ok_and(|whole| whole.worst <= tolerance) {
         return whole;
     }
     let lines = [breaks_of(&net.knots_u, domain_u), breaks_of(&net.knots_v, domain_v)];
@@ -176,19 +190,18 @@ fn offset_net(
     let part = part.map(|part| approximate(net, part, tolerance, &at));
     match (whole, part) {
         (whole, None | Some(Err(_))) => whole,
-        (Ok(whole), Some(Ok(part))) if whole.1 <= part.1 => Ok(whole),
+        (Ok(whole), Some(Ok(part))) if whole.worst <= part.worst => Ok(whole),
         (_, Some(part)) => part,
     }
 }
 
-/// Fits bicubic pieces to `at` over a part of the net's domain. Returns the closest surface and its largest sampled
-/// error, which may exceed the tolerance.
+/// Fits bicubic pieces to `at` over a part of the net's domain. Returns the closest surface.
 fn approximate(
     net: &NurbsSurface,
     part: [Range; 2],
     tolerance: f64,
     at: &impl Fn(f64, f64) -> Result<DVec3, FitTrouble>,
-) -> Result<(NurbsSurface, f64), FitTrouble> {
+) -> Result<OffsetFit, FitTrouble> {
     let mut spans_u = FitSpan::of_breaks(&breaks_within(&net.knots_u, part[0]));
     let mut spans_v = FitSpan::of_breaks(&breaks_within(&net.knots_v, part[1]));
     let mut coarser = None;
@@ -201,10 +214,11 @@ fn approximate(
         let off = FitErrors::of(&surface, &breaks_u, &breaks_v, tolerance, at)?;
         // Errors within the tolerance split nothing.
         let split = [split(&mut spans_u, &off.along_u, tolerance), split(&mut spans_v, &off.along_v, tolerance)];
+        let fit = OffsetFit { surface, worst: off.worst, spread: off.spread };
         if split == [false, false] {
-            return Ok((surface, off.worst));
+            return Ok(fit);
         }
-        coarser = Some((surface, off.worst));
+        coarser = Some(fit);
     }
 }
 
@@ -319,6 +333,8 @@ struct FitErrors {
     /// By span along u: the largest error that splitting the span would reduce, in pieces above the tolerance.
     along_u: Vec<f64>,
     along_v: Vec<f64>,
+    /// See [`OffsetFit::spread`].
+    spread: f64,
 }
 
 impl FitErrors {
@@ -341,7 +357,8 @@ impl FitErrors {
         let (nodes_u, nodes_v) = (thirds(breaks_u), thirds(breaks_v));
         let (probes_u, probes_v) = (probes(breaks_u), probes(breaks_v));
         let (mut along_u, mut along_v) = (vec![0.0; breaks_u.len() - 1], vec![0.0; breaks_v.len() - 1]);
-        let mut worst: f64 = 0.0;
+        let (mut bad_u, mut bad_v) = (vec![false; along_u.len()], vec![false; along_v.len()]);
+        let (mut worst, usable): (f64, _) = (0.0, usable(&surface.points));
         for (i, in_u) in probes_u.chunks(3).enumerate() {
             for (j, in_v) in probes_v.chunks(3).enumerate() {
                 let error = largest(in_u, in_v)?;
@@ -349,6 +366,8 @@ impl FitErrors {
                 if error <= tolerance {
                     continue;
                 }
+                bad_u[i] |= error > usable;
+                bad_v[j] |= error > usable;
                 // On lines through interpolated points of one direction, the error comes from the other direction
                 // alone.
                 let u = largest(in_u, &nodes_v[3 * j..3 * j + 4])?;
@@ -360,7 +379,12 @@ impl FitErrors {
                 along_v[j] = v.max(along_v[j]);
             }
         }
-        Ok(Self { worst, along_u, along_v })
+        let share = |breaks: &[f64], bad: &[bool]| {
+            let lengths = breaks.windows(2).zip(bad).filter(|(_, bad)| **bad).map(|(ends, _)| ends[1] - ends[0]);
+            lengths.sum::<f64>() / (breaks[bad.len()] - breaks[0])
+        };
+        let spread = share(breaks_u, &bad_u).max(share(breaks_v, &bad_v));
+        Ok(Self { worst, along_u, along_v, spread })
     }
 }
 
@@ -402,14 +426,31 @@ mod tests {
         }
     }
 
-    /// Two planes that meet at `x = 11`, on bilinear spans.
-    fn kinked(slope: f64) -> Surface {
+    /// A net of bilinear spans with these heights.
+    fn bilinear(height: impl Fn(DVec3) -> f64) -> Surface {
         let Surface::Nurbs(mut net) = bump(0.0) else { panic!("no spline") };
         (net.degree_u, net.degree_v) = (1, 1);
         let knots: Vec<f64> = (0..25).map(|i: usize| (i.clamp(1, 23) - 1) as f64).collect();
         (net.knots_u, net.knots_v) = (knots.clone(), knots);
-        net.points.iter_mut().for_each(|p| p.z = slope * (p.x - 11.0).max(0.0));
+        net.points.iter_mut().for_each(|p| p.z = height(*p));
         Surface::Nurbs(net)
+    }
+
+    /// Two planes that meet at `x = 11`.
+    fn kinked(slope: f64) -> Surface {
+        bilinear(|p| slope * (p.x - 11.0).max(0.0))
+    }
+
+    #[test]
+    fn an_offset_with_a_bad_spot_is_kept_and_told() {
+        let pyramid = bilinear(|p| if (p.x, p.y) == (11.0, 11.0) { 0.5 } else { 0.0 });
+        let (surface, note) = offset(&pyramid, 0.5, 1e-4, &FaceLocation::default).expect("an offset");
+        let Some((Severity::Warning, StepOutcome::Approximated { error_mm })) = note else { panic!("{note:?}") };
+        assert!(error_mm > 1e-2 && error_mm < 0.5, "{error_mm}");
+        for (u, v) in [(3.3, 4.7), (11.5, 2.0), (10.5, 10.5), (19.0, 11.0)] {
+            let exact = beside(&pyramid, u, v, 0.5).expect("a normal");
+            assert!(surface.point(u, v).distance(exact) < 2e-4, "at {u}, {v}");
+        }
     }
 
     #[test]
