@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::prepared_clean;
+use common::{placed, prepared_clean};
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation};
@@ -11,7 +11,7 @@ use trimtess::frame::internals::evaluate::evaluate_points;
 use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::frame::{self, Degradation, Plan, PlanLimits, Rung, Tolerance};
 use trimtess::mesh::{Batch, MemorySink, MeshLists, Origin, check_part, check_scene};
-use trimtess::model::{ModelBuilder, PartId, TileId, shapes};
+use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, PartId, ShellKind, Surface, TileId, shapes};
 use trimtess::parallel::internals::{Load, deal, loads};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -117,6 +117,29 @@ fn absurd_tolerances_stay_within_the_limits_and_are_reported() {
         assert!(triangles <= limits.triangles && triangles > limits.triangles_per_tile / 4, "{name}: {}", cost(&plan));
         assert_eq!(frame::plan(&prepared, &Tolerance { chord: f64::INFINITY, ..CHORD }).shortfall, None);
     }
+}
+
+#[test]
+fn as_many_lines_as_a_tolerance_needs_are_made_or_missed_by_limits() {
+    // More than 4096 lines between two creases are noise at other tolerances.
+    let cylinder = shape("cylinder");
+    let mut part = PartBuilder::new("strip");
+    let corners = [(0.0, 0.0), (12_000.0, 0.0), (12_000.0, 2.0), (0.0, 2.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+    let shell = part.plain_shell(ShellKind::Open);
+    let boundary = vec![Loop::Edges(part.polygon(&corners))];
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
+    let strip = prepared_clean(placed(part.finish().unwrap()));
+    let fine = |max_edge: f64| Tolerance { chord: 0.1, angle: 0.3, max_edge: Some(max_edge) };
+    for (prepared, tolerance) in
+        [(&cylinder, Tolerance { chord: 1e-7, ..CHORD }), (&strip, fine(4.0)), (&strip, fine(0.6))]
+    {
+        let plan = frame::plan(prepared, &tolerance);
+        assert_eq!(plan.shortfall, None, "{tolerance:?}");
+        let lines = plan.parts[0].tiles.iter().map(|tile| tile.us.len().max(tile.vs.len())).max().unwrap();
+        assert!(lines > 4097, "{lines} lines at {tolerance:?}");
+    }
+    let short = frame::plan(&strip, &fine(0.4)).shortfall.unwrap();
+    assert!(short.unusable && short.by_limits() && short.lines.len() == 1 && !short.edges.is_empty(), "{short}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::density::{Criteria, Density, FollowLines};
 use super::directions::{Directions, Strip};
-use super::output::{MAX_LINES, TileLattice};
+use super::output::{LINES_OF_TILE, MAX_LINES, TileLattice, most_lines};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
 use crate::math::order::{larger, smaller};
 use crate::model::SurfaceKind;
@@ -12,10 +12,8 @@ use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-/// Maximum number of lines of one tile in one direction, over all stretches between creases.
-const LINES_OF_TILE: f64 = 32768.0;
-/// Maximum number of cells of a tile whose lines reach a limit. Where no number of lines is enough, more cells follow
-/// noise: one coordinate of 1e9 mm in a part of 100 mm asks for as many as all limits allow.
+/// Maximum number of cells of a tile whose lines reach [`MAX_LINES`]. Where no number of lines is enough, more cells
+/// follow noise: one coordinate of 1e9 mm in a part of 100 mm asks for as many as all limits allow.
 const CELLS_BEYOND_LINES: u64 = 1 << 20;
 /// Maximum number of times that a lattice over its limits is made coarser; each time brings it down to about the limit.
 const COARSER: usize = 8;
@@ -86,8 +84,8 @@ pub(crate) struct LatticeRequest<'a> {
 }
 
 impl Lattices {
-    /// Lattice lines of a tile, and whether they are as dense as asked: [`MAX_LINES`] and `most_cells` may prevent it. A
-    /// pure function of the request.
+    /// Lattice lines of a tile, and whether they are as dense as asked: [`most_lines`] and `most_cells` may prevent it.
+    /// A pure function of the request.
     pub(crate) fn lattice(&mut self, request: &LatticeRequest<'_>) -> (TileLattice, DensityMet) {
         let LatticeRequest { face, tile, need, .. } = *request;
         if is_single(face, need.tolerance.max_edge) {
@@ -231,21 +229,23 @@ impl Lattices {
         }
         let ends = [0, 1].map(|axis| (tile.min[axis], tile.max[axis]));
         let mut kept = DensityMet { lines: !noisy, cells: true };
+        let most_lines = most_lines(need.around);
         let (mut round, mut beyond) = (0, false);
         loop {
             let density = |axis: usize| Density { breaks: breaks[axis], rates: &wanted[axis] };
             let mut placed = |axis: usize| {
                 let follow = before.map(|before| (before, axis, Density { breaks: breaks[axis], rates: &least[axis] }));
-                lines(&density(axis), ends[axis], &creases[axis], follow, buffer)
+                lines(&density(axis), ends[axis], (&creases[axis], most_lines), follow, buffer)
             };
             let ((us, kept_u), (vs, kept_v)) = (placed(0), placed(1));
             let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
-            beyond |= !(kept_u && kept_v);
+            beyond |= !(kept_u && kept_v) && most_lines == MAX_LINES;
             let most = if beyond { most_cells.min(CELLS_BEYOND_LINES) } else { most_cells };
             // By how much u and v are too dense. A direction with one cell cannot become coarser.
             let over = nu * nv / most as f64;
-            let share =
-                |n: f64, other: f64| (if other > 1.0 { over.sqrt() } else { over }).max(n / LINES_OF_TILE).max(1.0);
+            let share = |n: f64, other: f64| {
+                (if other > 1.0 { over.sqrt() } else { over }).max(n / LINES_OF_TILE as f64).max(1.0)
+            };
             let (too_u, too_v) = (share(nu, nv), share(nv, nu));
             let fits = too_u <= 1.0 && too_v <= 1.0;
             if !fits && before.take().is_some() {
@@ -257,7 +257,7 @@ impl Lattices {
                 return (TileLattice { us, vs, chord: need.tolerance.chord }, kept);
             }
             kept.cells &= nu * nv <= most_cells as f64;
-            kept.lines &= nu.max(nv) <= LINES_OF_TILE;
+            kept.lines &= nu.max(nv) <= LINES_OF_TILE as f64;
             round += 1;
             let by = [coarser(&density(0), ends[0], nu, too_u), coarser(&density(1), ends[1], nv, too_v)];
             for (rates, by) in wanted.iter_mut().zip(by) {
@@ -294,11 +294,12 @@ fn coarser(density: &Density<'_>, (lo, hi): (f64, f64), n: f64, too_many: f64) -
     by / (1.01 * too_many)
 }
 
-/// Lines from `lo` to `hi`, at all creases between, and whether they meet the density. `buffer` is room for them.
+/// Lines from `lo` to `hi`, at all creases between and at most so many from one to the next, and whether they meet the
+/// density. `buffer` is room for them.
 fn lines(
     density: &Density<'_>,
     (lo, hi): (f64, f64),
-    creases: &[f64],
+    (creases, most): (&[f64], usize),
     follow: Option<(&dyn FollowLines, usize, Density<'_>)>,
     buffer: &mut Vec<f64>,
 ) -> (SmallVec<[f64; 2]>, bool) {
@@ -309,9 +310,9 @@ fn lines(
     for &x in creases.iter().filter(|&&x| x > lo && x < hi).chain([&hi]) {
         kept &= match follow {
             Some((before, axis, least)) => {
-                before.follow(axis, Criteria { density: *density, least }, (from, x), MAX_LINES, buffer)
+                before.follow(axis, Criteria { density: *density, least }, (from, x), most, buffer)
             }
-            None => density.spread(from, x, MAX_LINES, buffer),
+            None => density.spread(from, x, most, buffer),
         };
         from = x;
     }

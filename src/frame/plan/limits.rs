@@ -58,14 +58,16 @@ pub struct Shortfall {
     pub density: f64,
     /// Upper bound on the triangles at full density; 0 if the limits allow that.
     pub needed: u64,
-    /// Whether the tolerance has a value that is invalid or too small to meet, or the view is invalid.
+    /// Whether the tolerance has a value that is invalid or too small to meet, or the view is invalid. A tolerance is
+    /// too small if a circle as large as the part needs 2048 segments or more, and shapes reach the limits on lines or
+    /// segments, then 32768.
     pub unusable: bool,
     /// Tiles limited by [`PlanLimits::triangles_per_tile`]; ascending. In plans for views, here and below, drawn ones.
     pub tiles: Vec<(PartId, TileId)>,
     /// Tiles limited in their lines; ascending. They have 4096 lines between two creases or 32768 in one direction, or
     /// their loops meet themselves along edges so far off their surface that lines for the angle would follow noise.
-    /// Real shapes reach 4096 at tolerances of 1e-8 of their size; otherwise the bounds of the surface's derivatives
-    /// grow without limit, as they do towards some poles.
+    /// Unless [`unusable`](Self::unusable), the bounds of the surface's derivatives grow without limit, as they do
+    /// towards some poles.
     pub lines: Vec<(PartId, TileId)>,
     /// Edges limited in their tessellants, as rows of `PreparedPart::edges`;
     /// ascending.

@@ -3,7 +3,7 @@
 use super::budget::{Budget, cells};
 use super::lattice::{DensityMet, LatticeRequest, Lattices, places};
 use super::limits::{PlanLimits, Shortfall};
-use super::output::{EdgePolyline, PartPlan, Plan, TileLattice};
+use super::output::{EdgePolyline, MAX_LINES, PartPlan, Plan, TileLattice, most_lines};
 use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{Tessellants, bare, bare_within};
 use crate::control::{Jobs, Rayon, map};
@@ -169,8 +169,12 @@ impl PlanRequest<'_> {
         let (rows, lists) = stretches(jobs, &tiles);
         let made = map(jobs, lists, move |list| shared.lattices(&rows[list]));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
+        // Lines that reach the higher limit do not follow noise: the tolerance is too small for the model.
+        let mut too_small = false;
         let lattices = together(made, &tiles, |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
+            let noisy = self.wanted.parts[part].tiles[tile].entangled;
+            too_small |= !kept.lines && !noisy && most_lines(self.wanted.asked[part].around()) > MAX_LINES;
             shortfall.tiles.extend((!kept.cells).then_some(id));
             shortfall.lines.extend((!kept.lines).then_some(id));
         })?;
@@ -182,8 +186,10 @@ impl PlanRequest<'_> {
         let (rows, lists) = stretches(jobs, &edges);
         let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
         let lines = together(made, &edges, |part, edge, ()| {
+            too_small |= most_lines(self.wanted.asked[part].around()) > MAX_LINES;
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
+        shortfall.unusable |= too_small;
         let lattices = Arc::into_inner(lattices)?;
         // Not more than are left: no list was refused.
         budget.left -= round.spent.cells.load(Ordering::Relaxed);

@@ -8,9 +8,16 @@ use crate::prepare::internals::PreparedPart;
 use smallvec::SmallVec;
 
 /// Maximum number of lines of one tile in one direction between two creases, and of segments of an edge between two
-/// breaks. Tiles are cut so that real tolerances need tens; the limit bounds memory when a tolerance is absurd for the
-/// model's size.
+/// breaks. Tiles are cut so that real tolerances need tens: more only follow noise in derivatives.
 pub(crate) const MAX_LINES: usize = 4096;
+/// The same at tolerances at which a circle as large as the part needs half of [`MAX_LINES`]. Also the maximum number
+/// of lines of one tile in one direction, over all stretches between creases.
+pub(crate) const LINES_OF_TILE: usize = 32768;
+
+/// [`MAX_LINES`] or [`LINES_OF_TILE`], whichever holds where a circle as large as the part needs so many lines.
+pub(crate) fn most_lines(around: f64) -> usize {
+    if around < 0.5 * MAX_LINES as f64 { MAX_LINES } else { LINES_OF_TILE }
+}
 
 /// Lattice lines of one tile, in the parameters of its face's patches; first and last are the tile's border.
 #[derive(Clone, Debug, Default, PartialEq)]

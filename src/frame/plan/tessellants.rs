@@ -1,7 +1,7 @@
 //! An edge, its tolerance and the lattices of its tiles -> its tessellants.
 
 use super::density::{Criteria, Density, FollowLines};
-use super::output::{CellWalk, EdgePolyline, MAX_LINES, TileLattice, is_even};
+use super::output::{CellWalk, EdgePolyline, TileLattice, is_even, most_lines};
 use super::rows::PlanRows;
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, most_touched};
 use crate::frame::tolerance::object_tolerance::Tolerance;
@@ -15,7 +15,7 @@ use std::f64::consts::FRAC_PI_2;
 /// Maximum number of segments of one edge, over all its breaks. A thread of five thousand turns needs half of them;
 /// more need only curves whose speed varies by many decades, and that is noise.
 const SEGMENTS_OF_EDGE: usize = 1 << 18;
-/// Number of segments that an edge may always have between two breaks.
+/// Number of segments that an edge may always have between two breaks, however many these are.
 const LEAST_LIMIT: usize = 64;
 
 /// Makes polylines, in reused buffers. Results do not depend on earlier calls.
@@ -80,12 +80,13 @@ impl Tessellants {
         if edge.uses.is_empty() || before.is_none() && one_is_enough(edge, &own, tiles) {
             return (breaks_alone(edge), true);
         }
+        let most = most_lines(need.around);
         let mut shares = std::mem::take(&mut self.shares);
         let mut reach = usize::from(!need.is_even());
         let made = loop {
             // A segment in several strips must meet the tolerances of all of them.
             dilate(&need.shares, need.shares.len().max(1), reach, &mut shares);
-            let made = self.spread(edge, tiles, &own, &shares, before);
+            let made = self.spread(edge, tiles, &own, (&shares, most), before);
             let touched = if reach == 0 { 1 } else { most_touched(&edge.bounds.breaks, &made.0.ts) };
             if touched <= reach + 1 {
                 break made;
@@ -96,13 +97,14 @@ impl Tessellants {
         made
     }
 
-    /// Tessellants at `shares[k]` of the tolerance in strip k; without shares, at all of it.
+    /// Tessellants at `shares[k]` of the tolerance in strip k, or without shares at all of it; at most so many segments
+    /// between two breaks.
     fn spread(
         &mut self,
         edge: &PreparedEdge,
         tiles: &PlanRows<TileLattice>,
         own: &OwnDensity<'_>,
-        shares: &[f64],
+        (shares, most): (&[f64], usize),
         before: Option<&dyn FollowLines>,
     ) -> (EdgePolyline, bool) {
         let Self { of_bounds, rates, least, wanted, ts, .. } = self;
@@ -136,7 +138,7 @@ impl Tessellants {
         let mut at = SmallVec::with_capacity(edge.breaks.len());
         at.push(0);
         let mut kept = true;
-        let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, MAX_LINES);
+        let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, most);
         for w in edge.breaks.windows(2) {
             kept &= match before {
                 Some(before) => before.follow(0, Criteria { density, least }, (w[0].t, w[1].t), limit, ts),

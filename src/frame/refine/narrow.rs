@@ -18,12 +18,12 @@ const LEAST_GAIN: f64 = 1e-3;
 /// Most flips and splits per wide triangle.
 const CHANGES: usize = 16;
 
-/// Changes triangles that are wider than a cell, among the first `trimmed`, until none deviates by more than `chord` or
+/// Changes triangles that are wider than a cell, among the first `count`, until none deviates by more than `chord` or
 /// nothing helps. `cells`: positions of the vertices in cells.
 ///
 /// Cost: a few nanoseconds for each of these triangles, and half a microsecond for each that is wider than a cell. If
 /// one deviates too far, also a few nanoseconds for every triangle of the tile.
-pub(crate) fn narrow(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &mut FaceSurface<'_>, cells: &[DVec2]) {
+pub(crate) fn narrow(mesh: &mut TileMesh, count: usize, chord: f64, surface: &mut FaceSurface<'_>, cells: &[DVec2]) {
     let is_wider = |corners: [u32; 3]| {
         let [a, b, c] = corners.map(|v| cells[v as usize]);
         let width = |a: f64, b: f64, c: f64| larger(larger(a, b), c) - smaller(smaller(a, b), c);
@@ -31,7 +31,7 @@ pub(crate) fn narrow(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &
     };
     let far = |corners: [u32; 3]| surface.deviation(mesh, corners) > chord;
     let mut wide = Vec::new();
-    for (k, &t) in mesh.triangles.iter().take(trimmed).enumerate() {
+    for (k, &t) in mesh.triangles.iter().take(count).enumerate() {
         if is_wider(t) && far(t) {
             wide.push(k);
         }
@@ -42,7 +42,6 @@ pub(crate) fn narrow(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &
     let mut web = Web::new(mesh);
     let mut left = CHANGES * wide.len();
     while let (Some(t), 1..) = (wide.pop(), left) {
-        left -= 1;
         let off = surface.deviation(web.mesh, web.mesh.triangles[t]);
         if off <= chord {
             continue;
@@ -50,6 +49,7 @@ pub(crate) fn narrow(mesh: &mut TileMesh, trimmed: usize, chord: f64, surface: &
         let best = web.flips(t).into_iter().filter_map(|flip| Some((surface.gain(&web, &flip, off)?, flip)));
         let change = best.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, flip)| flip);
         let Some(change) = change.or_else(|| surface.split(&mut web, t)) else { continue };
+        left -= 1;
         web.apply(&change);
         wide.extend(change.triangles.iter().map(|(t, _)| *t));
     }

@@ -30,13 +30,19 @@ const LEAST_GAIN: f64 = 1e-3;
 /// deviate, or the folds did not shrink, a second pass from the original triangles only takes changes within the
 /// tolerance.
 ///
-/// Gives up after weighing `weighed` triangles of changes. Cost: if one is folded, a few nanoseconds for every triangle
-/// of the tile.
-pub(crate) fn unfold(mesh: &mut TileMesh, doubtful: &[usize], chord: f64, weighed: usize, surface: &FaceSurface<'_>) {
+/// Gives up after weighing `weighed` triangles of changes. Returns whether it changed any. Cost: if one is folded, a few
+/// nanoseconds for every triangle of the tile.
+pub(crate) fn unfold(
+    mesh: &mut TileMesh,
+    doubtful: &[usize],
+    chord: f64,
+    weighed: usize,
+    surface: &FaceSurface<'_>,
+) -> bool {
     let is_wrong = |t: usize| TriangleShape::is_wrong(mesh, mesh.triangles[t]);
     let folded: Vec<usize> = doubtful.iter().copied().rev().filter(|&t| is_wrong(t)).collect();
     if folded.is_empty() {
-        return;
+        return false;
     }
     let stated = mesh.triangles.clone();
     let mut left = weighed;
@@ -48,10 +54,11 @@ pub(crate) fn unfold(mesh: &mut TileMesh, doubtful: &[usize], chord: f64, weighe
         left = near.left.get();
         if web.improves(&stated, &Near { surface, chord, clear_area, left: Cell::new(0) }) {
             web.mesh.triangles.retain(|t| *t != GONE);
-            break;
+            return true;
         }
         web.restore(&stated);
     }
+    false
 }
 
 /// Most neighbourhoods retriangulated per pass of a tile. Real tiles need a handful; noise is folded everywhere.

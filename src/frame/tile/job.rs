@@ -165,7 +165,8 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
         let TileMesh { positions, triangles, .. } = mesh;
         triangles.retain(|&t| are_apart(positions, t));
     }
-    let trimmed = mesh.triangles.len();
+    // How many triangles may be wider than a cell: halves of full cells are not.
+    let mut count = mesh.triangles.len();
     push_full_cells(mesh, (&s.runs, &s.corners), lattice.us.len(), face.reversed);
     if face.kind == SurfaceKind::Plane {
         return;
@@ -173,13 +174,16 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
     let mut surface = FaceSurface { face, uvs: &mut s.uvs };
     if unfolds {
         let weighed = if tile.entangled || face.repaired { MOST_WEIGHED_OF_NOISE } else { MOST_WEIGHED };
-        unfold(mesh, &s.doubtful, lattice.chord, weighed, &surface);
+        if unfold(mesh, &s.doubtful, lattice.chord, weighed, &surface) {
+            // Halves of full cells may have been flipped, too.
+            count = mesh.triangles.len();
+        }
     }
     if lattice.cells() == (1, 1) {
         // Nothing is wider than the tile.
         return;
     }
-    narrow(mesh, trimmed, lattice.chord, &mut surface, &s.cells);
+    narrow(mesh, count, lattice.chord, &mut surface, &s.cells);
 }
 
 /// Turns the lattice corners that triangles and full cells use into vertices, and names crossings after them. Returns

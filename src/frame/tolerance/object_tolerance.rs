@@ -1,5 +1,7 @@
 //! A tolerance for the placed model -> the tolerance of a part, raised to the least that a mesh can meet.
 
+use std::f64::consts::{PI, SQRT_2, TAU};
+
 /// Least chord tolerance, as a fraction of the part's radius. Parameters on edges are accurate to about 1e-12 of a
 /// domain: finer meshes would only show rounding.
 const LEAST_CHORD: f64 = 1e-9;
@@ -21,7 +23,7 @@ pub struct Tolerance {
     /// Maximum turn of the normal across a cell and of the tangent along a segment, radians. Positive; values above a
     /// quarter turn count as a quarter turn, so that small pins and holes never collapse.
     pub angle: f64,
-    /// Maximum length of a cell's side or an edge's segment, millimetres; `None` = no limit.
+    /// Maximum length of a cell's diagonal or an edge's segment, millimetres; `None` = no limit.
     pub max_edge: Option<f64>,
 }
 
@@ -42,6 +44,13 @@ impl Tolerance {
     /// The tolerance in the coordinates of a part that is placed at `scale`.
     pub(crate) fn within_part(&self, scale: f64) -> Self {
         Self { chord: self.chord / scale, angle: self.angle, max_edge: self.max_edge.map(|length| length / scale) }
+    }
+
+    /// Lines that it needs around a circle of this radius, millimetres.
+    pub(crate) fn around(&self, radius: f64) -> f64 {
+        let Self { chord, angle, max_edge } = self;
+        let by_length = max_edge.map_or(0.0, |length| SQRT_2 * TAU * radius / length);
+        (PI * (0.5 * radius / chord).sqrt()).max(TAU / angle).max(by_length)
     }
 
     /// Raises values that a part of this radius cannot meet to the least that it can.
