@@ -481,7 +481,7 @@ typedef struct {
     double chord_rel;
     // Largest turn of the normal across a lattice cell, radians; 0 = 20 degrees.
     double angle;
-    // Longest side of a lattice cell and segment of an edge, millimetres; 0 = any.
+    // Longest diagonal of a lattice cell and segment of an edge, millimetres; 0 = any.
     double max_edge;
     // Triangles at most; 0 = 64 million.
     uint64_t max_triangles;
@@ -585,7 +585,7 @@ typedef struct {
     uint32_t height_px;
     // Largest distance in the picture between triangles and surface, pixels; 0 = 0.5.
     double deviation_px;
-    // Longest side of a cell or segment of an edge in the picture, pixels; 0 = any.
+    // Longest diagonal of a cell or segment of an edge in the picture, pixels; 0 = any.
     double size_px;
     // Largest turn of the normal across a cell, radians; 0 = 30 degrees.
     double angle;

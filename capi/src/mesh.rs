@@ -37,7 +37,7 @@ pub struct tt_tolerance {
     pub chord_rel: f64,
     /// Largest turn of the normal across a lattice cell, radians; 0 = 20 degrees.
     pub angle: f64,
-    /// Longest side of a lattice cell and segment of an edge, millimetres; 0 = any.
+    /// Longest diagonal of a lattice cell and segment of an edge, millimetres; 0 = any.
     pub max_edge: f64,
     /// Triangles at most; 0 = 64 million.
     pub max_triangles: u64,

@@ -34,7 +34,7 @@ pub struct tt_view {
     pub height_px: u32,
     /// Largest distance in the picture between triangles and surface, pixels; 0 = 0.5.
     pub deviation_px: f64,
-    /// Longest side of a cell or segment of an edge in the picture, pixels; 0 = any.
+    /// Longest diagonal of a cell or segment of an edge in the picture, pixels; 0 = any.
     pub size_px: f64,
     /// Largest turn of the normal across a cell, radians; 0 = 30 degrees.
     pub angle: f64,

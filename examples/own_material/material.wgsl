@@ -85,11 +85,11 @@ fn shaded(in: Fragment, roughness: f32, metal: f32) -> vec3<f32> {
     let k = 0.125 * (roughness + 1.0) * (roughness + 1.0);
     let masked = 0.25 / ((n_v * (1.0 - k) + k) * (max(n_l, 0.0) * (1.0 - k) + k));
     let at_normal = mix(vec3(0.04), in.colour, metal);
-    let fresnel = at_normal + (1.0 - at_normal) * pow(1.0 - max(dot(to_eye, halfway), 0.0), 5.0);
+    let fresnel = at_normal + (1.0 - at_normal) * pow(1.0 - saturate(dot(to_eye, halfway)), 5.0);
     let diffuse = in.colour * (1.0 - metal);
     let sun = SUN * max(n_l, 0.0) * select(0.0, lit(in.position, normal), n_l > 0.0);
     // Reflections at grazing angles (Schlick), less so on rough surfaces.
-    let rim = at_normal + (max(vec3(1.0 - roughness), at_normal) - at_normal) * pow(1.0 - n_v, 5.0);
+    let rim = at_normal + (max(vec3(1.0 - roughness), at_normal) - at_normal) * pow(saturate(1.0 - n_v), 5.0);
     let mirrored = surroundings(reflect(-to_eye, normal), roughness);
     return sun * (diffuse / 3.14159 + fresnel * facets * masked)
         + 0.6 * diffuse * surroundings(normal, 1.0) + rim * mirrored;

@@ -66,7 +66,7 @@ impl Prepared {
     ///     chord: Largest distance between triangles and surface, millimetres.
     ///     chord_rel: The same as a fraction of the diagonal (default 1e-3). Not with `chord`.
     ///     angle: Largest angle by which the normal turns across a lattice cell, degrees (default 20).
-    ///     max_edge: Longest side of a lattice cell and segment of an edge, millimetres; no limit if None.
+    ///     max_edge: Longest diagonal of a lattice cell and segment of an edge, millimetres; no limit if None.
     ///     max_memory: Memory at most, bytes; that of `prepare` and `read` if None.
     ///     max_triangles: Triangles at most, each part once (default 64 million).
     ///     max_tile_triangles: Triangles of a piece of a face at most (default 8 million).
@@ -177,7 +177,7 @@ impl Prepared {
     ///     size: Width and height of the picture, pixels.
     ///     orthographic: Whether the camera is orthographic.
     ///     deviation_px: Largest screen-space error, pixels.
-    ///     size_px: Longest side of a lattice cell on the screen, pixels; no limit if None.
+    ///     size_px: Longest diagonal of a lattice cell on the screen, pixels; no limit if None.
     ///
     /// Raises:
     ///     RangeError: An argument is out of range.
@@ -209,7 +209,7 @@ impl Prepared {
     ///     view: "iso", "front", "back", "left", "right", "top", "bottom", or "yaw,pitch,distance" in degrees and
     ///         multiples of the distance at which the model just fits.
     ///     deviation_px: Largest screen-space error, pixels.
-    ///     size_px: Longest side of a lattice cell on the screen, pixels; no limit if None.
+    ///     size_px: Longest diagonal of a lattice cell on the screen, pixels; no limit if None.
     ///     orthographic: Whether the camera is orthographic.
     ///     color_by: "model", "part", "face", "tile", "worker" or "rate".
     ///     wireframe: Whether to draw the edges of triangles.

@@ -31,7 +31,7 @@ impl View {
     ///     near: Depth of the near plane of a perspective camera, millimetres.
     ///     size: Width and height of the picture, pixels.
     ///     deviation_px: Largest screen-space error, pixels.
-    ///     size_px: Longest side of a lattice cell on the screen, pixels; no limit if None.
+    ///     size_px: Longest diagonal of a lattice cell on the screen, pixels; no limit if None.
     ///     angle: Largest angle by which the normal turns across a lattice cell, degrees.
     ///
     /// Raises:

@@ -54,7 +54,7 @@
  * @property {number} [chord] Largest distance between triangles and surface, millimetres.
  * @property {number} [chordRel] The same as a fraction of the model's diagonal. Default 1e-3, without `chord`.
  * @property {number} [angle] Largest turning of the normal across a lattice cell, degrees. Default 20.
- * @property {number} [maxEdge] Longest side of a lattice cell, millimetres.
+ * @property {number} [maxEdge] Longest diagonal of a lattice cell, millimetres.
  */
 /**
  * @typedef {object} Options
@@ -238,7 +238,7 @@ export type Tolerance = {
      */
     angle?: number;
     /**
-     * Longest side of a lattice cell, millimetres.
+     * Longest diagonal of a lattice cell, millimetres.
      */
     maxEdge?: number;
 };

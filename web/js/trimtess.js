@@ -61,7 +61,7 @@ import { Instance as Module } from "./instance.js";
  * @property {number} [chord] Largest distance between triangles and surface, millimetres.
  * @property {number} [chordRel] The same as a fraction of the model's diagonal. Default 1e-3, without `chord`.
  * @property {number} [angle] Largest turning of the normal across a lattice cell, degrees. Default 20.
- * @property {number} [maxEdge] Longest side of a lattice cell, millimetres.
+ * @property {number} [maxEdge] Longest diagonal of a lattice cell, millimetres.
  */
 
 /**

@@ -31,7 +31,7 @@ pub struct Tolerance {
     /// Largest turning of the normal across a lattice cell, radians. Default 20°.
     #[tsify(optional)]
     angle: Option<f64>,
-    /// Longest side of a lattice cell, millimetres.
+    /// Longest diagonal of a lattice cell, millimetres.
     #[tsify(optional)]
     max_edge: Option<f64>,
 }

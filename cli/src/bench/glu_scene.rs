@@ -262,8 +262,9 @@ fn read_triangles(bytes: &[u8], patches: usize) -> Result<Vec<Triangle>, Failure
         corners: [corner(&x[1..6]), corner(&x[6..11]), corner(&x[11..16])],
     };
     let triangles: Vec<Triangle> = numbers.as_chunks().0.iter().map(triangle).collect();
-    match triangles.iter().find(|triangle| triangle.patch >= patches) {
-        Some(wrong) => Err(Failure::cannot(format!("a triangle belongs to patch {} of only {patches}", wrong.patch))),
+    let is_patch = |x: f64| x >= 0.0 && x < patches as f64 && x.fract() == 0.0;
+    match numbers.iter().step_by(16).find(|x| !is_patch(**x)) {
+        Some(wrong) => Err(Failure::cannot(format!("a triangle belongs to patch {wrong} of only {patches}"))),
         None => Ok(triangles),
     }
 }
@@ -318,6 +319,7 @@ impl PathCamera {
 /// Quality measures of triangles.
 #[derive(Default)]
 struct TriangleQuality {
+    views: usize,
     count: usize,
     /// Screen-space distances between samples of triangles and the nearest points of the surface.
     pixels: Vec<f64>,
@@ -330,6 +332,7 @@ impl TriangleQuality {
     const HEAD: &str = "triangles / view | px max,  99 %, median | T-junctions ";
 
     fn add(&mut self, triangles: &[Triangle], patches: &[NurbsSurface], camera: &PathCamera) {
+        self.views += 1;
         self.count += triangles.len();
         let shared = shared_sides(patches);
         let key = |c: &Corner| c.point.to_array().map(|x| (x + 0.0).to_bits());
@@ -354,8 +357,8 @@ impl TriangleQuality {
         self.pixels.sort_by(f64::total_cmp);
         let share = |share: f64| self.pixels[(share * (self.pixels.len() - 1) as f64) as usize];
         let [max, most, median] = [share(1.0), share(0.99), share(0.5)];
-        let t = 100.0 * self.unmatched as f64 / self.border_edges as f64;
-        let count = self.count as f64 / VIEWS as f64;
+        let t = 100.0 * self.unmatched as f64 / self.border_edges.max(1) as f64;
+        let count = self.count as f64 / self.views.max(1) as f64;
         format!("{count:16.0} | {max:6.3} {most:6.3} {median:7.4} | {:5} {t:4.0} % ", self.unmatched)
     }
 }

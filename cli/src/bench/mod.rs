@@ -163,6 +163,8 @@ fn on_more_threads(input: &Input, args: &BenchArgs, common: &Common, outputs: &m
     if threads.is_empty() {
         threads = scaling::up_to(Machine::this().cores);
     }
+    // What one thread takes is what the others are compared with.
+    threads.push(1);
     threads.sort_unstable();
     threads.dedup();
     let plan = scaling::Plan { input, copies: args.copies, rounds: args.rounds, threads };

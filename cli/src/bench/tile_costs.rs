@@ -60,6 +60,11 @@ pub(super) fn run(args: &TileCostsArgs, common: &Common) -> Result<Done, Failure
         return Err(Failure::Cannot(format!("{} samples are too few to fit {TERMS} coefficients", all.len())));
     }
     let fit = fit(&all);
+    if !fit.iter().all(|term| *term >= 0.0) {
+        return Err(Failure::cannot(
+            "these tiles are too alike to tell apart what a tile, a cell and a tessellant cost",
+        ));
+    }
     let [tile, cell, tessellant] = fit;
     crate::tell(&format!(
         "{} tiles: ns per tile {tile:.0}, cell {cell:.0}, tessellant {tessellant:.0}\n\

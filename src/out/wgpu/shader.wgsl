@@ -56,7 +56,7 @@ fn surface_fragment(in: Surface, @builtin(front_facing) counter_clockwise: bool)
     let diffuse = sky + 0.33 * facing + 0.54 * key;
     let halfway = normalize(to_eye + style.key.xyz);
     let gloss = 0.12 * pow(max(dot(normal, halfway), 0.0), 40.0);
-    let rim = 0.06 * pow(1.0 - facing, 4.0);
+    let rim = 0.06 * pow(saturate(1.0 - facing), 4.0);
     return vec4(colour * diffuse + gloss + rim, 1.0);
 }
 
