@@ -514,35 +514,6 @@ fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
 }
 
 #[test]
-fn culled_tiles_are_not_in_the_picture() {
-    let prepared = shape("washer");
-    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_cull_back_faces(true));
-    let mut placed = PlacedInstances::of(&prepared);
-    let mut draw = SplitMix(4);
-    let (mut culled, mut behind) = (0, 0);
-    for view in path(&mut draw, prepared.bounds.unwrap(), 200) {
-        let plan = Arc::clone(planner.plan(&mut placed, &[view]));
-        for (t, tile) in prepared.parts[0].tiles.iter().enumerate() {
-            if plan.drawn.contains(0, 0, TileId(t as u32)) {
-                continue;
-            }
-            culled += 1;
-            let face = prepared.parts[0].face_of(tile);
-            for k in 0..25 {
-                let at = tile.min + (tile.max - tile.min) * glam::DVec2::new(f64::from(k % 5), f64::from(k / 5)) / 4.0;
-                let d = face.patches.derivatives(at.x, at.y);
-                let normal = d.du.cross(d.dv) * if face.reversed { -1.0 } else { 1.0 };
-                let away = normal.dot(d.point - view.camera.eye) > 0.0;
-                let shown = super::pixels::project(&view, 0.02 * prepared.scene.parts[0].radius, d.point).is_some();
-                assert!(away || !shown, "tile {t} at {at} by {view:?}");
-                behind += usize::from(away && shown);
-            }
-        }
-    }
-    assert!(culled > 100 && behind > 1000, "{culled} {behind}");
-}
-
-#[test]
 fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
     let prepared = shape("teapot");
     let limits = trimtess::frame::PlanLimits::DEFAULT.with_triangles(4000);

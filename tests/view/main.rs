@@ -7,6 +7,7 @@ mod budget;
 mod common;
 mod corpus;
 mod counted;
+mod culling;
 #[cfg(feature = "step")]
 #[path = "../corpus/folder.rs"]
 mod folder;

@@ -267,7 +267,8 @@ pub(super) struct PlanDraft {
     pub(super) sights: Arc<Sights>,
     /// In lists, a call of a job each.
     pub(super) wanted: Vec<Vec<WantedRate>>,
-    /// Drawn tiles with a step per sub-box. Their edges are checked box by box in every frame.
+    /// Drawn tiles with a step per sub-box, or next to culled ones that have it. Their edges are checked box by box in
+    /// every frame.
     pub(super) near: Vec<(usize, usize)>,
     pub(super) changes: PlanChanges,
 }

@@ -237,6 +237,10 @@ impl Rates {
             if due {
                 wanted.due.push((p, t));
             }
+            let beside_culled = self.is_beside_culled(p, t);
+            if beside_culled {
+                wanted.near.push((p, t));
+            }
             let planned = tile_terms[t] == self.term;
             let (low, high) = bands[t];
             if planned && !due && most >= low && most <= high && most <= APART * least {
@@ -250,7 +254,9 @@ impl Rates {
                 let step = step(most, before.step(0));
                 (Rate::Even(step), band(step))
             } else {
-                wanted.near.push((p, t));
+                if !beside_culled {
+                    wanted.near.push((p, t));
+                }
                 let face = part.face_of(&part.tiles[t]);
                 // The edges of tiles with one cell at any density may bend, but they have their own boxes.
                 let single = is_single(face, self.terms.size);
@@ -270,6 +276,17 @@ impl Rates {
             }
         }
         if all_keep { of_all } else { GroupBand::NONE }
+    }
+
+    /// Whether a drawn tile shares an edge with a culled one that has a step per sub-box: then that edge has too, and no
+    /// other tile has it checked.
+    fn is_beside_culled(&self, p: usize, t: usize) -> bool {
+        let PartRates { boxes, tiles: rates, seen, .. } = &self.parts[p];
+        let part = &self.prepared.parts[p];
+        let is_open = |place: &TileUse| rates[place.tile.index()].is_each() && !seen.shows(place.tile.index());
+        // Of tiles that are off-screen, the picture has no edges.
+        boxes.may_cull(t / RANGE)
+            && part.tiles[t].loops.iter().flatten().any(|u| part.edges[u.edge.index()].uses.iter().any(is_open))
     }
 
     /// How many steps finer a tile should be, and the factor on its cells.
