@@ -32,6 +32,7 @@ pub use live::split::{LinePlacement, SplitRule};
 pub mod internals {
     pub(crate) use super::live::culling::largest_tile;
     pub use super::live::levels::Levels;
+    pub(crate) use super::live::levels::add_level;
     pub use super::live::pages::PlanChanges;
     pub(crate) use super::live::placed::InstanceLook;
     pub use super::live::placed::PlacedInstances;

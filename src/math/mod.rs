@@ -11,6 +11,7 @@ pub(crate) mod lanes;
 pub(crate) mod links;
 pub(crate) mod matching;
 pub(crate) mod order;
+pub(crate) mod rows;
 pub(crate) mod sets;
 pub(crate) mod sphere_tree;
 pub(crate) mod sums;

@@ -89,6 +89,11 @@ impl Scene {
         }
     }
 
+    /// Appends an LOD of a part of the model.
+    pub(crate) fn add_level(&mut self, part: PartId) {
+        self.parts.push(ScenePart { mesh_of: Some(part), ..self.parts[part.index()].clone() });
+    }
+
     /// The model's part of a part, which may be one of its LODs: both have the same tiles.
     pub(crate) fn of_model(&self, part: PartId) -> PartId {
         self.parts[part.index()].mesh_of.unwrap_or(part)

@@ -3,8 +3,9 @@
 use super::error::AttributeError;
 use super::instances::{InstanceKey, Instances};
 use crate::frame::Attributes;
+use crate::math::rows::take_rows;
 use crate::mesh::{Scene, SceneInstance};
-use crate::model::PartId;
+use crate::model::{Colour, PartId};
 use glam::DAffine3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -59,9 +60,13 @@ impl Edits {
         }
     }
 
-    /// Removes an instance, and returns its attributes.
-    pub(super) fn remove(&mut self, key: InstanceKey, row: usize) -> Attributes {
-        self.places.remove(row);
+    /// Removes the places of instances that did not move since the last [`take`](Self::take). Their rows ascend.
+    pub(super) fn remove_rows(&mut self, rows: &[usize]) {
+        take_rows(&mut self.places, rows);
+    }
+
+    /// Removes the attributes of an instance, and returns them.
+    pub(super) fn remove(&mut self, key: InstanceKey) -> Attributes {
         self.instances.remove(&key).unwrap_or_default()
     }
 
@@ -127,8 +132,10 @@ pub(super) fn check(attributes: &Attributes) -> Result<(), AttributeError> {
             return Err(AttributeError::Factor { name, value });
         }
     }
-    match colour.filter(|colour| !colour.iter().all(|share| (0.0..=1.0).contains(share))) {
-        Some(colour) => Err(AttributeError::Colour { colour }),
-        None => Ok(()),
-    }
+    bad_colour(colour).map_or(Ok(()), |colour| Err(AttributeError::Colour { colour }))
+}
+
+/// The colour, if a share of it is not from 0 to 1.
+pub(super) fn bad_colour(colour: Option<Colour>) -> Option<Colour> {
+    colour.filter(|colour| !colour.iter().all(|share| (0.0..=1.0).contains(share)))
 }

@@ -136,17 +136,23 @@ impl Engine {
         }
     }
 
-    /// Adds an instance of a part of the model. Whether that takes one more LOD, which is then the last part of
-    /// `prepared`.
+    /// Adds an instance of a part of the model. Returns whether that takes one more LOD, which is the last part of
+    /// `prepared` from the next frame of views on.
     pub(super) fn add_instance(&mut self, instance: SceneInstance) -> bool {
         self.rests = false;
         let part = instance.part;
         self.placed.push(instance);
-        let Some(prepared) = self.levels.push(&self.prepared, part) else { return false };
+        self.levels.push(part)
+    }
+
+    /// Appends the LODs of instances that were added since the last frame of views, all at once: this takes a pass over
+    /// the parts.
+    fn add_levels(&mut self) {
+        let Some((prepared, parts)) = self.levels.grown(&self.prepared) else { return };
         self.prepared = prepared;
         self.placed.add_parts(&self.prepared);
         self.crew.set_stages(&self.prepared);
-        self.owners.add_level(part);
+        parts.into_iter().for_each(|part| self.owners.add_level(part));
         if let Some(writer) = &mut self.writer {
             Arc::make_mut(writer).set_prepared(&self.prepared);
         }
@@ -154,12 +160,12 @@ impl Engine {
             planner.add_parts(Arc::clone(&self.prepared));
             residency.add_parts(&self.prepared);
         }
-        true
     }
 
     /// Switches to another model, and its instances. What parts of both have is kept.
     pub(super) fn update(&mut self, model: &Arc<Prepared>) {
         self.rests = false;
+        self.add_levels();
         let (prepared, from) = self.levels.update(&self.prepared, model);
         self.prepared = prepared;
         let SessionOptions { edge_lines, rebalance_every, .. } = self.options;
@@ -176,11 +182,12 @@ impl Engine {
         }
     }
 
-    /// Removes an instance, and returns it in the colour of the model. The indices of later ones decrease by one.
-    pub(super) fn remove_instance(&mut self, row: usize) -> SceneInstance {
+    /// Removes instances, whose rows ascend, and returns them in the colours of the model. The rows of later ones
+    /// decrease.
+    pub(super) fn remove_instances(&mut self, rows: &[usize]) -> Vec<SceneInstance> {
         self.rests = false;
-        self.levels.remove(row);
-        self.placed.remove(row)
+        self.levels.remove(rows);
+        self.placed.remove(rows)
     }
 
     /// Moves instances, and sets attributes.
@@ -225,6 +232,7 @@ impl Engine {
         let _span = tracing::debug_span!("make").entered();
         self.rests = false;
         let mut laps = Laps::start();
+        self.add_levels();
         let lists = self.lists();
         let Self { prepared, jobs, placed, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {

@@ -87,6 +87,12 @@ pub enum InstanceError {
         /// Largest absolute entry of `MᵀM / scale² - 1`; NaN if the matrix is singular, or the transform not finite.
         error: f64,
     },
+    /// A share of the colour is not from 0 to 1.
+    #[error("the colour is {colour:?}; its numbers must be from 0 to 1")]
+    Colour {
+        /// The colour.
+        colour: Colour,
+    },
     /// An internal error ended the session.
     #[error("an internal error ended the session: {why}")]
     Lost {

@@ -1,5 +1,6 @@
 //! Names of a session's instances. Rows shift when an instance goes; keys do not.
 
+use crate::math::rows::take_rows;
 use slotmap::{DefaultKey, Key, KeyData, SlotMap};
 use std::fmt;
 
@@ -61,11 +62,14 @@ impl Instances {
         key
     }
 
-    /// Removes a row. Those of later instances decrease by one.
-    pub(super) fn remove(&mut self, row: usize) {
-        self.rows.remove(self.keys.remove(row).0);
-        for key in &self.keys[row..] {
-            self.rows.get_mut(key.0).into_iter().for_each(|row| *row -= 1);
+    /// Removes rows, which ascend. Those of later instances decrease.
+    pub(super) fn remove(&mut self, rows: &[usize]) {
+        for key in take_rows(&mut self.keys, rows) {
+            self.rows.remove(key.0);
+        }
+        let first = rows.first().map_or(self.keys.len(), |first| *first);
+        for (row, key) in self.keys.iter().enumerate().skip(first) {
+            self.rows.get_mut(key.0).into_iter().for_each(|known| *known = row);
         }
     }
 
@@ -86,7 +90,7 @@ mod tests {
     fn keys_stay_while_rows_shift_and_are_not_given_twice() {
         let mut instances = Instances::of(4);
         let keys: Vec<InstanceKey> = (0..4).filter_map(|row| instances.key(row)).collect();
-        instances.remove(1);
+        instances.remove(&[1]);
         assert_eq!(keys.iter().map(|&key| instances.row(key)).collect::<Vec<_>>(), [Some(0), None, Some(1), Some(2)]);
         let new = instances.push();
         assert_eq!((instances.row(new), instances.key(3), instances.row(keys[1])), (Some(3), Some(new), None));

@@ -47,6 +47,8 @@ pub use once::{serial, tessellate_on};
 mod session;
 pub use session::Session;
 
+mod placing;
+
 mod coarse_points;
 pub use coarse_points::coarse_points;
 

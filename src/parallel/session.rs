@@ -2,25 +2,24 @@
 //! caller's thread.
 
 use super::commit::FrameReport;
-use super::edits::{Edited, Edits, check};
+use super::edits::{Edited, Edits};
 use super::engine::{Degraded, Engine, FinishedFrame};
-use super::error::{AttributeError, FrameError, InstanceError, Lost};
+use super::error::{FrameError, Lost};
 use super::flight::{Flight, Orders};
 use super::handoff::DegradedTile;
 use super::instances::{InstanceKey, Instances};
 use super::metrics::SessionMemory;
 use super::options::SessionOptions;
 use crate::control::{Control, Jobs, StartError, Threads};
-use crate::frame::internals::completed;
-use crate::frame::internals::{InstanceLook, Levels};
-use crate::frame::{Attributes, Plan, PlanLimits, Shortfall, Tolerance, plan_for_view_on, plan_on};
-use crate::mesh::{MeshSink, Scene, SceneInstance, TileMemory, VertexLayout};
-use crate::model::{PartId, not_rigid};
+use crate::frame::internals::{InstanceLook, Levels, add_level, completed};
+use crate::frame::{Plan, PlanLimits, Shortfall, Tolerance, plan_for_view_on, plan_on};
+use crate::mesh::{MeshSink, Scene, TileMemory, VertexLayout};
+use crate::model::PartId;
 use crate::prepare::Prepared;
 use crate::view::View;
 use smallvec::SmallVec;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// A prepared model with workers. Sessions are independent of each other, also those of one prepared model.
@@ -71,13 +70,15 @@ use std::time::Duration;
 ///
 /// Frames run on [`Threads`] of the session's own, or on an engine's pool ([`start_on`](Self::start_on)).
 pub struct Session {
-    /// With the parts of all [`Levels`].
+    /// With the parts of all [`Levels`] that the engine had when it landed.
     prepared: Arc<Prepared>,
+    /// The same with those that came since, once someone asks for it.
+    pub(super) grown: OnceLock<Arc<Prepared>>,
     jobs: Arc<dyn Jobs>,
     /// Without them.
-    model: Arc<Prepared>,
-    scene: Scene,
-    rows: Instances,
+    pub(super) model: Arc<Prepared>,
+    pub(super) scene: Scene,
+    pub(super) rows: Instances,
     workers: usize,
     engine: EngineState,
     /// Of the engine on its way.
@@ -87,7 +88,7 @@ pub struct Session {
     /// Of plans.
     limits: PlanLimits,
     degraded: Degraded,
-    edits: Edits,
+    pub(super) edits: Edits,
 }
 
 /// Where the engine is.
@@ -135,6 +136,7 @@ impl Session {
         let workers = engine.workers();
         Self {
             prepared,
+            grown: OnceLock::new(),
             jobs,
             model,
             scene,
@@ -192,7 +194,7 @@ impl Session {
     /// threads.
     #[must_use]
     pub fn plan(&self) -> Option<Arc<Plan>> {
-        self.plan.as_ref().map(|plan| completed(&*self.jobs, plan, &self.prepared, &self.limits))
+        self.plan.as_ref().map(|plan| completed(&*self.jobs, plan, self.prepared(), &self.limits))
     }
 
     /// What limits made coarser in the last frame of views that was made; `None` if nothing, and before the first.
@@ -206,10 +208,19 @@ impl Session {
         self.degraded.values()
     }
 
-    /// The prepared model. Further LODs of a part are parts of their own, after all parts of the model.
+    /// The prepared model. Further LODs of a part are parts of their own, after all parts of the model. Those of instances
+    /// that were added since the last frame of views cost the first call a pass over the parts.
     #[must_use]
     pub fn prepared(&self) -> &Arc<Prepared> {
-        &self.prepared
+        let new = &self.scene.parts[self.prepared.parts.len()..];
+        if new.is_empty() {
+            return &self.prepared;
+        }
+        self.grown.get_or_init(|| {
+            let mut grown = Prepared::clone(&self.prepared);
+            new.iter().filter_map(|part| part.mesh_of).for_each(|part| _ = add_level(&mut grown, part));
+            Arc::new(grown)
+        })
     }
 
     /// The model's part of the instance in this row of [`scene`](Self::scene), whatever its current LOD. `None` if out
@@ -271,6 +282,7 @@ impl Session {
         engine.update(&prepared);
         let (parts, looks) = (engine.placed.part_attributes().clone(), engine.placed.take_looks());
         self.prepared = Arc::clone(&engine.prepared);
+        self.grown = OnceLock::new();
         self.model = prepared;
         self.scene = self.prepared.scene.clone();
         self.rows.update(self.scene.instances.len());
@@ -279,113 +291,8 @@ impl Session {
         Ok(())
     }
 
-    /// Adds an instance of a part of the model, from the next frame of views on. Its row is the last. Its attributes
-    /// are the default, but for `visible`. Cancels a frame of views that was begun.
-    ///
-    /// A part has as many LODs as instances, up to [`SessionOptions::levels`]. One that is added is the last part of
-    /// [`scene`](Self::scene) from then on.
-    ///
-    /// # Errors
-    /// When there is no such part, or the transform is not a rigid motion with an optional uniform scale.
-    pub fn add_instance(&mut self, instance: SceneInstance) -> Result<InstanceKey, InstanceError> {
-        let count = self.model.scene.parts.len();
-        if instance.part.index() >= count {
-            return Err(InstanceError::NoPart { part: instance.part, count });
-        }
-        not_rigid(&instance.transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
-        let engine = self.edited()?;
-        let has_level = engine.add_instance(instance.clone());
-        let (prepared, looks) = (Arc::clone(&engine.prepared), engine.placed.take_looks());
-        if has_level {
-            self.scene.parts.extend(prepared.scene.parts.last().cloned());
-            self.prepared = prepared;
-        }
-        let key = self.rows.push();
-        self.edits.add(key, &instance);
-        self.scene.instances.push(instance);
-        self.repaint(looks);
-        self.scene.number_faces(self.scene.instances.len() - 1);
-        Ok(key)
-    }
-
-    /// Removes an instance from the next frame of views on. The rows of later instances decrease by one. Cancels a frame
-    /// of views that was begun.
-    ///
-    /// Returns the instance: at its present place, visible if it was set so, with the colour that the model or the
-    /// caller of [`add_instance`](Self::add_instance) gave it.
-    ///
-    /// # Errors
-    /// When it was removed before, or an internal error ended the session.
-    pub fn remove_instance(&mut self, key: InstanceKey) -> Result<SceneInstance, InstanceError> {
-        let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
-        let engine = self.edited()?;
-        let (looks, stated) = (engine.placed.take_looks(), engine.remove_instance(row));
-        self.repaint(looks);
-        self.rows.remove(row);
-        let visible = self.edits.remove(key, row).visible;
-        let gone = self.scene.instances.remove(row);
-        self.scene.number_faces(row);
-        Ok(SceneInstance { part: self.scene.of_model(gone.part), visible, colour: stated.colour, ..gone })
-    }
-
-    /// Moves an instance from the next frame of views on. A frame that was begun goes on with its place before.
-    ///
-    /// # Errors
-    /// When it was removed, or the transform is not a rigid motion with an optional uniform scale.
-    pub fn move_instance(&mut self, key: InstanceKey, transform: glam::DAffine3) -> Result<(), InstanceError> {
-        let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
-        not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
-        self.edits.move_row(row, transform);
-        Ok(())
-    }
-
-    /// Sets the attributes of a part of the model from the next frame of views on: for all its instances, together with
-    /// their own. They replace those set before. A frame that was begun goes on without them. Whole frames by a plan
-    /// ([`frame`](Self::frame)) have the model as it is.
-    ///
-    /// Cost: a look-up on this thread; in the frame, a look at all instances, and about 100 ns for each that changes.
-    ///
-    /// # Errors
-    /// When there is no such part, or a value is out of range. Nothing changes.
-    pub fn set_part(&mut self, part: PartId, attributes: &Attributes) -> Result<(), AttributeError> {
-        self.part_attributes(part)?;
-        check(attributes)?;
-        self.edits.set_part(part, *attributes);
-        Ok(())
-    }
-
-    /// As [`set_part`](Self::set_part), of one instance: no other is looked at.
-    ///
-    /// # Errors
-    /// When it was removed, or a value is out of range. Nothing changes.
-    pub fn set_instance(&mut self, key: InstanceKey, attributes: &Attributes) -> Result<(), AttributeError> {
-        self.instance_attributes(key)?;
-        check(attributes)?;
-        self.edits.set_instance(key, *attributes);
-        Ok(())
-    }
-
-    /// The attributes that [`set_part`](Self::set_part) set last for a part of the model, else the default.
-    ///
-    /// # Errors
-    /// When there is no such part.
-    pub fn part_attributes(&self, part: PartId) -> Result<Attributes, AttributeError> {
-        let count = self.model.scene.parts.len();
-        let known = part.index() < count;
-        if known { Ok(self.edits.part(part)) } else { Err(AttributeError::NoPart { part, count }) }
-    }
-
-    /// The attributes that [`set_instance`](Self::set_instance) set last, without those of the part. Until then the
-    /// default, with `visible` as the instance was added.
-    ///
-    /// # Errors
-    /// When it was removed.
-    pub fn instance_attributes(&self, key: InstanceKey) -> Result<Attributes, AttributeError> {
-        let known = self.rows.row(key).is_some();
-        if known { Ok(self.edits.instance(key)) } else { Err(AttributeError::NoInstance { key }) }
-    }
-
-    fn repaint(&mut self, looks: Vec<(usize, InstanceLook)>) {
+    /// Draws instances as the engine says.
+    pub(super) fn repaint(&mut self, looks: Vec<(usize, InstanceLook)>) {
         for (row, InstanceLook { transform, visible, colour }) in looks {
             let instance = &mut self.scene.instances[row];
             (instance.transform, instance.visible, instance.colour) = (transform, visible, colour);
@@ -573,7 +480,7 @@ impl Session {
     }
 
     /// The engine, with what was set or moved since the last call. A frame that was begun is cancelled.
-    fn edited(&mut self) -> Result<&mut Engine, Lost> {
+    pub(super) fn edited(&mut self) -> Result<&mut Engine, Lost> {
         self.cancel();
         let edited = self.edits.take(&self.rows);
         let (engine, _) = self.wait()?;
@@ -585,6 +492,8 @@ impl Session {
         let selected = engine.placed.take_selected();
         selected.into_iter().for_each(|(row, part)| self.scene.instances[row].part = part);
         self.repaint(engine.placed.take_looks());
+        self.prepared = Arc::clone(&engine.prepared);
+        self.grown = OnceLock::new();
         let frame = frame.filter(|_| !control.is_cancelled());
         self.plan = frame.as_ref().map(|frame| Arc::clone(&frame.plan)).or(self.plan.take());
         EngineState::Idle(engine, frame)

@@ -12,6 +12,7 @@ mod culling;
 #[path = "../corpus/folder.rs"]
 mod folder;
 mod frames;
+mod instances;
 mod lines;
 mod pixels;
 mod reads;

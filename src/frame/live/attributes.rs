@@ -1,5 +1,6 @@
 //! What a caller says of parts and instances -> what frames of views make of each instance.
 
+use crate::math::rows::take_rows;
 use crate::model::{Colour, PartId};
 use std::collections::BTreeMap;
 
@@ -112,11 +113,9 @@ impl AttributeTable {
         (before != now).then_some(before)
     }
 
-    /// Removes an instance. The numbers of later ones decrease by one.
-    pub(crate) fn remove(&mut self, instance: usize) {
-        if instance < self.rows.len() {
-            self.rows.remove(instance);
-        }
+    /// Removes instances, whose numbers ascend. Those of later ones decrease.
+    pub(crate) fn remove(&mut self, instances: &[usize]) {
+        take_rows(&mut self.rows, instances);
     }
 
     /// Its memory, bytes.
@@ -152,7 +151,7 @@ mod tests {
     #[test]
     fn the_table_is_as_long_as_the_instances_once_anything_is_said() {
         let mut table = AttributeTable::default();
-        table.remove(3);
+        table.remove(&[3]);
         assert_eq!((table.memory(), table.of(7)), (0, &Attributes::DEFAULT));
         let hidden = Attributes::DEFAULT.with_visible(false);
         table.set_instance((1, 3), hidden);
@@ -160,7 +159,7 @@ mod tests {
         assert_eq!(table.combine((1, 3), PartId(0)), None);
         table.set_part(PartId(4), hidden);
         assert_eq!(table.combine((2, 3), PartId(4)), Some(Attributes::DEFAULT));
-        table.remove(0);
+        table.remove(&[0]);
         assert_eq!([0, 1, 2, 9].map(|row| table.of(row).visible), [false, false, true, true]);
         table.set_part(PartId(4), Attributes::DEFAULT);
         assert!(table.parts().is_empty() && table.combine((1, 2), PartId(4)) == Some(hidden));

@@ -9,7 +9,7 @@
 use super::culling::InstanceSight;
 use super::placed::{PlacedInstances, Shown};
 use crate::math::matching::matched;
-use crate::mesh::ScenePart;
+use crate::math::rows::take_rows;
 use crate::model::PartId;
 use crate::prepare::Prepared;
 use crate::view::View;
@@ -33,6 +33,10 @@ pub struct Levels {
     instances: Vec<(PartId, Band)>,
     /// LODs of a part, at most.
     most: usize,
+    /// Number of rows, with those of `new`.
+    rows: usize,
+    /// Parts of LODs that the prepared model does not have yet.
+    new: Vec<PartId>,
 }
 
 #[derive(Debug)]
@@ -61,13 +65,14 @@ impl Levels {
         for (p, placed) in placed.into_iter().enumerate() {
             let mut rows = vec![PartId::new(p)];
             for _ in 1..placed.min(most) {
-                rows.push(another(&mut out, PartId::new(p)));
+                rows.push(add_level(&mut out, PartId::new(p)));
             }
             let bands = vec![None; rows.len()];
             parts.push(PartLevels { rows, bands, placed });
         }
         let instances = prepared.scene.instances.iter().map(|i| (i.part, None)).collect();
-        (Arc::new(out), Self { parts, instances, most })
+        let rows = out.parts.len();
+        (Arc::new(out), Self { parts, instances, most, rows, new: Vec::new() })
     }
 
     /// Switches to another model. Returns that with its LODs, and for each of its rows the same part's row in `before`;
@@ -98,28 +103,38 @@ impl Levels {
         (prepared, from)
     }
 
-    /// Appends an instance of `part`, and an LOD of it if its instances can use one more: returns `prepared` with that
-    /// LOD after all other parts.
-    pub fn push(&mut self, prepared: &Prepared, part: PartId) -> Option<Arc<Prepared>> {
+    /// Appends an instance of `part`. Returns whether its instances can use one more LOD, which is then the last row
+    /// once [`grown`](Self::grown) has appended it.
+    pub fn push(&mut self, part: PartId) -> bool {
         self.instances.push((part, None));
         let levels = &mut self.parts[part.index()];
         levels.placed += 1;
         if levels.rows.len() >= levels.placed.min(self.most) {
+            return false;
+        }
+        levels.rows.push(PartId::new(self.rows));
+        levels.bands.push(None);
+        self.rows += 1;
+        self.new.push(part);
+        true
+    }
+
+    /// Appends the LODs of instances that came since the last call: returns `prepared` with them after all other parts,
+    /// and the parts that they are of. `None` if there are none. Cost: one pass over the parts, however many came.
+    pub fn grown(&mut self, prepared: &Prepared) -> Option<(Arc<Prepared>, Vec<PartId>)> {
+        let new = std::mem::take(&mut self.new);
+        if new.is_empty() {
             return None;
         }
         let mut out = Prepared::clone(prepared);
-        levels.rows.push(another(&mut out, part));
-        levels.bands.push(None);
-        Some(Arc::new(out))
+        new.iter().for_each(|part| _ = add_level(&mut out, *part));
+        Some((Arc::new(out), new))
     }
 
-    /// Removes an instance. The indices of later instances decrease by one.
-    ///
-    /// # Panics
-    /// If out of range.
-    pub fn remove(&mut self, instance: usize) {
-        let (part, _) = self.instances.remove(instance);
-        self.parts[part.index()].placed -= 1;
+    /// Removes instances, whose indices ascend. Those of later instances decrease.
+    pub fn remove(&mut self, instances: &[usize]) {
+        let gone = take_rows(&mut self.instances, instances);
+        gone.into_iter().for_each(|(part, _)| self.parts[part.index()].placed -= 1);
     }
 
     /// Selects the LOD of each instance by its largest scale in the valid views. Instances that no view shows keep
@@ -165,11 +180,10 @@ impl Levels {
 }
 
 /// Appends an LOD of a part, and returns its row.
-fn another(prepared: &mut Prepared, part: PartId) -> PartId {
+pub(crate) fn add_level(prepared: &mut Prepared, part: PartId) -> PartId {
     let row = PartId::new(prepared.parts.len());
-    let of = part.index();
-    prepared.parts.push(Arc::clone(&prepared.parts[of]));
-    prepared.scene.parts.push(ScenePart { mesh_of: Some(part), ..prepared.scene.parts[of].clone() });
+    prepared.parts.push(Arc::clone(&prepared.parts[part.index()]));
+    prepared.scene.add_level(part);
     row
 }
 

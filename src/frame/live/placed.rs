@@ -3,6 +3,7 @@
 use super::attributes::{AttributeTable, Attributes};
 use super::culling::{InstanceSight, box_of_part};
 use crate::frame::tolerance::part_camera::{PixelScale, sphere_around};
+use crate::math::rows::take_rows;
 use crate::math::sphere_tree::{Sphere, SphereTree};
 use crate::mesh::SceneInstance;
 use crate::model::{Colour, PartId};
@@ -194,12 +195,13 @@ impl PlacedInstances {
         }
     }
 
-    /// Removes an instance, and returns it in the colour of the model. The indices of later ones decrease by one.
-    pub(crate) fn remove(&mut self, row: usize) -> SceneInstance {
+    /// Removes instances, whose indices ascend, and returns them in the colours of the model. The indices of later ones
+    /// decrease.
+    pub(crate) fn remove(&mut self, rows: &[usize]) -> Vec<SceneInstance> {
         self.tree = None;
         self.changed();
-        self.attributes.remove(row);
-        self.instances.remove(row)
+        self.attributes.remove(rows);
+        take_rows(&mut self.instances, rows)
     }
 
     /// Moves an instance.

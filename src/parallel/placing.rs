@@ -1,0 +1,146 @@
+//! Instances that come, move and go, and attributes of parts and instances, between two frames of views.
+
+use super::edits::{bad_colour, check};
+use super::error::{AttributeError, InstanceError};
+use super::instances::InstanceKey;
+use super::session::Session;
+use crate::frame::Attributes;
+use crate::math::rows::take_rows;
+use crate::mesh::SceneInstance;
+use crate::model::{PartId, not_rigid};
+use glam::DAffine3;
+use std::sync::OnceLock;
+
+impl Session {
+    /// Adds an instance of a part of the model, from the next frame of views on. Its row is the last. Its attributes
+    /// are the default, but for `visible`. Cancels a frame of views that was begun.
+    ///
+    /// A part has as many LODs as instances, up to [`SessionOptions::levels`](super::SessionOptions::levels). One that is added is the last part of
+    /// [`scene`](Self::scene) from then on.
+    ///
+    /// # Errors
+    /// When there is no such part, the transform is not a rigid motion with an optional uniform scale, or a number of the
+    /// colour is not from 0 to 1.
+    pub fn add_instance(&mut self, instance: SceneInstance) -> Result<InstanceKey, InstanceError> {
+        let count = self.model.scene.parts.len();
+        if instance.part.index() >= count {
+            return Err(InstanceError::NoPart { part: instance.part, count });
+        }
+        not_rigid(&instance.transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
+        bad_colour(instance.colour).map_or(Ok(()), |colour| Err(InstanceError::Colour { colour }))?;
+        let engine = self.edited()?;
+        let has_level = engine.add_instance(instance.clone());
+        let looks = engine.placed.take_looks();
+        if has_level {
+            self.scene.add_level(instance.part);
+            self.grown = OnceLock::new();
+        }
+        let key = self.rows.push();
+        self.edits.add(key, &instance);
+        self.scene.instances.push(instance);
+        self.repaint(looks);
+        self.scene.number_faces(self.scene.instances.len() - 1);
+        Ok(key)
+    }
+
+    /// Removes an instance from the next frame of views on. The rows of later instances decrease by one. Cancels a frame
+    /// of views that was begun. Cost: a pass over the instances after it; many go at once in
+    /// [`remove_instances`](Self::remove_instances).
+    ///
+    /// Returns the instance: at its present place, visible if it was set so, with the colour that the model or the
+    /// caller of [`add_instance`](Self::add_instance) gave it.
+    ///
+    /// # Errors
+    /// When it was removed before, or an internal error ended the session.
+    pub fn remove_instance(&mut self, key: InstanceKey) -> Result<SceneInstance, InstanceError> {
+        Ok(self.remove_instances(&[key])?.swap_remove(0))
+    }
+
+    /// As [`remove_instance`](Self::remove_instance), of many. Returns them in the order of `keys`. Cost: one pass over
+    /// the instances, however many go.
+    ///
+    /// # Errors
+    /// When one was removed before, or is named twice: nothing changes. When an internal error ended the session.
+    pub fn remove_instances(&mut self, keys: &[InstanceKey]) -> Result<Vec<SceneInstance>, InstanceError> {
+        let row = |key: InstanceKey| self.rows.row(key).ok_or(InstanceError::NoInstance { key });
+        let rows = keys.iter().enumerate().map(|(k, key)| Ok((row(*key)?, k)));
+        let mut order = rows.collect::<Result<Vec<(usize, usize)>, InstanceError>>()?;
+        order.sort_unstable();
+        if let Some(twice) = order.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            return Err(InstanceError::NoInstance { key: keys[twice[1].1] });
+        }
+        let rows: Vec<usize> = order.iter().map(|(row, _)| *row).collect();
+        let Some(&first) = rows.first() else { return Ok(Vec::new()) };
+        let engine = self.edited()?;
+        let (looks, stated) = (engine.placed.take_looks(), engine.remove_instances(&rows));
+        self.repaint(looks);
+        self.rows.remove(&rows);
+        self.edits.remove_rows(&rows);
+        let gone = take_rows(&mut self.scene.instances, &rows);
+        self.scene.number_faces(first);
+        let mut gone: Vec<(usize, SceneInstance)> = order.iter().map(|(_, k)| *k).zip(gone).collect();
+        for ((k, gone), stated) in gone.iter_mut().zip(stated) {
+            gone.visible = self.edits.remove(keys[*k]).visible;
+            (gone.part, gone.colour) = (self.scene.of_model(gone.part), stated.colour);
+        }
+        gone.sort_unstable_by_key(|(k, _)| *k);
+        Ok(gone.into_iter().map(|(_, gone)| gone).collect())
+    }
+
+    /// Moves an instance from the next frame of views on. A frame that was begun goes on with its place before.
+    ///
+    /// # Errors
+    /// When it was removed, or the transform is not a rigid motion with an optional uniform scale.
+    pub fn move_instance(&mut self, key: InstanceKey, transform: DAffine3) -> Result<(), InstanceError> {
+        let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
+        not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
+        self.edits.move_row(row, transform);
+        Ok(())
+    }
+
+    /// Sets the attributes of a part of the model from the next frame of views on: for all its instances, together with
+    /// their own. They replace those set before. A frame that was begun goes on without them. Whole frames by a plan
+    /// ([`frame`](Self::frame)) have the model as it is.
+    ///
+    /// Cost: a look-up on this thread; in the frame, a look at all instances, and about 100 ns for each that changes.
+    ///
+    /// # Errors
+    /// When there is no such part, or a value is out of range. Nothing changes.
+    pub fn set_part(&mut self, part: PartId, attributes: &Attributes) -> Result<(), AttributeError> {
+        self.part_attributes(part)?;
+        check(attributes)?;
+        self.edits.set_part(part, *attributes);
+        Ok(())
+    }
+
+    /// As [`set_part`](Self::set_part), of one instance: no other is looked at.
+    ///
+    /// # Errors
+    /// When it was removed, or a value is out of range. Nothing changes.
+    pub fn set_instance(&mut self, key: InstanceKey, attributes: &Attributes) -> Result<(), AttributeError> {
+        self.instance_attributes(key)?;
+        check(attributes)?;
+        self.edits.set_instance(key, *attributes);
+        Ok(())
+    }
+
+    /// The attributes that [`set_part`](Self::set_part) set last for a part of the model, else the default.
+    ///
+    /// # Errors
+    /// When there is no such part.
+    pub fn part_attributes(&self, part: PartId) -> Result<Attributes, AttributeError> {
+        let count = self.model.scene.parts.len();
+        let known = part.index() < count;
+        if known { Ok(self.edits.part(part)) } else { Err(AttributeError::NoPart { part, count }) }
+    }
+
+    /// The attributes that [`set_instance`](Self::set_instance) set last, without those of the part. Until then the
+    /// default, with `visible` as the instance was added.
+    ///
+    /// # Errors
+    /// When it was removed.
+    pub fn instance_attributes(&self, key: InstanceKey) -> Result<Attributes, AttributeError> {
+        let known = self.rows.row(key).is_some();
+        if known { Ok(self.edits.instance(key)) } else { Err(AttributeError::NoInstance { key }) }
+    }
+}
