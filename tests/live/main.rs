@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod attributes;
+mod failures;
 #[path = "../out_fixture/mod.rs"]
 mod out_fixture;
 mod own_pipelines;

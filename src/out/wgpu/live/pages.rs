@@ -82,17 +82,22 @@ impl Pages {
         self.beside[what as usize].is_some()
     }
 
-    /// Adds a zeroed companion buffer to each page, with units of `unit` bytes (a multiple of 4), or removes them.
+    /// Adds a zeroed companion buffer to each page, with units of `unit` bytes (a multiple of 4), or removes them. If one
+    /// fails, none changes.
     pub(super) fn keep_beside(&mut self, gpu: &Gpu, what: Beside, unit: Option<u64>) -> Result<(), RenderError> {
         let kind = what as usize;
         if self.beside[kind] == unit {
             return Ok(());
         }
-        self.beside[kind] = unit;
-        for number in 0..self.pages.len() {
-            let Some(bytes) = self.pages[number].as_ref().map(|page| page.bytes) else { continue };
-            let beside = self.beside_of(gpu, what, bytes)?;
-            self.pages[number].as_mut().into_iter().for_each(|page| page.beside[kind].clone_from(&beside));
+        let before = std::mem::replace(&mut self.beside[kind], unit);
+        let of_page = |page: &Page| self.beside_of(gpu, what, page.bytes);
+        let made: Result<Vec<_>, _> = self.pages.iter().flatten().map(of_page).collect();
+        match made {
+            Ok(made) => self.pages.iter_mut().flatten().zip(made).for_each(|(page, new)| page.beside[kind] = new),
+            Err(error) => {
+                self.beside[kind] = before;
+                return Err(error);
+            }
         }
         Ok(())
     }

@@ -94,7 +94,7 @@ impl LiveScene {
     /// picture.
     ///
     /// # Errors
-    /// If the device fails.
+    /// If the device fails, as [`draw`](Self::draw).
     pub fn begin_pick(
         &mut self,
         (x, y): (u32, u32),
@@ -108,12 +108,11 @@ impl LiveScene {
         let view = self.known(view);
         let camera = self.camera(options);
         let aim = Aim { camera: &camera, pixel: Some((x, y)) };
-        let gpu = self.gpu.clone();
-        let seen = gpu.checked(|device| {
-            let (seen, _) = self.refresh(view, options, &aim);
-            let target = texture(&gpu, (1, 1), PICK_FORMAT, 1, TextureUsages::COPY_SRC);
-            let depth = texture(&gpu, (1, 1), DEPTH_FORMAT, 1, TextureUsages::empty());
-            let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
+        let seen = self.checked(|scene, gpu| {
+            let (seen, _) = scene.refresh(view, options, &aim);
+            let target = texture(gpu, (1, 1), PICK_FORMAT, 1, TextureUsages::COPY_SRC);
+            let depth = texture(gpu, (1, 1), DEPTH_FORMAT, 1, TextureUsages::empty());
+            let mut encoder = gpu.device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
             let colour = RenderPassColorAttachment {
                 view: &whole(&target),
                 depth_slice: None,
@@ -123,7 +122,7 @@ impl LiveScene {
             let mut pass = begin_pass(&mut encoder, "trimtess pick", colour, &whole(&depth));
             pass.set_pipeline(&gpu.pipelines.pick);
             pass.set_bind_group(0, &seen.group, &[]);
-            self.draw_tiles(&mut pass, view);
+            scene.draw_tiles(&mut pass, view);
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
             target

@@ -208,7 +208,8 @@ impl LiveScene {
     /// Cost: [`DrawStats::draws`]. Uploads the records of changed tiles, and the draw list if it changed.
     ///
     /// # Errors
-    /// If the picture is larger than the adapter allows, or the device fails.
+    /// If the picture is larger than the adapter allows, or the device fails. The scene stays; the next picture uploads
+    /// again what this one needs besides tiles.
     pub fn draw(
         &mut self,
         target: &TextureView,
@@ -216,13 +217,12 @@ impl LiveScene {
         options: &RenderOptions,
     ) -> Result<DrawStats, RenderError> {
         let drawn = self.upload(view, options)?;
-        let gpu = self.gpu.clone();
-        gpu.checked(|device| {
-            if self.samples.as_ref().is_none_or(|samples| samples.size != options.size) {
-                self.samples = Some(SampleTargets::new(&gpu, options.size));
+        self.checked(|scene, gpu| {
+            if scene.samples.as_ref().is_none_or(|samples| samples.size != options.size) {
+                scene.samples = Some(SampleTargets::new(gpu, options.size));
             }
-            let Some(samples) = &self.samples else { return DrawStats::default() };
-            let mut encoder = device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
+            let Some(samples) = &scene.samples else { return DrawStats::default() };
+            let mut encoder = gpu.device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());
             let colour = RenderPassColorAttachment {
                 view: &samples.colour,
                 depth_slice: None,
@@ -233,7 +233,7 @@ impl LiveScene {
             pass.set_bind_group(0, &drawn.group, &[]);
             pass.set_pipeline(&gpu.pipelines.backdrop);
             pass.draw(0..3, 0..1);
-            self.encode(&mut pass, &drawn);
+            scene.encode(&mut pass, &drawn);
             drop(pass);
             gpu.queue.submit([encoder.finish()]);
             drawn.stats
@@ -249,28 +249,45 @@ impl LiveScene {
         self.gpu.takes(options.size)?;
         let view = self.known(view);
         let camera = self.camera(options);
-        let gpu = self.gpu.clone();
-        gpu.checked(|_| {
-            let (seen, mut bytes) = self.refresh(view, options, &Aim { camera: &camera, pixel: None });
+        self.checked(|scene, gpu| {
+            let (seen, mut bytes) = scene.refresh(view, options, &Aim { camera: &camera, pixel: None });
             let RenderOptions { lattice, wireframe, edges, .. } = *options;
-            let tiles = &mut self.tiles[view];
+            let Self { store, shown, version, edges_version, record_rows, tiles, edges: lines, .. } = scene;
+            let tiles = &mut tiles[view];
             let mut draws = tiles.calls();
             if lattice {
-                draws += tiles.lattice_draws(&self.store, self.record_rows.buffer()).count();
+                draws += tiles.lattice_draws(store, record_rows.buffer()).count();
             }
             if wireframe {
                 draws += tiles.calls();
-                bytes += tiles.refresh_wires(&gpu, &self.store);
+                bytes += tiles.refresh_wires(gpu, store);
             }
             if edges {
-                bytes += self.edges.refresh(&gpu, &self.shown, self.edges_version);
-                draws += self.edges.calls();
+                bytes += lines.refresh(gpu, shown, *edges_version);
+                draws += lines.calls();
             }
             let stats = DrawStats { triangles: tiles.triangles, tiles: tiles.count, draws, bytes };
             let UploadedSight { group, lease, clip, .. } = seen;
-            let (version, eye) = (self.version, camera.eye);
+            let (version, eye) = (*version, camera.eye);
             SceneInPass { group, _lease: lease, view, version, clip, eye, lattice, wireframe, edges, stats }
         })
+    }
+
+    /// Runs work for a picture, and returns the device errors that it causes. Then what it left on the device may be
+    /// half written: all but the tiles is dropped, and the next picture uploads it again.
+    pub(super) fn checked<T>(&mut self, work: impl FnOnce(&mut Self, &Gpu) -> T) -> Result<T, RenderError> {
+        let gpu = self.gpu.clone();
+        let made = gpu.checked(|_| work(self, &gpu));
+        if made.is_err() {
+            self.record_rows = RecordRows::new(&gpu);
+            self.tiles.clear();
+            self.edges = Edges::new();
+            self.sights = Sights::default();
+            self.samples = None;
+            // Pictures that were uploaded before draw from what is gone.
+            self.version += 1;
+        }
+        made
     }
 
     /// Encodes the scene into the caller's pass: surfaces first, then lines over them. No backdrop.
@@ -279,7 +296,8 @@ impl LiveScene {
     /// [`SAMPLES`](Self::SAMPLES) samples. Depth is reversed: cleared to 0, greater is nearer. What the caller draws
     /// with [`SceneInPass::clip`] shares it. Changes pipeline, bind groups, vertex and index buffers of the pass.
     ///
-    /// Draws nothing if a frame ended, or [`set_visible`](Self::set_visible) was called, after `drawn` was uploaded.
+    /// Draws nothing if a frame ended, [`set_visible`](Self::set_visible) was called, or another picture or pick failed,
+    /// after `drawn` was uploaded.
     pub fn encode(&self, pass: &mut RenderPass<'_>, drawn: &SceneInPass) {
         let Some(tiles) = self.tiles.get(drawn.view).filter(|_| drawn.version == self.version) else { return };
         let pipelines = &self.gpu.pipelines;
@@ -352,7 +370,7 @@ impl LiveScene {
     /// [`Session::forget`]: crate::parallel::Session::forget
     ///
     /// # Errors
-    /// If the device runs out of memory.
+    /// If the device runs out of memory. Nothing changes.
     pub fn keep_lattice(&mut self, keep: bool) -> Result<(), RenderError> {
         self.store.keep_cells(&self.gpu, keep)
     }

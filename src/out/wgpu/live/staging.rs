@@ -73,13 +73,18 @@ impl Staging {
         });
         self.count += self.bytes.len() as u64;
         self.bytes.clear();
+        if flushed.is_err() {
+            // It may be the buffer that failed.
+            self.inbox = None;
+        }
         flushed
     }
 
-    /// Drops all queued writes.
+    /// Drops all queued writes, and counts from 0.
     pub(super) fn discard(&mut self) {
         self.bytes.clear();
         self.copies.clear();
+        self.count = 0;
     }
 
     /// Returns the number of bytes submitted since the last call.
