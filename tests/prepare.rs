@@ -12,8 +12,8 @@ use std::sync::Arc;
 use trimtess::frame::{Rung, Tolerance, plan};
 use trimtess::mesh::{MeshFacts, check_scene};
 use trimtess::model::{
-    CurveKind, DiagnosticKind, FaceError, FaceTrouble, Frame3, Loop, NurbsCurve3, NurbsSurface, Part, PartBuilder,
-    PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface,
+    Coedge, CurveKind, DiagnosticKind, FaceError, FaceTrouble, Frame3, Loop, NurbsCurve3, NurbsSurface, Part,
+    PartBuilder, PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface,
 };
 use trimtess::prepare::Prepared;
 
@@ -217,6 +217,14 @@ fn a_thin_crescent_survives_coarse_tolerances() {
 /// A ring cut open: two arcs about the same centre, `gap` apart, and a line at either end.
 fn open_ring(radius: f64, gap: f64, turn: f64) -> Part {
     let mut part = PartBuilder::new("ring");
+    let shell = part.plain_shell(ShellKind::Open);
+    let boundary = ring_loop(&mut part, radius, gap, turn);
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(boundary)], false);
+    part.finish().expect("a valid part")
+}
+
+/// The boundary of an open ring.
+fn ring_loop(part: &mut PartBuilder, radius: f64, gap: f64, turn: f64) -> Vec<Coedge> {
     let at = |radius: f64, angle: f64| Frame3::WORLD.place(DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0));
     let radii = [radius, radius - gap];
     let ends = radii.map(|r| [0.0, turn].map(|angle| part.vertex(at(r, angle))));
@@ -226,10 +234,38 @@ fn open_ring(radius: f64, gap: f64, turn: f64) -> Part {
     });
     let there = part.line(ends[0][1], ends[1][1]);
     let back = part.line(ends[1][0], ends[0][0]);
+    vec![arcs[0].along(), there.along(), arcs[1].against(), back.along()]
+}
+
+#[test]
+fn slots_side_by_side_are_kept_apart() {
+    // The points opposite to those that keep three slots apart would be more than there may be.
+    let (radius, gap, turn) = (5.25, 0.00025, 3.82);
+    let mut part = PartBuilder::new("slots");
+    let start = part.vertex(DVec3::X * 2.0 * radius);
+    let curve = NurbsCurve3::arc(&Frame3::WORLD, 2.0 * radius, 2.0 * radius, 0.0, TAU);
+    let rim = part.curve(curve, CurveKind::Circle, start, start);
+    let mut boundary = vec![Loop::Edges(vec![rim.along()])];
+    for k in 0..3 {
+        let slot = ring_loop(&mut part, radius - 2.0 * gap * f64::from(k), gap, turn);
+        let back = slot.iter().rev().map(|coedge| Coedge { reversed: !coedge.reversed, ..*coedge });
+        boundary.push(Loop::Edges(back.collect()));
+    }
     let shell = part.plain_shell(ShellKind::Open);
-    let boundary = vec![Loop::Edges(vec![arcs[0].along(), there.along(), arcs[1].against(), back.along()])];
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
-    part.finish().expect("a valid part")
+    let prepared = prepared_clean(placed(part.finish().expect("a valid part")));
+    let breaks: usize = prepared.parts[0].edges.iter().map(|edge| edge.breaks.len()).sum();
+    assert!(breaks > 1000, "{breaks} points");
+}
+
+/// Whether a ring has its area: an inner arc with chords of its own makes it as wide as the tolerance.
+fn assert_keeps_width((radius, gap, turn): (f64, f64, f64), prepared: &Arc<Prepared>) {
+    let area = 0.5 * turn * (radius * radius - (radius - gap) * (radius - gap));
+    for chord in CHORDS {
+        let facts = mesh(prepared, chord);
+        assert!(facts.is_well_formed(), "chord {chord}: {facts}");
+        assert!((facts.area / area - 1.0).abs() < 0.05, "chord {chord}: {} for {area}", facts.area);
+    }
 }
 
 #[test]
@@ -241,13 +277,10 @@ fn two_close_arcs_have_the_same_critical_points() {
     let points = |edge: usize| prepared.parts[0].edges[edge].breaks.len();
     assert!((71..=129).contains(&points(0)), "{} on the outer arc", points(0));
     assert_eq!(points(1), points(0), "on the inner arc");
-    let area = 0.5 * turn * (radius * radius - (radius - gap) * (radius - gap));
-    for chord in CHORDS {
-        let facts = mesh(&prepared, chord);
-        assert!(facts.is_well_formed(), "chord {chord}: {facts}");
-        // The inner arc alone would have chords of any length.
-        assert!((facts.area / area - 1.0).abs() < 0.01, "chord {chord}: {} for {area}", facts.area);
-    }
+    assert_keeps_width((radius, gap, turn), &prepared);
+    // Its tile is 16 times as long as wide.
+    let (radius, gap, turn) = (5.25, 5e-4, 0.1);
+    assert_keeps_width((radius, gap, turn), &self::prepared(placed(open_ring(radius, gap, turn))));
 }
 
 #[test]

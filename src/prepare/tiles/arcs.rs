@@ -319,17 +319,20 @@ impl<'a> ArcSpan<'a> {
         p.lerp(q, (t - a) / (b - a))
     }
 
-    /// The parameter of its nearest point to `x`, on chords between its points, and the distance. `None` at its ends.
-    pub(super) fn nearest(&self, x: DVec2) -> Option<(f64, f64)> {
+    /// The parameter of its nearest point to `x`, on chords between its points times `size`, and the distance. Where it
+    /// is within `same` of one of these, the parameter of that one: other halvings end there, too. `None` at its ends.
+    pub(super) fn nearest(&self, x: DVec2, size: DVec2, same: f64) -> Option<(f64, f64)> {
         let [from, to] = self.range();
         let (mut at, mut least) = (from, f64::INFINITY);
         for w in self.arc.points[self.from..=self.to].windows(2) {
-            let [(a, p), (b, q)] = [w[0], w[1]];
+            let [(a, p), (b, q)] = [w[0], w[1]].map(|(t, p)| (t, p * size));
             let chord = q - p;
             let share = ((x - p).dot(chord) / chord.length_squared()).clamp(0.0, 1.0);
-            let distance = x.distance(p.lerp(q, share));
+            let foot = p.lerp(q, share);
+            let distance = x.distance(foot);
             if distance < least {
-                (at, least) = (a + share * (b - a), distance);
+                let end = [(a, p), (b, q)].into_iter().find(|end| end.1.distance(foot) < same);
+                (at, least) = (end.map_or(a + share * (b - a), |end| end.0), distance);
             }
         }
         (at > from && at < to).then_some((at, least))

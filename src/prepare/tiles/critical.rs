@@ -71,6 +71,11 @@ struct Separation<'a, 'w> {
     breaks: Vec<(u32, f64)>,
     /// Maximum number of breaks.
     most: usize,
+    /// Further breaks, next to those of the opposite edge. They separate nothing, and are left out where there are
+    /// many.
+    opposite: Vec<(u32, f64)>,
+    /// Size of the tile, by which its unit square is scaled.
+    size: DVec2,
     close: UnresolvedPairs<'a>,
     work: &'w mut WorkLeft,
 }
@@ -90,7 +95,7 @@ pub(crate) fn critical(tile: &mut DraftTile, exact: bool, breaks: &mut Vec<(u32,
         let points: usize = arcs.iter().map(|a| a.points.len()).sum();
         let least = if exact { WORK_EXACT } else { WORK };
         let work = work.get_or_insert_with(|| WorkLeft(least + WORK_PER_POINT * points));
-        let Separation { breaks: found, close, .. } = separate_all(&arcs, MAX_BREAKS * uses, work);
+        let Separation { breaks: found, close, .. } = separate_all(&arcs, MAX_BREAKS * uses, tile.max - tile.min, work);
         if exact {
             breaks.extend(found);
             return (meetings, work.0 > 0);
@@ -153,10 +158,11 @@ fn arcs(tile: &DraftTile, meetings: &[Meeting], more: &[((usize, usize), f64)], 
     arcs
 }
 
-/// Separates arcs from themselves and each other, those of edges in space with at most `most` breaks.
-fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLeft) -> Separation<'a, 'w> {
+/// Separates arcs from themselves and each other, those of edges in space with at most `most` breaks. `size`: of the
+/// tile.
+fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, size: DVec2, work: &'w mut WorkLeft) -> Separation<'a, 'w> {
     let most = if arcs.iter().any(|a| a.exact) { usize::MAX } else { most };
-    let mut found = Separation { breaks: Vec::new(), most, close: Vec::new(), work };
+    let mut found = Separation { breaks: Vec::new(), most, opposite: Vec::new(), size, close: Vec::new(), work };
     arcs.iter().filter(|a| a.points.len() > 2).for_each(|a| separate_from_itself(a, &mut found));
     let mut boxes = MAX_BOXES_PER_ARC * arcs.len();
     for (i, a) in arcs.iter().enumerate() {
@@ -179,6 +185,9 @@ fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, work: &'w mut WorkLe
                 separate_by_few(ArcSpan::of(a), ArcSpan::of(b), &mut found);
             }
         }
+    }
+    if found.breaks.len() + found.opposite.len() <= found.most {
+        found.breaks.append(&mut found.opposite);
     }
     found
 }
@@ -277,28 +286,30 @@ fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a
         // One alone is apart from all of the other.
         found.close.truncate(close);
     }
-    if may_be_alone && let Some(&(edge, _)) = fewest.first() {
+    if may_be_alone
+        && let Some(&(edge, _)) = fewest.first()
+        && fewest.iter().all(|at| at.0 == edge)
+    {
         let (halved, other) = if edge == a.arc.edge { (a, b) } else { (b, a) };
-        if fewest.iter().all(|at| at.0 == edge) && found.work.takes(other.len() * fewest.len()) {
-            fewest.extend(opposite(halved, other, &fewest));
-        }
+        found.opposite.extend(opposite(halved, other, &fewest, found.size));
     }
     found.breaks.append(&mut fewest);
 }
 
 /// The parameters of `b` next to breaks of `a` alone, where `b` runs along there. With the same chords on both sides, a
 /// strip between them keeps its width; with long chords on one side alone, it would be as wide as the tolerance allows.
-fn opposite<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, breaks: &[(u32, f64)]) -> Vec<(u32, f64)> {
+/// Cost: no more than the halvings took.
+fn opposite<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, breaks: &[(u32, f64)], size: DVec2) -> Vec<(u32, f64)> {
     /// Maximum width of the strip, as a share of the shorter chord of `a` next to the break. In wider ones, arcs turn
     /// by half a radian from one break to the next.
     const NARROW: f64 = 0.0625;
     let mut ts: Vec<f64> = breaks.iter().map(|at| at.1).chain(a.range()).collect();
     ts.sort_by(f64::total_cmp);
-    let points: Vec<DVec2> = ts.iter().map(|t| a.at(*t)).collect();
+    let points: Vec<DVec2> = ts.iter().map(|t| a.at(*t) * size).collect();
     let next_to = |w: &[DVec2]| {
-        let (t, width) = b.nearest(w[1])?;
-        let chord = w[0].distance(w[1]).min(w[1].distance(w[2]));
-        (width < NARROW * chord).then_some((b.arc.edge, t))
+        let close = NARROW * w[0].distance(w[1]).min(w[1].distance(w[2]));
+        let (t, width) = b.nearest(w[1], size, close)?;
+        (width < close).then_some((b.arc.edge, t))
     };
     points.windows(3).filter_map(next_to).collect()
 }
