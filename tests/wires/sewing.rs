@@ -50,6 +50,26 @@ fn edges_that_coincide_within_the_tolerance_are_sewn() {
     }
 }
 
+#[test]
+fn sheets_on_top_of_each_other_stay_two_sheets() {
+    let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+    for off in [0.0, 5e-4] {
+        let mut part = PartBuilder::new("plies");
+        let shell = part.plain_shell(ShellKind::Open);
+        for z in [0.0, off] {
+            let frame = Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
+            let wire = Loop::Edges(part.polygon(&square.map(|corner| corner + frame.origin)));
+            part.plain_face(Surface::Plane { frame }, shell, vec![wire], false);
+        }
+        let mut part = part.finish().expect("a sound part");
+        part.tolerance = 1e-3;
+        let prepared = prepared(part);
+        let (facts, _) = mesh(&prepared, 0.1);
+        assert!(!facts.is_closed() && told(&prepared).is_empty(), "{off}: {facts} {:?}", told(&prepared));
+        assert!(prepared.parts[0].faces.iter().all(|face| !face.reversed), "{off}: turned over");
+    }
+}
+
 /// A disc of radius 5 whose faces have their own edges: circles of `arcs` pieces.
 fn coin(thickness: f64, tolerance: f64, arcs: usize) -> Part {
     let mut part = PartBuilder::new("coin");

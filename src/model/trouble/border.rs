@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BorderTrouble {
-    /// Edges of a solid's shell within its tolerance were merged.
+    /// Edges of a shell within its tolerance were merged.
     #[error(
         "{pairs} pairs of edges of its shell, up to {width_mm:.3e} mm apart, were merged (tolerance {tolerance_mm:.1e} \
          mm)"

@@ -12,6 +12,18 @@ pub(crate) struct Candidate {
     /// Whether it bounds a face without topology, and runs along a side of that face's domain.
     pub(crate) untold: bool,
     pub(crate) side: bool,
+    /// Of a face with topology in an open shell: whether the face, seen from outside, has the edge in reverse.
+    pub(crate) against: Option<bool>,
+}
+
+impl Candidate {
+    /// Whether its face may have a common edge with that of another. Faces of an open shell, which nothing orients,
+    /// need opposite directions there: sheets on top of each other would become a closed body, and one would be turned
+    /// over.
+    pub(crate) fn may_adjoin(&self, other: &Self, same_direction: bool) -> bool {
+        let (Some(one), Some(other)) = (self.against, other.against) else { return true };
+        (one == other) != same_direction
+    }
 }
 
 /// Whether an edge has a valid curve, range and vertices.

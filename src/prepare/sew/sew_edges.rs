@@ -9,11 +9,12 @@ use super::carry::{carry, samples_within};
 use super::overlap::{CurveQuery, Overlap};
 use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::slivers::SliverCheck;
-use super::uses::uses;
+use super::uses::{EdgeInUse, uses};
 use crate::control::Call;
 use crate::math::sets::DisjointSets;
 use crate::model::{
-    BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, VertexId, euclidean, knots_of_pieces,
+    BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId, euclidean,
+    knots_of_pieces,
 };
 use crate::prepare::report::finding::Finding;
 use crate::prepare::trims::free_faces::FreeFaces;
@@ -97,7 +98,10 @@ pub(crate) fn sew<'a>(
         let [a, b] = pair.map(|k| &candidates[k]);
         a.face != b.face || thin.may_join(a.face, [a.edge, b.edge], width, a.tolerance)
     };
-    contacts.retain(|contact| may_join(contact.pair, contact.stretch.width));
+    contacts.retain(|Contact { pair, stretch, .. }| {
+        let [a, b] = pair.map(|k| &candidates[k]);
+        a.may_adjoin(b, stretch.b[0] < stretch.b[1]) && may_join(*pair, stretch.width)
+    });
     // Merge the nearest first: across a thin face, the further edge is the wrong one.
     contacts.sort_by(|a, b| a.stretch.width.total_cmp(&b.stretch.width));
     let cuts = cuts(candidates.len(), &contacts, &course);
@@ -149,10 +153,12 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
         return Vec::new();
     }
     let uses = uses(part, free);
+    let shell_of = |shell: u32| part.shells.get(shell as usize);
     let ends = |e: &Edge| Some([*part.vertices.get(e.start.index())?, *part.vertices.get(e.end.index())?]);
     let mut out = Vec::new();
     for of_shell in uses.chunk_by(|a, b| a.shell == b.shell) {
         let untold = of_shell.iter().any(|u| u.untold);
+        let open = shell_of(of_shell[0].shell).is_some_and(|s| s.kind == ShellKind::Open);
         let tolerance = if part.tolerance > 0.0 || !untold { part.tolerance } else { reach };
         if tolerance <= 0.0 || of_shell.iter().all(|u| u.count != 1 && !u.untold) {
             continue;
@@ -167,8 +173,9 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
         let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
         out.extend(wanted.filter_map(|u| {
             let e = part.edges.get(u.edge as usize)?;
-            let (edge, shell, face, untold, side) = (u.edge, u.shell, u.face, u.untold, u.side);
-            is_sound(part, e).then_some(Candidate { edge, shell, tolerance, face, untold, side })
+            let EdgeInUse { edge, shell, face, untold, side, against, .. } = *u;
+            let against = (open && !untold).then_some(against);
+            is_sound(part, e).then_some(Candidate { edge, shell, tolerance, face, untold, side, against })
         }));
     }
     out

@@ -18,6 +18,8 @@ pub(crate) struct EdgeInUse {
     pub(crate) untold: bool,
     /// Whether it lies along a side of such a face's domain.
     pub(crate) side: bool,
+    /// Whether a face, seen from outside, has it in reverse.
+    pub(crate) against: bool,
 }
 
 impl EdgeSum for EdgeInUse {
@@ -30,17 +32,18 @@ impl EdgeSum for EdgeInUse {
         self.face = self.face.min(next.face);
         self.untold |= next.untold;
         self.side |= next.side;
+        self.against |= next.against;
     }
 }
 
 /// The edges in use, sorted by shell and edge.
 pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
     let mut uses = Tally::new(part.edges.len());
-    let mut add = |face: usize, edge: u32, untold: bool, side: bool| {
-        uses.add(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side });
+    let mut add = |face: usize, (edge, against): (u32, bool), untold: bool, side: bool| {
+        uses.add(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side, against });
     };
     for (face, f) in part.faces.iter().enumerate() {
-        f.wires().flatten().for_each(|c| add(face, c.edge.0, false, false));
+        f.wires().flatten().for_each(|c| add(face, (c.edge.0, c.reversed != f.reversed), false, false));
     }
     for (face, made) in free.iter().enumerate() {
         let Some(Ok(made)) = made else { continue };
@@ -52,7 +55,7 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
         };
         for piece in made.region.loops.iter().flat_map(|l| &l.pieces) {
             if let Along::Edge(edge) = piece.along {
-                add(face, edge, true, on_side(piece));
+                add(face, (edge, false), true, on_side(piece));
             }
         }
     }
