@@ -14,9 +14,11 @@ const MAX_POINTS: usize = 400_000;
 /// An approximation whose error is within this share of its size is kept even if it misses the tolerance. The face would
 /// be filled from its boundary, which is further off.
 const BETTER_THAN_FILLED: f64 = 1e-4;
-/// Pieces with larger errors may take this share of the domain in both directions: they are spots at which the base
-/// bends so much that its offset has a cusp. A crease across the surface takes all of one direction.
+/// Pieces with larger errors may take this share of the domain in each direction, and [`SPOTS_AREA`] of its area: they
+/// are spots or short creases, where the base bends so much that its offset has a cusp. A crease across the surface
+/// takes all of one direction.
 const SPOTS: f64 = 0.5;
+const SPOTS_AREA: f64 = 0.125;
 
 /// Offsets `base` by `distance` along its normal, with what to report if the result is approximated.
 ///
@@ -55,9 +57,9 @@ pub(super) fn offset(
             Surface::Torus { frame: *frame, major: *major, minor: positive(minor + distance)? }
         }
         Surface::Nurbs(net) => {
-            let OffsetFit { surface, worst, spread } = offset_net(base, net, distance, tolerance, reach)?;
+            let OffsetFit { surface, worst, bad } = offset_net(base, net, distance, tolerance, reach)?;
             // Where normals turn round at once, the offset jumps by twice the distance.
-            let at_spots = if spread <= SPOTS { 2.0 * distance.abs() } else { 0.0 };
+            let at_spots = if bad.spread <= SPOTS && bad.area <= SPOTS_AREA { 2.0 * distance.abs() } else { 0.0 };
             let note = approximated(worst, tolerance, usable(&surface.points).max(at_spots), "the offset surface")?;
             return Ok((Surface::Nurbs(surface), Some(note)));
         }
@@ -166,8 +168,16 @@ struct OffsetFit {
     surface: NurbsSurface,
     /// The largest sampled error, which may exceed the tolerance.
     worst: f64,
-    /// Share of the domain taken by pieces that are worse than [`usable`], in the direction in which they take more.
+    bad: BadPieces,
+}
+
+/// The pieces of an approximation that are worse than [`usable`].
+#[derive(Clone, Copy)]
+struct BadPieces {
+    /// The share of the domain that they take, in the direction in which they take more.
     spread: f64,
+    /// Their share of the domain's area.
+    area: f64,
 }
 
 /// The offset of a net over its whole domain, or over the face's part of it if it cannot be fitted elsewhere: a net may
@@ -214,7 +224,7 @@ fn approximate(
         let off = FitErrors::of(&surface, &breaks_u, &breaks_v, tolerance, at)?;
         // Errors within the tolerance split nothing.
         let split = [split(&mut spans_u, &off.along_u, tolerance), split(&mut spans_v, &off.along_v, tolerance)];
-        let fit = OffsetFit { surface, worst: off.worst, spread: off.spread };
+        let fit = OffsetFit { surface, worst: off.worst, bad: off.bad };
         if split == [false, false] {
             return Ok(fit);
         }
@@ -333,8 +343,7 @@ struct FitErrors {
     /// By span along u: the largest error that splitting the span would reduce, in pieces above the tolerance.
     along_u: Vec<f64>,
     along_v: Vec<f64>,
-    /// See [`OffsetFit::spread`].
-    spread: f64,
+    bad: BadPieces,
 }
 
 impl FitErrors {
@@ -357,7 +366,11 @@ impl FitErrors {
         let (nodes_u, nodes_v) = (thirds(breaks_u), thirds(breaks_v));
         let (probes_u, probes_v) = (probes(breaks_u), probes(breaks_v));
         let (mut along_u, mut along_v) = (vec![0.0; breaks_u.len() - 1], vec![0.0; breaks_v.len() - 1]);
-        let (mut bad_u, mut bad_v) = (vec![false; along_u.len()], vec![false; along_v.len()]);
+        let [shares_u, shares_v] = [breaks_u, breaks_v].map(|breaks| {
+            let whole = breaks[breaks.len() - 1] - breaks[0];
+            breaks.windows(2).map(|ends| (ends[1] - ends[0]) / whole).collect::<Vec<f64>>()
+        });
+        let (mut bad_u, mut bad_v, mut area) = (vec![0.0; along_u.len()], vec![0.0; along_v.len()], 0.0);
         let (mut worst, usable): (f64, _) = (0.0, usable(&surface.points));
         for (i, in_u) in probes_u.chunks(3).enumerate() {
             for (j, in_v) in probes_v.chunks(3).enumerate() {
@@ -366,8 +379,10 @@ impl FitErrors {
                 if error <= tolerance {
                     continue;
                 }
-                bad_u[i] |= error > usable;
-                bad_v[j] |= error > usable;
+                if error > usable {
+                    (bad_u[i], bad_v[j]) = (shares_u[i], shares_v[j]);
+                    area += shares_u[i] * shares_v[j];
+                }
                 // On lines through interpolated points of one direction, the error comes from the other direction
                 // alone.
                 let u = largest(in_u, &nodes_v[3 * j..3 * j + 4])?;
@@ -379,12 +394,8 @@ impl FitErrors {
                 along_v[j] = v.max(along_v[j]);
             }
         }
-        let share = |breaks: &[f64], bad: &[bool]| {
-            let lengths = breaks.windows(2).zip(bad).filter(|(_, bad)| **bad).map(|(ends, _)| ends[1] - ends[0]);
-            lengths.sum::<f64>() / (breaks[bad.len()] - breaks[0])
-        };
-        let spread = share(breaks_u, &bad_u).max(share(breaks_v, &bad_v));
-        Ok(Self { worst, along_u, along_v, spread })
+        let spread = bad_u.iter().sum::<f64>().max(bad_v.iter().sum());
+        Ok(Self { worst, along_u, along_v, bad: BadPieces { spread, area } })
     }
 }
 
