@@ -15,12 +15,12 @@ impl Session {
     /// Adds an instance of a part of the model, from the next frame of views on. Its row is the last. Its attributes
     /// are the default, but for `visible`. Cancels a frame of views that was begun.
     ///
-    /// A part has as many LODs as instances, up to [`SessionOptions::levels`](super::SessionOptions::levels). One that is added is the last part of
-    /// [`scene`](Self::scene) from then on.
+    /// A part has as many LODs as instances, up to [`SessionOptions::levels`](super::SessionOptions::levels). One that
+    /// is added is the last part of [`scene`](Self::scene) from then on.
     ///
     /// # Errors
-    /// When there is no such part, the transform is not a rigid motion with an optional uniform scale, or a number of the
-    /// colour is not from 0 to 1.
+    /// When there is no such part, the transform is not a rigid motion with an optional uniform scale, or a number of
+    /// the colour is not from 0 to 1.
     pub fn add_instance(&mut self, instance: SceneInstance) -> Result<InstanceKey, InstanceError> {
         let count = self.model.scene.parts.len();
         if instance.part.index() >= count {
@@ -43,8 +43,8 @@ impl Session {
         Ok(key)
     }
 
-    /// Removes an instance from the next frame of views on. The rows of later instances decrease by one. Cancels a frame
-    /// of views that was begun. Cost: a pass over the instances after it; many go at once in
+    /// Removes an instance from the next frame of views on. The rows of later instances decrease by one. Cancels a
+    /// frame of views that was begun. Cost: a pass over the instances after it; many go at once in
     /// [`remove_instances`](Self::remove_instances).
     ///
     /// Returns the instance: at its present place, visible if it was set so, with the colour that the model or the

@@ -208,8 +208,8 @@ impl Session {
         self.degraded.values()
     }
 
-    /// The prepared model. Further LODs of a part are parts of their own, after all parts of the model. Those of instances
-    /// that were added since the last frame of views cost the first call a pass over the parts.
+    /// The prepared model. Further LODs of a part are parts of their own, after all parts of the model. Those of
+    /// instances that were added since the last frame of views cost the first call a pass over the parts.
     #[must_use]
     pub fn prepared(&self) -> &Arc<Prepared> {
         let new = &self.scene.parts[self.prepared.parts.len()..];

@@ -75,8 +75,8 @@ fn plate() -> Arc<Prepared> {
     prepared(model.finish().unwrap())
 }
 
-/// A view whose near plane cuts the far end of a plate gives it a step for each of its boxes. Then the camera flies over
-/// the plate, behind that end, towards the edge between both.
+/// A view whose near plane cuts the far end of a plate gives it a step for each of its boxes. Then the camera flies
+/// over the plate, behind that end, towards the edge between both.
 #[test]
 fn edges_of_culled_tiles_keep_the_tolerance_where_their_other_tile_is_drawn() {
     let prepared = plate();

@@ -278,15 +278,18 @@ impl Rates {
         if all_keep { of_all } else { GroupBand::NONE }
     }
 
-    /// Whether a drawn tile shares an edge with a culled one that has a step per sub-box: then that edge has too, and no
-    /// other tile has it checked.
+    /// Whether a drawn tile shares an edge with a culled one that has a step per sub-box: then that edge has too, and
+    /// no other tile has it checked.
     fn is_beside_culled(&self, p: usize, t: usize) -> bool {
-        let PartRates { boxes, tiles: rates, seen, .. } = &self.parts[p];
+        let PartRates { boxes, tiles: rates, edges, seen, .. } = &self.parts[p];
         let part = &self.prepared.parts[p];
         let is_open = |place: &TileUse| rates[place.tile.index()].is_each() && !seen.shows(place.tile.index());
         // Of tiles that are off-screen, the picture has no edges.
         boxes.may_cull(t / RANGE)
-            && part.tiles[t].loops.iter().flatten().any(|u| part.edges[u.edge.index()].uses.iter().any(is_open))
+            && part.tiles[t].loops.iter().flatten().map(|u| u.edge.index()).any(|edge| {
+                // Most edges are next to tiles with one step.
+                edges[edge].is_each() && part.edges[edge].uses.iter().any(is_open)
+            })
     }
 
     /// How many steps finer a tile should be, and the factor on its cells.

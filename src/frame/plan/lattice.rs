@@ -12,7 +12,7 @@ use std::borrow::Cow;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-/// Maximum number of cells of a tile whose lines reach [`MAX_LINES`]. Where no number of lines is enough, more cells
+/// Maximum number of cells of a tile whose lines reach [`most_lines`]. Where no number of lines is enough, more cells
 /// follow noise: one coordinate of 1e9 mm in a part of 100 mm asks for as many as all limits allow.
 const CELLS_BEYOND_LINES: u64 = 1 << 20;
 /// Maximum number of times that a lattice over its limits is made coarser; each time brings it down to about the limit.
@@ -239,7 +239,7 @@ impl Lattices {
             };
             let ((us, kept_u), (vs, kept_v)) = (placed(0), placed(1));
             let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
-            beyond |= !(kept_u && kept_v) && most_lines == MAX_LINES;
+            beyond |= !(kept_u && kept_v);
             let most = if beyond { most_cells.min(CELLS_BEYOND_LINES) } else { most_cells };
             // By how much u and v are too dense. A direction with one cell cannot become coarser.
             let over = nu * nv / most as f64;

@@ -59,15 +59,14 @@ pub struct Shortfall {
     /// Upper bound on the triangles at full density; 0 if the limits allow that.
     pub needed: u64,
     /// Whether the tolerance has a value that is invalid or too small to meet, or the view is invalid. A tolerance is
-    /// too small if a circle as large as the part needs 2048 segments or more, and shapes reach the limits on lines or
-    /// segments, then 32768.
+    /// too small if tiles or edges reach their limits, and a circle as large as the part needs 32768 segments or more.
     pub unusable: bool,
     /// Tiles limited by [`PlanLimits::triangles_per_tile`]; ascending. In plans for views, here and below, drawn ones.
     pub tiles: Vec<(PartId, TileId)>,
-    /// Tiles limited in their lines; ascending. They have 4096 lines between two creases or 32768 in one direction, or
-    /// their loops meet themselves along edges so far off their surface that lines for the angle would follow noise.
-    /// Unless [`unusable`](Self::unusable), the bounds of the surface's derivatives grow without limit, as they do
-    /// towards some poles.
+    /// Tiles limited in their lines; ascending. They have 4096 lines between two creases (32768 where a circle as large
+    /// as the part needs 2048) or 32768 in one direction, or their loops meet themselves along edges so far off their
+    /// surface that lines for the angle would follow noise. Unless [`unusable`](Self::unusable), the bounds of the
+    /// surface's derivatives grow without limit, as they do towards some poles.
     pub lines: Vec<(PartId, TileId)>,
     /// Edges limited in their tessellants, as rows of `PreparedPart::edges`;
     /// ascending.

@@ -3,7 +3,7 @@
 use super::budget::{Budget, cells};
 use super::lattice::{DensityMet, LatticeRequest, Lattices, places};
 use super::limits::{PlanLimits, Shortfall};
-use super::output::{EdgePolyline, MAX_LINES, PartPlan, Plan, TileLattice, most_lines};
+use super::output::{EdgePolyline, LINES_OF_TILE, PartPlan, Plan, TileLattice};
 use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{Tessellants, bare, bare_within};
 use crate::control::{Jobs, Rayon, map};
@@ -21,9 +21,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Plans lattice lines and tessellants for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].
 ///
 /// A part is planned for the largest scale of its instances, so that its triangles meet the tolerance in all of them.
-/// There are at most 4096 lines between two creases of a tile, and 4096 segments between two breaks of an edge. If the
-/// tolerance requires more, or has unusable values (see [`Tolerance`]), the plan is coarser and reports it in
-/// [`Plan::shortfall`]; [`Plan::require_full`] turns that into an error.
+/// There are at most 4096 lines between two creases of a tile, and 4096 segments between two breaks of an edge, or
+/// 32768 where a circle as large as the part needs 2048. If the tolerance requires more, or has unusable values (see
+/// [`Tolerance`]), the plan is coarser and reports it in [`Plan::shortfall`]; [`Plan::require_full`] turns that into an
+/// error, unless only noise requires more ([`Shortfall::by_limits`]).
 ///
 /// Cost: about 1 µs per tile and per edge. Runs on [`Rayon`]'s threads.
 #[must_use]
@@ -169,12 +170,13 @@ impl PlanRequest<'_> {
         let (rows, lists) = stretches(jobs, &tiles);
         let made = map(jobs, lists, move |list| shared.lattices(&rows[list]));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
-        // Lines that reach the higher limit do not follow noise: the tolerance is too small for the model.
-        let mut too_small = false;
+        // Where the part itself needs as many lines as there may be, they do not follow noise.
+        let too_small = |part: usize| self.wanted.asked[part].around() >= LINES_OF_TILE as f64;
+        let mut unusable = false;
         let lattices = together(made, &tiles, |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
             let noisy = self.wanted.parts[part].tiles[tile].entangled;
-            too_small |= !kept.lines && !noisy && most_lines(self.wanted.asked[part].around()) > MAX_LINES;
+            unusable |= !kept.lines && !noisy && too_small(part);
             shortfall.tiles.extend((!kept.cells).then_some(id));
             shortfall.lines.extend((!kept.lines).then_some(id));
         })?;
@@ -186,10 +188,10 @@ impl PlanRequest<'_> {
         let (rows, lists) = stretches(jobs, &edges);
         let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
         let lines = together(made, &edges, |part, edge, ()| {
-            too_small |= most_lines(self.wanted.asked[part].around()) > MAX_LINES;
+            unusable |= too_small(part);
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
-        shortfall.unusable |= too_small;
+        shortfall.unusable |= unusable;
         let lattices = Arc::into_inner(lattices)?;
         // Not more than are left: no list was refused.
         budget.left -= round.spent.cells.load(Ordering::Relaxed);

@@ -332,7 +332,7 @@ mod tests {
     use crate::control::Alone;
     use crate::frame::plan::limits::PlanLimits;
     use crate::frame::plan::make::plan_on;
-    use crate::frame::plan::output::PartPlan;
+    use crate::frame::plan::output::{MAX_LINES, PartPlan};
     use crate::model::{FreeTrims, Model, ModelBuilder, PartBuilder, ShellKind, TrimCurve, TrimRule, shapes};
     use crate::prepare::{PrepareOptions, prepare};
     use glam::{DAffine3, DVec2};
@@ -365,7 +365,7 @@ mod tests {
                     let edges = part.edges.iter().filter(|edge| !edge.uses.is_empty());
                     for (edge, factor) in edges.flat_map(|edge| [0.01, 1.0, 3.0].map(|factor| (edge, factor))) {
                         let own = OwnDensity::of(edge, &tolerance, factor);
-                        let made = Tessellants::default().spread(edge, tiles, &own, &[], None);
+                        let made = Tessellants::default().spread(edge, tiles, &own, (&[], MAX_LINES), None);
                         if one_is_enough(edge, &own, tiles) {
                             assert_eq!(made, (breaks_alone(edge), true), "{tolerance:?}, {factor}");
                             one += usize::from(!edge.straight);

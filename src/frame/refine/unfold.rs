@@ -30,8 +30,8 @@ const LEAST_GAIN: f64 = 1e-3;
 /// deviate, or the folds did not shrink, a second pass from the original triangles only takes changes within the
 /// tolerance.
 ///
-/// Gives up after weighing `weighed` triangles of changes. Returns whether it changed any. Cost: if one is folded, a few
-/// nanoseconds for every triangle of the tile.
+/// Gives up after weighing `weighed` triangles of changes. Returns whether it changed any. Cost: if one is folded, a
+/// few nanoseconds for every triangle of the tile.
 pub(crate) fn unfold(
     mesh: &mut TileMesh,
     doubtful: &[usize],

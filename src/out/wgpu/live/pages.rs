@@ -82,8 +82,8 @@ impl Pages {
         self.beside[what as usize].is_some()
     }
 
-    /// Adds a zeroed companion buffer to each page, with units of `unit` bytes (a multiple of 4), or removes them. If one
-    /// fails, none changes.
+    /// Adds a zeroed companion buffer to each page, with units of `unit` bytes (a multiple of 4), or removes them. If
+    /// one fails, none changes.
     pub(super) fn keep_beside(&mut self, gpu: &Gpu, what: Beside, unit: Option<u64>) -> Result<(), RenderError> {
         let kind = what as usize;
         if self.beside[kind] == unit {

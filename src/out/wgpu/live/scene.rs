@@ -296,8 +296,8 @@ impl LiveScene {
     /// [`SAMPLES`](Self::SAMPLES) samples. Depth is reversed: cleared to 0, greater is nearer. What the caller draws
     /// with [`SceneInPass::clip`] shares it. Changes pipeline, bind groups, vertex and index buffers of the pass.
     ///
-    /// Draws nothing if a frame ended, [`set_visible`](Self::set_visible) was called, or another picture or pick failed,
-    /// after `drawn` was uploaded.
+    /// Draws nothing if a frame ended, [`set_visible`](Self::set_visible) was called, or another picture or pick
+    /// failed, after `drawn` was uploaded.
     pub fn encode(&self, pass: &mut RenderPass<'_>, drawn: &SceneInPass) {
         let Some(tiles) = self.tiles.get(drawn.view).filter(|_| drawn.version == self.version) else { return };
         let pipelines = &self.gpu.pipelines;
