@@ -1192,6 +1192,10 @@ tt_status tt_session_add_instance(tt_session session, const tt_placement *placem
 // begun.
 tt_status tt_session_remove_instance(tt_session session, uint64_t key);
 
+// Removes `count` instances in one pass, as tt_session_remove_instance removes one. If one was removed before, or is
+// named twice, nothing changes.
+tt_status tt_session_remove_instances(tt_session session, const uint64_t *keys, size_t count);
+
 // Moves an instance from the next frame of views on: `transform` has 12 numbers, as in `tt_placement`. A frame that
 // was begun goes on.
 tt_status tt_session_move_instance(tt_session session, uint64_t key, const double *transform);

@@ -422,6 +422,9 @@ public:
         return index;
     }
     void remove_instance(std::uint64_t key) { check(tt_session_remove_instance(get(), key)); }
+    void remove_instances(const std::uint64_t *keys, std::size_t count) {
+        check(tt_session_remove_instances(get(), keys, count));
+    }
     void move_instance(std::uint64_t key, const double (&transform)[12]) {
         check(tt_session_move_instance(get(), key, transform));
     }

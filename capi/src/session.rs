@@ -330,6 +330,19 @@ pub unsafe extern "C" fn tt_session_remove_instance(session: tt_session, key: u6
     }))
 }
 
+/// Removes `count` instances in one pass, as tt_session_remove_instance removes one. If one was removed before, or is
+/// named twice, nothing changes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tt_session_remove_instances(session: tt_session, keys: *const u64, count: usize) -> tt_status {
+    entry!(c => {
+        let keys: Vec<_> = c.slice("keys", keys, count)?.iter().map(|key| InstanceKey::from_bits(*key)).collect();
+        with(session, |row| {
+            row.session.remove_instances(&keys)?;
+            Ok(())
+        })
+    })
+}
+
 /// Moves an instance from the next frame of views on: `transform` has 12 numbers, as in `tt_placement`. A frame that
 /// was begun goes on.
 #[unsafe(no_mangle)]

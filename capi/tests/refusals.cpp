@@ -177,6 +177,9 @@ void views_and_sessions() {
     REFUSED(tt_session_find_instance(session.get(), gone, &index), TT_ERROR_ARGUMENT, "removed, or never added");
     REFUSED(tt_session_remove_instance(session.get(), gone), TT_ERROR_ARGUMENT, "removed, or never added");
     REFUSED(tt_session_remove_instance(session.get(), 0), TT_ERROR_ARGUMENT, "removed, or never added");
+    const std::uint64_t pair[2] = {session.instance_key(0), gone};
+    REFUSED(tt_session_remove_instances(session.get(), pair, 2), TT_ERROR_ARGUMENT, "removed, or never added");
+    HOLDS(session.find_instance(pair[0]) == 0);
     double transform[12] = {1, 0, 0, 0, 1, 0, 0, 0, NONE, 0, 0, 0};
     key = session.instance_key(2);
     HOLDS(session.find_instance(key) == 2);

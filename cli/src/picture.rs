@@ -22,7 +22,7 @@ pub(crate) struct PictureArgs {
     /// Maximum screen-space error, pixels. Half a pixel is below what 4× multisampling shows.
     #[arg(long, value_name = "P", value_parser = positive, default_value_t = 0.5)]
     pub(crate) deviation_px: f64,
-    /// Maximum length of lattice cell sides and edge segments on the screen, pixels.
+    /// Maximum length of lattice cell diagonals and edge segments on the screen, pixels.
     #[arg(long, value_name = "S", value_parser = positive)]
     pub(crate) size_px: Option<f64>,
     /// View point: iso, front, back, left, right, top, bottom, or yaw,pitch,distance (angles in degrees; at distance 1

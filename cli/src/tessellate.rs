@@ -101,7 +101,7 @@ pub(crate) struct ToleranceArgs {
     /// Maximum angle by which the normal turns across a lattice cell, degrees.
     #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = Tolerance::DEFAULT_ANGLE_DEGREES)]
     angle: f64,
-    /// Maximum length of lattice cell sides and edge segments, millimetres.
+    /// Maximum length of lattice cell diagonals and edge segments, millimetres.
     #[arg(long, value_name = "MM", value_parser = positive)]
     max_edge: Option<f64>,
 }

@@ -230,6 +230,21 @@ impl Session {
         removed.map(drop).map_err(|failure| unplaced(py, &failure))
     }
 
+    /// Removes instances in one pass, as `remove_instance` removes one.
+    ///
+    /// Args:
+    ///     keys: Their keys.
+    ///
+    /// Raises:
+    ///     RangeError: A key names no instance, or one is named twice. Nothing changes.
+    fn remove_instances(&self, py: Python<'_>, keys: Vec<u64>) -> PyResult<()> {
+        let mut state = self.state()?;
+        let session = &mut state.session;
+        let keys: Vec<InstanceKey> = keys.into_iter().map(InstanceKey::from_bits).collect();
+        let removed = py.detach(|| session.remove_instances(&keys));
+        removed.map(drop).map_err(|failure| unplaced(py, &failure))
+    }
+
     /// Sets how views draw a part of the model, from the next frame on: all its instances, together with their own
     /// attributes. Replaces what was set before.
     ///

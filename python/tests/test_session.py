@@ -137,9 +137,15 @@ def test_instances_come_move_and_go(prepared):
     session.move_instance(new, np.eye(4))
     frame = session.view(view)
     assert session.keys == [keys[1], new] and np.array_equal(frame.instances[1].transform, np.eye(4))
-    for work in (lambda: session.remove_instance(keys[0]), lambda: session.move_instance(7, np.eye(4))):
+    for work in (
+        lambda: session.remove_instance(keys[0]),
+        lambda: session.remove_instances([new, keys[0]]),
+        lambda: session.move_instance(7, np.eye(4)),
+    ):
         with pytest.raises(trimtess.RangeError, match="key"):
             work()
+    session.remove_instances([new, keys[1]])
+    assert not session.keys and len(session.view(view).instances) == 0
     with pytest.raises(trimtess.RangeError, match="part"):
         session.add_instance(99)
     with pytest.raises(trimtess.RangeError, match="uniform scale"):

@@ -149,7 +149,7 @@ pub struct View {
     pub size: (u32, u32),
     /// Maximum distance in the image between triangles and exact surface, pixels, above 0.
     pub deviation_px: f64,
-    /// Maximum length in the image of a cell's side or an edge's segment, pixels; `None` = no limit.
+    /// Maximum length in the image of a cell's diagonal or an edge's segment, pixels; `None` = no limit.
     pub size_px: Option<f64>,
     /// Maximum turn of the normal across a cell and of the tangent along a segment, radians.
     pub angle: f64,

@@ -62,7 +62,7 @@ macro_rules! plain {
         )*
     };
 }
-plain!(u8, u32, f64, crate::builder::tt_coedge);
+plain!(u8, u32, u64, f64, crate::builder::tt_coedge);
 
 /// Where a result goes: not null, aligned.
 pub(crate) struct Out<'a, T>(*mut T, PhantomData<&'a mut T>);

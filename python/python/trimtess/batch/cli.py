@@ -78,7 +78,7 @@ def add_convert(command: argparse.ArgumentParser) -> None:
     chord.add_argument("--chord", type=positive, metavar="MM", help="largest distance to the surface, millimetres")
     chord.add_argument("--chord-rel", type=positive, metavar="F", help="as a fraction of the diagonal (default: 1e-3)")
     command.add_argument("--angle", type=positive, default=20.0, metavar="DEG", help="(default: %(default)s)")
-    command.add_argument("--max-edge", type=positive, metavar="MM", help="longest cell side and edge segment")
+    command.add_argument("--max-edge", type=positive, metavar="MM", help="longest cell diagonal and edge segment")
     command.add_argument("--recenter", action="store_true", help="move the centre of each scene to the origin")
     command.add_argument("--supplemental", action="store_true", help="read supplemental geometry too")
     command.add_argument(

@@ -27,7 +27,7 @@ class Options:
     chord_rel: Optional[float] = 1e-3
     #: Largest angle by which the normal turns across a cell, degrees.
     angle: float = 20.0
-    #: Longest cell side and edge segment, millimetres.
+    #: Longest cell diagonal and edge segment, millimetres.
     max_edge: Optional[float] = None
     #: Output formats, sorted.
     formats: Tuple[str, ...] = ("glb",)
