@@ -2,7 +2,7 @@
 
 use super::density::{Criteria, Density, FollowLines};
 use super::directions::{Directions, Strip};
-use super::output::{LINES_OF_TILE, MAX_LINES, TileLattice, most_lines};
+use super::output::{LINES_OF_TILE, TileLattice, most_lines};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
 use crate::math::order::{larger, smaller};
 use crate::model::SurfaceKind;

@@ -68,8 +68,8 @@ struct Replacement {
     width: f64,
 }
 
-/// Merges edges that coincide: those of faces with topology within the part's own tolerance, those of faces without
-/// topology within the part's tolerance or, if it states none, within `reach`, millimetres.
+/// Merges edges that coincide: those of faces with topology within the part's own tolerance, in open shells also within
+/// `reach`, millimetres; those of faces without topology within the part's tolerance or, if it states none, `reach`.
 ///
 /// Cost: a count of uses if all edges are used in pairs. Otherwise about 10 µs per edge that has a neighbour and 1 µs
 /// per knot of it. Identical edges count once, and others have at most [`MOST_PARTNERS`] neighbours of their kind.
@@ -160,6 +160,8 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
         let untold = of_shell.iter().any(|u| u.untold);
         let open = shell_of(of_shell[0].shell).is_some_and(|s| s.kind == ShellKind::Open);
         let tolerance = if part.tolerance > 0.0 || !untold { part.tolerance } else { reach };
+        // Sheets that miss each other by more overlap or gape, and nothing says which of them end where they meet.
+        let tolerance = if open && !untold { tolerance.min(reach) } else { tolerance };
         if tolerance <= 0.0 || of_shell.iter().all(|u| u.count != 1 && !u.untold) {
             continue;
         }
