@@ -258,9 +258,25 @@ fn slots_side_by_side_are_kept_apart() {
     assert!(breaks > 1000, "{breaks} points");
 }
 
-/// Whether a ring has its area: an inner arc with chords of its own makes it as wide as the tolerance.
-fn assert_keeps_width((radius, gap, turn): (f64, f64, f64), prepared: &Arc<Prepared>) {
-    let area = 0.5 * turn * (radius * radius - (radius - gap) * (radius - gap));
+#[test]
+fn two_close_bends_to_both_sides_have_the_same_critical_points() {
+    let gap = 0.03;
+    let mut part = PartBuilder::new("strip");
+    let [lower, upper] = [0.0, gap].map(|y| {
+        let points = [(0.0, 0.0), (6.0, 0.0), (4.0, 5.0), (10.0, 5.0)].map(|p| DVec3::new(p.0, p.1 + y, 0.0)).to_vec();
+        let ends = [points[0], points[3]].map(|end| part.vertex(end));
+        let curve = NurbsCurve3 { degree: 3, knots: [[0.0; 4], [1.0; 4]].concat(), points, weights: Vec::new() };
+        (ends, part.curve(curve, CurveKind::Spline, ends[0], ends[1]))
+    });
+    let (there, back) = (part.line(lower.0[1], upper.0[1]), part.line(upper.0[0], lower.0[0]));
+    let boundary = vec![lower.1.along(), there.along(), upper.1.against(), back.along()];
+    let shell = part.plain_shell(ShellKind::Open);
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(boundary)], false);
+    assert_keeps_width(&prepared(placed(part.finish().expect("a valid part"))), 10.0 * gap);
+}
+
+/// Whether a strip has its area: sides with chords of their own make it as wide as the tolerance.
+fn assert_keeps_width(prepared: &Arc<Prepared>, area: f64) {
     for chord in CHORDS {
         let facts = mesh(prepared, chord);
         assert!(facts.is_well_formed(), "chord {chord}: {facts}");
@@ -277,10 +293,11 @@ fn two_close_arcs_have_the_same_critical_points() {
     let points = |edge: usize| prepared.parts[0].edges[edge].breaks.len();
     assert!((71..=129).contains(&points(0)), "{} on the outer arc", points(0));
     assert_eq!(points(1), points(0), "on the inner arc");
-    assert_keeps_width((radius, gap, turn), &prepared);
+    let ring = |radius: f64, gap: f64, turn: f64| 0.5 * turn * (radius * radius - (radius - gap) * (radius - gap));
+    assert_keeps_width(&prepared, ring(radius, gap, turn));
     // Its tile is 16 times as long as wide.
     let (radius, gap, turn) = (5.25, 5e-4, 0.1);
-    assert_keeps_width((radius, gap, turn), &self::prepared(placed(open_ring(radius, gap, turn))));
+    assert_keeps_width(&self::prepared(placed(open_ring(radius, gap, turn))), ring(radius, gap, turn));
 }
 
 #[test]

@@ -286,24 +286,23 @@ fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a
         // One alone is apart from all of the other.
         found.close.truncate(close);
     }
-    if may_be_alone
-        && let Some(&(edge, _)) = fewest.first()
-        && fewest.iter().all(|at| at.0 == edge)
-    {
-        let (halved, other) = if edge == a.arc.edge { (a, b) } else { (b, a) };
-        found.opposite.extend(opposite(halved, other, &fewest, found.size));
+    if may_be_alone {
+        for (halved, other) in [(a, b), (b, a)] {
+            found.opposite.extend(opposite(halved, other, &fewest, found.size));
+        }
     }
     found.breaks.append(&mut fewest);
 }
 
-/// The parameters of `b` next to breaks of `a` alone, where `b` runs along there. With the same chords on both sides, a
-/// strip between them keeps its width; with long chords on one side alone, it would be as wide as the tolerance allows.
-/// Cost: no more than the halvings took.
+/// The parameters of `b` next to those breaks that `a` has, where `b` runs along there. With the same chords on both
+/// sides, a strip between them keeps its width; with long chords on one side, it would be as wide as the tolerance
+/// allows. Cost: no more than the halvings took.
 fn opposite<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, breaks: &[(u32, f64)], size: DVec2) -> Vec<(u32, f64)> {
     /// Maximum width of the strip, as a share of the shorter chord of `a` next to the break. In wider ones, arcs turn
     /// by half a radian from one break to the next.
     const NARROW: f64 = 0.0625;
-    let mut ts: Vec<f64> = breaks.iter().map(|at| at.1).chain(a.range()).collect();
+    let of_a = breaks.iter().filter(|at| at.0 == a.arc.edge);
+    let mut ts: Vec<f64> = of_a.map(|at| at.1).chain(a.range()).collect();
     ts.sort_by(f64::total_cmp);
     let points: Vec<DVec2> = ts.iter().map(|t| a.at(*t) * size).collect();
     let next_to = |w: &[DVec2]| {
