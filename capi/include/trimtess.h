@@ -399,8 +399,8 @@ typedef struct {
     uint64_t max_patches;
     // Memory at most, bytes, estimated; 0 = 16 GiB.
     uint64_t max_memory;
-    // Distance up to which borders of faces without edges become one, as a fraction of the part's diagonal, up to 1;
-    // 0 = 1e-6, below 0 = they never do.
+    // Distance up to which borders of faces without edges, and edges of faces in open shells, become one, as a
+    // fraction of the part's diagonal, up to 1; 0 = 1e-6, below 0 = they never do.
     double border_tolerance;
     // A pool that prepares, instead of threads that end with the call; or null.
     const tt_jobs *jobs;

@@ -34,8 +34,8 @@ pub struct tt_prepare_options {
     pub max_patches: u64,
     /// Memory at most, bytes, estimated; 0 = 16 GiB.
     pub max_memory: u64,
-    /// Distance up to which borders of faces without edges become one, as a fraction of the part's diagonal, up to 1;
-    /// 0 = 1e-6, below 0 = they never do.
+    /// Distance up to which borders of faces without edges, and edges of faces in open shells, become one, as a
+    /// fraction of the part's diagonal, up to 1; 0 = 1e-6, below 0 = they never do.
     pub border_tolerance: f64,
     /// A pool that prepares, instead of threads that end with the call; or null.
     pub jobs: *const tt_jobs,
