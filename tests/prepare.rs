@@ -262,25 +262,28 @@ fn slots_side_by_side_are_kept_apart() {
 fn two_close_bends_to_both_sides_have_the_same_critical_points() {
     let gap = 0.03;
     let mut part = PartBuilder::new("strip");
-    let [lower, upper] = [0.0, gap].map(|y| {
+    // The weights change the parameter, not the curve.
+    let [lower, upper] = [(0.0, 1.0_f64), (gap, 1.5)].map(|(y, weight)| {
+        let weights = (0..4).map(|k| weight.powi(k)).collect();
         let points = [(0.0, 0.0), (6.0, 0.0), (4.0, 5.0), (10.0, 5.0)].map(|p| DVec3::new(p.0, p.1 + y, 0.0)).to_vec();
         let ends = [points[0], points[3]].map(|end| part.vertex(end));
-        let curve = NurbsCurve3 { degree: 3, knots: [[0.0; 4], [1.0; 4]].concat(), points, weights: Vec::new() };
+        let curve = NurbsCurve3 { degree: 3, knots: [[0.0; 4], [1.0; 4]].concat(), points, weights };
         (ends, part.curve(curve, CurveKind::Spline, ends[0], ends[1]))
     });
     let (there, back) = (part.line(lower.0[1], upper.0[1]), part.line(upper.0[0], lower.0[0]));
     let boundary = vec![lower.1.along(), there.along(), upper.1.against(), back.along()];
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(boundary)], false);
-    assert_keeps_width(&prepared(placed(part.finish().expect("a valid part"))), 10.0 * gap);
+    // Points of different parameters do not pair up everywhere. Without pairs, the area is twice as large.
+    assert_keeps_width(&prepared(placed(part.finish().expect("a valid part"))), 10.0 * gap, 0.15);
 }
 
-/// Whether a strip has its area: sides with chords of their own make it as wide as the tolerance.
-fn assert_keeps_width(prepared: &Arc<Prepared>, area: f64) {
+/// Whether a strip has its area to a share: sides with chords of their own make it as wide as the tolerance.
+fn assert_keeps_width(prepared: &Arc<Prepared>, area: f64, share: f64) {
     for chord in CHORDS {
         let facts = mesh(prepared, chord);
         assert!(facts.is_well_formed(), "chord {chord}: {facts}");
-        assert!((facts.area / area - 1.0).abs() < 0.05, "chord {chord}: {} for {area}", facts.area);
+        assert!((facts.area / area - 1.0).abs() < share, "chord {chord}: {} for {area}", facts.area);
     }
 }
 
@@ -294,10 +297,10 @@ fn two_close_arcs_have_the_same_critical_points() {
     assert!((71..=129).contains(&points(0)), "{} on the outer arc", points(0));
     assert_eq!(points(1), points(0), "on the inner arc");
     let ring = |radius: f64, gap: f64, turn: f64| 0.5 * turn * (radius * radius - (radius - gap) * (radius - gap));
-    assert_keeps_width(&prepared, ring(radius, gap, turn));
+    assert_keeps_width(&prepared, ring(radius, gap, turn), 0.05);
     // Its tile is 16 times as long as wide.
     let (radius, gap, turn) = (5.25, 5e-4, 0.1);
-    assert_keeps_width(&self::prepared(placed(open_ring(radius, gap, turn))), ring(radius, gap, turn));
+    assert_keeps_width(&self::prepared(placed(open_ring(radius, gap, turn))), ring(radius, gap, turn), 0.05);
 }
 
 #[test]

@@ -73,8 +73,8 @@ struct Common {
     #[arg(long, global = true, value_name = "OUT.json")]
     trace: Option<PathBuf>,
     /// Sew borders of faces without edges (untrimmed, or trimmed by free curves) that are within this fraction of the
-    /// part's diagonal, and edges of faces in open shells that are also within the part's own tolerance. Borders in parts
-    /// that state a tolerance use that; 0 sews neither.
+    /// part's diagonal, and edges of faces in open shells that are also within the part's own tolerance. Borders in
+    /// parts that state a tolerance use that; 0 sews neither.
     #[arg(long, global = true, value_name = "SHARE", value_parser = share,
           default_value_t = PrepareOptions::DEFAULT.border_tolerance)]
     border_tolerance: f64,

@@ -84,8 +84,8 @@ impl Model {
     /// Args:
     ///     max_memory: Memory at most, bytes; that of `read` if None.
     ///     max_patches: Bézier patches at most (default 16 million).
-    ///     border_tolerance: Distance up to which borders of faces without edges, and edges of faces in open shells, are
-    ///         sewn, as a fraction of the part's diagonal, from 0 to 1 (default 1e-6).
+    ///     border_tolerance: Distance up to which borders of faces without edges, and edges of faces in open shells,
+    ///         are sewn, as a fraction of the part's diagonal, from 0 to 1 (default 1e-6).
     ///     like: Another prepared model. Parts that both have are taken over from it, which is faster and the same.
     ///     keep_faces: Whether to keep the drafts of faces, and to take over those of `like` for faces of a changed part.
     ///         Costs memory: a seventh of the prepared model.

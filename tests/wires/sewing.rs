@@ -54,21 +54,29 @@ fn edges_that_coincide_within_the_tolerance_are_sewn() {
 #[test]
 fn sheets_on_top_of_each_other_stay_two_sheets() {
     let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
-    for off in [0.0, 5e-4] {
+    // Of one face or two side by side each.
+    for (off, faces) in [(0.0, 1_u8), (1e-7, 1), (0.0, 2), (1e-7, 2)] {
         let mut part = PartBuilder::new("plies");
         let shell = part.plain_shell(ShellKind::Open);
-        for z in [0.0, off] {
-            let frame = Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
+        for (z, x) in [0.0, off].into_iter().flat_map(|z| (0..faces).map(move |x| (z, f64::from(x)))) {
+            let frame = Frame3 { origin: DVec3::new(x, 0.0, z), ..Frame3::WORLD };
             let wire = Loop::Edges(part.polygon(&square.map(|corner| corner + frame.origin)));
             part.plain_face(Surface::Plane { frame }, shell, vec![wire], false);
         }
         let mut part = part.finish().expect("a sound part");
         part.tolerance = 1e-3;
         let prepared = prepared(part);
-        let (facts, _) = mesh(&prepared, 0.1);
-        assert!(!facts.is_closed() && told(&prepared).is_empty(), "{off}: {facts} {:?}", told(&prepared));
-        assert!(prepared.parts[0].faces.iter().all(|face| !face.reversed), "{off}: turned over");
+        let open = prepared.parts[0].open_edges().count;
+        assert!(open >= 4 * (usize::from(faces) + 1), "{off} {faces}: {open} open");
+        assert!(prepared.parts[0].edges.iter().all(|edge| edge.uses.len() <= 2), "{off} {faces}");
+        assert!(prepared.parts[0].faces.iter().all(|face| !face.reversed), "{off} {faces}: turned over");
     }
+}
+
+#[test]
+fn sheets_that_miss_each_other_by_more_than_a_millionth_are_not_sewn() {
+    let (facts, _) = mesh(&prepared(own_edges(ShellKind::Open, 1e-3, 1e-4)), 0.1);
+    assert_eq!(facts.open_edges, 24, "{facts}");
 }
 
 /// A disc of radius 5 whose faces have their own edges: circles of `arcs` pieces.

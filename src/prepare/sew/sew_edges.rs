@@ -68,8 +68,9 @@ struct Replacement {
     width: f64,
 }
 
-/// Merges edges that coincide: those of faces with topology within the part's own tolerance, in open shells also within
-/// `reach`, millimetres; those of faces without topology within the part's tolerance or, if it states none, `reach`.
+/// Merges edges that coincide: those of faces with topology within the part's own tolerance, in open shells of these
+/// alone also within `reach`, millimetres; those of faces without topology within the part's tolerance or, if it states
+/// none, `reach`.
 ///
 /// Cost: a count of uses if all edges are used in pairs. Otherwise about 10 µs per edge that has a neighbour and 1 µs
 /// per knot of it. Identical edges count once, and others have at most [`MOST_PARTNERS`] neighbours of their kind.
@@ -236,6 +237,8 @@ struct PieceGroups {
     same: Vec<(usize, bool, f64)>,
     /// For the root of each group, the faces and candidates of all its pieces.
     members: Vec<BTreeSet<(usize, usize)>>,
+    /// For each candidate, whether it is of a face with topology in an open shell.
+    open: Vec<bool>,
     /// For each candidate the vertices at its cuts.
     vertices: Vec<Vec<usize>>,
     /// Points of all vertices, and which vertices merge.
@@ -277,7 +280,8 @@ impl PieceGroups {
         };
         let members = cuts.iter().enumerate().flat_map(of_candidate).collect();
         let merged = DisjointSets::new(points.len());
-        Self { cuts, first, same, members, vertices, points, merged }
+        let open = candidates.iter().map(|candidate| candidate.against.is_some()).collect();
+        Self { cuts, first, same, members, open, vertices, points, merged }
     }
 
     /// The root of a piece's group, whether the piece runs against it, and a bound on their distance.
@@ -290,14 +294,18 @@ impl PieceGroups {
         (piece, against, width)
     }
 
-    /// Unites two groups unless that merges edges of one face that must stay apart. Returns whether it did.
+    /// Unites two groups unless that merges edges of one face that must stay apart, or of three faces of an open shell.
+    /// Returns whether it did.
     fn unite(&mut self, [p, q]: [usize; 2], mut may_join: impl FnMut([usize; 2]) -> bool) -> bool {
         let [small, large] = if self.members[p].len() <= self.members[q].len() { [p, q] } else { [q, p] };
         let [few, mut many] = [small, large].map(|k| std::mem::take(&mut self.members[k]));
-        let may = few.iter().all(|&(face, k)| {
-            let of_face = many.range((face, 0)..=(face, usize::MAX)).take(OF_ONE_FACE);
-            of_face.copied().all(|(_, l)| may_join([k, l]))
-        });
+        // Of three faces at a border of an open shell, nothing says which two belong together.
+        let is_third = few.len() + many.len() > 2 && few.iter().any(|&(_, k)| self.open[k]);
+        let may = !is_third
+            && few.iter().all(|&(face, k)| {
+                let of_face = many.range((face, 0)..=(face, usize::MAX)).take(OF_ONE_FACE);
+                of_face.copied().all(|(_, l)| may_join([k, l]))
+            });
         if may {
             many.extend(few);
             self.members[p.min(q)] = many;

@@ -331,7 +331,8 @@ impl<'a> ArcSpan<'a> {
             let foot = p.lerp(q, share);
             let distance = x.distance(foot);
             if distance < least {
-                let end = [(a, p), (b, q)].into_iter().find(|end| end.1.distance(foot) < same);
+                let nearer = if share < 0.5 { (a, p) } else { (b, q) };
+                let end = Some(nearer).filter(|end| end.1.distance(foot) < same);
                 (at, least) = (end.map_or(a + share * (b - a), |end| end.0), distance);
             }
         }

@@ -288,7 +288,10 @@ fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a
     }
     if may_be_alone {
         for (halved, other) in [(a, b), (b, a)] {
-            found.opposite.extend(opposite(halved, other, &fewest, found.size));
+            // Not for more than the search itself may still take.
+            if other.len() * fewest.len() < found.work.0 {
+                found.opposite.extend(opposite(halved, other, &fewest, found.size));
+            }
         }
     }
     found.breaks.append(&mut fewest);
@@ -296,7 +299,7 @@ fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a
 
 /// The parameters of `b` next to those breaks that `a` has, where `b` runs along there. With the same chords on both
 /// sides, a strip between them keeps its width; with long chords on one side, it would be as wide as the tolerance
-/// allows. Cost: no more than the halvings took.
+/// allows.
 fn opposite<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, breaks: &[(u32, f64)], size: DVec2) -> Vec<(u32, f64)> {
     /// Maximum width of the strip, as a share of the shorter chord of `a` next to the break. In wider ones, arcs turn
     /// by half a radian from one break to the next.
@@ -304,6 +307,7 @@ fn opposite<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, breaks: &[(u32, f64)], size: DVe
     let of_a = breaks.iter().filter(|at| at.0 == a.arc.edge);
     let mut ts: Vec<f64> = of_a.map(|at| at.1).chain(a.range()).collect();
     ts.sort_by(f64::total_cmp);
+    ts.dedup();
     let points: Vec<DVec2> = ts.iter().map(|t| a.at(*t) * size).collect();
     let next_to = |w: &[DVec2]| {
         let close = NARROW * w[0].distance(w[1]).min(w[1].distance(w[2]));
