@@ -60,7 +60,7 @@ pub(super) fn run(args: &TileCostsArgs, common: &Common) -> Result<Done, Failure
         return Err(Failure::Cannot(format!("{} samples are too few to fit {TERMS} coefficients", all.len())));
     }
     let fit = fit(&all);
-    if !fit.iter().all(|term| *term >= 0.0) {
+    if !fit.iter().all(|term| term.is_finite()) {
         return Err(Failure::cannot(
             "these tiles are too alike to tell apart what a tile, a cell and a tessellant cost",
         ));

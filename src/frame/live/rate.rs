@@ -111,7 +111,7 @@ impl Terms {
         // Lines by the angle become as sparse as those by the chord.
         let angle = self.angle * self.coarsened();
         let tolerance = Tolerance { chord: 1.0 / density, angle, max_edge: self.size.map(|size| size / density) };
-        BoxTolerances::new(tolerance.usable(radius), shares, radius)
+        BoxTolerances { tolerance: tolerance.usable(radius), shares, radius }
     }
 
     /// Rounds a chord tolerance down to a power of two. It then changes only every two steps, and so does what is

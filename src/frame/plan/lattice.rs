@@ -57,6 +57,11 @@ pub(crate) fn is_single(face: &PreparedFace, max_edge: Option<f64>) -> bool {
     face.kind == SurfaceKind::Plane && max_edge.is_none()
 }
 
+/// Whether the derivative bounds of a face are those of a plain shape.
+pub(crate) fn is_exact(face: &PreparedFace) -> bool {
+    !matches!(face.kind, SurfaceKind::Extrusion | SurfaceKind::Revolution | SurfaceKind::Nurbs)
+}
+
 /// Makes lattices, in reused buffers. Results do not depend on earlier calls.
 #[derive(Default)]
 pub(crate) struct Lattices {
@@ -229,7 +234,7 @@ impl Lattices {
         }
         let ends = [0, 1].map(|axis| (tile.min[axis], tile.max[axis]));
         let mut kept = DensityMet { lines: !noisy, cells: true };
-        let most_lines = most_lines(need.around);
+        let most_lines = most_lines(need.tolerance.around(need.radius, is_exact(face)));
         let (mut round, mut beyond) = (0, false);
         loop {
             let density = |axis: usize| Density { breaks: breaks[axis], rates: &wanted[axis] };

@@ -59,7 +59,8 @@ pub struct Shortfall {
     /// Upper bound on the triangles at full density; 0 if the limits allow that.
     pub needed: u64,
     /// Whether the tolerance has a value that is invalid or too small to meet, or the view is invalid. A tolerance is
-    /// too small if tiles or edges reach their limits, and a circle as large as the part needs 32768 segments or more.
+    /// too small if tiles or edges reach their limits, and a circle as large as the part needs 32768 segments or more;
+    /// for splines, extrusions, revolutions and edges by the length of edges alone.
     pub unusable: bool,
     /// Tiles limited by [`PlanLimits::triangles_per_tile`]; ascending. In plans for views, here and below, drawn ones.
     pub tiles: Vec<(PartId, TileId)>,

@@ -1,7 +1,7 @@
 //! The tolerance of each part -> a plan within limits.
 
 use super::budget::{Budget, cells};
-use super::lattice::{DensityMet, LatticeRequest, Lattices, places};
+use super::lattice::{DensityMet, LatticeRequest, Lattices, is_exact, places};
 use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, LINES_OF_TILE, PartPlan, Plan, TileLattice};
 use super::rows::{BLOCK, PlanRows};
@@ -171,12 +171,13 @@ impl PlanRequest<'_> {
         let made = map(jobs, lists, move |list| shared.lattices(&rows[list]));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
         // Where the part itself needs as many lines as there may be, they do not follow noise.
-        let too_small = |part: usize| self.wanted.asked[part].around() >= LINES_OF_TILE as f64;
+        let too_small = |part: usize, exact: bool| self.wanted.asked[part].around(exact) >= LINES_OF_TILE as f64;
         let mut unusable = false;
         let lattices = together(made, &tiles, |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
-            let noisy = self.wanted.parts[part].tiles[tile].entangled;
-            unusable |= !kept.lines && !noisy && too_small(part);
+            let of_part = &self.wanted.parts[part];
+            let (row, exact) = (&of_part.tiles[tile], is_exact(of_part.face_of(&of_part.tiles[tile])));
+            unusable |= !kept.lines && !row.entangled && too_small(part, exact);
             shortfall.tiles.extend((!kept.cells).then_some(id));
             shortfall.lines.extend((!kept.lines).then_some(id));
         })?;
@@ -188,7 +189,7 @@ impl PlanRequest<'_> {
         let (rows, lists) = stretches(jobs, &edges);
         let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
         let lines = together(made, &edges, |part, edge, ()| {
-            unusable |= too_small(part);
+            unusable |= too_small(part, false);
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
         shortfall.unusable |= unusable;

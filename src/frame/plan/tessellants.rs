@@ -80,7 +80,7 @@ impl Tessellants {
         if edge.uses.is_empty() || before.is_none() && one_is_enough(edge, &own, tiles) {
             return (breaks_alone(edge), true);
         }
-        let most = most_lines(need.around);
+        let most = most_lines(need.tolerance.around(need.radius, true));
         let mut shares = std::mem::take(&mut self.shares);
         let mut reach = usize::from(!need.is_even());
         let made = loop {

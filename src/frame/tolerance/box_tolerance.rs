@@ -20,24 +20,19 @@ pub(crate) struct BoxTolerances {
     /// By box, `tolerance` as a fraction of the box's own: at most 1, and 0 for a box behind every camera. Empty if all
     /// boxes have the same.
     pub(crate) shares: Vec<f64>,
-    /// See [`Tolerance::around`], of the part.
-    pub(crate) around: f64,
+    /// The part's radius.
+    pub(crate) radius: f64,
 }
 
 impl Default for BoxTolerances {
     /// No boxes and no limit.
     fn default() -> Self {
         let tolerance = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
-        Self { tolerance, shares: Vec::new(), around: 0.0 }
+        Self { tolerance, shares: Vec::new(), radius: 0.0 }
     }
 }
 
 impl BoxTolerances {
-    /// In a part of this radius.
-    pub(crate) fn new(tolerance: Tolerance, shares: Vec<f64>, radius: f64) -> Self {
-        Self { tolerance, shares, around: tolerance.around(radius) }
-    }
-
     /// Whether all boxes have the same tolerance.
     pub(crate) fn is_even(&self) -> bool {
         self.shares.is_empty()
@@ -70,8 +65,8 @@ impl PartTolerance {
     }
 
     /// See [`Tolerance::around`]; 0 where the tolerance is not the same everywhere.
-    pub(crate) fn around(&self) -> f64 {
-        if self.seen.is_empty() { self.tolerance.around(self.radius) } else { 0.0 }
+    pub(crate) fn around(&self, exact: bool) -> f64 {
+        if self.seen.is_empty() { self.tolerance.around(self.radius, exact) } else { 0.0 }
     }
 
     /// Whether the length of edges is limited.
@@ -81,11 +76,11 @@ impl PartTolerance {
 
     /// Writes the tolerance of a tile or an edge with these boxes to `need`.
     pub(crate) fn over<'a>(&self, places: impl Iterator<Item = &'a BoundingBox> + Clone, need: &mut BoxTolerances) {
-        let BoxTolerances { tolerance, shares, around } = need;
+        let BoxTolerances { tolerance, shares, radius } = need;
+        *radius = self.radius;
         shares.clear();
         if self.seen.is_empty() {
             *tolerance = self.tolerance;
-            *around = tolerance.around(self.radius);
             return;
         }
         let whole = places.clone().fold(BoundingBox::EMPTY, |all, place| all.with(place));
@@ -103,7 +98,6 @@ impl PartTolerance {
             shares.iter_mut().for_each(|pixels| *pixels /= most);
         }
         *tolerance = self.at(most);
-        *around = tolerance.around(self.radius);
     }
 
     /// A tolerance that is at most that of any tile or edge with some of these boxes. `None` unless all of them are

@@ -46,11 +46,13 @@ impl Tolerance {
         Self { chord: self.chord / scale, angle: self.angle, max_edge: self.max_edge.map(|length| length / scale) }
     }
 
-    /// Lines that it needs around a circle of this radius, millimetres.
-    pub(crate) fn around(&self, radius: f64) -> f64 {
+    /// Lines that it needs around a circle of this radius, millimetres. `exact`: whether bounds of derivatives are those
+    /// of plain shapes. Of splines they may be noise, and only the length of edges counts.
+    pub(crate) fn around(&self, radius: f64, exact: bool) -> f64 {
         let Self { chord, angle, max_edge } = self;
         let by_length = max_edge.map_or(0.0, |length| SQRT_2 * TAU * radius / length);
-        (PI * (0.5 * radius / chord).sqrt()).max(TAU / angle).max(by_length)
+        let by_shape = (PI * (0.5 * radius / chord).sqrt()).max(TAU / angle);
+        if exact { by_shape.max(by_length) } else { by_length }
     }
 
     /// Raises values that a part of this radius cannot meet to the least that it can.
