@@ -66,7 +66,7 @@ fn pictures_after_one_that_failed_are_whole() {
             };
             assert!(error.to_string().contains("buffer"), "{error}");
             assert!(live.surface_draws(&before).next().is_none());
-            // The same frame fails again, and not by drawing what is left.
+            // The scene is still too large.
             assert!(live.upload(0, &view).is_err());
             send(&small, &mut live);
             let seen = drawn(&mut live, &view).unwrap();

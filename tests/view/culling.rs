@@ -1,4 +1,4 @@
-//! Back-face culling: what is not drawn is not in the picture, and what is drawn keeps the tolerance.
+//! Back-face culling leaves out tiles that the picture does not show. Drawn tiles and their edges keep the tolerance.
 
 use super::frames::path;
 use super::pixels::project;

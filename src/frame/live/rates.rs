@@ -237,8 +237,8 @@ impl Rates {
             if due {
                 wanted.due.push((p, t));
             }
-            let beside_culled = self.is_beside_culled(p, t);
-            if beside_culled {
+            let checks_edges = self.is_next_to_culled(p, t);
+            if checks_edges {
                 wanted.near.push((p, t));
             }
             let planned = tile_terms[t] == self.term;
@@ -254,9 +254,7 @@ impl Rates {
                 let step = step(most, before.step(0));
                 (Rate::Even(step), band(step))
             } else {
-                if !beside_culled {
-                    wanted.near.push((p, t));
-                }
+                wanted.near.extend((!checks_edges).then_some((p, t)));
                 let face = part.face_of(&part.tiles[t]);
                 // The edges of tiles with one cell at any density may bend, but they have their own boxes.
                 let single = is_single(face, self.terms.size);
@@ -280,7 +278,7 @@ impl Rates {
 
     /// Whether a drawn tile shares an edge with a culled one that has a step per sub-box: then that edge has too, and
     /// no other tile has it checked.
-    fn is_beside_culled(&self, p: usize, t: usize) -> bool {
+    fn is_next_to_culled(&self, p: usize, t: usize) -> bool {
         let PartRates { boxes, tiles: rates, edges, seen, .. } = &self.parts[p];
         let part = &self.prepared.parts[p];
         let is_open = |place: &TileUse| rates[place.tile.index()].is_each() && !seen.shows(place.tile.index());

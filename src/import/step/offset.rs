@@ -65,13 +65,13 @@ pub(super) fn offset(
         }
         // The normal is constant along a sweep: the offset sweeps the offset profile.
         Surface::Extrusion { curve, direction } => {
-            let (curve, note) = profile(curve, tolerance, |t| beside(base, t, 0.0, distance))?;
+            let (curve, note) = profile(curve, tolerance, |t| offset_point(base, t, 0.0, distance))?;
             return Ok((Surface::Extrusion { curve, direction: *direction }, Some(note)));
         }
         Surface::Revolution { curve, frame } => {
             let curve = sheet(curve, frame, &reach().on);
             let base = &Surface::Revolution { curve: curve.clone(), frame: *frame };
-            let (curve, note) = profile(&curve, tolerance, |t| beside(base, 0.0, t, distance))?;
+            let (curve, note) = profile(&curve, tolerance, |t| offset_point(base, 0.0, t, distance))?;
             return Ok((Surface::Revolution { curve, frame: *frame }, Some(note)));
         }
     };
@@ -103,7 +103,7 @@ fn usable(points: &[DVec3]) -> f64 {
 }
 
 /// The point at `distance` along the normal.
-fn beside(base: &Surface, u: f64, v: f64, distance: f64) -> Result<DVec3, FitTrouble> {
+fn offset_point(base: &Surface, u: f64, v: f64, distance: f64) -> Result<DVec3, FitTrouble> {
     let normal = base.normal(u, v).ok_or(FitTrouble::NoNormal)?;
     Ok(base.point(u, v) + normal * distance)
 }
@@ -189,7 +189,7 @@ fn offset_net(
     tolerance: f64,
     reach: LocateFace<'_>,
 ) -> Result<OffsetFit, FitTrouble> {
-    let at = |u: f64, v: f64| beside(base, u, v, distance);
+    let at = |u: f64, v: f64| offset_point(base, u, v, distance);
     let (domain_u, domain_v) = net.domain();
     let whole = approximate(net, [domain_u, domain_v], tolerance, &at);
     if whole.as_ref().is_ok_and(|whole| whole.worst <= tolerance) {
@@ -432,7 +432,7 @@ mod tests {
         assert!(net.points.len() < 40_000, "{} points", net.points.len());
         for (i, j) in (0..60).flat_map(|i| (0..60).map(move |j| (i, j))) {
             let (u, v) = (f64::from(i) / 3.0 + 0.05, f64::from(j) / 3.0 + 0.05);
-            let exact = beside(&base, u, v, 0.5).expect("a normal");
+            let exact = offset_point(&base, u, v, 0.5).expect("a normal");
             assert!(surface.point(u, v).distance(exact) < 2e-4, "at {u}, {v}");
         }
     }
@@ -459,7 +459,7 @@ mod tests {
         let Some((Severity::Warning, StepOutcome::Approximated { error_mm })) = note else { panic!("{note:?}") };
         assert!(error_mm > 1e-2 && error_mm < 0.5, "{error_mm}");
         for (u, v) in [(3.3, 4.7), (11.5, 2.0), (10.5, 10.5), (19.0, 11.0)] {
-            let exact = beside(&pyramid, u, v, 0.5).expect("a normal");
+            let exact = offset_point(&pyramid, u, v, 0.5).expect("a normal");
             assert!(surface.point(u, v).distance(exact) < 2e-4, "at {u}, {v}");
         }
     }
@@ -474,7 +474,8 @@ mod tests {
     fn a_kink_outside_the_face_does_not_matter() {
         let base = kinked(1.0);
         // A triangle on the offset of the slope.
-        let corners = [(13.0, 2.0), (20.0, 3.0), (15.0, 9.0)].map(|(u, v)| beside(&base, u, v, 0.5).expect("a normal"));
+        let corners =
+            [(13.0, 2.0), (20.0, 3.0), (15.0, 9.0)].map(|(u, v)| offset_point(&base, u, v, 0.5).expect("a normal"));
         let side = |k: usize| (0..8).map(move |i| corners[k].lerp(corners[(k + 1) % 3], f64::from(i) / 8.0));
         let on: Vec<DVec3> = (0..3).flat_map(side).collect();
         let reach = || FaceLocation { hull: on.clone(), on: on.clone() };
@@ -482,7 +483,7 @@ mod tests {
         let [(u0, u1), (v0, v1)] = surface.natural_domain();
         assert!(u0 > 12.0 && u0 <= 13.0 && (20.0..21.0).contains(&u1), "{u0} {u1}");
         assert!(v0 > 1.0 && v0 <= 2.0 && (9.0..10.0).contains(&v1), "{v0} {v1}");
-        assert!(surface.point(15.0, 4.0).distance(beside(&base, 15.0, 4.0, 0.5).expect("a normal")) < 1e-4);
+        assert!(surface.point(15.0, 4.0).distance(offset_point(&base, 15.0, 4.0, 0.5).expect("a normal")) < 1e-4);
         // Points that are not on the offset locate nothing.
         let across =
             || FaceLocation { hull: Vec::new(), on: on.iter().map(|p| *p - DVec3::new(5.0, 0.0, 5.0)).collect() };

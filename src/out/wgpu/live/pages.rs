@@ -89,23 +89,18 @@ impl Pages {
         if self.beside[kind] == unit {
             return Ok(());
         }
-        let before = std::mem::replace(&mut self.beside[kind], unit);
-        let of_page = |page: &Page| self.beside_of(gpu, what, page.bytes);
-        let made: Result<Vec<_>, _> = self.pages.iter().flatten().map(of_page).collect();
-        match made {
-            Ok(made) => self.pages.iter_mut().flatten().zip(made).for_each(|(page, new)| page.beside[kind] = new),
-            Err(error) => {
-                self.beside[kind] = before;
-                return Err(error);
-            }
+        let companions = self.pages.iter().flatten().map(|page| self.companion(gpu, unit, page.bytes));
+        let companions = companions.collect::<Result<Vec<_>, _>>()?;
+        self.beside[kind] = unit;
+        for (page, companion) in self.pages.iter_mut().flatten().zip(companions) {
+            page.beside[kind] = companion;
         }
         Ok(())
     }
 
-    /// Creates a companion of a page of `bytes` bytes.
-    fn beside_of(&self, gpu: &Gpu, what: Beside, bytes: u64) -> Result<Option<Buffer>, RenderError> {
-        let make = |unit| gpu.checked(|_| self.buffer_of(gpu, bytes / self.unit * unit));
-        self.beside[what as usize].map(make).transpose()
+    /// Creates a companion of a page of `bytes` bytes, with units of `unit` bytes. `None` without a unit.
+    fn companion(&self, gpu: &Gpu, unit: Option<u64>, bytes: u64) -> Result<Option<Buffer>, RenderError> {
+        unit.map(|unit| gpu.checked(|_| self.buffer_of(gpu, bytes / self.unit * unit))).transpose()
     }
 
     fn buffer_of(&self, gpu: &Gpu, size: u64) -> Buffer {
@@ -140,7 +135,8 @@ impl Pages {
             return Err(too_large());
         }
         let buffer = gpu.checked(|_| self.buffer_of(gpu, bytes))?;
-        let beside = [self.beside_of(gpu, Beside::Cells, bytes)?, self.beside_of(gpu, Beside::Tiles, bytes)?];
+        let companion = |what: Beside| self.companion(gpu, self.beside[what as usize], bytes);
+        let beside = [companion(Beside::Cells)?, companion(Beside::Tiles)?];
         let mut allocator = Allocator::with_max_allocs(size, (size / self.per_range).max(64));
         let allocation = allocator.allocate(units).ok_or_else(too_large)?;
         let page = Some(Page { buffer, beside, bytes, allocator, ranges: 1 });
