@@ -292,6 +292,11 @@ impl IsoLine<'_> {
         self.orders::<2>(t)[1]
     }
 
+    /// Whether it is a polynomial of degree 3 or less between knots.
+    pub(crate) fn is_cubic(&self) -> bool {
+        self.degree <= 3 && !self.is_rational
+    }
+
     /// The point and, if `ROWS` is 2, the derivative.
     fn orders<const ROWS: usize>(&self, t: f64) -> [DVec3; 2] {
         let (a, b) = knots::domain(self.degree, self.knots);

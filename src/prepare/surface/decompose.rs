@@ -229,10 +229,19 @@ impl BezierPatches {
         (self.breaks_u.len() - 1, self.breaks_v.len() - 1)
     }
 
+    fn net_size(&self) -> usize {
+        (self.degree_u + 1) * (self.degree_v + 1)
+    }
+
+    /// The control points of each patch, in the order of [`control`](Self::control).
+    pub(crate) fn nets(&self) -> impl Iterator<Item = &[DVec4]> {
+        self.control.chunks_exact(self.net_size())
+    }
+
     /// The control points of patch (i, j), u-major.
     #[must_use]
     pub fn patch(&self, i: usize, j: usize) -> &[DVec4] {
-        let size = (self.degree_u + 1) * (self.degree_v + 1);
+        let size = self.net_size();
         let start = (i * (self.breaks_v.len() - 1) + j) * size;
         &self.control[start..start + size]
     }

@@ -252,6 +252,7 @@ impl<'a> EdgeMaker<'a> {
                 },
                 parameter: &|s| span.parameter(s),
                 tolerance: self.tolerance,
+                is_cubic: false,
             };
             curve.follow(&course, &stops);
         }
@@ -301,12 +302,13 @@ impl<'a> EdgeMaker<'a> {
         if let Surface::Nurbs(surface) = self.surface {
             let line = surface.iso_line(axis, fixed[axis]);
             let (point, slope) = (&|t: f64| line.point(t), &|_: f64, inside: f64| line.slope(inside));
-            curve.follow(&Course { point, slope, parameter, tolerance }, &stops);
+            let is_cubic = line.is_cubic();
+            curve.follow(&Course { point, slope, parameter, tolerance, is_cubic }, &stops);
         } else {
             let at = |t: f64| if run == 0 { DVec2::new(t, fixed.y) } else { DVec2::new(fixed.x, t) };
             let point = &|t: f64| self.surface.point(at(t).x, at(t).y);
             let slope = &|_: f64, inside: f64| self.surface.tangents(at(inside).x, at(inside).y)[1 + run];
-            curve.follow(&Course { point, slope, parameter, tolerance }, &stops);
+            curve.follow(&Course { point, slope, parameter, tolerance, is_cubic: false }, &stops);
         }
         let vertices = [low, high].map(|p| self.vertex(p));
         let edge = self.edge(curve, vertices);
@@ -383,6 +385,8 @@ struct Course<'a> {
     parameter: &'a dyn Fn(f64) -> f64,
     /// Largest distance of the cubics.
     tolerance: f64,
+    /// Whether it is a cubic between stops, so that the first ones fit.
+    is_cubic: bool,
 }
 
 /// A curve in space, as cubic Bézier pieces.
@@ -410,12 +414,13 @@ impl Fit {
         let [a, b] = [from, to].map(course.parameter);
         let third = (b - a) / 3.0;
         let (r, s) = (p + d * third, q - e * third);
-        let follows = [0.25, 0.5, 0.75].into_iter().all(|x| {
+        let follows = |x: f64| {
             let y = 1.0 - x;
             let cubic = p * (y * y * y) + (r * (3.0 * y) + s * (3.0 * x)) * (x * y) + q * (x * x * x);
             cubic.distance((course.point)(from + (to - from) * x)) <= course.tolerance
-        });
-        if follows || depth == MAX_DEPTH {
+        };
+        let is_cubic = course.is_cubic && from + step > from && to - step < to;
+        if is_cubic || depth == MAX_DEPTH || [0.25, 0.5, 0.75].into_iter().all(follows) {
             if self.ts.is_empty() {
                 self.ts.push(a);
                 self.points.push(p);

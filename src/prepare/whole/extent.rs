@@ -10,8 +10,8 @@ use crate::prepare::uv::inside::{TileRegion, points_along};
 use glam::{DVec2, DVec3, DVec4};
 use std::sync::Arc;
 
-/// An edge has as many samples per border of its strips, evenly spaced; a tile has four times as many per Bézier piece
-/// and direction. Sixteen on a quarter turn find its extreme point to 0.1 % of the radius.
+/// An edge has as many samples per border of its strips, evenly spaced; a tile has up to four times as many per Bézier
+/// piece and direction. Sixteen on a quarter turn find its extreme point to 0.1 % of the radius.
 const SAMPLES: usize = 4;
 
 /// Edges or faces that a thread takes at a time: about a microsecond each.
@@ -77,9 +77,13 @@ impl Hull {
         self.high = std::array::from_fn(|k| if along[k] > self.high[k] { along[k] } else { self.high[k] });
     }
 
+    /// The longest side of the box; negative for no points.
+    fn size(&self) -> f64 {
+        (0..3).map(|k| self.high[k] - self.low[k]).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     fn holds(&self, p: DVec3) -> bool {
-        let size = |k: usize| self.high[k] - self.low[k];
-        let slack = 1e-9 * size(0).max(size(1)).max(size(2));
+        let slack = 1e-9 * self.size();
         let mut ranges = self.low.iter().zip(&self.high).zip(along(p));
         ranges.all(|((low, high), x)| (low - slack..=high + slack).contains(&x))
     }
@@ -125,9 +129,21 @@ fn points_of(edge: &PreparedEdge) -> Vec<DVec3> {
 
 /// Which pieces of a face may extend a hull: those whose control nets reach beyond it.
 fn reaching(face: &PreparedFace, bounds: &Hull) -> Vec<bool> {
-    let size = (face.patches.degree_u + 1) * (face.patches.degree_v + 1);
     let beyond = |net: &[DVec4]| !net.iter().all(|c| bounds.holds(c.truncate() / c.w));
-    face.patches.control.chunks_exact(size).map(beyond).collect()
+    face.patches.nets().map(beyond).collect()
+}
+
+/// Samples per piece and direction, so that all faces are as accurate as one that is as large as the hull: the height of
+/// a piece between samples grows with its size and falls with the square of their number.
+fn per_piece(face: &PreparedFace, reaching: &[bool], bounds: &Hull) -> usize {
+    let size_of = |net: &[DVec4]| {
+        let [low, high] = around(net.iter().map(|c| c.truncate() / c.w));
+        (high - low).max_element()
+    };
+    let nets = face.patches.nets().zip(reaching).filter(|(_, reaches)| **reaches);
+    let largest = nets.map(|(net, _)| size_of(net)).fold(0.0, f64::max);
+    let share = largest / bounds.size().max(largest);
+    (4.0 * SAMPLES as f64 * share.sqrt()).ceil().clamp(2.0, 4.0 * SAMPLES as f64) as usize
 }
 
 /// Samples inside a tile's loops and outside `bounds`, which they widen. Skips pieces that are not `reaching`.
@@ -135,7 +151,7 @@ fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, reaching: &[b
     let loops = tile.loops.iter().map(|l| polygon(part, l)).collect();
     let inside = TileRegion { patches: &face.patches, min: tile.min, max: tile.max, loops };
     let mut out = Vec::new();
-    for uv in inside.lattice(4 * SAMPLES).1 {
+    for uv in inside.lattice(per_piece(face, reaching, bounds)).1 {
         if !reaching[face.patches.piece(uv.x, uv.y)] {
             continue;
         }
