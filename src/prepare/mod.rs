@@ -41,6 +41,7 @@ pub mod internals {
     pub(crate) use super::report::guard::panic_message;
     pub use super::surface::decompose::{self, BezierPatches, BezierSpline3};
     pub use super::surface::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
+    pub(crate) use super::uv::foot::newton_step;
     pub use super::uv::uv_curve::{UvCurve, UvSample};
     pub(crate) use super::whole::weight::nanoseconds;
 }

@@ -3,15 +3,18 @@
 //! Measured at the middles of the triangle's sides, which tell all about a surface of second degree.
 
 use crate::frame::vertices::evaluate::evaluate_three;
+use crate::math::boxes::around;
 use crate::mesh::TileMesh;
-use crate::prepare::internals::PreparedFace;
-use glam::DVec2;
+use crate::prepare::internals::{PreparedFace, newton_step};
+use glam::{DVec2, DVec3};
 
 /// The surface of a tile, to compare triangles with.
 pub(crate) struct FaceSurface<'a> {
     pub(crate) face: &'a PreparedFace,
     /// Parameters of the vertices.
     pub(crate) uvs: &'a mut Vec<DVec2>,
+    /// Largest distance that triangles may have.
+    pub(crate) chord: f64,
 }
 
 impl FaceSurface<'_> {
@@ -20,18 +23,52 @@ impl FaceSurface<'_> {
         self.uvs[a as usize].midpoint(self.uvs[b as usize])
     }
 
-    /// Height of the surface above the middle of each side of a triangle, along the surface's normal.
-    pub(crate) fn lifts(&self, mesh: &TileMesh, [a, b, c]: [u32; 3]) -> [f64; 3] {
+    /// Height of the surface above the middle of each side of a triangle. Where the surface turns away below that, and
+    /// the tolerance is about as large as its radius of curvature, the distance.
+    pub(crate) fn lifts(&self, mesh: &TileMesh, corners: [u32; 3]) -> [f64; 3] {
+        let [a, b, c] = corners;
         let sides = [(a, b), (b, c), (c, a)];
         let middles = sides.map(|(a, b)| self.middle(a, b));
         let on = evaluate_three(&self.face.patches, middles);
+        let below = sides.map(|(a, b)| mesh.positions[a as usize].midpoint(mesh.positions[b as usize]));
+        let offs = [0, 1, 2].map(|k| on[k].0 - below[k]);
+        let heights = [0, 1, 2].map(|k| offs[k].dot(on[k].1));
+        if offs.iter().all(|off| off.length_squared() <= self.chord * self.chord) {
+            return heights;
+        }
         [0, 1, 2].map(|k| {
-            let ((a, b), (point, normal)) = (sides[k], on[k]);
-            (point - mesh.positions[a as usize].midpoint(mesh.positions[b as usize])).dot(normal)
+            let (off, (_, normal), height) = (offs[k], on[k], heights[k]);
+            if height.abs() > self.chord || height.abs() + self.bend(mesh, corners, off, normal) <= self.chord {
+                return height;
+            }
+            self.distance(middles[k], below[k], corners).copysign(height)
         })
     }
 
-    /// Largest distance of the triangle from the surface, along the surface's normals.
+    /// By how much the surface turns away at most on the way along itself that leads it below a point at `off`: half of
+    /// that way times the turn, which is no more than between `normal` and those of the corners.
+    fn bend(&self, mesh: &TileMesh, corners: [u32; 3], off: DVec3, normal: DVec3) -> f64 {
+        let outwards = if self.face.reversed { -normal } else { normal };
+        let turns = corners.map(|v| outwards.distance_squared(mesh.normals[v as usize].as_dvec3()));
+        let turn_squared = turns.into_iter().fold(0.0, f64::max);
+        let way_squared = off.length_squared() - off.dot(normal).powi(2);
+        0.5 * (way_squared * turn_squared).max(0.0).sqrt()
+    }
+
+    /// An upper bound of a point's distance from the surface: that from the surface at `uv`, or after a step of
+    /// Newton's method from there, within the box of `corners`.
+    fn distance(&self, uv: DVec2, p: DVec3, corners: [u32; 3]) -> f64 {
+        let here = self.face.patches.derivatives(uv.x, uv.y);
+        let off = p - here.point;
+        let after = newton_step(&here, off).map(|step| {
+            let [low, high] = around(corners.map(|v| self.uvs[v as usize]));
+            let there = (uv + step).clamp(low, high);
+            self.face.patches.point(there.x, there.y).distance(p)
+        });
+        after.unwrap_or(f64::INFINITY).min(off.length())
+    }
+
+    /// Largest distance of the triangle from the surface.
     pub(crate) fn deviation(&self, mesh: &TileMesh, corners: [u32; 3]) -> f64 {
         most_of_quadratic(self.lifts(mesh, corners))
     }
@@ -56,6 +93,37 @@ fn most_of_quadratic(middles: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::shapes;
+    use crate::prepare::{PrepareOptions, prepare};
+    use glam::Vec3;
+
+    /// Sides that run along the inside of a torus lie so far below it that the tube turns away beneath them.
+    #[test]
+    fn distances_from_a_groove_are_not_less_than_they_are() {
+        let prepared = prepare(shapes::by_name("torus").expect("a shape"), &PrepareOptions::DEFAULT);
+        let prepared = prepared.expect("within the limits");
+        let part = &prepared.parts[0];
+        let face = part.face_of(&part.tiles[0]);
+        let patches = &face.patches;
+        let (u, v) = (&patches.breaks_u, &patches.breaks_v);
+        let (du, dv, inside) = (u[1] - u[0], v[1] - v[0], v[v.len() / 2]);
+        let mut uvs = vec![
+            DVec2::new(u[0] + 0.05 * du, inside - 0.6 * dv),
+            DVec2::new(u[0] + 0.95 * du, inside + 0.1 * dv),
+            DVec2::new(u[0] + 0.05 * du, inside + 0.5 * dv),
+        ];
+        let positions: Vec<DVec3> = uvs.iter().map(|at| patches.point(at.x, at.y)).collect();
+        let exact = |p: DVec3| ((p.truncate().length() - 8.0).hypot(p.z) - 3.0).abs();
+        let most = exact(positions[0].midpoint(positions[1]));
+        let mesh = TileMesh { positions, normals: vec![Vec3::ZERO; 3], ..TileMesh::default() };
+        let [near, far] = [0.99 * most, 0.1 * most].map(|chord| {
+            let surface = FaceSurface { face, uvs: &mut uvs, chord };
+            surface.lifts(&mesh, [0, 1, 2])[0].abs()
+        });
+        assert!((most..1.01 * most).contains(&near), "{near} instead of {most}");
+        // A height that is more than the tolerance need not be exact.
+        assert!(far < 0.99 * most, "{far} instead of {most}");
+    }
 
     #[test]
     fn the_extreme_of_a_quadratic_is_exact() {

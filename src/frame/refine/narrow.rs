@@ -18,18 +18,18 @@ const LEAST_GAIN: f64 = 1e-3;
 /// Most flips and splits per wide triangle.
 const CHANGES: usize = 16;
 
-/// Changes triangles that are wider than a cell, among the first `count`, until none deviates by more than `chord` or
-/// nothing helps. `cells`: positions of the vertices in cells.
+/// Changes triangles that are wider than a cell, among the first `count`, until none deviates by more than the
+/// surface's chord or nothing helps. `cells`: positions of the vertices in cells.
 ///
 /// Cost: a few nanoseconds for each of these triangles, and half a microsecond for each that is wider than a cell. If
 /// one deviates too far, also a few nanoseconds for every triangle of the tile.
-pub(crate) fn narrow(mesh: &mut TileMesh, count: usize, chord: f64, surface: &mut FaceSurface<'_>, cells: &[DVec2]) {
+pub(crate) fn narrow(mesh: &mut TileMesh, count: usize, surface: &mut FaceSurface<'_>, cells: &[DVec2]) {
     let is_wider = |corners: [u32; 3]| {
         let [a, b, c] = corners.map(|v| cells[v as usize]);
         let width = |a: f64, b: f64, c: f64| larger(larger(a, b), c) - smaller(smaller(a, b), c);
         (width(a.x, b.x, c.x) > 1.0 + HAIR) | (width(a.y, b.y, c.y) > 1.0 + HAIR)
     };
-    let far = |corners: [u32; 3]| surface.deviation(mesh, corners) > chord;
+    let far = |corners: [u32; 3]| surface.deviation(mesh, corners) > surface.chord;
     let mut wide = Vec::new();
     for (k, &t) in mesh.triangles.iter().take(count).enumerate() {
         if is_wider(t) && far(t) {
@@ -43,7 +43,7 @@ pub(crate) fn narrow(mesh: &mut TileMesh, count: usize, chord: f64, surface: &mu
     let mut left = CHANGES * wide.len();
     while let (Some(t), 1..) = (wide.pop(), left) {
         let off = surface.deviation(web.mesh, web.mesh.triangles[t]);
-        if off <= chord {
+        if off <= surface.chord {
             continue;
         }
         let best = web.flips(t).into_iter().filter_map(|flip| Some((surface.gain(&web, &flip, off)?, flip)));

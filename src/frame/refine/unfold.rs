@@ -22,7 +22,7 @@ const CHANGES: usize = 16;
 /// Least share of the inward-facing area that a change must remove, so that changes terminate.
 const LEAST_GAIN: f64 = 1e-3;
 
-/// Changes triangles until none of the `doubtful` is folded, or nothing helps that stays within `chord`. These are
+/// Changes triangles until none of the `doubtful` is folded, or nothing helps that stays within the chord. These are
 /// ascending indices; all other triangles must be [clearly right](TriangleShape::is_clearly_right), or between lattice
 /// points only.
 ///
@@ -32,13 +32,7 @@ const LEAST_GAIN: f64 = 1e-3;
 ///
 /// Gives up after weighing `weighed` triangles of changes. Returns whether it changed any. Cost: if one is folded, a
 /// few nanoseconds for every triangle of the tile.
-pub(crate) fn unfold(
-    mesh: &mut TileMesh,
-    doubtful: &[usize],
-    chord: f64,
-    weighed: usize,
-    surface: &FaceSurface<'_>,
-) -> bool {
+pub(crate) fn unfold(mesh: &mut TileMesh, doubtful: &[usize], weighed: usize, surface: &FaceSurface<'_>) -> bool {
     let is_wrong = |t: usize| TriangleShape::is_wrong(mesh, mesh.triangles[t]);
     let folded: Vec<usize> = doubtful.iter().copied().rev().filter(|&t| is_wrong(t)).collect();
     if folded.is_empty() {
@@ -48,11 +42,11 @@ pub(crate) fn unfold(
     let mut left = weighed;
     let clear_area = TriangleShape::clear_area(&mesh.positions);
     let mut web = Web::new(mesh);
-    for least in [f64::INFINITY, chord] {
-        let near = Near { surface, chord: least, clear_area, left: Cell::new(left) };
+    for chord in [f64::INFINITY, surface.chord] {
+        let near = Near { surface, chord, clear_area, left: Cell::new(left) };
         web.unfold(folded.clone(), &near);
         left = near.left.get();
-        if web.improves(&stated, &Near { surface, chord, clear_area, left: Cell::new(0) }) {
+        if web.improves(&stated, &Near { surface, chord: surface.chord, clear_area, left: Cell::new(0) }) {
             web.mesh.triangles.retain(|t| *t != GONE);
             return true;
         }

@@ -171,10 +171,10 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
     if face.kind == SurfaceKind::Plane {
         return;
     }
-    let mut surface = FaceSurface { face, uvs: &mut s.uvs };
+    let mut surface = FaceSurface { face, uvs: &mut s.uvs, chord: lattice.chord };
     if unfolds {
         let weighed = if tile.entangled || face.repaired { MOST_WEIGHED_OF_NOISE } else { MOST_WEIGHED };
-        if unfold(mesh, &s.doubtful, lattice.chord, weighed, &surface) {
+        if unfold(mesh, &s.doubtful, weighed, &surface) {
             // Halves of full cells may have been flipped, too.
             count = mesh.triangles.len();
         }
@@ -183,7 +183,7 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
         // Nothing is wider than the tile.
         return;
     }
-    narrow(mesh, count, lattice.chord, &mut surface, &s.cells);
+    narrow(mesh, count, &mut surface, &s.cells);
 }
 
 /// Turns the lattice corners that triangles and full cells use into vertices, and names crossings after them. Returns

@@ -41,7 +41,7 @@ pub(super) fn least_squares(a: DVec3, b: DVec3, r: DVec3) -> DVec2 {
 /// The step of Newton's method to the point nearest to the one that lies at `r` from here. Converges quadratically where
 /// that is off the surface, while [`least_squares`] gains a fixed share of the distance per step. `None` where the
 /// distance is not convex, or hardly.
-pub(super) fn newton_step(here: &SurfaceDerivatives, r: DVec3) -> Option<DVec2> {
+pub(crate) fn newton_step(here: &SurfaceDerivatives, r: DVec3) -> Option<DVec2> {
     let SurfaceDerivatives { du, dv, duu, duv, dvv, .. } = *here;
     let (e, f, g) = (du.length_squared() - r.dot(duu), du.dot(dv) - r.dot(duv), dv.length_squared() - r.dot(dvv));
     let det = e * g - f * f;
