@@ -109,6 +109,42 @@ fn a_face_is_one_face_however_often_open_shells_list_it() {
     assert!(model.diagnostics.iter().any(|d| d.kind == again.clone().into()), "{:?}", model.diagnostics);
 }
 
+/// A disc of this radius in the plane z = 0 as face `id`, of the 8 instances after it.
+fn disc(id: u32, radius: f64) -> String {
+    let [plane, circle, point, vertex, edge, used, wire, bound] = [1, 2, 3, 4, 5, 6, 7, 8].map(|k| id + k);
+    format!(
+        "#{id}=ADVANCED_FACE('disc {id}',(#{bound}),#{plane},.T.);#{plane}=PLANE('',#20);\n\
+         #{circle}=CIRCLE('',#20,{radius:?});#{point}=CARTESIAN_POINT('',({radius:?},0.,0.));\n\
+         #{vertex}=VERTEX_POINT('',#{point});#{edge}=EDGE_CURVE('',#{vertex},#{vertex},#{circle},.T.);\n\
+         #{used}=ORIENTED_EDGE('',*,*,#{edge},.T.);#{wire}=EDGE_LOOP('',(#{used}));\n\
+         #{bound}=FACE_OUTER_BOUND('',#{wire},.T.);\n"
+    )
+}
+
+#[test]
+fn a_face_has_the_colour_of_a_copy_that_only_a_style_names() {
+    let text = world()
+        + &disc(100, 1.0)
+        + &disc(200, 1.0)
+        + &disc(300, 1.0)
+        + &disc(400, 2.0)
+        + "#60=OPEN_SHELL('',(#100));#61=SHELL_BASED_SURFACE_MODEL('',(#60));\n\
+           #62=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#61),#1);\n\
+           #70=COLOUR_RGB('',1.,0.5,0.);#71=STYLED_ITEM('',(#70),#200);#72=STYLED_ITEM('',(#70),#400);\n";
+    let model = model(&text);
+    let faces: Vec<_> =
+        model.parts.iter().map(|part| part.faces.iter().map(|f| (f.entity, f.colour)).collect()).collect();
+    let orange = Some([1.0, 0.5, 0.0, 1.0]);
+    // The larger disc is no copy.
+    assert_eq!(faces, [vec![(100, orange)], vec![(400, orange)]]);
+    let told = StepOutcome::FacesCopied { faces: 2 };
+    assert!(
+        model.diagnostics.iter().any(|d| d.entity == 200 && d.kind == told.clone().into()),
+        "{:?}",
+        model.diagnostics
+    );
+}
+
 #[test]
 fn a_loop_has_a_use_of_an_edge_once_however_often_it_lists_it() {
     // A disc whose loop lists its circle ten times, and a triangle whose points are listed ten times.

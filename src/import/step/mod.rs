@@ -61,6 +61,7 @@ mod kinds;
 mod contents;
 mod style;
 mod product;
+mod copies;
 mod shells;
 mod tree;
 

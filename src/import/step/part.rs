@@ -95,7 +95,7 @@ impl Reader<'_> {
                 trims: None,
                 reversed: against != turned,
                 shell: shell_index,
-                colour: self.styles.of(source.id()).or(shell.colour),
+                colour: self.colour(source.id()).or(shell.colour),
                 name: self.table.find(source.id()).map(|i| i.label().to_owned()).unwrap_or_default(),
                 entity: source.id(),
                 lost,

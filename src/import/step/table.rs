@@ -337,6 +337,13 @@ impl<'a> Entity<'a> {
         attributes.get(0).and_then(Attribute::text).unwrap_or_default()
     }
 
+    /// Appends its type and all its values but texts, with the number that `number` gives each reference.
+    pub(super) fn form(&self, out: &mut Vec<u64>, number: &mut impl FnMut(u64) -> u64) {
+        let kind = self.kind.and_then(|kind| self.types.iter().position(|of| of == kind));
+        out.extend([kind.map_or(0, |kind| kind as u64 + 1), self.attributes.len() as u64]);
+        self.attributes.form(out, number);
+    }
+
     /// Calls `visit` for every instance number in its attributes.
     pub(super) fn references(&self, visit: &mut impl FnMut(u64)) {
         self.attributes.references(visit);

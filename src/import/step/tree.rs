@@ -129,7 +129,15 @@ impl<'a> Tree<'a> {
         if let Some((shell, faces)) = self.gather.again {
             self.say(Severity::Note, shell, None, StepOutcome::FacesAgain { faces });
         }
+        if let Some((face, faces)) = self.gather.copied {
+            self.say(Severity::Note, face, None, StepOutcome::FacesCopied { faces });
+        }
         self.tell_aside();
+    }
+
+    /// Colours of faces that only copies of them have.
+    pub(super) fn colours_of_copies(&mut self) -> Map<u64, Colour> {
+        std::mem::take(&mut self.gather.colours_of_copies)
     }
 
     /// Takes the items of skipped supplemental representations, so that they do not become leftovers.

@@ -175,6 +175,33 @@ impl<'a> List<'a> {
             }
         }
     }
+
+    /// Appends all values but texts, each after its kind, with the number that `number` gives each reference.
+    pub(super) fn form(self, out: &mut Vec<u64>, number: &mut impl FnMut(u64) -> u64) {
+        for value in self.list {
+            let (kind, inner) = match value {
+                Value::Unset => ([0, 0], None),
+                Value::Derived => ([1, 0], None),
+                Value::Integer(value) => ([2, value.cast_unsigned()], None),
+                Value::Real(value) => ([3, value.to_bits()], None),
+                Value::Reference(id) => ([4, number(*id)], None),
+                Value::Text(_) => ([5, 0], None),
+                Value::Enumeration(word) => {
+                    let word = self.values.text.get(word.range()).unwrap_or_default();
+                    out.extend(word.bytes().map(u64::from));
+                    ([6, word.len() as u64], None)
+                }
+                Value::Binary => ([7, 0], None),
+                Value::List(list) => ([8, u64::from(list.length)], Some(list)),
+                Value::Typed(list) => ([9, u64::from(list.length)], Some(list)),
+                Value::Part(kind, list) => ([10 + u64::from(*kind), u64::from(list.length)], Some(list)),
+            };
+            out.extend(kind);
+            if let Some(list) = inner {
+                List::new(self.values, *list).form(out, number);
+            }
+        }
+    }
 }
 
 /// A value, with what it refers to.

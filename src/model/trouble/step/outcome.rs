@@ -147,6 +147,12 @@ pub enum StepOutcome {
         /// How many.
         faces: usize,
     },
+    /// Faces that belong to no shape copy faces of shapes. They were left out, and give those their colours.
+    #[error("{faces} faces that belong to no shape copy faces that do, and were left out but for their colours")]
+    FacesCopied {
+        /// How many.
+        faces: usize,
+    },
     /// The loops of a face list uses of edges again, which were left out.
     #[error("its loops list {uses} uses of edges again, which were left out")]
     EdgesAgain {
@@ -270,6 +276,7 @@ codes!(StepOutcome {
     Self::AssemblyCycle { .. } => "step-assembly-cycle",
     Self::Repeated { .. } => "step-repeated-geometry",
     Self::FacesAgain { .. } => "step-faces-listed-again",
+    Self::FacesCopied { .. } => "step-faces-copied",
     Self::EdgesAgain { .. } => "step-edges-listed-again",
     Self::FarPart { .. } => "step-part-far",
     Self::AtOrigin => "step-occurrence-at-origin",
