@@ -70,6 +70,25 @@ fn a_ball_within_a_void_within_a_block() {
 }
 
 #[test]
+fn a_void_that_lies_beside_its_solid_is_a_body() {
+    // The stated void lies in the box around two blocks, and outside of both.
+    let mut body = Body::solid();
+    block(&mut body, at(0.0, 0.0, 0.0), at(1.0, 9.0, 1.0));
+    block(&mut body, at(1.5, 8.0, 0.0), at(9.0, 9.0, 1.0));
+    body.shell = body.part.plain_shell(ShellKind::Void);
+    block(&mut body, at(3.0, 2.0, 0.2), at(5.0, 4.0, 0.8));
+    let (volume, area) = (9.0 + 7.5 + 2.4, 38.0 + 32.0 + 12.8);
+    Ladder::solid(body.finish(), volume, area).pieces(3).told(&["shell-not-within"]).climb();
+    // Within its solid, the same void is inside out.
+    let mut body = Body::solid();
+    block(&mut body, at(0.0, 0.0, 0.0), at(9.0, 9.0, 1.0));
+    body.shell = body.part.plain_shell(ShellKind::Void);
+    block(&mut body, at(3.0, 2.0, 0.2), at(5.0, 4.0, 0.8));
+    let (volume, area) = (81.0 - 2.4, 198.0 + 12.8);
+    Ladder::solid(body.finish(), volume, area).pieces(2).voids(1).told(&["shell-inside-out"]).climb();
+}
+
+#[test]
 fn a_bevel_a_millionth_of_its_block() {
     for bevel in [1e-2, 1e-4, 1e-6] {
         let size = 100.0;

@@ -14,6 +14,12 @@ pub enum ShellTrouble {
         /// The volume that they enclose in the file's orientation, mm³.
         volume_mm3: f64,
     },
+    /// Connected faces of a void lie outside of the solid. They bound a body of their own, as the file orients them.
+    #[error("{faces} connected faces of a void lie outside of its solid and bound a body of their own")]
+    NotWithin {
+        /// How many faces.
+        faces: usize,
+    },
     /// Connected faces of a solid enclose no volume.
     #[error("{faces} connected faces of a solid enclose no volume")]
     NoVolume {
@@ -46,6 +52,7 @@ pub enum ShellTrouble {
 
 codes!(ShellTrouble {
     Self::InsideOut { .. } => "shell-inside-out",
+    Self::NotWithin { .. } => "shell-not-within",
     Self::NoVolume { .. } => "shell-without-volume",
     Self::Open { .. } => "shell-open",
     Self::NotOrientable { .. } => "shell-not-orientable"

@@ -21,12 +21,25 @@ pub(crate) struct Orientation {
     pub(crate) face: usize,
     /// How many faces it has.
     pub(crate) faces: usize,
-    /// Its volume as stated, mm³. The sign was wrong, so the group was flipped. `None` if it encloses nothing.
-    pub(crate) volume: Option<f64>,
+    pub(crate) fault: Fault,
 }
 
-/// Returns for each face whether its outward normal is opposite to `S_u × S_v`. Groups that were flipped or have no
-/// volume are appended to `told`.
+/// Why a group of faces does not bound a solid as stated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Fault {
+    /// The sign of its volume was wrong, so it was flipped.
+    InsideOut {
+        /// As stated, mm³.
+        volume: f64,
+    },
+    /// It should be a void, but lies outside of the shell before it: it bounds a body of its own, as stated.
+    NotWithin,
+    /// It encloses nothing.
+    NoVolume,
+}
+
+/// Returns for each face whether its outward normal is opposite to `S_u × S_v`. Groups with faults are appended to
+/// `told`.
 ///
 /// Loops already run counter-clockwise in (u,v). Two faces are oriented alike exactly when, once flipped, they run
 /// along their common edge in opposite directions. Once the call is cancelled, the result means nothing.
@@ -83,10 +96,14 @@ pub(crate) fn orient(
         // Only a group without free edges has a volume.
         let closed = group.iter().all(|(face, _)| whole[*face]);
         if closed && let Some(volume) = wrong_volume(call, drafts, &group, &reversed, wanted) {
-            let volume = (volume != 0.0).then_some(volume);
-            told.push(Orientation { face: start, faces: group.len(), volume });
-            for (face, _) in group.iter().filter(|_| volume.is_some()) {
-                reversed[*face] = !reversed[*face];
+            let fault = match volume {
+                0.0 => Fault::NoVolume,
+                _ if wanted < 0.0 && is_outside(call, part, drafts, &group, &reversed) => Fault::NotWithin,
+                _ => Fault::InsideOut { volume },
+            };
+            told.push(Orientation { face: start, faces: group.len(), fault });
+            if matches!(fault, Fault::InsideOut { .. }) {
+                group.iter().for_each(|(face, _)| reversed[*face] = !reversed[*face]);
             }
         }
     }
@@ -109,6 +126,24 @@ pub(crate) fn wanted_sign(part: &Part, shell: u32) -> Option<f64> {
         ShellKind::Void => Some(-1.0),
         ShellKind::Open => None,
     }
+}
+
+/// Whether a group of faces of a void lies outside of the shell that it should hollow out: the last outer one before
+/// its own.
+fn is_outside(
+    call: Call<'_>,
+    part: &Part,
+    drafts: &[Option<FaceDraft>],
+    group: &[(usize, bool)],
+    reversed: &[bool],
+) -> bool {
+    let Some(void) = group.first().map(|(face, _)| part.faces[*face].shell) else { return false };
+    let outer = (0..void).rev().find(|shell| part.shells[*shell as usize].kind == ShellKind::Outer);
+    let ray_face = |face: usize| Some(RayFace::new(drafts[face].as_ref()?, reversed[face]));
+    let own: Vec<RayFace<'_>> = group.iter().filter_map(|(face, _)| ray_face(*face)).collect();
+    let around = (0..part.faces.len()).filter(|face| Some(part.faces[*face].shell) == outer);
+    let around: Vec<RayFace<'_>> = around.filter_map(ray_face).collect();
+    rays::lie_outside(call, &own, &around) == Some(true)
 }
 
 /// The volume of a closed group if its sign is not `wanted`; zero if it is only rounding.

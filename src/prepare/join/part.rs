@@ -4,7 +4,7 @@ use super::chains::{Closedness, Sum, TurnedFace};
 use super::closing::Closure;
 use super::kept::{FaceContent, KeptFace, KeptFaces};
 use super::limits::PrepareBudget;
-use super::orient::{self, orient, wanted_sign, wrong_volume};
+use super::orient::{self, Fault, orient, wanted_sign, wrong_volume};
 use super::prepared::{PartCost, PartFacts, PreparedPart};
 use super::topology::{self, ClosingOutcome, Unclosed};
 use super::{chains, fill, shells};
@@ -510,14 +510,18 @@ impl PartPreparation<'_> {
 
     fn tell_turned(&mut self, turned: &[orient::Orientation]) {
         for t in turned {
-            let (severity, kind) = match t.volume {
-                Some(volume_mm3) => (Severity::Note, ShellTrouble::InsideOut { faces: t.faces, volume_mm3 }),
-                None => (Severity::Warning, ShellTrouble::NoVolume { faces: t.faces }),
+            let faces = t.faces;
+            let (severity, kind) = match t.fault {
+                Fault::InsideOut { volume: volume_mm3 } => {
+                    (Severity::Note, ShellTrouble::InsideOut { faces, volume_mm3 })
+                }
+                Fault::NotWithin => (Severity::Note, ShellTrouble::NotWithin { faces }),
+                Fault::NoVolume => (Severity::Warning, ShellTrouble::NoVolume { faces }),
             };
             let stated = &self.part.faces[t.face];
             self.diagnostics.push(Diagnostic {
                 part: Some(self.id),
-                face: t.volume.is_none().then(|| FaceId::new(t.face)),
+                face: (t.fault == Fault::NoVolume).then(|| FaceId::new(t.face)),
                 entity: stated.entity,
                 place: traced::somewhere(&self.part, stated),
                 ..Diagnostic::new(severity, kind)

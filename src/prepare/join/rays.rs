@@ -1,4 +1,5 @@
-//! Faces that close -> whether they look away from what they enclose, by straight lines through them.
+//! Faces that close -> whether they look away from what they enclose, and whether they lie outside of what others
+//! enclose, by straight lines through them.
 //!
 //! A line that starts on a face and leaves it along its normal crosses the others an even number of times if the face
 //! looks outwards. That is sharp however thin the body is, where volumes from samples are a small difference of large
@@ -45,14 +46,38 @@ impl<'a> RayFace<'a> {
 
 /// Whether the faces look away from what they enclose. `None` if lines do not agree, or too few are clear of edges.
 pub(super) fn look_outwards(call: Call<'_>, faces: &[RayFace<'_>]) -> Option<bool> {
+    let size = size(faces);
+    agreed(call, faces, |line| match line.crossings(faces, size)? {
+        (1, 0, -1) => Some(true),
+        (1, -1, 0) => Some(false),
+        _ => None,
+    })
+}
+
+/// Whether the faces lie outside of what the faces of a `body` enclose. `None` as for [`look_outwards`].
+pub(super) fn lie_outside(call: Call<'_>, faces: &[RayFace<'_>], body: &[RayFace<'_>]) -> Option<bool> {
+    let size = size(body);
+    agreed(call, faces, |line| match line.crossings(body, size)? {
+        (0, 0, 0) => Some(true),
+        (0, 1, -1) | (0, -1, 1) => Some(false),
+        _ => None,
+    })
+}
+
+/// The diagonal of the box around faces.
+fn size(faces: &[RayFace<'_>]) -> f64 {
     let [low, high] = around(faces.iter().flat_map(|face| face.bounds));
-    let size = (high - low).length();
+    (high - low).length()
+}
+
+/// What enough lines from faces say, if all that say anything agree.
+fn agreed(call: Call<'_>, faces: &[RayFace<'_>], says: impl Fn(&Line) -> Option<bool>) -> Option<bool> {
     let mut said: SmallVec<[bool; ENOUGH]> = SmallVec::new();
     for k in (0..LINES).take_while(|_| !call.is_cancelled()) {
         // Faces a golden section apart: neighbours in the file are neighbours in space.
         let share = (0.618_033_988_749_895 * k as f64).fract();
         let face = faces.get((share * faces.len() as f64) as usize)?;
-        said.extend(start(face, k).and_then(|line| line.looks_outwards(faces, size)));
+        said.extend(start(face, k).and_then(|line| says(&line)));
         if said.windows(2).any(|w| w[0] != w[1]) {
             return None;
         }
@@ -92,8 +117,10 @@ fn start(face: &RayFace<'_>, k: usize) -> Option<Line> {
 }
 
 impl Line {
-    /// Whether the face at the start looks outwards. `None` if that is not certain.
-    fn looks_outwards(&self, faces: &[RayFace<'_>], size: f64) -> Option<bool> {
+    /// How often the line crosses faces at its start; and how often it leaves what they bound ahead of its start, and
+    /// behind it, less the times that it enters. All crossings with a closed surface cancel. `None` if they are not
+    /// certain.
+    fn crossings(&self, faces: &[RayFace<'_>], size: f64) -> Option<(i32, i32, i32)> {
         /// Share of the size within which a crossing is the start.
         const NEAR: f64 = 1e-8;
         let (mut ahead, mut behind, mut starts) = (0, 0, 0);
@@ -117,12 +144,7 @@ impl Line {
                 return None;
             }
         }
-        // All crossings of a line with a closed surface cancel.
-        match (starts, ahead, behind) {
-            (1, 0, -1) => Some(true),
-            (1, -1, 0) => Some(false),
-            _ => None,
-        }
+        Some((starts, ahead, behind))
     }
 
     /// Whether the line may meet a box.
