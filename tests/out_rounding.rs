@@ -149,3 +149,16 @@ fn a_grid_keeps_to_what_a_vertex_may_move_and_instances_become_one_node() {
         assert_eq!(moved > 1e-4, is_quantized, "{most}: {moved}");
     }
 }
+
+#[cfg(feature = "glb")]
+#[test]
+fn what_double_precision_makes_of_the_step_of_a_grid_is_told() {
+    let path = folder("grid_step").join("box.glb");
+    let format = Format::Glb(GlbOptions::PLAIN.with_quantized(true));
+    for size in [1.0, 5.0, 10.0, 30.0, 100.0] {
+        let frame = box_frame(DVec3::new(1.03, 0.77, 0.91) * size, &[DAffine3::IDENTITY]);
+        let told = save(&frame, &path, format).unwrap();
+        let read = read_back(&frame, &path, format, f64::INFINITY).unwrap();
+        assert!(read.moved <= told.moved * (1.0 + 1e-9) + 1e-14 * size, "{size}: {read:?} {told:?}");
+    }
+}

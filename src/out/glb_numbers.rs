@@ -3,7 +3,7 @@
 #[cfg(feature = "meshopt")]
 use super::glb_compress::filtered;
 use super::glb_options::GlbOptions;
-use super::node_place::{PointNumbers, moved};
+use super::node_place::PointNumbers;
 use super::placed::{cut, distinct};
 use super::rounding::RoundingCount;
 use super::single::BeyondSingle;
@@ -130,7 +130,7 @@ impl Run<'_> {
         for batch in faces {
             round(batch.mesh.positions, &mut rounded)?;
             for (&point, &position) in batch.mesh.positions.iter().zip(&rounded) {
-                piece.count.point(point, moved(part, point, position));
+                piece.count.point(point, numbers.moved(part, point, position));
             }
             let (first, before) = (piece.vertices as u32, piece.indices.len());
             let kept = distinct(&batch.mesh, &rounded);

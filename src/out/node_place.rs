@@ -16,6 +16,8 @@ const METRES_PER_MILLIMETRE: f64 = 1e-3;
 pub(super) struct PointNumbers {
     /// Size of an integer's step, metres: a power of two. `None` for single precision.
     pub(super) step: Option<f32>,
+    /// Share by which the step's JSON differs from it in double precision.
+    in_double: f64,
 }
 
 impl PointNumbers {
@@ -24,7 +26,7 @@ impl PointNumbers {
     pub(super) fn of(frame: &FrameView<'_>, options: GlbOptions, most: f64) -> Vec<Self> {
         let parts = &frame.scene.parts;
         if !options.quantized {
-            return vec![Self { step: None }; parts.len()];
+            return vec![Self { step: None, in_double: 0.0 }; parts.len()];
         }
         let mut furthest = vec![0.0_f64; parts.len()];
         let mut reach = |part: PartId, points: &[DVec3]| {
@@ -41,7 +43,11 @@ impl PointNumbers {
             // The distance to the nearest point of the grid.
             let moved = 0.5 * 3_f64.sqrt() * step / METRES_PER_MILLIMETRE * scale;
             let fits = (f64::from(f32::MIN_POSITIVE)..f64::from(f32::MAX)).contains(&step) && 2.0 * moved <= most;
-            Self { step: fits.then_some(step as f32) }
+            let fitting = fits.then_some(step as f32);
+            Self {
+                step: fitting,
+                in_double: fitting.map_or(0.0, |step| (read_in_double(step) / f64::from(step) - 1.0).abs()),
+            }
         };
         furthest.into_iter().zip(scales).map(step).collect()
     }
@@ -59,15 +65,18 @@ impl PointNumbers {
         }
     }
 
+    /// The distance by which [`local`](Self::local), and reading its numbers in double precision, moves a point,
+    /// millimetres.
+    pub(super) fn moved(self, part: &ScenePart, point: DVec3, rounded: Vec3) -> f64 {
+        let rounded = rounded.as_dvec3();
+        let off = (rounded - (point - part.centre) * METRES_PER_MILLIMETRE).length();
+        (off + self.in_double * rounded.length()) / METRES_PER_MILLIMETRE
+    }
+
     /// A rounded position as integers.
     pub(super) fn integers(step: f32, rounded: Vec3) -> [i16; 3] {
         (rounded / step).to_array().map(|x| x as i16)
     }
-}
-
-/// The distance by which [`PointNumbers::local`] moves a point, millimetres.
-pub(super) fn moved(part: &ScenePart, point: DVec3, rounded: Vec3) -> f64 {
-    (rounded.as_dvec3() - (point - part.centre) * METRES_PER_MILLIMETRE).length() / METRES_PER_MILLIMETRE
 }
 
 /// Maximum number of nodes around a node. Each adds at least three digits.
@@ -200,12 +209,14 @@ fn off(exact: DVec3, rounded: Vec3) -> f64 {
 /// The number of as many leading bits of `number` as possible whose JSON is the same number in single and in double
 /// precision. 0 if no leading bits are.
 fn same_in_double(number: f32) -> f32 {
-    let is_same = |number: &f32| {
-        let text = gltf_json::serialize::to_string(number).unwrap_or_default();
-        text.parse() == Ok(f64::from(*number))
-    };
+    let is_same = |number: &f32| read_in_double(*number) == f64::from(*number);
     let bits = number.to_bits();
     (0..f32::MANTISSA_DIGITS).map(|k| f32::from_bits(bits >> k << k)).find(is_same).unwrap_or(0.0)
+}
+
+/// What a reader in double precision gets from the JSON of `number`; NaN if that is no number.
+fn read_in_double(number: f32) -> f64 {
+    gltf_json::serialize::to_string(&number).ok().and_then(|text| text.parse().ok()).unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

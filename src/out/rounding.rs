@@ -6,7 +6,7 @@
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
 #[cfg(feature = "glb")]
-use super::node_place::{NodePlace, PointNumbers, moved};
+use super::node_place::{NodePlace, PointNumbers};
 use super::placed::Placement;
 #[cfg(feature = "glb")]
 use super::placed::distinct;
@@ -88,7 +88,7 @@ impl Rounding {
         for ((part, batches), numbers) in frame.scene.parts.iter().zip(frame.batches_by_part()).zip(numbers) {
             let round = |point| {
                 let rounded = numbers.local(part, point)?;
-                Ok((rounded, moved(part, point, rounded)))
+                Ok((rounded, numbers.moved(part, point, rounded)))
             };
             let kept = |batch: &BatchView<'_>, rounded: &[_]| distinct(&batch.mesh, rounded).count();
             counts.push(RoundingCount::of(&batches, round, kept)?);
