@@ -179,6 +179,15 @@ fn parts_are_refused_with_numbers() {
 }
 
 #[test]
+fn tolerances_are_finite_and_not_negative() {
+    for tolerance in [-1e-3, f64::INFINITY] {
+        assert_eq!(broken(|p| p.tolerance = tolerance), PartError::Tolerance(tolerance));
+    }
+    let told = broken(|p| p.tolerance = f64::NAN).to_string();
+    assert_eq!(told, "a tolerance of NaN mm is negative or not finite");
+}
+
+#[test]
 fn a_face_whose_surface_was_refused_needs_edges_or_trimming_curves() {
     let refused = broken(|p| {
         p.faces[0].refused = Some(StepCause { entity: None, trouble: Box::new(StepTrouble::Unbounded) });

@@ -6,6 +6,9 @@ use super::{EdgeId, FaceId, InstanceId, PartId, SplineError, SurfaceError, TrimE
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PartError {
+    /// The tolerance is negative, infinite or NaN.
+    #[error("a tolerance of {0} mm is negative or not finite")]
+    Tolerance(f64),
     /// A vertex has an infinite or NaN coordinate.
     #[error("vertex {} is not finite", .0.0)]
     Vertex(VertexId),

@@ -158,8 +158,11 @@ impl Part {
     /// the size of the part.
     ///
     /// # Errors
-    /// The first fault, in the order vertices, edges, faces.
+    /// The first fault, in the order tolerance, vertices, edges, faces.
     pub fn check(&self) -> Result<(), PartError> {
+        if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
+            return Err(PartError::Tolerance(self.tolerance));
+        }
         if let Some(index) = self.vertices.iter().position(|p| !p.is_finite()) {
             return Err(PartError::Vertex(VertexId::new(index)));
         }
