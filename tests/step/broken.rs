@@ -130,6 +130,21 @@ fn endless_files_are_not_read_to_the_end() {
 }
 
 #[test]
+fn files_of_other_formats_are_named() {
+    let brep = "\nCASCADE Topology V1, (c) Matra-Datavision\nLocations 0\n";
+    for (text, format) in [
+        (brep.to_owned(), "BREP"),
+        (format!("DBRep_DrawableShape\n{brep}"), "BREP"),
+        ("solid ball\n".to_owned(), "STL"),
+        ("PK\x03\x04".to_owned(), "ZIP"),
+        (String::new(), "empty"),
+    ] {
+        let error = read(text.as_bytes(), &StepOptions::DEFAULT).expect_err(format);
+        assert!(error.to_string().contains(format), "{error}");
+    }
+}
+
+#[test]
 fn limits_are_named_with_what_would_be_needed() {
     let text = file(&(world() + BALLS));
     let read = |options: StepOptions| read(text.as_bytes(), &options);

@@ -164,6 +164,12 @@ fn entities_in(bytes: &[u8], limit: u64, control: &Control) -> Result<u64, StepE
     Ok(count)
 }
 
+/// Whether a text starts as OpenCASCADE's own format does: with its version, after the name of a class in some files.
+fn is_brep(bytes: &[u8]) -> bool {
+    let start = &bytes[..bytes.len().min(64)];
+    start.windows(16).any(|w| w == b"CASCADE Topology")
+}
+
 /// Guesses the format of a file that is not Part 21 text.
 fn guess(bytes: &[u8]) -> &'static str {
     match bytes {
@@ -173,6 +179,7 @@ fn guess(bytes: &[u8]) -> &'static str {
         _ if bytes.starts_with(b"<?xml") => "XML: export Part 21 text (.stp, .step) instead",
         _ if bytes.starts_with(b"solid") => "an STL mesh: export STEP from the CAD system",
         _ if bytes.get(72) == Some(&b'S') => "IGES: export STEP from the CAD system",
-        _ => "no Part 21 text: check that the download or export is complete",
+        _ if is_brep(bytes) => "a BREP file of OpenCASCADE: export STEP instead",
+        _ => "text or data of another kind: check that the download or export is complete",
     }
 }
