@@ -159,9 +159,9 @@ impl Surface {
         let (mu, mv) = (middle(u0, u1, u), middle(v0, v1, v));
         let (range_u, range_v) = (spread(u0, u1), spread(v0, v1));
         [0.0, 1e-6, 1e-4, 1e-2].into_iter().find_map(|step| {
-            let d = self.derivatives(u + (mu - u) * step, v + (mv - v) * step);
+            let [_, du, dv] = self.tangents(u + (mu - u) * step, v + (mv - v) * step);
             // Scaled to the whole domain, so that lengths in both directions compare.
-            let (du, dv) = (d.du * range_u, d.dv * range_v);
+            let (du, dv) = (du * range_u, dv * range_v);
             let (lu, lv) = (du.length(), dv.length());
             let area = du.cross(dv);
             let regular = lu.min(lv) > 1e-9 * lu.max(lv) && area.length() > 1e-9 * lu * lv;
