@@ -175,9 +175,10 @@ fn frames_of_files_are_those_of_their_plans_without_cracks() {
 fn the_number_of_workers_does_not_matter() {
     let prepared = shape("brake-hub");
     let views = path(&mut SplitMix(3), prepared.bounds.unwrap(), 25);
-    let frames = |workers: usize| {
-        let mut session =
-            Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(workers)).unwrap();
+    let frames = |workers: usize, cull: bool| {
+        let planner = PlannerOptions::DEFAULT.with_cull_back_faces(cull);
+        let options = SessionOptions::DEFAULT.with_workers(workers).with_planner(planner);
+        let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
         let mut sink = MemorySink::default();
         let mut frames = Vec::new();
         for view in &views {
@@ -187,9 +188,12 @@ fn the_number_of_workers_does_not_matter() {
         }
         frames
     };
-    let one = frames(1);
+    let one = [false, true].map(|cull| frames(1, cull));
+    assert!(one[0] != one[1]);
     for workers in [2, 3, 8, 29] {
-        assert!(frames(workers) == one, "{workers} workers");
+        for cull in [false, true] {
+            assert!(frames(workers, cull) == one[usize::from(cull)], "{workers} workers, culled: {cull}");
+        }
     }
 }
 
