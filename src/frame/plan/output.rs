@@ -11,8 +11,8 @@ use smallvec::SmallVec;
 /// breaks. Tiles are cut so that real tolerances need tens: more only follow noise in derivatives.
 pub(crate) const MAX_LINES: usize = 4096;
 /// The same at tolerances at which a circle as large as the part needs half of [`MAX_LINES`]; in tiles of splines, only
-/// if the length of edges needs them. Also the maximum number of lines of one tile in one direction, over all stretches between
-/// creases.
+/// if the length of edges needs them. Also the maximum number of lines of one tile in one direction, over all stretches
+/// between creases.
 pub(crate) const LINES_OF_TILE: usize = 32768;
 
 /// [`MAX_LINES`] or [`LINES_OF_TILE`], whichever holds where a circle as large as the part needs so many lines.

@@ -46,8 +46,8 @@ impl Tolerance {
         Self { chord: self.chord / scale, angle: self.angle, max_edge: self.max_edge.map(|length| length / scale) }
     }
 
-    /// Lines that it needs around a circle of this radius, millimetres. `exact`: whether bounds of derivatives are those
-    /// of plain shapes. Of splines they may be noise, and only the length of edges counts.
+    /// Lines that it needs around a circle of this radius, millimetres. `exact`: whether bounds of derivatives are
+    /// those of plain shapes. Of splines they may be noise, and only the length of edges counts.
     pub(crate) fn around(&self, radius: f64, exact: bool) -> f64 {
         let Self { chord, angle, max_edge } = self;
         let by_length = max_edge.map_or(0.0, |length| SQRT_2 * TAU * radius / length);

@@ -133,8 +133,8 @@ fn reaching(face: &PreparedFace, bounds: &Hull) -> Vec<bool> {
     face.patches.nets().map(beyond).collect()
 }
 
-/// Samples per piece and direction, so that all faces are as accurate as one that is as large as the hull: the height of
-/// a piece between samples grows with its size and falls with the square of their number.
+/// Samples per piece and direction, so that all faces are as accurate as one that is as large as the hull: the height
+/// of a piece between samples grows with its size and falls with the square of their number.
 fn per_piece(face: &PreparedFace, reaching: &[bool], bounds: &Hull) -> usize {
     let size_of = |net: &[DVec4]| {
         let [low, high] = around(net.iter().map(|c| c.truncate() / c.w));
