@@ -1,10 +1,13 @@
 //! Faces between curves that run close together.
 
 use crate::body::{Body, level};
+use crate::common::{frame, placed, prepared};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
-use trimtess::model::Frame3;
+use trimtess::audit;
+use trimtess::frame::{Tolerance, plan};
+use trimtess::model::{Coedge, EdgeId, Frame3, Surface};
 
 const RADIUS: f64 = 5.0;
 
@@ -31,5 +34,31 @@ fn a_ring_between_concentric_circles() {
         let [outer, inner] = [RADIUS, RADIUS - gap].map(|radius| body.circle(&level(0.0), radius));
         body.flat(Frame3::WORLD, vec![vec![outer.along()], vec![inner.against()]]);
         Ladder::sheet(body.finish(), TAU * RADIUS * gap).named(gap).climb();
+    }
+}
+
+/// The rims have vertices in different places, so triangles between them are wider than a cell. The tolerance exceeds
+/// the radius of the groove: heights along its normals are less than distances.
+#[test]
+fn a_groove_narrower_than_the_tolerance() {
+    let (major, minor, half) = (30.0, 0.5, 0.75_f64);
+    let mut body = Body::sheet();
+    let mut rim = |z: f64, count: u32| -> Vec<EdgeId> {
+        let turn = |k: u32| TAU * f64::from(k) / f64::from(count);
+        let radius = major - minor * half.cos();
+        (0..count).map(|k| body.arc(&level(z), radius, turn(k), turn(k + 1))).collect()
+    };
+    let [low, high] = [rim(-minor * half.sin(), 7), rim(minor * half.sin(), 8)];
+    let low: Vec<Coedge> = low.into_iter().rev().map(EdgeId::against).collect();
+    let high: Vec<Coedge> = high.into_iter().map(EdgeId::along).collect();
+    body.face(Surface::Torus { frame: Frame3::WORLD, major, minor }, vec![low, high], true);
+    let prepared = prepared(placed(body.finish()));
+    for chord in [0.3, 0.6, 0.95, 1.2, 1.6] {
+        for angle in [30.0_f64, 35.0, 45.0, 60.0, 90.0] {
+            let plan = plan(&prepared, &Tolerance { chord, angle: angle.to_radians(), max_edge: None });
+            let (sink, _) = frame(&prepared, &plan, false);
+            let worst = audit::deviation(&prepared, &sink, chord).beyond_gap.worst;
+            assert!(worst <= 1.0, "chord {chord}, angle {angle}: {worst} times the tolerance");
+        }
     }
 }
