@@ -5,7 +5,7 @@
 use crate::{file, is, model, only_part, world};
 use std::fmt::Write as _;
 use trimtess::import::step::{StepError, StepOptions, read};
-use trimtess::model::{Loop, StepOutcome, StepTrouble};
+use trimtess::model::{Colour, Loop, Part, StepOutcome, StepTrouble};
 
 /// Ten references to `id`.
 fn ten(id: u32) -> String {
@@ -121,8 +121,8 @@ fn disc(id: u32, radius: f64) -> String {
     )
 }
 
-#[test]
-fn a_face_has_the_colour_of_a_copy_that_only_a_style_names() {
+/// A sheet of the face #100; the discs #200 and #300 copy it, #400 is larger. With styles, and what is told.
+fn copied(styles: &str) -> (Vec<Vec<(u64, Option<Colour>)>>, Vec<(u64, &'static str)>) {
     let text = world()
         + &disc(100, 1.0)
         + &disc(200, 1.0)
@@ -130,19 +130,39 @@ fn a_face_has_the_colour_of_a_copy_that_only_a_style_names() {
         + &disc(400, 2.0)
         + "#60=OPEN_SHELL('',(#100));#61=SHELL_BASED_SURFACE_MODEL('',(#60));\n\
            #62=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#61),#1);\n\
-           #70=COLOUR_RGB('',1.,0.5,0.);#71=STYLED_ITEM('',(#70),#200);#72=STYLED_ITEM('',(#70),#400);\n";
+           #70=COLOUR_RGB('',1.,0.5,0.);#71=COLOUR_RGB('',0.,0.5,1.);\n"
+        + styles;
     let model = model(&text);
-    let faces: Vec<_> =
-        model.parts.iter().map(|part| part.faces.iter().map(|f| (f.entity, f.colour)).collect()).collect();
-    let orange = Some([1.0, 0.5, 0.0, 1.0]);
-    // The larger disc is no copy.
-    assert_eq!(faces, [vec![(100, orange)], vec![(400, orange)]]);
-    let told = StepOutcome::FacesCopied { faces: 2 };
-    assert!(
-        model.diagnostics.iter().any(|d| d.entity == 200 && d.kind == told.clone().into()),
-        "{:?}",
-        model.diagnostics
-    );
+    let of_part = |part: &Part| part.faces.iter().map(|f| (f.entity, f.colour)).collect();
+    let told = model.diagnostics.iter().map(|d| (d.entity, d.kind.code()));
+    (model.parts.iter().map(of_part).collect(), told.collect())
+}
+
+#[test]
+fn a_face_has_the_colour_of_a_copy_that_belongs_to_no_shape() {
+    let [orange, blue] = [Some([1.0, 0.5, 0.0, 1.0]), Some([0.0, 0.5, 1.0, 1.0])];
+    for (styles, colour) in [
+        ("#80=STYLED_ITEM('',(#70),#200);", orange),
+        ("#80=STYLED_ITEM('',(#70),#300);#81=STYLED_ITEM('',(#71),#200);", blue),
+        ("#80=STYLED_ITEM('',(#70),#100);#81=STYLED_ITEM('',(#71),#200);", orange),
+        ("", None),
+    ] {
+        let (faces, told) = copied(styles);
+        // The larger disc is no copy.
+        assert_eq!(faces, [vec![(100, colour)], vec![(400, None)]], "{styles}");
+        assert_eq!(told, [(200, "step-faces-copied")], "{styles}");
+    }
+}
+
+#[test]
+fn faces_that_refer_to_themselves_copy_nothing() {
+    let text = world()
+        + &disc(100, 1.0)
+        + "#60=OPEN_SHELL('',(#100));#61=SHELL_BASED_SURFACE_MODEL('',(#60));\n\
+           #62=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#61),#1);\n\
+           #200=ADVANCED_FACE('',(#200),#101,.T.);#201=ADVANCED_FACE('',(#999),#101,.T.);";
+    let model = model(&text);
+    assert!(model.diagnostics.iter().all(|d| d.kind.code() != "step-faces-copied"), "{:?}", model.diagnostics);
 }
 
 #[test]

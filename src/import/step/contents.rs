@@ -57,6 +57,11 @@ pub(super) struct PartContents {
 }
 
 impl PartContents {
+    /// Numbers of the faces of its shells.
+    pub(super) fn faces(&self) -> impl Iterator<Item = u64> {
+        self.shells.iter().flat_map(|shell| &shell.faces).map(|(source, _)| source.id())
+    }
+
     pub(super) fn is_empty(&self) -> bool {
         self.shells.is_empty() && self.bodies.is_empty()
     }

@@ -126,7 +126,7 @@ fn model_of(
         return Err(StepError::TooManyOccurrences { entity, limit: table.budget.max_occurrences() });
     }
     within(table, options)?;
-    let colours_of_copies = tree.colours_of_copies();
+    let colours_of_copies = tree.take_colours_of_copies();
     let reader = Reader { call, table, styles: &styles, colours_of_copies: &colours_of_copies, options };
     // A file may mix units; the model states those of the first part.
     let first = tree.planned.first().and_then(|plan| plan.gathered.units());

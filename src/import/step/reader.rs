@@ -15,13 +15,13 @@ pub(super) struct Reader<'a> {
     pub(super) call: Call<'a>,
     pub(super) table: &'a Table,
     pub(super) styles: &'a Styles,
-    /// Colours of faces that only copies of them have.
+    /// Colours for faces without one, from copies of them.
     pub(super) colours_of_copies: &'a Map<u64, Colour>,
     pub(super) options: &'a StepOptions,
 }
 
 impl Reader<'_> {
-    /// The colour of a face, or of a copy of it.
+    /// The colour of a face, else that of a copy of it.
     pub(super) fn colour(&self, face: u64) -> Option<Colour> {
         self.styles.of(face).or_else(|| self.colours_of_copies.get(&face).copied())
     }

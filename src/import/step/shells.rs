@@ -1,7 +1,7 @@
 //! Items of representations -> shells (lists of faces and their orientations) and bodies without explicit faces.
 
 use super::contents::{BodyUse, PartContents, ShellUse, Source};
-use super::copies::copies;
+use super::copies::Copies;
 use super::kinds::{
     BodyKind, has_parts, is_body, is_bounded, is_endless, is_face, is_shapeless, is_shell, is_solid, is_surface,
     parts_of, profile, refused, stands_for,
@@ -9,7 +9,7 @@ use super::kinds::{
 use super::style::Styles;
 use super::table::{Entity, MAX_DEPTH, Read, Table, Trouble};
 use super::units::Units;
-use super::values::{Map, Set};
+use super::values::Set;
 use crate::model::{Colour, ShellKind, StepTrouble};
 use std::collections::BTreeMap;
 
@@ -31,10 +31,8 @@ pub(super) struct Gather<'a> {
     visits: usize,
     /// The first shell that lists faces again, and how many uses of faces all shells list again.
     pub(super) again: Option<(u64, usize)>,
-    /// The first face that belongs to no shape and copies one of a shape, and how many there are.
-    pub(super) copied: Option<(u64, usize)>,
-    /// Colours of these copies, by the face of the shape.
-    pub(super) colours_of_copies: Map<u64, Colour>,
+    /// Faces that belong to no shape and copy faces of shapes.
+    pub(super) copies: Copies,
     /// Types of items that do not belong to a shape, by representation and number.
     pub(super) aside: BTreeMap<u64, BTreeMap<u64, String>>,
 }
@@ -47,22 +45,9 @@ fn annotated(table: &Table) -> Set<u64> {
 
 impl<'a> Gather<'a> {
     pub(super) fn new(table: &'a Table, styles: &'a Styles, supplemental: bool) -> Self {
-        let (taken, unread, again, copied, colours_of_copies, aside) = Default::default();
+        let (taken, unread, again, copies, aside) = Default::default();
         let annotations = annotated(table);
-        Self {
-            table,
-            styles,
-            taken,
-            annotations,
-            unread,
-            within: 0,
-            supplemental,
-            visits: 0,
-            again,
-            copied,
-            colours_of_copies,
-            aside,
-        }
+        Self { table, styles, taken, annotations, unread, within: 0, supplemental, visits: 0, again, copies, aside }
     }
 
     /// Counts an item that does not belong to a shape.
@@ -341,25 +326,9 @@ impl<'a> Gather<'a> {
         }
     }
 
-    /// Takes the faces that copy a face that is taken, and keeps their colours for it.
-    fn take_copies(&mut self) {
-        let faces = self.table.of_types(is_face).map(|face| face.id);
-        let (taken, left): (Vec<u64>, Vec<u64>) = faces.partition(|face| self.taken.contains(face));
-        if left.is_empty() || taken.is_empty() {
-            return;
-        }
-        for (face, copy) in copies(self.table, &left, taken.into_iter()) {
-            if self.taken.insert(copy) {
-                self.copied.get_or_insert((copy, 0)).1 += 1;
-            }
-            if let Some(colour) = self.styles.of(copy) {
-                self.colours_of_copies.entry(face).or_insert(colour);
-            }
-        }
-    }
-
-    /// Gathers bodies, then shells, then faces that are not taken.
-    pub(super) fn leftovers(&mut self, units: Units) -> PartContents {
+    /// Gathers bodies, then shells, then faces that are not taken, without those that copy faces of shapes: `shown`,
+    /// and those gathered.
+    pub(super) fn leftovers(&mut self, units: Units, shown: impl Iterator<Item = u64>) -> PartContents {
         let mut found = PartContents::default();
         let of_kind = |wanted: fn(Entity<'_>) -> bool| self.table.of_types(wanted).map(|i| i.id);
         let is_tessellated = |i: Entity<'_>| BodyKind::of(i) == Some(BodyKind::Tessellated);
@@ -371,9 +340,13 @@ impl<'a> Gather<'a> {
                 self.item(id, units, &mut found);
             }
         }
-        self.take_copies();
-        for face in of_kind(is_face) {
-            if !self.taken.contains(&face) {
+        let left: Vec<u64> = of_kind(is_face).filter(|face| !self.taken.contains(face)).collect();
+        if !left.is_empty() {
+            let own: Vec<u64> = found.faces().collect();
+            self.copies = Copies::find(self.table, self.styles, &left, shown.chain(own));
+        }
+        for face in left {
+            if !self.copies.faces.contains(&face) {
                 self.item(face, units, &mut found);
             }
         }

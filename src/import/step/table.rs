@@ -337,11 +337,11 @@ impl<'a> Entity<'a> {
         attributes.get(0).and_then(Attribute::text).unwrap_or_default()
     }
 
-    /// Appends its type and all its values but texts, with the number that `number` gives each reference.
-    pub(super) fn form(&self, out: &mut Vec<u64>, number: &mut impl FnMut(u64) -> u64) {
-        let kind = self.kind.and_then(|kind| self.types.iter().position(|of| of == kind));
-        out.extend([kind.map_or(0, |kind| kind as u64 + 1), self.attributes.len() as u64]);
-        self.attributes.form(out, number);
+    /// Appends its type and its values but texts and bits; for a reference, its content.
+    pub(super) fn write_content(&self, out: &mut Vec<u8>, of: &impl Fn(u64) -> [u8; 32]) {
+        out.extend(self.kind.unwrap_or_default().bytes());
+        out.extend((self.attributes.len() as u64).to_le_bytes());
+        self.attributes.write_content(out, of);
     }
 
     /// Calls `visit` for every instance number in its attributes.

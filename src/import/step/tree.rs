@@ -115,7 +115,8 @@ impl<'a> Tree<'a> {
         self.walk_roots(0..count);
         self.gather.take_repeats();
         self.leave_out_supplemental();
-        let left = self.gather.leftovers(self.contexts.first);
+        let shown = self.planned.iter().flat_map(|plan| plan.gathered.faces());
+        let left = self.gather.leftovers(self.contexts.first, shown);
         if !left.is_empty() {
             let part = PartId::new(self.planned.len());
             self.planned.push(PlannedPart { name: String::new(), gathered: left, colour: None });
@@ -129,15 +130,16 @@ impl<'a> Tree<'a> {
         if let Some((shell, faces)) = self.gather.again {
             self.say(Severity::Note, shell, None, StepOutcome::FacesAgain { faces });
         }
-        if let Some((face, faces)) = self.gather.copied {
-            self.say(Severity::Note, face, None, StepOutcome::FacesCopied { faces });
+        if let Some(first) = self.gather.copies.first {
+            let faces = self.gather.copies.faces.len();
+            self.say(Severity::Note, first, None, StepOutcome::FacesCopied { faces });
         }
         self.tell_aside();
     }
 
-    /// Colours of faces that only copies of them have.
-    pub(super) fn colours_of_copies(&mut self) -> Map<u64, Colour> {
-        std::mem::take(&mut self.gather.colours_of_copies)
+    /// Takes the colours of copies, by the face that they copy.
+    pub(super) fn take_colours_of_copies(&mut self) -> Map<u64, Colour> {
+        std::mem::take(&mut self.gather.copies.colours)
     }
 
     /// Takes the items of skipped supplemental representations, so that they do not become leftovers.

@@ -176,29 +176,32 @@ impl<'a> List<'a> {
         }
     }
 
-    /// Appends all values but texts, each after its kind, with the number that `number` gives each reference.
-    pub(super) fn form(self, out: &mut Vec<u64>, number: &mut impl FnMut(u64) -> u64) {
+    /// Appends all values but texts, bits and names of typed parameters; for a reference, its content.
+    pub(super) fn write_content(self, out: &mut Vec<u8>, of: &impl Fn(u64) -> [u8; 32]) {
         for value in self.list {
-            let (kind, inner) = match value {
-                Value::Unset => ([0, 0], None),
-                Value::Derived => ([1, 0], None),
-                Value::Integer(value) => ([2, value.cast_unsigned()], None),
-                Value::Real(value) => ([3, value.to_bits()], None),
-                Value::Reference(id) => ([4, number(*id)], None),
-                Value::Text(_) => ([5, 0], None),
-                Value::Enumeration(word) => {
-                    let word = self.values.text.get(word.range()).unwrap_or_default();
-                    out.extend(word.bytes().map(u64::from));
-                    ([6, word.len() as u64], None)
+            let (kind, number, inner) = match value {
+                Value::Unset => (0, 0, None),
+                Value::Derived => (1, 0, None),
+                Value::Integer(value) => (2, value.cast_unsigned(), None),
+                Value::Real(value) => (3, value.to_bits(), None),
+                Value::Reference(id) => {
+                    out.extend(of(*id));
+                    (4, 0, None)
                 }
-                Value::Binary => ([7, 0], None),
-                Value::List(list) => ([8, u64::from(list.length)], Some(list)),
-                Value::Typed(list) => ([9, u64::from(list.length)], Some(list)),
-                Value::Part(kind, list) => ([10 + u64::from(*kind), u64::from(list.length)], Some(list)),
+                Value::Text(_) => (5, 0, None),
+                Value::Enumeration(word) => {
+                    out.extend(self.values.text.get(word.range()).unwrap_or_default().bytes());
+                    (6, u64::from(word.length), None)
+                }
+                Value::Binary => (7, 0, None),
+                Value::List(list) => (8, u64::from(list.length), Some(list)),
+                Value::Typed(list) => (9, u64::from(list.length), Some(list)),
+                Value::Part(kind, list) => (10, u64::from(*kind) << 32 | u64::from(list.length), Some(list)),
             };
-            out.extend(kind);
+            out.push(kind);
+            out.extend(number.to_le_bytes());
             if let Some(list) = inner {
-                List::new(self.values, *list).form(out, number);
+                List::new(self.values, *list).write_content(out, of);
             }
         }
     }

@@ -147,8 +147,8 @@ pub enum StepOutcome {
         /// How many.
         faces: usize,
     },
-    /// Faces that belong to no shape copy faces of shapes. They were left out, and give those their colours.
-    #[error("{faces} faces that belong to no shape copy faces that do, and were left out but for their colours")]
+    /// Faces that belong to no shape copy faces of shapes. They were left out, and gave these their colours.
+    #[error("{faces} faces that belong to no shape were left out: they copy faces of shapes, which got their colours")]
     FacesCopied {
         /// How many.
         faces: usize,
