@@ -104,7 +104,7 @@ impl Face {
 pub enum ShellKind {
     /// The outer boundary of a solid: normals point outwards, the volume is positive.
     Outer,
-    /// A void of a solid: normals point into the void, the volume is negative.
+    /// A void of a solid, that of the last outer shell before it: normals point into the void, the volume is negative.
     Void,
     /// A shell that is open or not known to be closed, or loose faces.
     Open,
@@ -134,8 +134,8 @@ pub struct Part {
     pub shells: Vec<Shell>,
     /// Colour of faces that have none.
     pub colour: Option<Colour>,
-    /// Distance within which the source treats two points as one, millimetres; 0 if not stated. Gaps in wires up to
-    /// this width are closed.
+    /// Distance within which the source treats two points as one, millimetres, finite; 0 if not stated. Gaps in wires
+    /// up to this width are closed.
     pub tolerance: f64,
 }
 

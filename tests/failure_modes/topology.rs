@@ -78,13 +78,19 @@ fn a_void_that_lies_beside_its_solid_is_a_body() {
     body.shell = body.part.plain_shell(ShellKind::Void);
     block(&mut body, at(3.0, 2.0, 0.2), at(5.0, 4.0, 0.8));
     let (volume, area) = (9.0 + 7.5 + 2.4, 38.0 + 32.0 + 12.8);
-    Ladder::solid(body.finish(), volume, area).pieces(3).told(&["shell-not-within"]).climb();
+    Ladder::solid(body.finish(), volume, area).pieces(3).told(&["shell-void-outside"]).climb();
     // Within its solid, the same void is inside out.
     let mut body = Body::solid();
     block(&mut body, at(0.0, 0.0, 0.0), at(9.0, 9.0, 1.0));
     body.shell = body.part.plain_shell(ShellKind::Void);
     block(&mut body, at(3.0, 2.0, 0.2), at(5.0, 4.0, 0.8));
     let (volume, area) = (81.0 - 2.4, 198.0 + 12.8);
+    Ladder::solid(body.finish(), volume, area).pieces(2).voids(1).told(&["shell-inside-out"]).climb();
+    // Without a solid before it, a void is one wherever it lies.
+    let mut body = Body::new(ShellKind::Void);
+    block(&mut body, at(13.0, 2.0, 0.2), at(15.0, 4.0, 0.8));
+    body.shell = body.part.plain_shell(ShellKind::Outer);
+    block(&mut body, at(0.0, 0.0, 0.0), at(9.0, 9.0, 1.0));
     Ladder::solid(body.finish(), volume, area).pieces(2).voids(1).told(&["shell-inside-out"]).climb();
 }
 

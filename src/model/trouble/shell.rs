@@ -14,9 +14,9 @@ pub enum ShellTrouble {
         /// The volume that they enclose in the file's orientation, mm³.
         volume_mm3: f64,
     },
-    /// Connected faces of a void lie outside of the solid. They bound a body of their own, as the file orients them.
+    /// Connected faces of a void lie outside of its solid, and bound a body as the file orients them.
     #[error("{faces} connected faces of a void lie outside of its solid and bound a body of their own")]
-    NotWithin {
+    VoidOutside {
         /// How many faces.
         faces: usize,
     },
@@ -52,7 +52,7 @@ pub enum ShellTrouble {
 
 codes!(ShellTrouble {
     Self::InsideOut { .. } => "shell-inside-out",
-    Self::NotWithin { .. } => "shell-not-within",
+    Self::VoidOutside { .. } => "shell-void-outside",
     Self::NoVolume { .. } => "shell-without-volume",
     Self::Open { .. } => "shell-open",
     Self::NotOrientable { .. } => "shell-not-orientable"

@@ -32,8 +32,8 @@ pub(crate) enum Fault {
         /// As stated, mm³.
         volume: f64,
     },
-    /// It should be a void, but lies outside of the shell before it: it bounds a body of its own, as stated.
-    NotWithin,
+    /// As stated it bounds a body, not a void, and it lies outside of the outer shell before it.
+    VoidOutside,
     /// It encloses nothing.
     NoVolume,
 }
@@ -82,6 +82,7 @@ pub(crate) fn orient(
         }
     }
     let mut seen = vec![false; part.faces.len()];
+    let mut voids = Voids { call, part, drafts, whole: &whole, outer: None, left: MOST_TESTS };
     for start in 0..part.faces.len() {
         if seen[start] {
             continue;
@@ -98,7 +99,7 @@ pub(crate) fn orient(
         if closed && let Some(volume) = wrong_volume(call, drafts, &group, &reversed, wanted) {
             let fault = match volume {
                 0.0 => Fault::NoVolume,
-                _ if wanted < 0.0 && is_outside(call, part, drafts, &group, &reversed) => Fault::NotWithin,
+                _ if wanted < 0.0 && voids.is_outside(&group, &reversed) => Fault::VoidOutside,
                 _ => Fault::InsideOut { volume },
             };
             told.push(Orientation { face: start, faces: group.len(), fault });
@@ -128,22 +129,43 @@ pub(crate) fn wanted_sign(part: &Part, shell: u32) -> Option<f64> {
     }
 }
 
-/// Whether a group of faces of a void lies outside of the shell that it should hollow out: the last outer one before
-/// its own.
-fn is_outside(
-    call: Call<'_>,
-    part: &Part,
-    drafts: &[Option<FaceDraft>],
-    group: &[(usize, bool)],
-    reversed: &[bool],
-) -> bool {
-    let Some(void) = group.first().map(|(face, _)| part.faces[*face].shell) else { return false };
-    let outer = (0..void).rev().find(|shell| part.shells[*shell as usize].kind == ShellKind::Outer);
-    let ray_face = |face: usize| Some(RayFace::new(drafts[face].as_ref()?, reversed[face]));
-    let own: Vec<RayFace<'_>> = group.iter().filter_map(|(face, _)| ray_face(*face)).collect();
-    let around = (0..part.faces.len()).filter(|face| Some(part.faces[*face].shell) == outer);
-    let around: Vec<RayFace<'_>> = around.filter_map(ray_face).collect();
-    rays::lie_outside(call, &own, &around) == Some(true)
+/// Maximum tests of a line against a face's box, for all voids of a part together: half a second.
+const MOST_TESTS: usize = 1 << 27;
+
+/// Compares voids with the shells that they should hollow out.
+struct Voids<'a> {
+    call: Call<'a>,
+    part: &'a Part,
+    drafts: &'a [Option<FaceDraft>],
+    /// Whether all edges of a face have a counterpart.
+    whole: &'a [bool],
+    /// The outer shell that was looked at last, and its faces: none unless it is closed.
+    outer: Option<(u32, Vec<RayFace<'a>>)>,
+    /// What is left of [`MOST_TESTS`].
+    left: usize,
+}
+
+impl Voids<'_> {
+    /// Whether a group of faces of a void lies outside of the last outer shell before its own. Not if that is not
+    /// certain, or takes too long.
+    fn is_outside(&mut self, group: &[(usize, bool)], reversed: &[bool]) -> bool {
+        let shell = |face: usize| self.part.faces[face].shell;
+        let Some(void) = group.first().map(|(face, _)| shell(*face)) else { return false };
+        let is_outer = |shell: &u32| self.part.shells[*shell as usize].kind == ShellKind::Outer;
+        let Some(outer) = (0..void).rev().find(is_outer) else { return false };
+        let ray_face = |face: usize| Some(RayFace::new(self.drafts[face].as_ref()?, reversed[face]));
+        if self.outer.as_ref().is_none_or(|(last, _)| *last != outer) {
+            self.left = self.left.saturating_sub(self.part.faces.len());
+            let all: Vec<usize> = (0..self.part.faces.len()).filter(|face| shell(*face) == outer).collect();
+            let closed = self.left > 0 && all.iter().all(|face| self.whole[*face]);
+            let faces = if closed { all.into_iter().filter_map(ray_face).collect() } else { Vec::new() };
+            self.outer = Some((outer, faces));
+        }
+        let Some((_, around)) = self.outer.as_ref().filter(|(_, faces)| !faces.is_empty()) else { return false };
+        let own: Vec<RayFace<'_>> = group.iter().filter_map(|(face, _)| ray_face(*face)).collect();
+        self.left = self.left.saturating_sub(rays::LINES * around.len());
+        self.left > 0 && rays::lie_outside(self.call, &own, around) == Some(true)
+    }
 }
 
 /// The volume of a closed group if its sign is not `wanted`; zero if it is only rounding.

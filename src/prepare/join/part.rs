@@ -265,7 +265,7 @@ impl PartPreparation<'_> {
             if !stuck.is_empty() {
                 // A panic leaves faces as stated up to then, which the sums below count.
                 _ = guarded(|| {
-                    self.take_at_word(stuck, faces, &mut reversed);
+                    self.take_at_word(stuck, faces, &mut reversed, &turned);
                     Ok(())
                 });
             }
@@ -307,7 +307,13 @@ impl PartPreparation<'_> {
     }
 
     /// Takes the loops of these shells as stated, if the faces of a shell cancel then.
-    fn take_at_word(&self, mut shells: BTreeSet<u32>, faces: &mut Faces, reversed: &mut [bool]) {
+    fn take_at_word(
+        &self,
+        mut shells: BTreeSet<u32>,
+        faces: &mut Faces,
+        reversed: &mut [bool],
+        turned: &[orient::Orientation],
+    ) {
         let part = &*self.part;
         let shell = |k: usize| part.faces[k].shell;
         let drafted = (0..part.faces.len()).filter(|&k| shells.contains(&shell(k)) && faces.drafts[k].is_some());
@@ -350,6 +356,8 @@ impl PartPreparation<'_> {
         }
         for (shell, group) in groups {
             let Some(wanted) = wanted_sign(part, shell) else { continue };
+            let is_body = |t: &orient::Orientation| t.fault == Fault::VoidOutside && part.faces[t.face].shell == shell;
+            let wanted = if turned.iter().any(is_body) { -wanted } else { wanted };
             if wrong_volume(self.call, &faces.drafts, &group, reversed, wanted).is_some_and(|volume| volume != 0.0) {
                 group.iter().for_each(|&(k, _)| reversed[k] = !reversed[k]);
             }
@@ -515,7 +523,7 @@ impl PartPreparation<'_> {
                 Fault::InsideOut { volume: volume_mm3 } => {
                     (Severity::Note, ShellTrouble::InsideOut { faces, volume_mm3 })
                 }
-                Fault::NotWithin => (Severity::Note, ShellTrouble::NotWithin { faces }),
+                Fault::VoidOutside => (Severity::Note, ShellTrouble::VoidOutside { faces }),
                 Fault::NoVolume => (Severity::Warning, ShellTrouble::NoVolume { faces }),
             };
             let stated = &self.part.faces[t.face];

@@ -17,7 +17,7 @@ use smallvec::SmallVec;
 use std::cell::OnceCell;
 
 /// Lines that are tried.
-const LINES: usize = 24;
+pub(super) const LINES: usize = 24;
 
 /// Lines that have to agree. A body that crosses itself may look outwards on one line and inwards on another.
 const ENOUGH: usize = 3;
@@ -56,6 +56,10 @@ pub(super) fn look_outwards(call: Call<'_>, faces: &[RayFace<'_>]) -> Option<boo
 
 /// Whether the faces lie outside of what the faces of a `body` enclose. `None` as for [`look_outwards`].
 pub(super) fn lie_outside(call: Call<'_>, faces: &[RayFace<'_>], body: &[RayFace<'_>]) -> Option<bool> {
+    let [own, other] = [bounds(faces), bounds(body)];
+    if own[0].cmpgt(other[1]).any() || other[0].cmpgt(own[1]).any() {
+        return Some(true);
+    }
     let size = size(body);
     agreed(call, faces, |line| match line.crossings(body, size)? {
         (0, 0, 0) => Some(true),
@@ -64,9 +68,14 @@ pub(super) fn lie_outside(call: Call<'_>, faces: &[RayFace<'_>], body: &[RayFace
     })
 }
 
+/// Corners of a box around faces.
+fn bounds(faces: &[RayFace<'_>]) -> Aabb {
+    around(faces.iter().flat_map(|face| face.bounds))
+}
+
 /// The diagonal of the box around faces.
 fn size(faces: &[RayFace<'_>]) -> f64 {
-    let [low, high] = around(faces.iter().flat_map(|face| face.bounds));
+    let [low, high] = bounds(faces);
     (high - low).length()
 }
 
