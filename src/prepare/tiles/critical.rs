@@ -304,13 +304,20 @@ fn opposite<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, breaks: &[(u32, f64)], size: DVe
     /// Maximum width of the strip, as a share of the shorter chord of `a` next to the break. In wider ones, arcs turn
     /// by half a radian from one break to the next.
     const NARROW: f64 = 0.0625;
-    let of_a = breaks.iter().filter(|at| at.0 == a.arc.edge);
-    let mut ts: Vec<f64> = of_a.map(|at| at.1).chain(a.range()).collect();
+    let mut ts: Vec<f64> = breaks.iter().filter(|at| at.0 == a.arc.edge).map(|at| at.1).collect();
+    if ts.is_empty() {
+        return Vec::new();
+    }
+    ts.extend(a.range());
     ts.sort_by(f64::total_cmp);
     ts.dedup();
     let points: Vec<DVec2> = ts.iter().map(|t| a.at(*t) * size).collect();
+    let [low, high] = [b.arc.low, b.arc.high].map(|corner| corner * size);
     let next_to = |w: &[DVec2]| {
         let close = NARROW * w[0].distance(w[1]).min(w[1].distance(w[2]));
+        if w[1].distance(w[1].clamp(low, high)) > close {
+            return None;
+        }
         let (t, width) = b.nearest(w[1], size, close)?;
         (width < close).then_some((b.arc.edge, t))
     };
