@@ -16,8 +16,8 @@ const METRES_PER_MILLIMETRE: f64 = 1e-3;
 pub(super) struct PointNumbers {
     /// Size of an integer's step, metres: a power of two. `None` for single precision.
     pub(super) step: Option<f32>,
-    /// Share by which the step's JSON differs from it in double precision.
-    in_double: f64,
+    /// Share by which the decimals of the step in JSON differ from it in double precision.
+    decimal_error: f64,
 }
 
 impl PointNumbers {
@@ -26,7 +26,7 @@ impl PointNumbers {
     pub(super) fn of(frame: &FrameView<'_>, options: GlbOptions, most: f64) -> Vec<Self> {
         let parts = &frame.scene.parts;
         if !options.quantized {
-            return vec![Self { step: None, in_double: 0.0 }; parts.len()];
+            return vec![Self { step: None, decimal_error: 0.0 }; parts.len()];
         }
         let mut furthest = vec![0.0_f64; parts.len()];
         let mut reach = |part: PartId, points: &[DVec3]| {
@@ -43,11 +43,9 @@ impl PointNumbers {
             // The distance to the nearest point of the grid.
             let moved = 0.5 * 3_f64.sqrt() * step / METRES_PER_MILLIMETRE * scale;
             let fits = (f64::from(f32::MIN_POSITIVE)..f64::from(f32::MAX)).contains(&step) && 2.0 * moved <= most;
-            let fitting = fits.then_some(step as f32);
-            Self {
-                step: fitting,
-                in_double: fitting.map_or(0.0, |step| (read_in_double(step) / f64::from(step) - 1.0).abs()),
-            }
+            let step = fits.then_some(step as f32);
+            let decimal_error = step.map_or(0.0, |step| (read_in_double(step) / f64::from(step) - 1.0).abs());
+            Self { step, decimal_error }
         };
         furthest.into_iter().zip(scales).map(step).collect()
     }
@@ -65,12 +63,12 @@ impl PointNumbers {
         }
     }
 
-    /// The distance by which [`local`](Self::local), and reading its numbers in double precision, moves a point,
+    /// Upper bound on how far [`local`](Self::local), and reading its numbers in double precision, move a point,
     /// millimetres.
     pub(super) fn moved(self, part: &ScenePart, point: DVec3, rounded: Vec3) -> f64 {
         let rounded = rounded.as_dvec3();
         let off = (rounded - (point - part.centre) * METRES_PER_MILLIMETRE).length();
-        (off + self.in_double * rounded.length()) / METRES_PER_MILLIMETRE
+        (off + self.decimal_error * rounded.length()) / METRES_PER_MILLIMETRE
     }
 
     /// A rounded position as integers.

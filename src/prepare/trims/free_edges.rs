@@ -385,7 +385,7 @@ struct Course<'a> {
     parameter: &'a dyn Fn(f64) -> f64,
     /// Largest distance of the cubics.
     tolerance: f64,
-    /// Whether it is a cubic between stops, so that the first ones fit.
+    /// Whether it is a cubic between stops: pieces between these are as exact as their tangents.
     is_cubic: bool,
 }
 
@@ -419,8 +419,9 @@ impl Fit {
             let cubic = p * (y * y * y) + (r * (3.0 * y) + s * (3.0 * x)) * (x * y) + q * (x * x * x);
             cubic.distance((course.point)(from + (to - from) * x)) <= course.tolerance
         };
-        let is_cubic = course.is_cubic && from + step > from && to - step < to;
-        if is_cubic || depth == MAX_DEPTH || [0.25, 0.5, 0.75].into_iter().all(follows) {
+        // Unless the piece is so short that the tangents are those of its neighbours.
+        let fits_at_once = course.is_cubic && from + step > from && to - step < to;
+        if fits_at_once || depth == MAX_DEPTH || [0.25, 0.5, 0.75].into_iter().all(follows) {
             if self.ts.is_empty() {
                 self.ts.push(a);
                 self.points.push(p);

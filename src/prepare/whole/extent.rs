@@ -10,9 +10,12 @@ use crate::prepare::uv::inside::{TileRegion, points_along};
 use glam::{DVec2, DVec3, DVec4};
 use std::sync::Arc;
 
-/// An edge has as many samples per border of its strips, evenly spaced; a tile has up to four times as many per Bézier
-/// piece and direction. Sixteen on a quarter turn find its extreme point to 0.1 % of the radius.
+/// An edge has as many samples per border of its strips, evenly spaced.
 const SAMPLES: usize = 4;
+
+/// A tile has as many samples per Bézier piece and direction: on a quarter turn they find its extreme point to 0.1 % of
+/// the radius. At least the first, for pieces that are small.
+const OF_PIECE: [usize; 2] = [2, 16];
 
 /// Edges or faces that a thread takes at a time: about a microsecond each.
 const SHARE: usize = 64;
@@ -133,8 +136,9 @@ fn reaching(face: &PreparedFace, bounds: &Hull) -> Vec<bool> {
     face.patches.nets().map(beyond).collect()
 }
 
-/// Samples per piece and direction, so that all faces are as accurate as one that is as large as the hull: the height
-/// of a piece between samples grows with its size and falls with the square of their number.
+/// Samples per piece and direction that find the extreme points of a face to the same share of the hull as [`OF_PIECE`]
+/// where pieces are as large as it is: the height of a piece between samples grows with its size and falls with the
+/// square of their number.
 fn per_piece(face: &PreparedFace, reaching: &[bool], bounds: &Hull) -> usize {
     let size_of = |net: &[DVec4]| {
         let [low, high] = around(net.iter().map(|c| c.truncate() / c.w));
@@ -143,7 +147,8 @@ fn per_piece(face: &PreparedFace, reaching: &[bool], bounds: &Hull) -> usize {
     let nets = face.patches.nets().zip(reaching).filter(|(_, reaches)| **reaches);
     let largest = nets.map(|(net, _)| size_of(net)).fold(0.0, f64::max);
     let share = largest / bounds.size().max(largest);
-    (4.0 * SAMPLES as f64 * share.sqrt()).ceil().clamp(2.0, 4.0 * SAMPLES as f64) as usize
+    let [least, most] = OF_PIECE;
+    ((most as f64 * share.sqrt()).ceil() as usize).clamp(least, most)
 }
 
 /// Samples inside a tile's loops and outside `bounds`, which they widen. Skips pieces that are not `reaching`.
