@@ -21,9 +21,10 @@ const MAY_USE: [(&str, &[&str]); 12] = [
 ];
 
 /// Libraries, and the only folders that may name them. Threads are those of the caller's `Jobs`, of which rayon is one;
-/// devices belong to pictures, windows to the program (`cli/`). Hashes of content are prepare's.
+/// devices belong to pictures, windows to the program (`cli/`). Hashes of content are made of parts, and of faces of a
+/// file.
 const CRATE_ONLY_IN: [(&str, &[&str]); 10] = [
-    ("blake3", &["prepare"]),
+    ("blake3", &["prepare", "import"]),
     ("pulp", &["math"]),
     ("rayon", &["control"]),
     ("cpu_time", &["parallel"]),

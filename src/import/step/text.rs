@@ -180,6 +180,6 @@ fn guess(bytes: &[u8]) -> &'static str {
         _ if bytes.starts_with(b"solid") => "an STL mesh: export STEP from the CAD system",
         _ if bytes.get(72) == Some(&b'S') => "IGES: export STEP from the CAD system",
         _ if is_brep(bytes) => "a BREP file of OpenCASCADE: export STEP instead",
-        _ => "a file without Part 21 text: check that the download or export is complete",
+        _ => "a file with no Part 21 text: check that the download or export is complete",
     }
 }
