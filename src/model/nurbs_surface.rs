@@ -284,12 +284,13 @@ pub(crate) struct IsoLine<'a> {
 impl IsoLine<'_> {
     /// The point at `t`, clamped to the domain.
     pub(crate) fn point(&self, t: f64) -> DVec3 {
-        self.orders::<1>(t)[0]
+        self.orders::<1>(t, t)[0]
     }
 
-    /// The derivative at `t`, clamped to the domain.
-    pub(crate) fn slope(&self, t: f64) -> DVec3 {
-        self.orders::<2>(t)[1]
+    /// The derivative at `t`, clamped to the domain, of the piece that contains `inside`: at a knot, that before or that
+    /// after it.
+    pub(crate) fn slope(&self, t: f64, inside: f64) -> DVec3 {
+        self.orders::<2>(t, inside)[1]
     }
 
     /// Whether it is a polynomial of degree 3 or less between knots.
@@ -297,11 +298,11 @@ impl IsoLine<'_> {
         self.degree <= 3 && !self.is_rational
     }
 
-    /// The point and, if `ROWS` is 2, the derivative.
-    fn orders<const ROWS: usize>(&self, t: f64) -> [DVec3; 2] {
+    /// The point and, if `ROWS` is 2, the derivative, of the piece that contains `inside`.
+    fn orders<const ROWS: usize>(&self, t: f64, inside: f64) -> [DVec3; 2] {
         let (a, b) = knots::domain(self.degree, self.knots);
-        let t = t.max(a).min(b);
-        let span = knots::span(self.degree, self.knots, t);
+        let [t, inside] = [t, inside].map(|t| t.max(a).min(b));
+        let span = knots::span(self.degree, self.knots, inside);
         let n = self.degree + 1;
         knots::with_basis::<ROWS, _>(self.degree, self.knots, span, t, |rows| {
             let mut sums = [[0.0; 4]; 2];
@@ -368,6 +369,25 @@ mod tests {
     }
 
     #[test]
+    fn slopes_of_iso_lines_at_knots_are_those_of_the_piece_that_is_meant() {
+        let surface = surface(Vec::new());
+        for axis in [0, 1] {
+            let line = surface.iso_line(axis, 0.3);
+            assert!(line.is_cubic());
+            let mut knots = line.knots.to_vec();
+            knots.dedup();
+            for w in knots.windows(2) {
+                let [a, b] = [w[0], w[1]];
+                let step = 1e-8 * (b - a);
+                let [d, e] = [line.slope(a, a + step), line.slope(b, b - step)];
+                let cubic = line.point(a).midpoint(line.point(b)) + (d - e) * ((b - a) / 8.0);
+                let off = cubic.distance(line.point(0.5 * (a + b)));
+                assert!(off <= 1e-14, "axis {axis} from {a} to {b}: {off:e}");
+            }
+        }
+    }
+
+    #[test]
     fn iso_lines_have_the_points_and_slopes_of_the_surface() {
         let weights: Vec<f64> = (0..25).map(|k| 1.0 + 0.5 * (1.3 * f64::from(k)).sin()).collect();
         for (surface, exact) in [(surface(Vec::new()), true), (surface(weights), false)] {
@@ -382,9 +402,9 @@ mod tests {
                     let [point, du, dv] = surface.tangents(u, v);
                     let slope = if axis == 0 { dv } else { du };
                     if exact && at != 0.6 {
-                        assert_eq!([line.point(t), line.slope(t)], [point, slope], "axis {axis} at {at}, {t}");
+                        assert_eq!([line.point(t), line.slope(t, t)], [point, slope], "axis {axis} at {at}, {t}");
                     }
-                    let off = line.point(t).distance(point).max(line.slope(t).distance(slope));
+                    let off = line.point(t).distance(point).max(line.slope(t, t).distance(slope));
                     assert!(off <= 1e-13, "axis {axis} at {at}, {t}: {off:e}");
                 }
             }

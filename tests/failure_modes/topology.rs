@@ -79,6 +79,14 @@ fn a_void_that_lies_beside_its_solid_is_a_body() {
     block(&mut body, at(3.0, 2.0, 0.2), at(5.0, 4.0, 0.8));
     let (volume, area) = (9.0 + 7.5 + 2.4, 38.0 + 32.0 + 12.8);
     Ladder::solid(body.finish(), volume, area).pieces(3).told(&["shell-void-outside"]).climb();
+    // It may be stated as a void, too.
+    let mut body = Body::solid();
+    block(&mut body, at(0.0, 0.0, 0.0), at(9.0, 9.0, 1.0));
+    body.shell = body.part.plain_shell(ShellKind::Void);
+    let ball = Frame3 { origin: at(13.0, 4.0, 0.0), ..Frame3::WORLD };
+    body.face(Surface::Sphere { frame: ball, radius: 2.0 }, Vec::new(), true);
+    let (volume, area) = (81.0 + 32.0 / 3.0 * PI, 198.0 + 16.0 * PI);
+    Ladder::solid(body.finish(), volume, area).pieces(2).told(&["shell-void-outside"]).climb();
     // Within its solid, the same void is inside out.
     let mut body = Body::solid();
     block(&mut body, at(0.0, 0.0, 0.0), at(9.0, 9.0, 1.0));

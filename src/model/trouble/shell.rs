@@ -14,7 +14,7 @@ pub enum ShellTrouble {
         /// The volume that they enclose in the file's orientation, mm³.
         volume_mm3: f64,
     },
-    /// Connected faces of a void lie outside of its solid, and bound a body as the file orients them.
+    /// Connected faces of a void lie outside of its solid. They bound a body, and point outwards.
     #[error("{faces} connected faces of a void lie outside of its solid and bound a body of their own")]
     VoidOutside {
         /// How many faces.

@@ -32,7 +32,7 @@ pub(crate) enum Fault {
         /// As stated, mm³.
         volume: f64,
     },
-    /// As stated it bounds a body, not a void, and it lies outside of the outer shell before it.
+    /// It is a void that lies outside of the outer shell before it. It was oriented as a body.
     VoidOutside,
     /// It encloses nothing.
     NoVolume,
@@ -95,17 +95,21 @@ pub(crate) fn orient(
         }
         let Some(wanted) = wanted_sign(part, part.faces[start].shell) else { continue };
         // Only a group without free edges has a volume.
-        let closed = group.iter().all(|(face, _)| whole[*face]);
-        if closed && let Some(volume) = wrong_volume(call, drafts, &group, &reversed, wanted) {
-            let fault = match volume {
-                0.0 => Fault::NoVolume,
-                _ if wanted < 0.0 && voids.is_outside(&group, &reversed) => Fault::VoidOutside,
-                _ => Fault::InsideOut { volume },
-            };
-            told.push(Orientation { face: start, faces: group.len(), fault });
-            if matches!(fault, Fault::InsideOut { .. }) {
-                group.iter().for_each(|(face, _)| reversed[*face] = !reversed[*face]);
-            }
+        if !group.iter().all(|(face, _)| whole[*face]) {
+            continue;
+        }
+        let outside = wanted < 0.0 && voids.is_outside(&group, &reversed);
+        let wanted = if outside { 1.0 } else { wanted };
+        let wrong = wrong_volume(call, drafts, &group, &reversed, wanted);
+        let fault = match wrong {
+            Some(0.0) => Fault::NoVolume,
+            _ if outside => Fault::VoidOutside,
+            Some(volume) => Fault::InsideOut { volume },
+            None => continue,
+        };
+        told.push(Orientation { face: start, faces: group.len(), fault });
+        for (face, _) in group.iter().filter(|_| wrong.is_some_and(|volume| volume != 0.0)) {
+            reversed[*face] = !reversed[*face];
         }
     }
     reversed

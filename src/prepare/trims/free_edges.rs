@@ -301,7 +301,7 @@ impl<'a> EdgeMaker<'a> {
         let (parameter, tolerance) = (&|t: f64| t, self.tolerance);
         if let Surface::Nurbs(surface) = self.surface {
             let line = surface.iso_line(axis, fixed[axis]);
-            let (point, slope) = (&|t: f64| line.point(t), &|_: f64, inside: f64| line.slope(inside));
+            let (point, slope) = (&|t: f64| line.point(t), &|t: f64, inside: f64| line.slope(t, inside));
             let is_cubic = line.is_cubic();
             curve.follow(&Course { point, slope, parameter, tolerance, is_cubic }, &stops);
         } else {
@@ -385,7 +385,7 @@ struct Course<'a> {
     parameter: &'a dyn Fn(f64) -> f64,
     /// Largest distance of the cubics.
     tolerance: f64,
-    /// Whether it is a cubic between stops: pieces between these are as exact as their tangents.
+    /// Whether it is a cubic between stops, with exact slopes: pieces between these are exact.
     is_cubic: bool,
 }
 
@@ -419,7 +419,7 @@ impl Fit {
             let cubic = p * (y * y * y) + (r * (3.0 * y) + s * (3.0 * x)) * (x * y) + q * (x * x * x);
             cubic.distance((course.point)(from + (to - from) * x)) <= course.tolerance
         };
-        // Unless the piece is so short that the tangents are those of its neighbours.
+        // Unless the piece is so short that its slopes may be those of its neighbours.
         let fits_at_once = course.is_cubic && from + step > from && to - step < to;
         if fits_at_once || depth == MAX_DEPTH || [0.25, 0.5, 0.75].into_iter().all(follows) {
             if self.ts.is_empty() {
