@@ -382,7 +382,7 @@ mod tests {
                 let [d, e] = [line.slope(a, a + step), line.slope(b, b - step)];
                 let cubic = line.point(a).midpoint(line.point(b)) + (d - e) * ((b - a) / 8.0);
                 let off = cubic.distance(line.point(0.5 * (a + b)));
-                assert!(off <= 1e-14, "axis {axis} from {a} to {b}: {off:e}");
+                assert!(off <= 1e-13, "axis {axis} from {a} to {b}: {off:e}");
             }
         }
     }
