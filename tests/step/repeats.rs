@@ -121,8 +121,11 @@ fn disc(id: u32, radius: f64) -> String {
     )
 }
 
+/// The faces of a part, with their colours.
+type Painted = Vec<(u64, Option<Colour>)>;
+
 /// A sheet of the face #100; the discs #200 and #300 copy it, #400 is larger. With styles, and what is told.
-fn copied(styles: &str) -> (Vec<Vec<(u64, Option<Colour>)>>, Vec<(u64, &'static str)>) {
+fn copied(styles: &str) -> (Vec<Painted>, Vec<(u64, &'static str)>) {
     let text = world()
         + &disc(100, 1.0)
         + &disc(200, 1.0)
