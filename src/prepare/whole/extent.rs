@@ -108,7 +108,8 @@ pub(crate) fn cloud(call: Call<'_>, part: &PreparedPart) -> Vec<DVec3> {
     for (face, tiles) in beyond.into_iter().flatten() {
         let reaching = reaching(face, &bounds);
         if reaching.contains(&true) {
-            tiles.iter().for_each(|tile| out.extend(interior(part, face, tile, &reaching, &mut bounds)));
+            let cells = per_piece(face, &reaching, &bounds);
+            tiles.iter().for_each(|tile| out.extend(interior(part, (face, tile), &reaching, cells, &mut bounds)));
         }
     }
     out
@@ -151,12 +152,19 @@ fn per_piece(face: &PreparedFace, reaching: &[bool], bounds: &Hull) -> usize {
     ((most as f64 * share.sqrt()).ceil() as usize).clamp(least, most)
 }
 
-/// Samples inside a tile's loops and outside `bounds`, which they widen. Skips pieces that are not `reaching`.
-fn interior(part: &PreparedPart, face: &PreparedFace, tile: &Tile, reaching: &[bool], bounds: &mut Hull) -> Vec<DVec3> {
+/// Samples inside a tile's loops and outside `bounds`, which they widen, `per_piece` in each direction. Skips pieces that
+/// are not `reaching`.
+fn interior(
+    part: &PreparedPart,
+    (face, tile): (&PreparedFace, &Tile),
+    reaching: &[bool],
+    per_piece: usize,
+    bounds: &mut Hull,
+) -> Vec<DVec3> {
     let loops = tile.loops.iter().map(|l| polygon(part, l)).collect();
     let inside = TileRegion { patches: &face.patches, min: tile.min, max: tile.max, loops };
     let mut out = Vec::new();
-    for uv in inside.lattice(per_piece(face, reaching, bounds)).1 {
+    for uv in inside.lattice(per_piece).1 {
         if !reaching[face.patches.piece(uv.x, uv.y)] {
             continue;
         }
