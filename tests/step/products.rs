@@ -280,7 +280,8 @@ fn entities_without_a_product_are_read_once() {
     let text = world()
         + &ball(60)
         + &ball(70)
-        + "#80=ADVANCED_FACE('loose',(),#81,.T.);#81=SPHERICAL_SURFACE('',#20,9.);#50=ADVANCED_BREP_SHAPE_REPRESENTATION('free',(#60),#1);";
+        + "#80=ADVANCED_FACE('loose',(),#81,.T.);#81=SPHERICAL_SURFACE('',#20,9.);\
+           #50=ADVANCED_BREP_SHAPE_REPRESENTATION('free',(#60),#1);";
     let model = model(&text);
     clean(&model);
     assert_eq!(model.parts.iter().map(|p| p.faces.len()).collect::<Vec<_>>(), [1, 2]);

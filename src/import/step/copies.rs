@@ -37,7 +37,7 @@ impl Copies {
     pub(super) fn find(table: &Table, styles: &Styles, left: &[u64], of: impl Iterator<Item = u64>) -> Self {
         let mut contents = Contents { table, known: Map::default(), buffer: Vec::new() };
         let mut groups: Map<Hash, Alike> = Map::default();
-        for &face in left {
+        for &face in left.iter().take_while(|_| !table.budget.is_cancelled()) {
             groups.entry(contents.of(face)).or_default().colours.push(styles.of(face));
         }
         let mut found = Self::default();

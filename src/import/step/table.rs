@@ -339,8 +339,9 @@ impl<'a> Entity<'a> {
 
     /// Appends its type and its values but texts and bits; for a reference, its content.
     pub(super) fn write_content(&self, out: &mut Vec<u8>, of: &impl Fn(u64) -> [u8; 32]) {
-        out.extend(self.kind.unwrap_or_default().bytes());
-        out.extend((self.attributes.len() as u64).to_le_bytes());
+        let kind = self.kind.unwrap_or_default();
+        out.extend([kind.len(), self.attributes.len()].into_iter().flat_map(usize::to_le_bytes));
+        out.extend(kind.bytes());
         self.attributes.write_content(out, of);
     }
 

@@ -179,29 +179,31 @@ impl<'a> List<'a> {
     /// Appends all values but texts, bits and names of typed parameters; for a reference, its content.
     pub(super) fn write_content(self, out: &mut Vec<u8>, of: &impl Fn(u64) -> [u8; 32]) {
         for value in self.list {
-            let (kind, number, inner) = match value {
-                Value::Unset => (0, 0, None),
-                Value::Derived => (1, 0, None),
-                Value::Integer(value) => (2, value.cast_unsigned(), None),
-                Value::Real(value) => (3, value.to_bits(), None),
-                Value::Reference(id) => {
-                    out.extend(of(*id));
-                    (4, 0, None)
-                }
-                Value::Text(_) => (5, 0, None),
-                Value::Enumeration(word) => {
-                    out.extend(self.values.text.get(word.range()).unwrap_or_default().bytes());
-                    (6, u64::from(word.length), None)
-                }
-                Value::Binary => (7, 0, None),
-                Value::List(list) => (8, u64::from(list.length), Some(list)),
-                Value::Typed(list) => (9, u64::from(list.length), Some(list)),
-                Value::Part(kind, list) => (10, u64::from(*kind) << 32 | u64::from(list.length), Some(list)),
+            let (kind, number) = match value {
+                Value::Unset => (0, 0),
+                Value::Derived => (1, 0),
+                Value::Integer(value) => (2, value.cast_unsigned()),
+                Value::Real(value) => (3, value.to_bits()),
+                Value::Reference(_) => (4, 0),
+                Value::Text(_) => (5, 0),
+                Value::Enumeration(word) => (6, u64::from(word.length)),
+                Value::Binary => (7, 0),
+                Value::List(list) => (8, u64::from(list.length)),
+                Value::Typed(list) => (9, u64::from(list.length)),
+                Value::Part(kind, list) => (10, u64::from(*kind) << 32 | u64::from(list.length)),
             };
+            // Kinds and lengths come before what they describe, so that different values never have the same bytes.
             out.push(kind);
             out.extend(number.to_le_bytes());
-            if let Some(list) = inner {
-                List::new(self.values, *list).write_content(out, of);
+            match value {
+                Value::Reference(id) => out.extend(of(*id)),
+                Value::Enumeration(word) => {
+                    out.extend(self.values.text.get(word.range()).unwrap_or_default().bytes());
+                }
+                Value::List(list) | Value::Typed(list) | Value::Part(_, list) => {
+                    List::new(self.values, *list).write_content(out, of);
+                }
+                _ => {}
             }
         }
     }
