@@ -13,6 +13,7 @@ use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use crate::prepare::uv::inside::area;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
+use std::cell::Cell;
 
 /// A group of faces that should bound a solid, but does not as stated.
 #[derive(Clone, Copy, Debug)]
@@ -82,7 +83,7 @@ pub(crate) fn orient(
         }
     }
     let mut seen = vec![false; part.faces.len()];
-    let mut voids = Voids { call, part, drafts, whole: &whole, outer: None, left: MOST_TESTS };
+    let mut voids = Voids { call, part, drafts, whole: &whole, outer: None, left: Cell::new(MOST_TESTS) };
     for start in 0..part.faces.len() {
         if seen[start] {
             continue;
@@ -145,8 +146,8 @@ struct Voids<'a> {
     whole: &'a [bool],
     /// The outer shell that was looked at last, and its faces: none unless it is closed.
     outer: Option<(u32, Vec<RayFace<'a>>)>,
-    /// What is left of [`MOST_TESTS`].
-    left: usize,
+    /// Tests that may still be made, of [`MOST_TESTS`].
+    left: Cell<usize>,
 }
 
 impl Voids<'_> {
@@ -159,16 +160,15 @@ impl Voids<'_> {
         let Some(outer) = (0..void).rev().find(is_outer) else { return false };
         let ray_face = |face: usize| Some(RayFace::new(self.drafts[face].as_ref()?, reversed[face]));
         if self.outer.as_ref().is_none_or(|(last, _)| *last != outer) {
-            self.left = self.left.saturating_sub(self.part.faces.len());
+            self.left.set(self.left.get().saturating_sub(self.part.faces.len()));
             let all: Vec<usize> = (0..self.part.faces.len()).filter(|face| shell(*face) == outer).collect();
-            let closed = self.left > 0 && all.iter().all(|face| self.whole[*face]);
+            let closed = self.left.get() > 0 && all.iter().all(|face| self.whole[*face]);
             let faces = if closed { all.into_iter().filter_map(ray_face).collect() } else { Vec::new() };
             self.outer = Some((outer, faces));
         }
         let Some((_, around)) = self.outer.as_ref().filter(|(_, faces)| !faces.is_empty()) else { return false };
         let own: Vec<RayFace<'_>> = group.iter().filter_map(|(face, _)| ray_face(*face)).collect();
-        self.left = self.left.saturating_sub(rays::LINES * around.len());
-        self.left > 0 && rays::lie_outside(self.call, &own, around) == Some(true)
+        rays::lie_outside(self.call, &own, around, &self.left) == Some(true)
     }
 }
 

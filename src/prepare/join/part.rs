@@ -354,10 +354,11 @@ impl PartPreparation<'_> {
         for k in (0..part.faces.len()).filter(|&k| shells.contains(&shell(k))) {
             groups.entry(shell(k)).or_default().push((k, reversed[k]));
         }
+        let bodies = turned.iter().filter(|t| t.fault == Fault::VoidOutside).map(|t| shell(t.face));
+        let bodies: BTreeSet<u32> = bodies.collect();
         for (shell, group) in groups {
             let Some(wanted) = wanted_sign(part, shell) else { continue };
-            let is_body = |t: &orient::Orientation| t.fault == Fault::VoidOutside && part.faces[t.face].shell == shell;
-            let wanted = if turned.iter().any(is_body) { -wanted } else { wanted };
+            let wanted = if bodies.contains(&shell) { 1.0 } else { wanted };
             if wrong_volume(self.call, &faces.drafts, &group, reversed, wanted).is_some_and(|volume| volume != 0.0) {
                 group.iter().for_each(|&(k, _)| reversed[k] = !reversed[k]);
             }

@@ -14,10 +14,10 @@ use crate::prepare::tiles::draft::FaceDraft;
 use crate::prepare::uv::inside::TileRegion;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 
 /// Lines that are tried.
-pub(super) const LINES: usize = 24;
+const LINES: usize = 24;
 
 /// Lines that have to agree. A body that crosses itself may look outwards on one line and inwards on another.
 const ENOUGH: usize = 3;
@@ -54,17 +54,26 @@ pub(super) fn look_outwards(call: Call<'_>, faces: &[RayFace<'_>]) -> Option<boo
     })
 }
 
-/// Whether the faces lie outside of what the faces of a `body` enclose. `None` as for [`look_outwards`].
-pub(super) fn lie_outside(call: Call<'_>, faces: &[RayFace<'_>], body: &[RayFace<'_>]) -> Option<bool> {
+/// Whether the faces lie outside of what the faces of a `body` enclose. `None` as for [`look_outwards`], and if lines take
+/// more tests of faces of the body than are `left`.
+pub(super) fn lie_outside(
+    call: Call<'_>,
+    faces: &[RayFace<'_>],
+    body: &[RayFace<'_>],
+    left: &Cell<usize>,
+) -> Option<bool> {
     let [own, other] = [bounds(faces), bounds(body)];
     if own[0].cmpgt(other[1]).any() || other[0].cmpgt(own[1]).any() {
         return Some(true);
     }
     let size = size(body);
-    agreed(call, faces, |line| match line.crossings(body, size)? {
-        (0, 0, 0) => Some(true),
-        (0, 1, -1) | (0, -1, 1) => Some(false),
-        _ => None,
+    agreed(call, faces, |line| {
+        left.set(left.get().checked_sub(body.len())?);
+        match line.crossings(body, size)? {
+            (0, 0, 0) => Some(true),
+            (0, 1, -1) | (0, -1, 1) => Some(false),
+            _ => None,
+        }
     })
 }
 
