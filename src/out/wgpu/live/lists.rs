@@ -4,7 +4,7 @@
 use super::super::gpu::Gpu;
 use super::device_scene::DeviceScene;
 use super::merged::MergedDraws;
-use super::pages::Beside;
+use super::pages::Companion;
 use super::records::Records;
 use super::store::Store;
 use super::surface_draw::SurfaceDraw;
@@ -94,7 +94,8 @@ impl Tiles {
         records: Option<&'a Buffer>,
     ) -> impl Iterator<Item = (SurfaceDraw<'a>, &'a Buffer)> {
         let draws = self.draws(store, records);
-        draws.filter_map(|draw| store.vertices.beside_page(Beside::Cells, draw.page).map(|cells| (draw, cells)))
+        draws
+            .filter_map(|draw| store.vertices.companion_of_page(Companion::Cells, draw.page).map(|cells| (draw, cells)))
     }
 
     /// Draws the wireframe. The pass must have the records in vertex buffer slot 0, unless tiles are merged.

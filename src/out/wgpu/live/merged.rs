@@ -2,7 +2,7 @@
 //! is drawn changes. Needs no base vertex: OpenGL ES 3.0 has none.
 
 use super::super::gpu::Gpu;
-use super::pages::Beside;
+use super::pages::Companion;
 use super::rows::Rows;
 use super::store::{Corners, Store, StoredTile};
 use super::surface_draw::{DrawCall, SurfaceDraw, encode_all};
@@ -119,7 +119,10 @@ impl MergedDraws {
     ) -> impl Iterator<Item = SurfaceDraw<'a>> {
         self.draws.iter().filter_map(move |draw| {
             Some(SurfaceDraw {
-                vertices: [store.vertices.buffer(draw.page), store.vertices.beside_page(Beside::Tiles, draw.page)?],
+                vertices: [
+                    store.vertices.buffer(draw.page),
+                    store.vertices.companion_of_page(Companion::Tiles, draw.page)?,
+                ],
                 indices,
                 format: IndexFormat::Uint32,
                 call: DrawCall::Direct {

@@ -7,7 +7,7 @@ use offset_allocator::{Allocation, Allocator};
 
 /// What companion buffers hold per vertex.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Beside {
+pub(super) enum Companion {
     /// Its place in the lattice.
     Cells,
     /// The number of its tile.
@@ -31,7 +31,7 @@ impl Range {
 struct Page {
     buffer: Buffer,
     /// Companion buffers: as many units of other sizes.
-    beside: [Option<Buffer>; 2],
+    companions: [Option<Buffer>; 2],
     bytes: u64,
     allocator: Allocator,
     /// Number of allocated ranges.
@@ -49,8 +49,8 @@ pub(super) struct Pages {
     first: u32,
     /// Page size over maximum number of ranges. Bookkeeping for more ranges would take more memory than it saves.
     per_range: u32,
-    /// Bytes per unit of the companion buffers, by [`Beside`]; `None` without them.
-    beside: [Option<u64>; 2],
+    /// Bytes per unit of the companion buffers, by [`Companion`]; `None` without them.
+    companions: [Option<u64>; 2],
     pages: Vec<Option<Page>>,
 }
 
@@ -66,40 +66,40 @@ impl Pages {
             unit,
             first,
             per_range,
-            beside: [None; 2],
+            companions: [None; 2],
             pages: Vec::new(),
         }
     }
 
     /// Adds companion buffers to a set without pages.
-    pub(super) fn with(mut self, what: Beside, unit: Option<u64>) -> Self {
-        self.beside[what as usize] = unit;
+    pub(super) fn with(mut self, what: Companion, unit: Option<u64>) -> Self {
+        self.companions[what as usize] = unit;
         self
     }
 
     /// Whether there are such companion buffers, or will be.
-    pub(super) fn has_companion(&self, what: Beside) -> bool {
-        self.beside[what as usize].is_some()
+    pub(super) fn has_companion(&self, what: Companion) -> bool {
+        self.companions[what as usize].is_some()
     }
 
     /// Adds a zeroed companion buffer to each page, with units of `unit` bytes (a multiple of 4), or removes them. If
     /// one fails, none changes.
-    pub(super) fn keep_beside(&mut self, gpu: &Gpu, what: Beside, unit: Option<u64>) -> Result<(), RenderError> {
+    pub(super) fn keep_companion(&mut self, gpu: &Gpu, what: Companion, unit: Option<u64>) -> Result<(), RenderError> {
         let kind = what as usize;
-        if self.beside[kind] == unit {
+        if self.companions[kind] == unit {
             return Ok(());
         }
-        let companions = self.pages.iter().flatten().map(|page| self.companion(gpu, unit, page.bytes));
+        let companions = self.pages.iter().flatten().map(|page| self.new_companion(gpu, unit, page.bytes));
         let companions = companions.collect::<Result<Vec<_>, _>>()?;
-        self.beside[kind] = unit;
+        self.companions[kind] = unit;
         for (page, companion) in self.pages.iter_mut().flatten().zip(companions) {
-            page.beside[kind] = companion;
+            page.companions[kind] = companion;
         }
         Ok(())
     }
 
     /// Creates a companion of a page of `bytes` bytes, with units of `unit` bytes. `None` without a unit.
-    fn companion(&self, gpu: &Gpu, unit: Option<u64>, bytes: u64) -> Result<Option<Buffer>, RenderError> {
+    fn new_companion(&self, gpu: &Gpu, unit: Option<u64>, bytes: u64) -> Result<Option<Buffer>, RenderError> {
         unit.map(|unit| gpu.checked(|_| self.buffer_of(gpu, bytes / self.unit * unit))).transpose()
     }
 
@@ -135,11 +135,11 @@ impl Pages {
             return Err(too_large());
         }
         let buffer = gpu.checked(|_| self.buffer_of(gpu, bytes))?;
-        let companion = |what: Beside| self.companion(gpu, self.beside[what as usize], bytes);
-        let beside = [companion(Beside::Cells)?, companion(Beside::Tiles)?];
+        let companion = |what: Companion| self.new_companion(gpu, self.companions[what as usize], bytes);
+        let companions = [companion(Companion::Cells)?, companion(Companion::Tiles)?];
         let mut allocator = Allocator::with_max_allocs(size, (size / self.per_range).max(64));
         let allocation = allocator.allocate(units).ok_or_else(too_large)?;
-        let page = Some(Page { buffer, beside, bytes, allocator, ranges: 1 });
+        let page = Some(Page { buffer, companions, bytes, allocator, ranges: 1 });
         let number = self.pages.iter().position(Option::is_none).unwrap_or_else(|| {
             self.pages.push(None);
             self.pages.len() - 1
@@ -170,14 +170,14 @@ impl Pages {
     }
 
     /// The companion buffer of a range, and the range's byte offset there.
-    pub(super) fn beside(&self, what: Beside, range: &Range) -> Option<(&Buffer, u64)> {
-        let buffer = self.beside_page(what, range.page)?;
-        Some((buffer, u64::from(range.start()) * self.beside[what as usize]?))
+    pub(super) fn companion_at(&self, what: Companion, range: &Range) -> Option<(&Buffer, u64)> {
+        let buffer = self.companion_of_page(what, range.page)?;
+        Some((buffer, u64::from(range.start()) * self.companions[what as usize]?))
     }
 
     /// The companion buffer of a page.
-    pub(super) fn beside_page(&self, what: Beside, page: u32) -> Option<&Buffer> {
-        self.pages[page as usize].as_ref()?.beside[what as usize].as_ref()
+    pub(super) fn companion_of_page(&self, what: Companion, page: u32) -> Option<&Buffer> {
+        self.pages[page as usize].as_ref()?.companions[what as usize].as_ref()
     }
 
     /// Byte offset of a range in its buffer.
@@ -187,7 +187,7 @@ impl Pages {
 
     /// Bytes of all pages and their companions.
     pub(super) fn bytes(&self) -> u64 {
-        let of = |page: &Page| page.bytes + page.beside.iter().flatten().map(Buffer::size).sum::<u64>();
+        let of = |page: &Page| page.bytes + page.companions.iter().flatten().map(Buffer::size).sum::<u64>();
         self.pages.iter().flatten().map(of).sum()
     }
 

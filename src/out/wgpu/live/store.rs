@@ -5,7 +5,7 @@ use super::super::gpu::Gpu;
 use super::super::layout::{CellPlace, TileOfVertex, Vertex};
 use super::super::palette::rate;
 use super::encode::{Encoded, cells};
-use super::pages::{Beside, Pages, Range};
+use super::pages::{Companion, Pages, Range};
 use super::staging::Staging;
 use crate::mesh::Batch;
 use crate::model::FaceId;
@@ -63,7 +63,7 @@ impl Store {
         let vertices = Pages::new("vertices", BufferUsages::VERTEX | readable, size_of::<Vertex>() as u64, 1 << 15, 24);
         let per_vertex = (!gpu.indirect).then_some(size_of::<TileOfVertex>() as u64);
         Self {
-            vertices: vertices.with(Beside::Tiles, per_vertex),
+            vertices: vertices.with(Companion::Tiles, per_vertex),
             indices: Pages::new("indices", BufferUsages::INDEX | readable, INDEX_UNIT, 1 << 16, 48),
             staging: Staging::new(),
             encoded: Encoded::default(),
@@ -74,11 +74,11 @@ impl Store {
 
     /// Turns lattice positions of vertices on or off. Vertices already stored have none until they are sent again.
     pub(super) fn keep_cells(&mut self, gpu: &Gpu, keep: bool) -> Result<(), RenderError> {
-        self.vertices.keep_beside(gpu, Beside::Cells, keep.then_some(size_of::<CellPlace>() as u64))
+        self.vertices.keep_companion(gpu, Companion::Cells, keep.then_some(size_of::<CellPlace>() as u64))
     }
 
     pub(super) fn keeps_cells(&self) -> bool {
-        self.vertices.has_companion(Beside::Cells)
+        self.vertices.has_companion(Companion::Cells)
     }
 
     /// Uploads a tile. `None` if it has no triangles. Free it with [`drop_tile`](Self::drop_tile).
@@ -125,12 +125,12 @@ impl Store {
             let bytes = bytemuck::cast_slice(&encoded.indices);
             staging.write(gpu, indices.buffer(range.page), indices.offset(range), bytes)?;
         }
-        if let Some((buffer, offset)) = vertices.beside(Beside::Tiles, at) {
+        if let Some((buffer, offset)) = vertices.companion_at(Companion::Tiles, at) {
             tile_numbers.clear();
             tile_numbers.resize(encoded.vertices.len(), batch.tile.0);
             staging.write(gpu, buffer, offset, bytemuck::cast_slice(tile_numbers))?;
         }
-        if let Some((buffer, offset)) = vertices.beside(Beside::Cells, at) {
+        if let Some((buffer, offset)) = vertices.companion_at(Companion::Cells, at) {
             places.clear();
             places.extend(cells(&batch.mesh));
             staging.write(gpu, buffer, offset, bytemuck::cast_slice(places))?;
