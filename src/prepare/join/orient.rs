@@ -4,7 +4,7 @@
 //! connected group up to a sign. The volume decides the sign of groups that bound a solid, the file that of others.
 
 use super::outline::{plane_polygon, region, sign};
-use super::rays::{self, RayFace};
+use super::rays::{self, RayBody, RayFace};
 use super::shells::connected;
 use crate::control::Call;
 use crate::model::{Part, ShellKind};
@@ -145,7 +145,7 @@ struct Voids<'a> {
     /// Whether all edges of a face have a counterpart.
     whole: &'a [bool],
     /// The outer shell that was looked at last, and its faces: none unless it is closed.
-    outer: Option<(u32, Vec<RayFace<'a>>)>,
+    outer: Option<(u32, RayBody<'a>)>,
     /// Tests that may still be made, of [`MOST_TESTS`].
     left: Cell<usize>,
 }
@@ -164,9 +164,9 @@ impl Voids<'_> {
             let all: Vec<usize> = (0..self.part.faces.len()).filter(|face| shell(*face) == outer).collect();
             let closed = self.left.get() > 0 && all.iter().all(|face| self.whole[*face]);
             let faces = if closed { all.into_iter().filter_map(ray_face).collect() } else { Vec::new() };
-            self.outer = Some((outer, faces));
+            self.outer = Some((outer, RayBody::new(faces)));
         }
-        let Some((_, around)) = self.outer.as_ref().filter(|(_, faces)| !faces.is_empty()) else { return false };
+        let Some((_, around)) = self.outer.as_ref().filter(|(_, body)| !body.faces.is_empty()) else { return false };
         let own: Vec<RayFace<'_>> = group.iter().filter_map(|(face, _)| ray_face(*face)).collect();
         rays::lie_outside(self.call, &own, around, &self.left) == Some(true)
     }

@@ -44,9 +44,23 @@ impl<'a> RayFace<'a> {
     }
 }
 
+/// Faces that enclose something, to which others are compared.
+pub(super) struct RayBody<'a> {
+    pub(super) faces: Vec<RayFace<'a>>,
+    /// Corners of a box around them.
+    bounds: Aabb,
+}
+
+impl<'a> RayBody<'a> {
+    pub(super) fn new(faces: Vec<RayFace<'a>>) -> Self {
+        Self { bounds: bounds(&faces), faces }
+    }
+}
+
 /// Whether the faces look away from what they enclose. `None` if lines do not agree, or too few are clear of edges.
 pub(super) fn look_outwards(call: Call<'_>, faces: &[RayFace<'_>]) -> Option<bool> {
-    let size = size(faces);
+    let [low, high] = bounds(faces);
+    let size = (high - low).length();
     agreed(call, faces, |line| match line.crossings(faces, size)? {
         (1, 0, -1) => Some(true),
         (1, -1, 0) => Some(false),
@@ -59,17 +73,17 @@ pub(super) fn look_outwards(call: Call<'_>, faces: &[RayFace<'_>]) -> Option<boo
 pub(super) fn lie_outside(
     call: Call<'_>,
     faces: &[RayFace<'_>],
-    body: &[RayFace<'_>],
+    body: &RayBody<'_>,
     left: &Cell<usize>,
 ) -> Option<bool> {
-    let [own, other] = [bounds(faces), bounds(body)];
-    if own[0].cmpgt(other[1]).any() || other[0].cmpgt(own[1]).any() {
+    let ([low, high], other) = (bounds(faces), body.bounds);
+    if low.cmpgt(other[1]).any() || other[0].cmpgt(high).any() {
         return Some(true);
     }
-    let size = size(body);
+    let size = (other[1] - other[0]).length();
     agreed(call, faces, |line| {
-        left.set(left.get().checked_sub(body.len())?);
-        match line.crossings(body, size)? {
+        left.set(left.get().checked_sub(body.faces.len())?);
+        match line.crossings(&body.faces, size)? {
             (0, 0, 0) => Some(true),
             (0, 1, -1) | (0, -1, 1) => Some(false),
             _ => None,
@@ -80,12 +94,6 @@ pub(super) fn lie_outside(
 /// Corners of a box around faces.
 fn bounds(faces: &[RayFace<'_>]) -> Aabb {
     around(faces.iter().flat_map(|face| face.bounds))
-}
-
-/// The diagonal of the box around faces.
-fn size(faces: &[RayFace<'_>]) -> f64 {
-    let [low, high] = bounds(faces);
-    (high - low).length()
 }
 
 /// What enough lines from faces say, if all that say anything agree.
