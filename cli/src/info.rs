@@ -6,11 +6,12 @@ use crate::limits::unprepared;
 use crate::outputs::{Named, Outputs};
 use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
+use crate::report::{by_name, counted, millimetres};
 use crate::{AsJson, Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use trimtess::model::Model;
+use trimtess::model::{Model, Severity};
 use trimtess::prepare::{Shells, prepare};
 
 /// `trimtess info`
@@ -36,7 +37,7 @@ impl InfoArgs {
     }
 }
 
-/// Maximum number of parts listed without `-v`. The rest is only counted.
+/// Maximum number of parts, and of errors and warnings, listed without `-v`. The rest is only counted.
 const LISTED: usize = 12;
 
 /// The result. Counts are per part unless they say placed; lengths are in millimetres.
@@ -83,7 +84,8 @@ struct Row {
 /// A diagnostic of the model.
 #[derive(Serialize)]
 struct DiagnosticRow {
-    severity: &'static str,
+    #[serde(serialize_with = "by_name")]
+    severity: Severity,
     part: Option<u32>,
     face: Option<u32>,
     entity: Option<u64>,
@@ -112,7 +114,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Re
         .diagnostics
         .iter()
         .map(|d| DiagnosticRow {
-            severity: d.severity.name(),
+            severity: d.severity,
             part: d.part.map(|part| part.0),
             face: d.face.map(|face| face.0),
             entity: Some(d.entity).filter(|&entity| entity != 0),
@@ -187,18 +189,18 @@ impl Info {
         line("unit", format!("{} mm", self.millimetres_per_unit));
         match &self.r#box {
             Some([low, high]) => {
-                let size: Vec<String> = (0..3).map(|k| format!("{:.6}", high[k] - low[k])).collect();
-                line("box", format!("{low:.6?} to {high:.6?}"));
-                line("size", format!("{} mm, diagonal {:.6} mm", size.join(" × "), self.diagonal));
+                let [low_text, high_text] = [low, high].map(|corner| corner.map(millimetres).join(", "));
+                let size = [0, 1, 2].map(|k| millimetres(high[k] - low[k])).join(" × ");
+                line("box", format!("({low_text}) to ({high_text}) mm"));
+                line("size", format!("{size} mm, diagonal {} mm", millimetres(self.diagonal)));
             }
             None => line("box", "empty".into()),
         }
         let Shells { closed, open, voids, free_edges, .. } = self.shells;
-        line("shells", format!("{closed} closed, {voids} of them voids; {open} open, with {free_edges} free edges"));
-        line("open edges", format!("{}, {:.6} mm long", self.open_edges, self.open_length));
-        let count = |severity| self.diagnostics.iter().filter(|d| d.severity == severity).count();
-        let (errors, warnings, notes) = (count("error"), count("warning"), count("note"));
-        line("diagnostics", format!("{errors} errors, {warnings} warnings, {notes} notes"));
+        let stated = format!("{free_edges} edges that one face uses, as the file states");
+        line("shells", format!("{closed} closed, {voids} of them voids; {open} open, with {stated}"));
+        line("open edges", format!("{} once sewn, {} mm long", self.open_edges, millimetres(self.open_length)));
+        line("diagnostics", counted(self.diagnostics.iter().map(|d| d.severity)));
         let listed = if all { self.part_list.len() } else { LISTED };
         for (number, Row { name, instances, faces, edges, closed }) in self.part_list.iter().take(listed).enumerate() {
             let state = if *closed { "closed" } else { "open" };
@@ -210,16 +212,20 @@ impl Info {
         if self.part_list.len() > listed {
             line("…", format!("{} more parts (-v lists all)", self.part_list.len() - listed));
         }
-        if all {
-            for DiagnosticRow { severity, part, face, entity, reason, .. } in &self.diagnostics {
-                let place = match (part, face) {
-                    (Some(part), Some(face)) => format!("part {part} face {face} "),
-                    (Some(part), None) => format!("part {part} "),
-                    _ => String::new(),
-                };
-                let number = entity.map_or_else(String::new, |entity| format!("(#{entity}) "));
-                line(severity, format!("{place}{number}{reason}"));
-            }
+        let least = if all { Severity::Note } else { Severity::Warning };
+        let told: Vec<&DiagnosticRow> = self.diagnostics.iter().filter(|d| d.severity >= least).collect();
+        let listed = if all { told.len() } else { LISTED };
+        for DiagnosticRow { severity, part, face, entity, reason, .. } in told.iter().take(listed) {
+            let place = match (part, face) {
+                (Some(part), Some(face)) => format!("part {part} face {face} "),
+                (Some(part), None) => format!("part {part} "),
+                _ => String::new(),
+            };
+            let number = entity.map_or_else(String::new, |entity| format!("(#{entity}) "));
+            line(severity.name(), format!("{place}{number}{reason}"));
+        }
+        if told.len() > listed {
+            line("…", format!("{} more errors and warnings (-v lists all)", told.len() - listed));
         }
         if let Some(drawn) = &self.drawn {
             let _ = writeln!(text, "  {:12}{}", "svg", drawn.text());

@@ -65,7 +65,7 @@ impl Level {
     ) -> Result<Self, Failure> {
         let chord = COARSER.powi(i32::from(number));
         let Tolerance { angle, max_edge, .. } = *finest;
-        // A quarter turn is the most that an angle tolerance means.
+        // More than a quarter turn counts as one.
         let (angle, max_edge) = ((angle * chord.sqrt()).min(FRAC_PI_2), max_edge.map(|length| length * chord.sqrt()));
         let tolerance = Tolerance { chord: finest.chord * chord, angle, max_edge };
         let plan = Arc::new(frame::plan_within(prepared, &tolerance, &common.limits.plan()));

@@ -1,13 +1,14 @@
 //! `--max-…` on the command line -> the limits of each stage, and messages that name the option to raise.
 
 use crate::Failure;
+use crate::report::Report;
 use trimtess::frame::{Plan, PlanLimits, Shortfall};
 use trimtess::import::step::StepOptions;
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions};
 
 /// Limits of cost, and options of reading.
 #[derive(Clone, clap::Args)]
-#[command(next_help_heading = "Limits (exceeding one is an error, and nothing is written)")]
+#[command(next_help_heading = "Limits (exceeding one is an error, and nothing is written; but see --coarsen)")]
 pub(crate) struct LimitArgs {
     /// Maximum file size, bytes.
     #[arg(long, global = true, value_name = "N", default_value_t = StepOptions::DEFAULT.max_bytes)]
@@ -30,7 +31,8 @@ pub(crate) struct LimitArgs {
     /// Maximum memory of each stage, MiB, estimated from counts.
     #[arg(long, global = true, value_name = "MIB", default_value_t = StepOptions::DEFAULT.max_memory >> 20)]
     max_memory: u64,
-    /// Make a coarser mesh, with a warning, if the tolerance needs more triangles than the limits allow.
+    /// Make a coarser mesh, with a warning, if the tolerance needs more triangles than the limits allow. The coarsest
+    /// mesh may still have more.
     #[arg(long, global = true)]
     coarsen: bool,
     /// Also read supplemental geometry (such as construction planes) if it is bounded.
@@ -76,13 +78,26 @@ impl LimitArgs {
     pub(crate) fn check(&self, shortfall: Option<&Shortfall>) -> Result<(), Failure> {
         let short = shortfall.filter(|shortfall| shortfall.by_limits() && !self.coarsen);
         short.map_or(Ok(()), |shortfall| {
-            let raise = if shortfall.unusable {
-                ""
-            } else {
-                ", raise --max-triangles, --max-tile-triangles or --max-memory, or accept a coarser mesh with --coarsen"
+            let raise = match (shortfall.unusable, shortfall.memory(), shortfall.density < 1.0) {
+                (true, ..) => "",
+                (_, Some(_), _) => ", raise --max-memory",
+                (_, None, true) => ", raise --max-triangles",
+                (_, None, false) => ", raise --max-tile-triangles",
             };
-            Err(Failure::Cannot(format!("{shortfall}; use a larger tolerance{raise}")))
+            Err(Failure::Cannot(format!(
+                "{shortfall}; use a larger tolerance{raise}, or accept a coarser mesh with --coarsen"
+            )))
         })
+    }
+
+    /// Warns if the coarsest mesh still has more triangles than allowed.
+    pub(crate) fn warn_if_over(&self, triangles: u64, report: &mut Report) {
+        if triangles > self.max_triangles {
+            let most = self.max_triangles;
+            report.add_warning(format!(
+                "the coarsest mesh has {triangles} triangles, the limit is {most} (--max-triangles)"
+            ));
+        }
     }
 }
 

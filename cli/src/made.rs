@@ -35,6 +35,7 @@ pub(crate) fn make(
     );
     let mut report = Report::of(&frame, prepared, &made);
     plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
+    limits.warn_if_over(made.triangles, &mut report);
     Ok((frame, report))
 }
 

@@ -33,12 +33,16 @@ pub(crate) struct Seconds {
     pub(crate) total: f64,
 }
 
-/// A reported diagnostic. `face` is numbered across all instances, like `face_id` in a PLY file.
+/// A reported diagnostic.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Entry {
     #[serde(serialize_with = "by_name")]
     pub(crate) severity: Severity,
+    /// The face, numbered across all instances, like `face_id` in a PLY file.
     pub(crate) face: Option<u64>,
+    pub(crate) part: Option<u32>,
+    /// The face's number within its part, as `info` counts.
+    pub(crate) face_of_part: Option<u32>,
     pub(crate) entity: Option<u64>,
     /// Position in part coordinates, millimetres.
     pub(crate) place: Option<[f64; 3]>,
@@ -156,7 +160,8 @@ impl Report {
 
     /// Adds a diagnostic that only the program reports. `face` is numbered across all instances.
     pub(crate) fn add(&mut self, severity: Severity, face: Option<u64>, code: &'static str, reason: String) {
-        self.diagnostics.push(Entry { severity, face, entity: None, place: None, code, reason });
+        let (part, face_of_part, entity, place) = (None, None, None, None);
+        self.diagnostics.push(Entry { severity, face, part, face_of_part, entity, place, code, reason });
     }
 
     /// Adds the results of the audit.
@@ -188,10 +193,13 @@ impl Report {
         self.peak_memory_bytes = peak_memory();
         // Worst first, otherwise in the order of arrival.
         self.diagnostics.sort_by_key(|entry| std::cmp::Reverse(entry.severity));
-        if !common.quiet {
-            // A closed standard error is not an error.
-            let _ = std::io::stderr().write_all(self.told_diagnostics(common.verbose > 0).as_bytes());
-        }
+        let least = match (common.quiet, common.verbose) {
+            (true, _) => Severity::Error,
+            (false, 0) => Severity::Warning,
+            (false, _) => Severity::Note,
+        };
+        // A closed standard error is not an error.
+        let _ = std::io::stderr().write_all(self.told_diagnostics(least).as_bytes());
         if let Some(path) = file {
             outputs.write_json(path, self)?;
         }
@@ -203,17 +211,16 @@ impl Report {
         Ok(self.done())
     }
 
-    /// The first warnings and errors, or all diagnostics.
-    fn told_diagnostics(&self, all: bool) -> String {
+    /// The first diagnostics of at least this severity; all of them if notes are asked for.
+    fn told_diagnostics(&self, least: Severity) -> String {
         let mut text = String::new();
-        let (notes, rest): (Vec<&Entry>, Vec<&Entry>) =
-            self.diagnostics.iter().partition(|e| e.severity == Severity::Note);
-        let told = if all { self.diagnostics.len() } else { PRINTED };
-        for entry in rest.iter().chain(if all { notes.iter() } else { [].iter() }).take(told) {
+        let told: Vec<&Entry> = self.diagnostics.iter().filter(|entry| entry.severity >= least).collect();
+        let most = if least == Severity::Note { told.len() } else { PRINTED };
+        for entry in told.iter().take(most) {
             let _ = writeln!(text, "{entry}");
         }
-        if rest.len() > told {
-            let _ = writeln!(text, "… and {} more (-v prints all, --report writes all)", rest.len() - told);
+        if told.len() > most {
+            let _ = writeln!(text, "… and {} more (-v prints all, --report writes all)", told.len() - most);
         }
         text
     }
@@ -224,13 +231,10 @@ impl Report {
         let _ = writeln!(text, "{} -> {}", self.input, self.output);
         let _ = writeln!(
             text,
-            "  {} faces in {} parts, {} instances; {} faces without triangles, {} diagnostics",
-            self.faces,
-            self.parts,
-            self.instances,
-            self.faces_without_triangles,
-            self.diagnostics.len()
+            "  {} faces in {} parts, {} instances; {} faces without triangles",
+            self.faces, self.parts, self.instances, self.faces_without_triangles,
         );
+        let _ = writeln!(text, "  diagnostics: {}", counted(self.diagnostics.iter().map(|entry| entry.severity)));
         let _ = writeln!(text, "  ladder: {}", self.ladder);
         let _ = write!(text, "  {} triangles, {} vertices", self.triangles, self.vertices);
         text += &words(self);
@@ -241,7 +245,8 @@ impl Report {
         }
         if let (Some(chord), Some(angle)) = (self.chord_mm, self.angle_deg) {
             let relative = if self.diagonal_mm > 0.0 { chord / self.diagonal_mm } else { 0.0 };
-            let _ = write!(text, "; chord {chord:.4} mm ({relative:.1e} of the diagonal), angle {angle}°");
+            let chord = millimetres(chord);
+            let _ = write!(text, "; chord {chord} mm ({relative:.1e} of the diagonal), angle {angle}°");
         }
         text.push('\n');
         text += &self.levels.iter().map(ToString::to_string).collect::<String>();
@@ -281,14 +286,30 @@ impl Report {
     }
 }
 
+/// Errors, warnings and notes, counted in words.
+pub(crate) fn counted(severities: impl Iterator<Item = Severity> + Clone) -> String {
+    let count = |of: Severity| severities.clone().filter(|severity| *severity == of).count();
+    let [errors, warnings, notes] = [Severity::Error, Severity::Warning, Severity::Note].map(count);
+    format!("{errors} errors, {warnings} warnings, {notes} notes")
+}
+
+/// A length with four decimals, or with an exponent if it is too small or too large for them.
+pub(crate) fn millimetres(length: f64) -> String {
+    if length == 0.0 || (1e-3..1e7).contains(&length.abs()) { format!("{length:.4}") } else { format!("{length:.3e}") }
+}
+
 impl std::fmt::Display for Entry {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.severity.name())?;
         if let Some(face) = self.face {
             write!(f, ": face {face}")?;
         }
-        if let Some(entity) = self.entity {
-            write!(f, " (#{entity})")?;
+        let part = self.part.map(|part| format!("part {part}"));
+        let face = self.face_of_part.map(|face| format!("face {face}"));
+        let entity = self.entity.map(|entity| format!("#{entity}"));
+        let names: Vec<String> = part.into_iter().chain(face).chain(entity).collect();
+        if !names.is_empty() {
+            write!(f, " ({})", names.join(", "))?;
         }
         write!(f, ": {}", self.reason)?;
         match self.place {
@@ -305,7 +326,7 @@ fn by_rung<S: serde::Serializer>(ladder: &Ladder, serializer: S) -> Result<S::Ok
 
 /// Serializes a severity as its name.
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn by_name<S: serde::Serializer>(severity: &Severity, serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn by_name<S: serde::Serializer>(severity: &Severity, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_str(severity.name())
 }
 
@@ -320,6 +341,8 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
         let entry = |face| Entry {
             severity: diagnostic.severity,
             face,
+            part: diagnostic.part.map(|part| part.0),
+            face_of_part: diagnostic.face.map(|face| face.0),
             entity,
             place: diagnostic.place.map(|p| p.to_array()),
             code: diagnostic.kind.code(),

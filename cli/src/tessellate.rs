@@ -66,7 +66,8 @@ impl TessellateArgs {
     }
 
     fn format(&self) -> Result<Format, Failure> {
-        let format = Format::of_path(&self.output).map_err(|e| Failure::Usage(e.to_string()))?;
+        let format =
+            Format::of_path(&self.output).map_err(|e| Failure::Usage(format!("{}: {e}", self.output.display())))?;
         let is = |how| self.glb.contains(&how);
         match format {
             Format::Glb(plain) => Ok(Format::Glb(
@@ -93,16 +94,16 @@ impl TessellateArgs {
 #[derive(clap::Args)]
 pub(crate) struct ToleranceArgs {
     /// Maximum distance between mesh and exact surface, millimetres.
-    #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "chord_rel")]
+    #[arg(long, value_name = "MM", value_parser = positive, allow_negative_numbers = true, conflicts_with = "chord_rel")]
     chord: Option<f64>,
     /// Maximum distance as a fraction of the model's diagonal [default: 1e-3].
-    #[arg(long, value_name = "FRACTION", value_parser = positive)]
+    #[arg(long, value_name = "FRACTION", value_parser = positive, allow_negative_numbers = true)]
     chord_rel: Option<f64>,
-    /// Maximum angle by which the normal turns across a lattice cell, degrees.
-    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = Tolerance::DEFAULT_ANGLE_DEGREES)]
+    /// Maximum angle by which the normal turns across a lattice cell, degrees; more than 90 count as 90.
+    #[arg(long, value_name = "DEG", value_parser = positive, allow_negative_numbers = true, default_value_t = Tolerance::DEFAULT_ANGLE_DEGREES)]
     angle: f64,
     /// Maximum length of lattice cell diagonals and edge segments, millimetres.
-    #[arg(long, value_name = "MM", value_parser = positive)]
+    #[arg(long, value_name = "MM", value_parser = positive, allow_negative_numbers = true)]
     max_edge: Option<f64>,
 }
 
@@ -111,7 +112,7 @@ impl ToleranceArgs {
     pub(crate) fn resolve(&self, diagonal: f64) -> Tolerance {
         let fraction = self.chord_rel.unwrap_or(Tolerance::DEFAULT_CHORD_REL);
         let chord = self.chord.unwrap_or(Tolerance::relative_chord(fraction, diagonal));
-        Tolerance { chord, angle: self.angle.to_radians(), max_edge: self.max_edge }
+        Tolerance { chord, angle: self.angle.min(90.0).to_radians(), max_edge: self.max_edge }
     }
 }
 
@@ -225,7 +226,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     report.input = args.input.name();
     report.output = args.output.display().to_string();
     report.chord_mm = Some(tolerance.chord);
-    report.angle_deg = Some(args.tolerance.angle);
+    report.angle_deg = Some(args.tolerance.angle.min(90.0));
     report.workers = rayon::current_num_threads();
     report.seconds = crate::report::Seconds { read, prepare, tessellate, check, write, total: laps.total() };
     let done = report.publish(common, args.told.json, args.report.as_deref(), outputs);

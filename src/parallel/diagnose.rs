@@ -13,6 +13,8 @@ use std::collections::{BTreeMap, HashSet};
 /// Fraction of a face's area that may have a winding number other than 1 without a warning. Noise in boundaries stays
 /// far below.
 const TOLERATED: f64 = 1e-4;
+/// Side of a square, as a share of the model's diagonal, whose area is rounding of the file's numbers.
+const ROUNDING: f64 = 1e-7;
 
 impl FrameReport {
     /// All diagnostics of `frame`, which this report is of: those of reading and preparing, then those of its faces and
@@ -133,7 +135,7 @@ fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &P
     }
 }
 
-/// Adds a warning for each face with rewound area above [`TOLERATED`].
+/// Adds a warning for each face with rewound area above [`TOLERATED`] and beyond [`ROUNDING`].
 fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: &FrameView<'_>, prepared: &Prepared) {
     let rewound = || made.fills.iter().filter(|fill| fill.rewound > 0.0);
     let mut areas: BTreeMap<(PartId, FaceId), f64> = rewound().map(|fill| ((fill.part, fill.face), 0.0)).collect();
@@ -144,7 +146,8 @@ fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: &FrameView<
         *area += triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum::<f64>();
     }
     let visible = rewound().map(|fill| (fill, areas[&(fill.part, fill.face)]));
-    all.extend(visible.filter(|(fill, area)| fill.rewound > TOLERATED * area).map(|(fill, area_mm2)| {
+    let least = (ROUNDING * prepared.diagonal).powi(2);
+    all.extend(visible.filter(|(fill, area)| fill.rewound > least.max(TOLERATED * area)).map(|(fill, area_mm2)| {
         let kind = TileTrouble::Rewound { rewound_mm2: fill.rewound, area_mm2 };
         Diagnostic {
             part: Some(fill.part),

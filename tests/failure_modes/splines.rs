@@ -116,6 +116,71 @@ fn a_ribbon_of_three_hundred_turns_on_a_cylinder() {
     Ladder::sheet(body.finish(), turns * TAU * radius * wide).chord(0.5).climb();
 }
 
+/// Half of the range of `t` in one span of [`whirl`].
+const REACH: f64 = 0.9;
+/// Half of the turns' exponent in [`whirl`].
+const POWER: i32 = 4;
+
+/// Angle of one span of [`whirl`]: nearly two turns.
+fn whirl_angle() -> f64 {
+    4.0 * f64::from(POWER) * REACH.atan()
+}
+
+/// Four spans of degree 9 around the unit cylinder, each by [`whirl_angle`] and up by 1.
+///
+/// With `n` = [`POWER`], the point `(1 + i t)^2n / (1 + t²)^n` of the plane is on the unit circle at the angle
+/// `2 n atan t`. Numerator and denominator are powers of linear functions: their Bernstein coefficients are products of
+/// powers of the values at both ends.
+fn whirl(foot: f64) -> NurbsCurve3 {
+    let n = POWER;
+    let angle = 2.0 * REACH.atan();
+    let size = (1.0 + REACH * REACH).powi(n);
+    let choose = |n: i32, k: i32| (0..k).map(|i| f64::from(n - i) / f64::from(i + 1)).product::<f64>();
+    let weight = |k: i32| {
+        let ways = (0..=k).filter(|&j| j <= n && k - j <= n);
+        let terms = ways.map(|j| choose(n, j) * choose(n, k - j) * (f64::from(2 * j - k) * angle).cos());
+        size * terms.sum::<f64>() / choose(2 * n, k)
+    };
+    let m = 2 * n + 1;
+    let raised = |c: &dyn Fn(i32) -> f64, k: i32| {
+        let (below, above) = (f64::from(k) / f64::from(m), f64::from(m - k) / f64::from(m));
+        let [below, above] = [(k > 0).then(|| below * c(k - 1)), (k < m).then(|| above * c(k))];
+        below.unwrap_or(0.0) + above.unwrap_or(0.0)
+    };
+    let mut curve = NurbsCurve3 { degree: 9, knots: vec![0.0], points: Vec::new(), weights: Vec::new() };
+    for span in 0..4 {
+        let turned = |k: i32| f64::from(k - n) * angle + f64::from(span) * whirl_angle();
+        for k in i32::from(span > 0)..=m {
+            let w = raised(&weight, k);
+            let x = raised(&|k| size * turned(k).cos(), k);
+            let y = raised(&|k| size * turned(k).sin(), k);
+            let climb = if k > 0 { f64::from(k) * weight(k - 1) / f64::from(m) } else { 0.0 };
+            curve.points.push(DVec3::new(x, y, (foot + f64::from(span)) * w + climb) / w);
+            curve.weights.push(w);
+        }
+        curve.knots.extend([f64::from(span); 9]);
+    }
+    curve.knots.extend([4.0; 10]);
+    curve
+}
+
+#[test]
+fn a_ribbon_whose_edges_turn_twice_in_each_span() {
+    let wide = 0.3;
+    let mut body = Body::sheet();
+    let curves = [0.0, wide].map(whirl);
+    let [start, end] = [0.0, 4.0].map(|t| {
+        let [low, high] = [0, 1].map(|k: usize| curves[k].point(t));
+        (low, high)
+    });
+    let [low, high] = curves.map(|curve| body.spline(curve));
+    let [start, end] = [start, end].map(|(a, b)| body.line(a, b));
+    let back = Coedge { reversed: !start.reversed, ..start };
+    let side = Surface::Cylinder { frame: Frame3::WORLD, radius: 1.0 };
+    body.face(side, vec![vec![low.along(), end, high.against(), back]], false);
+    Ladder::sheet(body.finish(), 4.0 * whirl_angle() * wide).chord(0.05).climb();
+}
+
 /// The exact NURBS form of an analytic surface over a box.
 fn as_nurbs(surface: &Surface, u: (f64, f64), v: (f64, f64)) -> Surface {
     Surface::Nurbs(surface.to_nurbs(u, v).0)

@@ -2,9 +2,9 @@
 //! them.
 
 use crate::ladder::Ladder;
-use std::f64::consts::{FRAC_PI_3, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI, TAU};
 use trimtess::import::step::{StepOptions, read};
-use trimtess::model::{Model, Severity, StepTrouble, Surface};
+use trimtess::model::{Model, Severity, Surface};
 
 /// A data section that grows by one instance at a time.
 #[derive(Default)]
@@ -78,12 +78,17 @@ impl Text {
         self.add(&format!("ADVANCED_FACE('',({bounds}),#{surface},.T.)"))
     }
 
-    /// The face on `profile` turned about the z axis.
-    fn turned(&mut self, profile: Id, bounds: &[Id]) -> Id {
+    /// The surface of `profile` turned about the z axis.
+    fn turned_surface(&mut self, profile: Id) -> Id {
         let origin = self.triple("CARTESIAN_POINT", [0.0; 3]);
         let axis = self.triple("DIRECTION", [0.0, 0.0, 1.0]);
         let axis = self.add(&format!("AXIS1_PLACEMENT('',#{origin},#{axis})"));
-        let surface = self.add(&format!("SURFACE_OF_REVOLUTION('',#{profile},#{axis})"));
+        self.add(&format!("SURFACE_OF_REVOLUTION('',#{profile},#{axis})"))
+    }
+
+    /// A face on it.
+    fn turned(&mut self, profile: Id, bounds: &[Id]) -> Id {
+        let surface = self.turned_surface(profile);
         self.face(bounds, surface)
     }
 
@@ -246,17 +251,55 @@ fn a_circle_across_the_axis_is_the_sheet_on_which_its_seam_lies() {
     text.climb(&faces, PI * (6.0 * root + 16.0 * FRAC_PI_3), TAU * (4.0 * root + 8.0 * FRAC_PI_3));
 }
 
-#[test]
-fn a_boundary_on_both_sheets_of_a_closed_profile_is_refused() {
+/// A quarter of a bent rod of radius 2 that is thicker than the radius of its bend: the side, on a surface that
+/// `surface` adds, and both ends go through the axis.
+fn bent_rod(bend: f64, surface: impl FnOnce(&mut Text) -> Id) {
     let mut text = Text::default();
-    let (_, inner) = text.ring(1.0, 0.0);
-    let (_, outer) = text.ring(3.0, 0.0);
-    let bounds = [inner, outer].map(|ring| text.bound(&[(ring, true)]));
-    let profile = text.conic("CIRCLE", [-1.0, 0.0, 0.0], "2.");
-    let face = text.turned(profile, &bounds);
-    let model = text.model(&[face], false);
-    let refused = model.parts[0].faces[0].refused.as_ref();
-    assert!(refused.is_some_and(|why| *why.trouble == StepTrouble::Sheets { sheets: 2 }), "{refused:?}");
+    let [from, to] = [[2.0 + bend, 0.0, 0.0], [0.0, 2.0 + bend, 0.0]].map(|at| text.vertex(at));
+    let about = text.frame([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+    let circle = text.add(&format!("CIRCLE('',#{about},{:?})", 2.0 + bend));
+    let seam = text.edge(from, to, circle);
+    let ends = [([bend, 0.0, 0.0], [0.0, -1.0, 0.0], from), ([0.0, bend, 0.0], [1.0, 0.0, 0.0], to)];
+    let [start, end] = ends.map(|(centre, axis, vertex)| {
+        let frame = text.frame(centre, axis, centre);
+        let circle = text.add(&format!("CIRCLE('',#{frame},2.)"));
+        text.edge(vertex, vertex, circle)
+    });
+    let bound = text.bound(&[(seam, true), (end, true), (seam, false), (start, false)]);
+    let surface = surface(&mut text);
+    let mut faces = vec![text.face(&[bound], surface)];
+    for (edge, along, centre, axis) in
+        [(start, true, [bend, 0.0, 0.0], [0.0, -1.0, 0.0]), (end, false, [0.0, bend, 0.0], [-1.0, 0.0, 0.0])]
+    {
+        let frame = text.frame(centre, axis, centre);
+        let plane = text.add(&format!("PLANE('',#{frame})"));
+        let bound = text.bound(&[(edge, along)]);
+        faces.push(text.face(&[bound], plane));
+    }
+    // Points of the side at `bend + 2 cos t` from the axis. Those beyond it count negative for the volume.
+    let beyond = (-0.5 * bend).acos();
+    let side = 2.0 * (2.0 * bend * beyond + 4.0 * beyond.sin() - PI * bend) * 2.0;
+    text.climb(&faces, FRAC_PI_2 * bend * 4.0 * PI, FRAC_PI_2 * side + 8.0 * PI);
+}
+
+#[test]
+fn a_turned_circle_is_kept_on_both_sides_of_the_axis() {
+    for bend in [0.9, 1.0, 1.1, 1.8] {
+        bent_rod(bend, |text| {
+            let profile = text.conic("CIRCLE", [bend, 0.0, 0.0], "2.");
+            text.turned_surface(profile)
+        });
+    }
+}
+
+#[test]
+fn loops_go_through_the_poles_of_a_torus() {
+    for bend in [0.9, 1.0, 1.1, 1.8] {
+        bent_rod(bend, |text| {
+            let frame = text.frame([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+            text.add(&format!("TOROIDAL_SURFACE('',#{frame},{bend:?},2.)"))
+        });
+    }
 }
 
 #[test]

@@ -93,6 +93,7 @@ fn other_files_are_named() {
         (&b""[..], "empty"),
         (b"PK\x03\x04....", "ZIP"),
         (b"\x1f\x8b...", "gzip"),
+        (b"\xff\xfeI\0S\0O\0", "UTF-16"),
         (b"solid cube\nfacet", "STL"),
         (b"\nCASCADE Topology V1, (c) Matra-Datavision\n", "BREP"),
         (b"DBRep_DrawableShape\n\nCASCADE Topology V1, (c) Matra-Datavision\n", "BREP"),

@@ -117,7 +117,7 @@ impl fmt::Display for Shortfall {
         let Self { limits, held_mib, density, needed, unusable, tiles, lines, edges } = self;
         write!(f, "limits make the mesh coarser than the tolerance asks")?;
         if *unusable {
-            write!(f, "; the tolerance or the view is not usable, or the tolerance is too small for the model")?;
+            write!(f, "; the tolerance is too small for the model, or it or the view has values out of range")?;
         }
         if *density < 1.0 {
             write!(f, "; it needs up to {needed} triangles, the limit is {}", limits.triangles)?;

@@ -21,10 +21,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Plans lattice lines and tessellants for a tolerance in the placed model, within [`PlanLimits::DEFAULT`].
 ///
 /// A part is planned for the largest scale of its instances, so that its triangles meet the tolerance in all of them.
-/// There are at most 4096 lines between two creases of a tile, and 4096 segments between two breaks of an edge, or
-/// 32768 where a circle as large as the part needs 2048. If the tolerance requires more, or has unusable values (see
-/// [`Tolerance`]), the plan is coarser and reports it in [`Plan::shortfall`]; [`Plan::require_full`] turns that into an
-/// error, unless only noise requires more ([`Shortfall::by_limits`]).
+/// There are at most 4096 lines between two creases of a tile (32768 where a circle as large as the part needs 2048),
+/// and 262144 segments along an edge. If the tolerance requires more, or has unusable values (see [`Tolerance`]), the
+/// plan is coarser and reports it in [`Plan::shortfall`]; [`Plan::require_full`] turns that into an error, unless only
+/// noise requires more ([`Shortfall::by_limits`]).
 ///
 /// Cost: about 1 µs per tile and per edge. Runs on [`Rayon`]'s threads.
 #[must_use]

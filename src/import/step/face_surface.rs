@@ -97,8 +97,7 @@ fn settled(
     on: impl FnOnce() -> Vec<DVec3>,
 ) -> Read<Stated> {
     let is_outwards = |centre, to_pole| Some(is_outwards(face, edges, centre, to_pole)? == face.same_sense);
-    let stated = one_sheet(surface?, on, || geometry.profile_parameters(face), is_outwards)
-        .map_err(|what| Trouble::new(face.surface, what))?;
+    let stated = one_sheet(surface?, on, || geometry.profile_parameters(face), is_outwards);
     match stated.surface.check() {
         Ok(()) => Ok(stated),
         Err(error) => Err(Trouble::new(face.surface, error)),

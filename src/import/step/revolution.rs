@@ -5,7 +5,7 @@ use super::curve::Carrier;
 use super::face_location::{FaceLocation, Stated, extent, reaching, widened};
 use super::spline;
 use crate::math::bisection::bisected;
-use crate::model::{Frame3, NurbsCurve3, StepTrouble, Surface};
+use crate::model::{Frame3, NurbsCurve3, Surface};
 use glam::{DVec2, DVec3};
 
 /// A profile point within this share of the profile's size lies on the axis: files print axis directions with as few as
@@ -300,18 +300,17 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// from the centre and the way to a pole: whether the surface's normal leads away from the centre. Else the face is on
 /// the sheet of the profile's start.
 ///
-/// If the boundary lies on several sheets, an open profile keeps them all, and a closed one is refused, because the sheet
-/// is ambiguous. Without a boundary, all sheets are kept.
+/// If the boundary lies on several sheets or there is none, all sheets are kept, as a torus if they are one.
 pub(super) fn one_sheet(
     stated: Stated,
     on: impl FnOnce() -> Vec<DVec3>,
     along: impl FnOnce() -> Vec<f64>,
     is_outwards: impl FnOnce(DVec3, DVec3) -> Option<bool>,
-) -> Result<Stated, StepTrouble> {
-    let Surface::Revolution { curve, frame } = &stated.surface else { return Ok(stated) };
+) -> Stated {
+    let Surface::Revolution { curve, frame } = &stated.surface else { return stated };
     let pieces = cut_at_axis(curve, frame, ON_AXIS);
     if pieces.is_empty() {
-        return Ok(stated);
+        return stated;
     }
     let profiles: Vec<Meridian> = pieces.iter().map(|piece| Meridian::new(piece, frame)).collect();
     let on: Vec<DVec2> = thinned(&on()).map(|p| frame.meridian(*p)).collect();
@@ -345,21 +344,16 @@ pub(super) fn one_sheet(
             by_side.unwrap_or_else(|| held.iter().copied().rev().max_by_key(|k| stated(*k)).unwrap_or(*first))
         }),
     };
-    let sheets = profiles.len();
     drop(profiles);
-    let Some(piece) = chosen.and_then(|k| pieces.into_iter().nth(k)) else {
-        let (a, b) = curve.domain();
-        let closed = curve.point(a).distance(curve.point(b)) <= same;
-        if closed && !on.is_empty() {
-            return Err(StepTrouble::Sheets { sheets });
-        }
-        return Ok(stated);
-    };
     let frame = *frame;
-    Ok(match sphere(&piece, &frame) {
-        Some((sphere, inwards)) => Stated { surface: sphere, turned: stated.turned != inwards, note: stated.note },
-        None => Stated { surface: Surface::Revolution { curve: piece, frame }, ..stated },
-    })
+    let (simple, profile) = match chosen.and_then(|k| pieces.into_iter().nth(k)) {
+        Some(piece) => (sphere(&piece, &frame), piece),
+        None => (torus(curve, &frame), curve.clone()),
+    };
+    match simple {
+        Some((surface, inwards)) => Stated { surface, turned: stated.turned != inwards, note: stated.note },
+        None => Stated { surface: Surface::Revolution { curve: profile, frame }, ..stated },
+    }
 }
 
 /// Whether a parameter of a closed curve, any number of periods on, is between the ends of its piece.
@@ -379,16 +373,42 @@ fn sphere(piece: &NurbsCurve3, frame: &Frame3) -> Option<(Surface, bool)> {
     let origin = frame.origin + frame.z * (0.5 * (ends[0].y + ends[1].y));
     let [middle, tangent] = piece.tangent(0.5 * (a + b));
     let side = frame.z.cross(middle - origin).try_normalize()?;
-    // A span of degree p that is not on the circle meets it at most 2 p times.
-    let samples = (2 * piece.degree + 1) * piece.points.len();
-    let on = |i: usize| {
-        let out = piece.point(a + (b - a) * i as f64 / samples as f64) - origin;
-        (out.length() - radius).abs() <= tolerance && out.dot(side).abs() <= tolerance
-    };
-    let round = ends[0].x.max(ends[1].x) <= tolerance && radius > 0.0 && (0..=samples).all(on);
+    let round = ends[0].x.max(ends[1].x) <= tolerance && is_round(piece, (origin, side), radius, tolerance);
     round.then(|| {
         (Surface::Sphere { frame: Frame3 { origin, ..*frame }, radius }, side.cross(tangent).dot(middle - origin) < 0.0)
     })
+}
+
+/// The torus that a whole circle in a plane through the axis sweeps, and whether the sweep's normal points inwards.
+/// `None` for other profiles.
+fn torus(curve: &NurbsCurve3, frame: &Frame3) -> Option<(Surface, bool)> {
+    let (a, b) = curve.domain();
+    let [p, q, r] = [0.0, 1.0, 2.0].map(|k| curve.point(a + (b - a) * k / 3.0));
+    let (to_q, to_r) = (q - p, r - p);
+    let across = to_q.cross(to_r);
+    let centre = across.cross(to_q) * to_r.length_squared() + to_r.cross(across) * to_q.length_squared();
+    let centre = p + centre / (2.0 * across.length_squared());
+    let (minor, out) = (p.distance(centre), frame.radial(centre));
+    let (x, major) = (out.try_normalize()?, out.length());
+    let (side, tolerance) = (frame.z.cross(x), 1e-9 * (minor + major));
+    let round = p.distance(curve.point(b)) <= tolerance && is_round(curve, (centre, side), minor, tolerance);
+    round.then(|| {
+        let frame = Frame3 { origin: centre - out, x, y: side, z: frame.z };
+        let inwards = (p - centre).cross(curve.tangent(a)[1]).dot(side) > 0.0;
+        (Surface::Torus { frame, major, minor }, inwards)
+    })
+}
+
+/// Whether a curve lies on the circle of this centre, normal and radius, to `tolerance`.
+fn is_round(curve: &NurbsCurve3, (centre, normal): (DVec3, DVec3), radius: f64, tolerance: f64) -> bool {
+    let (a, b) = curve.domain();
+    // A span of degree p that is not on the circle meets it at most 2 p times.
+    let samples = (2 * curve.degree + 1) * curve.points.len();
+    let on = |i: usize| {
+        let out = curve.point(a + (b - a) * i as f64 / samples as f64) - centre;
+        (out.length() - radius).abs() <= tolerance && out.dot(normal).abs() <= tolerance
+    };
+    radius > 0.0 && (0..=samples).all(on)
 }
 
 #[cfg(test)]

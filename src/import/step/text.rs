@@ -176,6 +176,7 @@ fn guess(bytes: &[u8]) -> &'static str {
         [] => "an empty file",
         [b'P', b'K', 3, 4, ..] => "a ZIP archive: unpack it and read the .stp file inside",
         [0x1f, 0x8b, ..] => "a gzip file: unpack it first",
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "text in UTF-16: save it as UTF-8",
         _ if bytes.starts_with(b"<?xml") => "XML: export Part 21 text (.stp, .step) instead",
         _ if bytes.starts_with(b"solid") => "an STL mesh: export STEP from the CAD system",
         _ if bytes.get(72) == Some(&b'S') => "IGES: export STEP from the CAD system",

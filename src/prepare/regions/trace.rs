@@ -107,7 +107,8 @@ fn trace_from(
             if let Some(end) = previous_end {
                 match m.poles[usize::from(c.reversed)] {
                     Some(pole) => {
-                        let inside = pieces.last().map_or(end, |p| p.samples[p.samples.len() / 2].uv);
+                        let middle = |piece: &Piece| piece.samples[piece.samples.len() / 2].uv;
+                        let inside = [pieces.last().map_or(end, middle) - end, middle(&piece) - piece.start()];
                         let to = jump_target(projector, pole, inside, end, piece.start());
                         piece.shift(to - piece.start());
                         if let Some(jump) = pole_piece(projector, pole, end, to) {
@@ -158,25 +159,28 @@ fn trace_from(
     Ok((UvLoop { pieces, winding }, miss))
 }
 
-/// Where the loop continues after touching a pole. The kept side is on the left, which determines the way around.
-fn jump_target(projector: &Projector<'_>, pole: usize, inside: DVec2, from: DVec2, to: DVec2) -> DVec2 {
+/// Where the loop continues after touching a pole. The kept side is on the left, which determines the way around. A loop
+/// that goes on beyond the pole takes the shortest way. `inside` leads from the pole into the pieces before and after.
+fn jump_target(projector: &Projector<'_>, pole: usize, inside: [DVec2; 2], from: DVec2, to: DVec2) -> DVec2 {
     let pole = &projector.poles[pole];
     let fixed = pole.axis;
     let run = 1 - fixed;
     let mut target = projector.unwrap(to, from);
     let Some(p) = projector.period[run] else { return target };
+    let [before, after] = inside.map(|way| way[fixed]);
+    let through = before * after < 0.0;
     // If the kept side is below a pole line v = at, the loop runs towards -u; if it is right of u = at, towards -v.
-    let below = inside[fixed] < from[fixed];
-    let positive = below != (fixed == 1);
+    let positive = (before < 0.0) != (fixed == 1);
     let mut by = (to[run] - from[run]).rem_euclid(p);
     if by < 1e-6 * p || by > (1.0 - 1e-6) * p {
         by = 0.0;
     }
-    let by = match (positive, by == 0.0) {
-        (true, true) => p,
-        (true, false) => by,
-        (false, true) => -p,
-        (false, false) => by - p,
+    let by = match (through, positive, by == 0.0) {
+        (true, ..) => by - p * (by / p).round(),
+        (false, true, true) => p,
+        (false, true, false) => by,
+        (false, false, true) => -p,
+        (false, false, false) => by - p,
     };
     target[run] = from[run] + by;
     target

@@ -171,8 +171,13 @@ struct FaceOutline {
 impl FaceOutline {
     fn of(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> Result<Self, FaceError> {
         let (notes, repairs) = (traced.notes.clone(), Vec::new());
-        let stops = traced.passages.iter().flat_map(|(&edge, stops)| stops.iter().map(move |stop| (edge, stop.0)));
-        let (breaks, joints, lobed) = (stops.collect(), Vec::new(), Vec::new());
+        // Edges that run through one pole have its point in common.
+        let joints: Vec<(u32, f64, DVec3)> = traced
+            .passages
+            .iter()
+            .flat_map(|(&edge, stops)| stops.iter().map(move |&(t, point)| (edge, t, point)))
+            .collect();
+        let (breaks, lobed) = (joints.iter().map(|&(edge, t, _)| (edge, t)).collect(), Vec::new());
         let mut out = match traced.free {
             Some(free) => {
                 let free = free.as_ref().map_err(Clone::clone)?;

@@ -71,7 +71,7 @@ impl<'a> Traced<'a> {
         if !projector.poles.is_empty() {
             face.wires().flatten().for_each(|c| projector.keep_off_poles(&part.edges[c.edge.index()]));
         }
-        let passages = passages(part, face, &projector);
+        let mut passages = passages(part, face, &projector);
         if !projector.poles.is_empty() {
             projector.adopt(boundary_points(part, face), part.tolerance);
         }
@@ -81,6 +81,9 @@ impl<'a> Traced<'a> {
             projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]), 0.0);
         }
         projector.adopt(passages.values().flatten().map(|p| p.1), 0.0);
+        for (_, point) in passages.values_mut().flatten() {
+            *point = projector.pole_at(*point).map_or(*point, |pole| projector.poles[pole].point);
+        }
         let loops = Vec::with_capacity(face.loops.len());
         let mut out = Self {
             part,

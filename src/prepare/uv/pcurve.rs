@@ -327,18 +327,12 @@ impl<'a> Projector<'a> {
             None => walk.sample(ts[0], seed),
         };
         out.push(walk.on_its_side(first, &ts, 0));
-        for (k, &t) in ts.iter().enumerate().skip(1) {
-            let previous = out[out.len() - 1].0;
-            let slope = if previous.d.is_finite() { previous.d } else { DVec2::ZERO };
-            let guess = self.guess(previous.uv, slope * (t - previous.t));
-            let next = match last_pole {
-                Some(pole) if k + 1 == ts.len() => near_end(t, -1e-3 * span, pole, Some(previous.uv)),
-                _ => walk.on_its_side(walk.sample(t, Some(guess)), &ts, k),
-            };
-            if !self.is_exact(edge) {
-                walk.refine(&previous, &next.0, 0, &mut out);
-            }
-            out.push(next);
+        for (k, &end) in ts.iter().enumerate().skip(1) {
+            walk.advance(end, 0, &mut out, &|t, previous| match last_pole {
+                Some(pole) if k + 1 == ts.len() && t == end => near_end(t, -1e-3 * span, pole, Some(previous.uv)),
+                _ if t == end => walk.on_its_side(walk.sample(t, Some(walk.guess(previous, t))), &ts, k),
+                _ => walk.sample(t, Some(walk.guess(previous, t))),
+            });
         }
         let gap = out.iter().map(|s| s.1).fold(0.0, f64::max);
         let mut samples = Vec::with_capacity(out.len());
@@ -369,19 +363,6 @@ impl<'a> Projector<'a> {
                 by -= jump;
             }
         }
-    }
-
-    /// The next seed: `uv + step`, with the step limited to a quarter of the period or half of the domain.
-    fn guess(&self, uv: DVec2, step: DVec2) -> DVec2 {
-        let mut scale = 1.0_f64;
-        for axis in 0..2 {
-            let (lo, hi) = self.domain[axis];
-            let room = self.period[axis].map_or(hi - lo, |p| 0.5 * p);
-            if room.is_finite() && step[axis].abs() > 0.5 * room {
-                scale = scale.min(0.5 * room / step[axis].abs());
-            }
-        }
-        uv + step * scale
     }
 
     /// Whether two samples are exact: a straight edge in a plane.
@@ -452,6 +433,47 @@ impl Walk<'_> {
         (UvSample { t, uv, d }, point.distance(p), DVec2::new(du.length(), dv.length()))
     }
 
+    /// Adds the samples up to `t`, each by `sample` from its parameter and the one before. Takes more than one step if the
+    /// image may turn by more than a quarter of a period, by its slope at either end: after half of a period, nothing
+    /// tells one turn from the next.
+    fn advance(
+        &self,
+        t: f64,
+        depth: u32,
+        out: &mut Vec<(UvSample, f64)>,
+        sample: &dyn Fn(f64, &UvSample) -> (UvSample, f64),
+    ) {
+        let previous = out[out.len() - 1].0;
+        let next = sample(t, &previous);
+        let turns = |axis: usize| {
+            let step = previous.d[axis].abs().max(next.0.d[axis].abs()) * (t - previous.t).abs();
+            self.projector.period[axis].is_some_and(|period| step > 0.25 * period)
+        };
+        if depth < MAX_DEPTH && out.len() < MAX_SAMPLES && (turns(0) || turns(1)) {
+            self.advance(0.5 * (previous.t + t), depth + 1, out, sample);
+            self.advance(t, depth + 1, out, sample);
+            return;
+        }
+        if !self.projector.is_exact(self.edge) {
+            self.refine(&previous, &next.0, 0, out);
+        }
+        out.push(next);
+    }
+
+    /// The seed at `t`: a step along the slope at `from`, limited to a quarter of the period or half of the domain.
+    fn guess(&self, from: &UvSample, t: f64) -> DVec2 {
+        let step = if from.d.is_finite() { from.d * (t - from.t) } else { DVec2::ZERO };
+        let mut scale = 1.0_f64;
+        for axis in 0..2 {
+            let (lo, hi) = self.projector.domain[axis];
+            let room = self.projector.period[axis].map_or(hi - lo, |p| 0.5 * p);
+            if room.is_finite() && step[axis].abs() > 0.5 * room {
+                scale = scale.min(0.5 * room / step[axis].abs());
+            }
+        }
+        from.uv + step * scale
+    }
+
     /// A sample at `ts[k]`. At ends and kinks, which bound cubics on one side only, its slope is the one of that side.
     /// Where the surface's tangents jump, at a seam or along a knot, rounding decides which side a point is on. A slope
     /// from the other side may be many times too large, and the image folds back however short its last cubic is.
@@ -513,7 +535,8 @@ impl Walk<'_> {
         // that of s² (1 - s)² (s - ½), a seventh of its slope. The slope of a pole is NaN.
         let slope = || UvSample::at(&pair[0], &pair[1], t).d;
         let odd = || length((mid.d - slope()) * (b.t - a.t) / 7.0);
-        let may_be_odd = is_near && self.projector.is_uneven && depth < ODD_DEPTH;
+        let is_uneven = self.projector.is_uneven || self.edge.curve.degree > 3;
+        let may_be_odd = is_near && is_uneven && depth < ODD_DEPTH;
         let is_odd = || may_be_odd && odd() > may_be_off.max(ODD * length(b.uv - a.uv));
         if length(mid.uv - guess) > may_be_off || is_odd() {
             self.refine(a, &mid, depth + 1, out);

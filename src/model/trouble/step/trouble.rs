@@ -134,15 +134,6 @@ pub enum StepTrouble {
         /// Whether it lies outside the surface.
         beyond: bool,
     },
-    /// A closed profile meets its axis, and the face's boundary does not identify the sheet that it bounds.
-    #[error(
-        "the rotated curve is closed and meets its axis; the face's boundary does not identify which of its {sheets} \
-         sheets it bounds"
-    )]
-    Sheets {
-        /// How many sheets the surface has.
-        sheets: usize,
-    },
     /// An unbounded surface has no bounds.
     #[error("an unbounded surface has no bounds")]
     Unbounded,
@@ -205,7 +196,6 @@ codes!(StepTrouble {
     Self::Measure { .. } => "step-measure",
     Self::Cone { .. } => "step-cone",
     Self::SurfaceTrim { .. } => "step-surface-trim",
-    Self::Sheets { .. } => "step-sheets",
     Self::Unbounded => "step-unbounded",
     Self::ReplicaParameters => "step-replica-parameters",
     Self::Unread { .. } => "step-not-read",
