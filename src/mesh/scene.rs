@@ -11,7 +11,8 @@ pub struct ScenePart {
     pub name: String,
     /// Colour of each face: its own, else the part's. `None` = the viewer's default.
     pub face_colours: Vec<Option<Colour>>,
-    /// Faces on surfaces without area, ascending. They have no triangles but those that close them, and that is no loss.
+    /// Faces on surfaces without area, ascending. They have no triangles but those that close them, and that is no
+    /// loss.
     pub without_area: Vec<FaceId>,
     /// Free edges of the file, ascending: their shell uses them an odd number of times. The mesh is open there.
     pub free_edges: Vec<EdgeId>,

@@ -56,6 +56,19 @@ impl AxisMap {
         }
     }
 
+    /// The ends and the middles of the spans that lie between two natural parameters, increasing.
+    pub(crate) fn half_spans(self, low: f64, high: f64) -> impl Iterator<Item = f64> {
+        let (start, half, count) = match self {
+            Self::Identity => (0.0, 1.0, 0),
+            Self::Arc { start, step, spans } => (start, 0.5 * step, 2 * spans + 1),
+        };
+        // Not below 0, nor beyond the last: converting to an integer saturates.
+        let (first, last) = (((low - start) / half) as u32, ((high - start) / half) as u32);
+        (first..last.saturating_add(1).min(count))
+            .map(move |k| start + half * f64::from(k))
+            .filter(move |at| low < *at && *at < high)
+    }
+
     /// `tan(step/4)` of an arc.
     fn quarter(&self) -> f64 {
         if let Self::Arc { step, .. } = *self { libm::tan(0.25 * step) } else { 0.0 }

@@ -10,8 +10,8 @@ use std::fmt;
 pub enum Severity {
     /// Nothing is lost; something was repaired or approximated.
     Note,
-    /// Something other than geometry is lost (a colour, a name), a face differs from the file, or the mesh is coarser than
-    /// asked.
+    /// Something other than geometry is lost (a colour, a name), a face differs from the file, or the mesh is coarser
+    /// than asked.
     Warning,
     /// Geometry is lost or may be wrong: a face, a hole, an occurrence, the unit, or the mesh fails its check.
     Error,

@@ -287,8 +287,8 @@ impl IsoLine<'_> {
         self.orders::<1>(t, t)[0]
     }
 
-    /// The derivative at `t`, clamped to the domain, of the piece that contains `inside`: at a knot, that before or that
-    /// after it.
+    /// The derivative at `t`, clamped to the domain, of the piece that contains `inside`: at a knot, that before or
+    /// that after it.
     pub(crate) fn slope(&self, t: f64, inside: f64) -> DVec3 {
         self.orders::<2>(t, inside)[1]
     }

@@ -178,7 +178,10 @@ fn a_ribbon_whose_edges_turn_twice_in_each_span() {
     let back = Coedge { reversed: !start.reversed, ..start };
     let side = Surface::Cylinder { frame: Frame3::WORLD, radius: 1.0 };
     body.face(side, vec![vec![low.along(), end, high.against(), back]], false);
-    Ladder::sheet(body.finish(), 4.0 * whirl_angle() * wide).chord(0.05).climb();
+    let part = body.finish();
+    for chord in [0.05, 2e-4] {
+        Ladder::sheet(part.clone(), 4.0 * whirl_angle() * wide).chord(chord).climb();
+    }
 }
 
 /// The exact NURBS form of an analytic surface over a box.

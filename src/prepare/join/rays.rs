@@ -68,8 +68,8 @@ pub(super) fn look_outwards(call: Call<'_>, faces: &[RayFace<'_>]) -> Option<boo
     })
 }
 
-/// Whether the faces lie outside of what the faces of a `body` enclose. `None` as for [`look_outwards`], and if lines take
-/// more tests of faces of the body than are `left`.
+/// Whether the faces lie outside of what the faces of a `body` enclose. `None` as for [`look_outwards`], and if lines
+/// take more tests of faces of the body than are `left`.
 pub(super) fn lie_outside(
     call: Call<'_>,
     faces: &[RayFace<'_>],

@@ -3,6 +3,7 @@
 use super::arrangement::{ArrangedTile, Arrangement, Border, GridNode, LoopStretch};
 use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftTile, DraftUse};
 use super::grid::{Grid, LineCrossing};
+use crate::math::bisection::bisected;
 use crate::model::AxisMap;
 use crate::prepare::regions::trace::Passages;
 use crate::prepare::surface::decompose::BezierPatches;
@@ -37,8 +38,10 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
                 _ => samples[k],
             };
             let [map_u, map_v] = maps.map(AxisMap::with_rates);
+            let stated: Vec<UvSample> = (0..=last).map(ends).collect();
+            let between = |k: usize| stated.get(k + 1).map(|next| at_half_spans(&stated[k], next, maps));
             let samples: Arc<[UvSample]> = (0..=last)
-                .map(ends)
+                .flat_map(|k| std::iter::once(stated[k]).chain(between(k).into_iter().flatten()))
                 .map(|s| {
                     let ((u, rate_u), (v, rate_v)) = (map_u(s.uv.x), map_v(s.uv.y));
                     UvSample { t: s.t, uv: DVec2::new(u, v), d: DVec2::new(s.d.x * rate_u, s.d.y * rate_v) }
@@ -56,6 +59,29 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
             DraftUse { along: DraftAlong::Border(*border as u32), from, to, uv }
         }
     }
+}
+
+/// Samples between two that are more than an eighth of a turn apart: where the image crosses an end or a middle of the
+/// maps' spans. The parameters of a span are no cubic of the angle, and bend where the next one begins.
+fn at_half_spans(a: &UvSample, b: &UvSample, maps: &[AxisMap; 2]) -> Vec<UvSample> {
+    /// The most that images in both parameters may turn between samples, radians: the pieces of whole circles do.
+    const MOST: f64 = 0.8;
+    /// Samples nearer to one of the two, as a share of the way, would make a piece without length.
+    const NEAR: f64 = 1e-3;
+    let mut shares = Vec::new();
+    for (axis, map) in maps.iter().enumerate() {
+        let (from, to) = (a.uv[axis], b.uv[axis]);
+        if (to - from).abs() <= MOST {
+            continue;
+        }
+        let at = |share: f64| UvSample::at(a, b, a.t + share * (b.t - a.t)).uv[axis];
+        let crossed = map.half_spans(from.min(to), from.max(to));
+        shares.extend(crossed.map(|level| bisected([0.0, 1.0], 50, |share| (at(share) < level) == (from < level))[0]));
+    }
+    shares.sort_by(f64::total_cmp);
+    shares.dedup_by(|next, last| *next - *last < NEAR);
+    shares.retain(|share| (NEAR..1.0 - NEAR).contains(share));
+    shares.into_iter().map(|share| UvSample::at(a, b, a.t + share * (b.t - a.t))).collect()
 }
 
 /// Makes the borders of a face.
