@@ -300,7 +300,7 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// from the centre and the way to a pole: whether the surface's normal leads away from the centre. Else the face is on
 /// the sheet of the profile's start.
 ///
-/// If the boundary lies on several sheets or there is none, all sheets are kept, as a torus if they are one.
+/// Keeps all sheets if the boundary lies on several, or if there is no boundary. Those of a circle become a torus.
 pub(super) fn one_sheet(
     stated: Stated,
     on: impl FnOnce() -> Vec<DVec3>,

@@ -38,10 +38,15 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
                 _ => samples[k],
             };
             let [map_u, map_v] = maps.map(AxisMap::with_rates);
-            let stated: Vec<UvSample> = (0..=last).map(ends).collect();
-            let between = |k: usize| stated.get(k + 1).map(|next| at_half_spans(&stated[k], next, maps));
-            let samples: Arc<[UvSample]> = (0..=last)
-                .flat_map(|k| std::iter::once(stated[k]).chain(between(k).into_iter().flatten()))
+            let mut all: Vec<UvSample> = Vec::with_capacity(samples.len());
+            for next in (0..=last).map(ends) {
+                if let Some(before) = all.last().copied() {
+                    all.extend(at_half_spans(&before, &next, maps));
+                }
+                all.push(next);
+            }
+            let samples: Arc<[UvSample]> = all
+                .into_iter()
                 .map(|s| {
                     let ((u, rate_u), (v, rate_v)) = (map_u(s.uv.x), map_v(s.uv.y));
                     UvSample { t: s.t, uv: DVec2::new(u, v), d: DVec2::new(s.d.x * rate_u, s.d.y * rate_v) }
