@@ -56,16 +56,16 @@ impl AxisMap {
         }
     }
 
-    /// The ends and the middles of the spans that lie between two natural parameters, increasing.
-    pub(crate) fn half_spans(self, low: f64, high: f64) -> impl Iterator<Item = f64> {
-        let (start, half, count) = match self {
+    /// The ends of the spans that lie between two natural parameters, and what divides spans into `parts`; increasing.
+    pub(crate) fn parts_of_spans(self, parts: u32, low: f64, high: f64) -> impl Iterator<Item = f64> {
+        let (start, part, count) = match self {
             Self::Identity => (0.0, 1.0, 0),
-            Self::Arc { start, step, spans } => (start, 0.5 * step, 2 * spans + 1),
+            Self::Arc { start, step, spans } => (start, step / f64::from(parts), parts * spans + 1),
         };
         // Not below 0, nor beyond the last: converting to an integer saturates.
-        let (first, last) = (((low - start) / half) as u32, ((high - start) / half) as u32);
+        let (first, last) = (((low - start) / part) as u32, ((high - start) / part) as u32);
         (first..last.saturating_add(1).min(count))
-            .map(move |k| start + half * f64::from(k))
+            .map(move |k| start + part * f64::from(k))
             .filter(move |at| low < *at && *at < high)
     }
 

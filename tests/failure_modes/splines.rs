@@ -179,7 +179,7 @@ fn a_ribbon_whose_edges_turn_twice_in_each_span() {
     let side = Surface::Cylinder { frame: Frame3::WORLD, radius: 1.0 };
     body.face(side, vec![vec![low.along(), end, high.against(), back]], false);
     let part = body.finish();
-    for chord in [0.05, 1.6e-3] {
+    for chord in [0.05, 1.6e-3, 4e-4] {
         Ladder::sheet(part.clone(), 4.0 * whirl_angle() * wide).chord(chord).climb();
     }
 }

@@ -293,6 +293,41 @@ fn a_turned_circle_is_kept_on_both_sides_of_the_axis() {
 }
 
 #[test]
+fn a_window_from_one_side_of_the_axis_to_the_other_is_on_both() {
+    // The sheets on both sides of the axis are as near to each other as `2 * bend`.
+    for bend in [2e-3, 1e-2, 0.1, 0.5f64] {
+        let mut text = Text::default();
+        let beyond = (-0.5 * bend).acos();
+        let (from, to) = (0.3, 0.3 + FRAC_PI_2);
+        let (low, high) = (beyond - 0.3, TAU - beyond + 0.2);
+        let away = |v: f64| bend + 2.0 * v.cos();
+        let radial = |u: f64, r: f64, z: f64| [r * u.cos(), r * u.sin(), z];
+        let [[a, b], [d, c]] = [low, high].map(|v| {
+            let corner = |u: f64| radial(u, away(v), 2.0 * v.sin());
+            [from, to].map(|u| text.vertex(corner(u)))
+        });
+        let [start, end] = [low, high].map(|v| {
+            let frame = text.frame([0.0, 0.0, 2.0 * v.sin()], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+            text.add(&format!("CIRCLE('',#{frame},{:?})", away(v)))
+        });
+        let [left, right] = [from, to].map(|u: f64| {
+            let frame = text.frame(radial(u, bend, 0.0), [u.sin(), -u.cos(), 0.0], radial(u, 1.0, 0.0));
+            text.add(&format!("CIRCLE('',#{frame},2.)"))
+        });
+        let (start, end) = (text.edge(a, b, start), text.edge(d, c, end));
+        let (left, right) = (text.edge(a, d, left), text.edge(b, c, right));
+        let bound = text.bound(&[(start, true), (right, true), (end, false), (left, false)]);
+        let profile = text.conic("CIRCLE", [bend, 0.0, 0.0], "2.");
+        let face = text.turned(profile, &[bound]);
+        let part = text.model(&[face], false).parts.swap_remove(0);
+        let swept = |v: f64| 2.0 * (bend * v + 2.0 * v.sin());
+        let inner = swept(beyond) - swept(TAU - beyond);
+        let outer = swept(beyond) - swept(low) + swept(high) - swept(TAU - beyond);
+        Ladder::sheet(part, FRAC_PI_2 * (inner + outer)).named(bend).climb();
+    }
+}
+
+#[test]
 fn loops_go_through_the_poles_of_a_torus() {
     for bend in [0.9, 1.0, 1.1, 1.8] {
         bent_rod(bend, |text| {

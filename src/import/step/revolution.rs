@@ -14,8 +14,8 @@ const ON_AXIS: f64 = 1e-7;
 /// For offsets: a profile that changes sides within this share of its size crosses the axis. Rounded points leave
 /// profile and axis skew, and the normal flips in between.
 const PASSING: f64 = 1e-3;
-/// Sheets whose distances from a boundary point differ by less than this share of the boundary's size both contain it.
-const SAME_SHEET: f64 = 1e-3;
+/// The most that a boundary lies off its surface, as a share of the boundary's size.
+const OFF_SHEET: f64 = 1e-3;
 /// Sheets within this share of the profile's size are the same surface.
 const COINCIDENT: f64 = 1e-6;
 /// Directions within this angle of parallel or perpendicular are so: a cone's half angle is larger, and files print
@@ -316,13 +316,17 @@ pub(super) fn one_sheet(
     let on: Vec<DVec2> = thinned(&on()).map(|p| frame.meridian(*p)).collect();
     let first = on.first().copied().unwrap_or_default();
     let same = COINCIDENT * size(curve, frame);
-    // A boundary that is one vertex has no size.
-    let slack = same.max(SAME_SHEET * on.iter().map(|p| p.x.max((p.y - first.y).abs())).fold(0.0, f64::max));
+    let misses: Vec<Vec<f64>> =
+        on.iter().map(|p| profiles.iter().map(|sheet| sheet.exact_distance(*p)).collect()).collect();
+    let least = |misses: &Vec<f64>| misses.iter().copied().fold(f64::INFINITY, f64::min);
+    // A boundary as far off its surface as its worst point may be nearer to another sheet at the others. A boundary
+    // that is one vertex has no size.
+    let extent = on.iter().map(|p| p.x.max((p.y - first.y).abs())).fold(0.0, f64::max);
+    let slack = same.max((2.0 * misses.iter().map(least).fold(0.0, f64::max)).min(OFF_SHEET * extent));
     let mut holds = vec![true; pieces.len()];
-    for p in &on {
-        let misses: Vec<f64> = profiles.iter().map(|profile| profile.distance(*p)).collect();
-        let least = misses.iter().copied().fold(f64::INFINITY, f64::min);
-        holds.iter_mut().zip(misses).for_each(|(holds, miss)| *holds &= miss <= least + slack);
+    for misses in &misses {
+        let most = least(misses) + slack;
+        holds.iter_mut().zip(misses).for_each(|(holds, miss)| *holds &= *miss <= most);
     }
     let held: Vec<usize> = (0..pieces.len()).filter(|k| holds[*k]).collect();
     let apart = |k: usize, other: usize| profiles[k].beyond(&profiles[other]).max(profiles[other].beyond(&profiles[k]));

@@ -41,7 +41,7 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
             let mut all: Vec<UvSample> = Vec::with_capacity(samples.len());
             for next in (0..=last).map(ends) {
                 if let Some(before) = all.last().copied() {
-                    all.extend(at_half_spans(&before, &next, maps));
+                    all.extend(at_parts_of_spans(&before, &next, maps));
                 }
                 all.push(next);
             }
@@ -66,22 +66,27 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
     }
 }
 
-/// Samples between two that are more than an eighth of a turn apart: where the image crosses an end or a middle of the
-/// maps' spans. The parameters of a span are no cubic of the angle, and bend where the next one begins.
-fn at_half_spans(a: &UvSample, b: &UvSample, maps: &[AxisMap; 2]) -> Vec<UvSample> {
-    /// The most that images in both parameters may turn between samples, radians: the pieces of whole circles do.
-    const MOST: f64 = 0.8;
+/// Samples between two, so that an image that is oblique to the parameter lines is as exact in the parameters of patches:
+/// where it crosses an end of the maps' spans, and, if the two are further apart, the quarters of a span. The parameters
+/// of a span are no cubic of the angle, and bend where the next one begins. An image along a parameter line stays on it.
+fn at_parts_of_spans(a: &UvSample, b: &UvSample, maps: &[AxisMap; 2]) -> Vec<UvSample> {
+    /// The longest piece without quarters, radians: a cubic is exact to 5e-5.
+    const MOST: f64 = 0.4;
+    /// An image that deviates less from a parameter line, as a share of its way, is along it.
+    const ALONG: f64 = 1e-6;
     /// Samples nearer to one of the two, as a share of the way, would make a piece without length.
     const NEAR: f64 = 1e-3;
+    let way = (b.uv - a.uv).abs();
+    if way.min_element() <= ALONG * way.max_element() {
+        return Vec::new();
+    }
     let mut shares = Vec::new();
     for (axis, map) in maps.iter().enumerate() {
         let (from, to) = (a.uv[axis], b.uv[axis]);
-        if (to - from).abs() <= MOST {
-            continue;
-        }
+        let parts = if way[axis] <= MOST { 1 } else { 4 };
         let at = |share: f64| UvSample::at(a, b, a.t + share * (b.t - a.t)).uv[axis];
-        let crossed = map.half_spans(from.min(to), from.max(to));
-        shares.extend(crossed.map(|level| bisected([0.0, 1.0], 50, |share| (at(share) < level) == (from < level))[0]));
+        let crossed = map.parts_of_spans(parts, from.min(to), from.max(to));
+        shares.extend(crossed.map(|level| bisected([0.0, 1.0], 30, |share| (at(share) < level) == (from < level))[0]));
     }
     shares.sort_by(f64::total_cmp);
     shares.dedup_by(|next, last| *next - *last < NEAR);
