@@ -12,9 +12,10 @@ use trimtess::model::{Diagnostic, Severity};
 pub enum tt_severity {
     /// Nothing is lost; something was repaired or approximated.
     TT_SEVERITY_NOTE = 0,
-    /// A colour or a name is lost, or a face differs from the file.
+    /// Something other than geometry is lost (a colour, a name), a face differs from the file, or the mesh is coarser
+    /// than asked.
     TT_SEVERITY_WARNING = 1,
-    /// A face is lost.
+    /// Geometry is lost or may be wrong: a face, a hole, an occurrence, the unit, or the mesh fails its check.
     TT_SEVERITY_ERROR = 2,
 }
 

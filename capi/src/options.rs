@@ -36,7 +36,8 @@ pub struct tt_session_options {
     /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     /// for the next frame. 0 = any.
     pub budget: f64,
-    /// Triangles of a frame at most; 0 = 64 million. Frames of views are coarser beyond it.
+    /// Triangles of a frame at most, as counted before they are made: two per lattice cell and two per point of an edge,
+    /// each part once; frames have about half as many. 0 = 64 million. Frames of views are coarser beyond it.
     pub max_triangles: u64,
     /// Triangles of one tile at most; 0 = 8 million.
     pub max_tile_triangles: u64,
@@ -108,7 +109,8 @@ pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(Se
     let budget = positive("options.budget", from.budget)?;
     planner = planner.with_budget(budget.map(duration));
     if from.keep_lines != 0 {
-        planner = planner.with_lines(LinePlacement::Split { intensive: SplitRule::Criterion, most: 2.0, resync: None });
+        planner =
+            planner.with_lines(LinePlacement::Split { intensive: SplitRule::Criterion, most: 1.25, resync: None });
     }
     let options = SessionOptions::DEFAULT
         .with_threads(at_most(from.threads)?)

@@ -5,10 +5,10 @@ use serde::Serialize;
 use trimtess::mesh::Scene;
 use trimtess::parallel::{FaceFill, FrameReport};
 
-/// A face with slivers or rewound area. `face` is numbered across all instances, like `face_id` in a PLY file.
+/// A face with slivers or rewound area. `face_id` is numbered across all instances, as in a PLY file.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Fill {
-    pub(crate) face: u64,
+    pub(crate) face_id: u64,
     /// Triangles that only close the face.
     pub(crate) slivers: u32,
     /// Area whose winding number is not 1, mm² of the part.
@@ -20,7 +20,7 @@ pub(crate) fn placed(made: &FrameReport, scene: &Scene) -> Vec<Fill> {
     let placed = scene.instances.iter().flat_map(|instance| {
         rows_of(&made.fills, instance.part, |fill| fill.part).iter().map(
             |&FaceFill { face, slivers, rewound, .. }| Fill {
-                face: u64::from(instance.first_face) + u64::from(face.0),
+                face_id: u64::from(instance.first_face) + u64::from(face.0),
                 slivers,
                 rewound,
             },
@@ -57,9 +57,9 @@ mod tests {
         assert_eq!(report.slivers, 10, "each instance counts");
         let text = report.summary();
         assert!(text.contains("10 slivers that only close 4 faces"), "{text}");
-        let faces: Vec<(u64, u32)> = report.fills.iter().map(|fill| (fill.face, fill.slivers)).collect();
+        let faces: Vec<(u64, u32)> = report.fills.iter().map(|fill| (fill.face_id, fill.slivers)).collect();
         assert_eq!(faces, [(1, 3), (2, 0), (4, 2), (7, 3), (8, 0), (10, 2)]);
-        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face, e.place.is_some())).collect();
+        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face_id, e.place.is_some())).collect();
         assert_eq!(
             told,
             [(Severity::Warning, Some(4), true), (Severity::Warning, Some(10), true)],

@@ -6,7 +6,7 @@ use crate::limits::unprepared;
 use crate::outputs::{Named, Outputs};
 use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
-use crate::report::{by_name, counted, millimetres};
+use crate::report::{by_name, counted, millimetres, subject};
 use crate::{AsJson, Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -216,13 +216,7 @@ impl Info {
         let told: Vec<&DiagnosticRow> = self.diagnostics.iter().filter(|d| d.severity >= least).collect();
         let listed = if all { told.len() } else { LISTED };
         for DiagnosticRow { severity, part, face, entity, reason, .. } in told.iter().take(listed) {
-            let place = match (part, face) {
-                (Some(part), Some(face)) => format!("part {part} face {face} "),
-                (Some(part), None) => format!("part {part} "),
-                _ => String::new(),
-            };
-            let number = entity.map_or_else(String::new, |entity| format!("(#{entity}) "));
-            line(severity.name(), format!("{place}{number}{reason}"));
+            line(severity.name(), subject(*part, *face, *entity) + reason);
         }
         if told.len() > listed {
             line("…", format!("{} more errors and warnings (-v lists all)", told.len() - listed));

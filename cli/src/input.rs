@@ -1,7 +1,7 @@
 //! FILE on the command line -> a model: a STEP file, or `builtin:NAME`.
 
 use crate::Failure;
-use clap::builder::{OsStringValueParser, TypedValueParser};
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read as _};
@@ -20,7 +20,7 @@ pub(crate) enum Input {
 
 /// Parses `builtin:NAME` or a path. Names of files need not be UTF-8.
 pub(crate) fn parser() -> impl TypedValueParser<Value = Input> {
-    OsStringValueParser::new().map(of_argument)
+    PathBufValueParser::new().map(|path| of_argument(path.into_os_string()))
 }
 
 fn of_argument(argument: OsString) -> Input {

@@ -1,6 +1,6 @@
 //! Levels of detail of a GLB: coarser meshes of the same model, each checked and reported like the finest.
 
-use crate::report::{Entry, Report};
+use crate::report::{Entry, Report, millimetres};
 use crate::rounded::{self, ReadBackRow};
 use crate::{Common, Failure, made};
 use glam::DVec3;
@@ -38,8 +38,9 @@ pub(crate) struct LevelRow {
 
 impl fmt::Display for LevelRow {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { chord_mm, angle_deg, triangles, .. } = self;
-        write!(f, "  level of detail: {triangles} triangles; chord {chord_mm:.4} mm, angle {angle_deg}°")?;
+        let Self { angle_deg, triangles, .. } = self;
+        let chord = millimetres(self.chord_mm);
+        write!(f, "  level of detail: {triangles} triangles; chord {chord} mm, angle {angle_deg}°")?;
         if let (Some(unbalanced), Some(p999)) = (self.unbalanced_edges, self.p999_deviation_over_tolerance) {
             write!(f, "; {unbalanced} unbalanced edges, deviation {p999:.3} of its tolerance in 99.9 % of samples")?;
         }
@@ -114,12 +115,12 @@ impl Level {
             read_back: told.read_back,
         });
         let known: BTreeSet<(&str, Option<u64>)> =
-            report.diagnostics.iter().map(|known| (known.code, known.face)).collect();
-        let is_new = |entry: &Entry| entry.face.is_none() || !known.contains(&(entry.code, entry.face));
+            report.diagnostics.iter().map(|known| (known.code, known.face_id)).collect();
+        let is_new = |entry: &Entry| entry.face_id.is_none() || !known.contains(&(entry.code, entry.face_id));
         // What reading and preparing told of no face is not of this level.
         let reasons: BTreeSet<&str> =
-            report.diagnostics.iter().filter(|known| known.face.is_none()).map(|known| &known.reason[..]).collect();
-        let of_model = |entry: &Entry| entry.face.is_none() && reasons.contains(&entry.reason[..]);
+            report.diagnostics.iter().filter(|known| known.face_id.is_none()).map(|known| &known.reason[..]).collect();
+        let of_model = |entry: &Entry| entry.face_id.is_none() && reasons.contains(&entry.reason[..]);
         let new: Vec<Entry> = told.diagnostics.into_iter().filter(|entry| is_new(entry) && !of_model(entry)).collect();
         report.diagnostics.extend(new.into_iter().map(|mut entry| {
             entry.reason = format!("level {number}: {}", entry.reason);
@@ -142,7 +143,7 @@ mod tests {
         report.add(Severity::Warning, Some(7), "tile-empty", "nothing is left".to_owned());
         let tolerance = Tolerance { chord: 1.0, angle: 0.5, max_edge: None };
         Level { tolerance, frame: MemorySink::default(), report }.add_to(&mut finest, 1);
-        let told: Vec<_> = finest.diagnostics.iter().map(|entry| (entry.face, &entry.reason[..])).collect();
+        let told: Vec<_> = finest.diagnostics.iter().map(|entry| (entry.face_id, &entry.reason[..])).collect();
         let expected = [(None, "the model"), (Some(3), "nothing is left"), (Some(7), "level 1: nothing is left")];
         assert_eq!(told, expected);
     }

@@ -22,10 +22,11 @@ pub(crate) struct LimitArgs {
     /// Maximum number of Bézier patches.
     #[arg(long, global = true, value_name = "N", default_value_t = PrepareLimits::DEFAULT.patches)]
     max_patches: u64,
-    /// Maximum number of triangles; each part counts once.
+    /// Maximum number of triangles, as counted before meshing: two per lattice cell and two per point of an edge, each
+    /// part once. Meshes have about half as many.
     #[arg(long, global = true, value_name = "N", default_value_t = PlanLimits::DEFAULT.triangles)]
     max_triangles: u64,
-    /// Maximum number of triangles per tile (a piece of a face).
+    /// Maximum number of triangles per tile (a piece of a face), counted in the same way.
     #[arg(long, global = true, value_name = "N", default_value_t = PlanLimits::DEFAULT.triangles_per_tile)]
     max_tile_triangles: u64,
     /// Maximum memory of each stage, MiB, estimated from counts.

@@ -27,7 +27,7 @@ mod tessellate;
 #[cfg(feature = "view")]
 mod view;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use outputs::{Named, Outputs};
 use std::fmt;
 use std::io::Write;
@@ -218,7 +218,7 @@ impl fmt::Display for Failure {
 }
 
 fn main() {
-    let cli = Cli::parse();
+    let cli = parsed();
     logging::report_panics_as_errors();
     let trace = match logging::start(&cli.common) {
         Ok(trace) => trace,
@@ -230,6 +230,25 @@ fn main() {
     }))
 }
 
+fn parsed() -> Cli {
+    let matches = command().get_matches();
+    Cli::from_arg_matches(&matches).unwrap_or_else(|e| e.exit())
+}
+
+/// What the command line may say. A negative number after an option is its value, so that the option's own check refuses
+/// it with a reason.
+fn command() -> clap::Command {
+    fn with_negatives(command: clap::Command) -> clap::Command {
+        command
+            .mut_args(|arg| if arg.get_action().takes_values() { arg.allow_negative_numbers(true) } else { arg })
+            .mut_subcommands(with_negatives)
+    }
+    let mut plain = Cli::command();
+    // Subcommands have no arguments before.
+    plain.build();
+    with_negatives(plain)
+}
+
 /// Runs the command. A panic in the library is a bug: it becomes status 1 and a message.
 fn run(cli: Cli) -> Result<(Done, Outputs), Failure> {
     let work = move || {
@@ -238,7 +257,9 @@ fn run(cli: Cli) -> Result<(Done, Outputs), Failure> {
         let mut outputs = Outputs::default();
         command.files(&common).check()?;
         if common.workers.len() > 1 && !matches!(command, Command::Bench(_)) {
-            return Err(Failure::Usage("--workers: only `bench` accepts several numbers".into()));
+            return Err(Failure::Usage(
+                "--workers is given several numbers: only `bench` measures more than one".into(),
+            ));
         }
         // 0 means one thread per core to rayon, too. This thread joins the pool: it would only wait for the others, and
         // the memory it frees after reading would be paged in again for them.
@@ -284,5 +305,30 @@ fn leave(result: Result<Done, Failure>) -> ! {
             let _ = writeln!(std::io::stderr(), "error: {failure}");
             exit(failure.status())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::error::ErrorKind;
+
+    #[test]
+    fn every_option_sees_a_negative_number() {
+        let all = command();
+        let mut seen = 0;
+        for command in all.get_subcommands() {
+            for arg in
+                command.get_arguments().filter(|arg| arg.get_action().takes_values() && !arg.is_require_equals_set())
+            {
+                let Some(long) = arg.get_long() else { continue };
+                let line = ["trimtess", command.get_name(), "builtin:box", &format!("--{long}"), "-1"];
+                let parsed = all.clone().try_get_matches_from(line);
+                let refused = parsed.err().is_some_and(|e| e.kind() == ErrorKind::UnknownArgument);
+                assert!(!refused, "{line:?}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 100, "{seen} options");
     }
 }

@@ -85,7 +85,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, outputs: &mut Outputs) -> 
     report.output = args.output.display().to_string();
     report.diagonal_mm = prepared.diagonal;
     report.workers = rayon::current_num_threads();
-    report.seconds = Seconds { read, prepare, tessellate, check: 0.0, write, total: laps.total() };
+    report.seconds = Seconds { read, prepare, tessellate, check: None, write, total: laps.total() };
     report.publish(common, args.told.json, args.report.as_deref(), outputs)
 }
 

@@ -19,6 +19,9 @@ use trimtess::model::{Diagnostic, Severity};
 use trimtess::parallel::FrameReport;
 use trimtess::prepare::Prepared;
 
+/// The code of the warning that a mesh is coarser than asked.
+const COARSER: &str = "plan-coarser";
+
 /// Maximum number of diagnostics printed to standard error without `-v`. The rest is only counted.
 const PRINTED: usize = 12;
 
@@ -28,7 +31,8 @@ pub(crate) struct Seconds {
     pub(crate) read: f64,
     pub(crate) prepare: f64,
     pub(crate) tessellate: f64,
-    pub(crate) check: f64,
+    /// `None` without `--check`.
+    pub(crate) check: Option<f64>,
     pub(crate) write: f64,
     pub(crate) total: f64,
 }
@@ -38,13 +42,13 @@ pub(crate) struct Seconds {
 pub(crate) struct Entry {
     #[serde(serialize_with = "by_name")]
     pub(crate) severity: Severity,
-    /// The face, numbered across all instances, like `face_id` in a PLY file.
-    pub(crate) face: Option<u64>,
+    /// The face, numbered across all instances, as in a PLY file.
+    pub(crate) face_id: Option<u64>,
     pub(crate) part: Option<u32>,
-    /// The face's number within its part, as `info` counts.
-    pub(crate) face_of_part: Option<u32>,
+    /// The face's number within its part, as in `info`.
+    pub(crate) face: Option<u32>,
     pub(crate) entity: Option<u64>,
-    /// Position in part coordinates, millimetres.
+    /// Position in the model, millimetres; without a face, that of the part's first instance.
     pub(crate) place: Option<[f64; 3]>,
     /// Stable code, listed in `docs/diagnostics.md`.
     pub(crate) code: &'static str,
@@ -149,7 +153,7 @@ impl Report {
 
     /// `WithDiagnostics` if there is an error, a warning about a face, or no face at all.
     pub(crate) fn done(&self) -> Done {
-        let counts = |entry: &Entry| entry.severity.is_fault(entry.face.is_some());
+        let counts = |entry: &Entry| entry.severity.is_fault(entry.face_id.is_some());
         if self.faces == 0 || self.diagnostics.iter().any(counts) { Done::WithDiagnostics } else { Done::Clean }
     }
 
@@ -158,10 +162,10 @@ impl Report {
         self.add(Severity::Error, None, "check-failed", reason);
     }
 
-    /// Adds a diagnostic that only the program reports. `face` is numbered across all instances.
-    pub(crate) fn add(&mut self, severity: Severity, face: Option<u64>, code: &'static str, reason: String) {
-        let (part, face_of_part, entity, place) = (None, None, None, None);
-        self.diagnostics.push(Entry { severity, face, part, face_of_part, entity, place, code, reason });
+    /// Adds a diagnostic that only the program reports.
+    pub(crate) fn add(&mut self, severity: Severity, face_id: Option<u64>, code: &'static str, reason: String) {
+        let (part, face, entity, place) = (None, None, None, None);
+        self.diagnostics.push(Entry { severity, face_id, part, face, entity, place, code, reason });
     }
 
     /// Adds the results of the audit.
@@ -178,7 +182,7 @@ impl Report {
 
     /// Adds a warning that the plan is coarser than the tolerance.
     pub(crate) fn add_warning(&mut self, reason: String) {
-        self.add(Severity::Warning, None, "plan-coarser", reason);
+        self.add(Severity::Warning, None, COARSER, reason);
     }
 
     /// Prints the first diagnostics to standard error, adds the report file and the summary or JSON to the
@@ -247,6 +251,9 @@ impl Report {
             let relative = if self.diagonal_mm > 0.0 { chord / self.diagonal_mm } else { 0.0 };
             let chord = millimetres(chord);
             let _ = write!(text, "; chord {chord} mm ({relative:.1e} of the diagonal), angle {angle}°");
+            if self.diagnostics.iter().any(|entry| entry.code == COARSER) {
+                text += " asked, and not kept everywhere";
+            }
         }
         text.push('\n');
         text += &self.levels.iter().map(ToString::to_string).collect::<String>();
@@ -274,7 +281,7 @@ impl Report {
         }
         let Seconds { read, prepare, tessellate, check, write, total } = self.seconds;
         let _ = write!(text, "  seconds: read {read:.3}, prepare {prepare:.3}, tessellate {tessellate:.3}, ");
-        if self.unbalanced_edges.is_some() {
+        if let Some(check) = check {
             let _ = write!(text, "check {check:.3}, ");
         }
         let _ = write!(text, "write {write:.3}, total {total:.3}");
@@ -300,23 +307,26 @@ pub(crate) fn millimetres(length: f64) -> String {
 
 impl std::fmt::Display for Entry {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.severity.name())?;
-        if let Some(face) = self.face {
-            write!(f, ": face {face}")?;
+        write!(f, "{}: {}", self.severity.name(), subject(self.part, self.face, self.entity))?;
+        // Another number only where parts or instances come before it.
+        if let Some(face_id) = self.face_id.filter(|id| self.face.map(u64::from) != Some(*id)) {
+            write!(f, "face_id {face_id}: ")?;
         }
-        let part = self.part.map(|part| format!("part {part}"));
-        let face = self.face_of_part.map(|face| format!("face {face}"));
-        let entity = self.entity.map(|entity| format!("#{entity}"));
-        let names: Vec<String> = part.into_iter().chain(face).chain(entity).collect();
-        if !names.is_empty() {
-            write!(f, " ({})", names.join(", "))?;
-        }
-        write!(f, ": {}", self.reason)?;
+        f.write_str(&self.reason)?;
         match self.place {
             Some([x, y, z]) => write!(f, ", at ({x:.4}, {y:.4}, {z:.4})"),
             None => Ok(()),
         }
     }
+}
+
+/// What a diagnostic concerns, with a colon after it; empty if it is the model.
+pub(crate) fn subject(part: Option<u32>, face: Option<u32>, entity: Option<u64>) -> String {
+    let part = part.map(|part| format!("part {part}"));
+    let face = face.map(|face| format!("face {face}"));
+    let entity = entity.map(|entity| format!("(#{entity})"));
+    let names: Vec<String> = [part, face, entity].into_iter().flatten().collect();
+    if names.is_empty() { String::new() } else { names.join(" ") + ": " }
 }
 
 /// Serializes a ladder as an object of counts by rung name.
@@ -338,22 +348,21 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
     let mut entries = Vec::with_capacity(all.len());
     for diagnostic in all {
         let entity = Some(diagnostic.entity).filter(|&entity| entity != 0);
-        let entry = |face| Entry {
+        let entry = |instance: Option<&SceneInstance>, face_id| Entry {
             severity: diagnostic.severity,
-            face,
+            face_id,
             part: diagnostic.part.map(|part| part.0),
-            face_of_part: diagnostic.face.map(|face| face.0),
+            face: diagnostic.face.map(|face| face.0),
             entity,
-            place: diagnostic.place.map(|p| p.to_array()),
+            place: diagnostic.place.map(|p| instance.map_or(p, |i| i.transform.transform_point3(p)).to_array()),
             code: diagnostic.kind.code(),
             reason: diagnostic.kind.to_string(),
         };
-        match (diagnostic.part, diagnostic.face) {
-            (Some(part), Some(face)) => {
-                let of_part = rows_of(&instances, part, |instance| instance.part);
-                entries.extend(of_part.iter().map(|i| entry(Some(u64::from(i.first_face) + u64::from(face.0)))));
-            }
-            _ => entries.push(entry(None)),
+        let of_part = diagnostic.part.map_or(&[][..], |part| rows_of(&instances, part, |instance| instance.part));
+        match diagnostic.face {
+            Some(face) => entries
+                .extend(of_part.iter().map(|i| entry(Some(i), Some(u64::from(i.first_face) + u64::from(face.0))))),
+            None => entries.push(entry(of_part.first().copied(), None)),
         }
     }
     entries
@@ -425,7 +434,7 @@ mod tests {
         let report = Report::of(&frame(), &Prepared::default(), &FrameReport::default());
         assert_eq!((report.faces, report.faces_without_triangles), (7, 3));
         assert_eq!((report.triangles, report.vertices), (4, 16));
-        let faces: Vec<_> = report.diagnostics.iter().map(|entry| entry.face).collect();
+        let faces: Vec<_> = report.diagnostics.iter().map(|entry| entry.face_id).collect();
         assert_eq!(faces, [Some(1), Some(5), Some(3)]);
         assert_eq!(report.done(), Done::WithDiagnostics);
     }
@@ -433,7 +442,7 @@ mod tests {
     #[test]
     fn explained_faces_get_no_second_diagnostic() {
         let report = Report::of(&frame(), &prepared(diagnostic(Severity::Error, Some(1))), &FrameReport::default());
-        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.face, e.entity, e.reason.as_str())).collect();
+        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.face_id, e.entity, e.reason.as_str())).collect();
         let unexplained = (Some(3), None, "no triangles, and no stage said why");
         assert_eq!(
             told,
@@ -458,7 +467,8 @@ mod tests {
         let mut made = FrameReport::default();
         made.degraded = degraded;
         let report = Report::of(&frame(), &Prepared::default(), &made);
-        let of = |face: u64| report.diagnostics.iter().filter(|e| e.face == Some(face)).map(|e| e.severity).collect();
+        let of =
+            |face: u64| report.diagnostics.iter().filter(|e| e.face_id == Some(face)).map(|e| e.severity).collect();
         let told: [Vec<Severity>; 3] = [of(0), of(1), of(2)];
         assert_eq!(
             told,
@@ -495,9 +505,9 @@ mod tests {
         let report = Report::of(&sink, &prepared, &made);
         let told = &report.diagnostics;
         assert_eq!(told.len(), 2, "{told:?}");
-        assert_eq!((told[0].face, told[0].entity), (Some(4), Some(77)));
+        assert_eq!((told[0].face_id, told[0].entity), (Some(4), Some(77)));
         assert!(told[0].place.is_some() && told[0].reason.contains("bad"), "{told:?}");
-        assert!(told[1].face.is_some() && told[1].place.is_some() && told[1].reason.contains("worse"), "{told:?}");
+        assert!(told[1].face_id.is_some() && told[1].place.is_some() && told[1].reason.contains("worse"), "{told:?}");
         assert_eq!((report.ladder.count(Rung::Normal), report.ladder.count(Rung::Lost)), (5, 1));
         let json = serde_json::to_value(&report).expect("a report");
         assert_eq!(json["ladder"]["lost"], 1);
@@ -525,7 +535,7 @@ mod tests {
         let made = trimtess::parallel::serial(&prepared, &Arc::new(plan), false, &mut sink).expect("a frame");
         assert_eq!(made.degraded.len(), 1, "the tile reports it, too");
         let report = Report::of(&sink, &prepared, &made);
-        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face)).collect();
+        let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face_id)).collect();
         assert_eq!(told, [(Severity::Warning, Some(0)); 2], "{:?}", report.diagnostics);
         let reasons = [0, 1].map(|k| &report.diagnostics[k].reason);
         assert!(reasons[0].contains("crosses") && reasons[1].starts_with("9.000e0 mm²"), "{reasons:?}");

@@ -94,16 +94,16 @@ impl TessellateArgs {
 #[derive(clap::Args)]
 pub(crate) struct ToleranceArgs {
     /// Maximum distance between mesh and exact surface, millimetres.
-    #[arg(long, value_name = "MM", value_parser = positive, allow_negative_numbers = true, conflicts_with = "chord_rel")]
+    #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "chord_rel")]
     chord: Option<f64>,
     /// Maximum distance as a fraction of the model's diagonal [default: 1e-3].
-    #[arg(long, value_name = "FRACTION", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "FRACTION", value_parser = positive)]
     chord_rel: Option<f64>,
     /// Maximum angle by which the normal turns across a lattice cell, degrees; more than 90 count as 90.
-    #[arg(long, value_name = "DEG", value_parser = positive, allow_negative_numbers = true, default_value_t = Tolerance::DEFAULT_ANGLE_DEGREES)]
+    #[arg(long, value_name = "DEG", value_parser = positive, default_value_t = Tolerance::DEFAULT_ANGLE_DEGREES)]
     angle: f64,
     /// Maximum length of lattice cell diagonals and edge segments, millimetres.
-    #[arg(long, value_name = "MM", value_parser = positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "MM", value_parser = positive)]
     max_edge: Option<f64>,
 }
 
@@ -228,7 +228,14 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     report.chord_mm = Some(tolerance.chord);
     report.angle_deg = Some(args.tolerance.angle.min(90.0));
     report.workers = rayon::current_num_threads();
-    report.seconds = crate::report::Seconds { read, prepare, tessellate, check, write, total: laps.total() };
+    report.seconds = crate::report::Seconds {
+        read,
+        prepare,
+        tessellate,
+        check: args.check.then_some(check),
+        write,
+        total: laps.total(),
+    };
     let done = report.publish(common, args.told.json, args.report.as_deref(), outputs);
     // The process is about to exit: dropping large structures would only delay it.
     std::mem::forget((prepared, plan, frame));

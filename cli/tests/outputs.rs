@@ -30,6 +30,17 @@ fn trimtess(folder: &Path, args: &[&str]) -> Output {
 }
 
 #[test]
+fn links_to_each_other_are_kept() {
+    let folder = folder("loop");
+    symlink("b.ply", folder.join("a.ply")).unwrap();
+    symlink("a.ply", folder.join("b.ply")).unwrap();
+    let output = trimtess(&folder, &["tessellate", "builtin:box", "-o", "a.ply"]);
+    assert_eq!(output.status.code(), Some(1), "{}", told(&output));
+    assert!(told(&output).contains("cannot create a.ply"), "{}", told(&output));
+    assert_eq!(fs::read_link(folder.join("a.ply")).unwrap().as_os_str(), "b.ply");
+}
+
+#[test]
 fn an_output_is_no_other_output_and_no_input_by_link_either() {
     let folder = folder("same");
     fs::copy(CUBE, folder.join("cube.step")).unwrap();

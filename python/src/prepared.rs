@@ -68,7 +68,8 @@ impl Prepared {
     ///     angle: Largest angle by which the normal turns across a lattice cell, degrees (default 20).
     ///     max_edge: Longest diagonal of a lattice cell and segment of an edge, millimetres; no limit if None.
     ///     max_memory: Memory at most, bytes; that of `prepare` and `read` if None.
-    ///     max_triangles: Triangles at most, each part once (default 64 million).
+    ///     max_triangles: Triangles at most, as counted before meshing: two per lattice cell and two per point of an
+    ///         edge, each part once; meshes have about half as many (default 64 million).
     ///     max_tile_triangles: Triangles of a piece of a face at most (default 8 million).
     ///     coarsen: Whether to make a coarser mesh where a limit is exceeded, and say so in `Mesh.shortfall`.
     ///     workers: Threads at most; one per core if None or 0.

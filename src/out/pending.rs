@@ -221,7 +221,11 @@ impl PendingFile {
         let fail = |cause| SinkError { context: context(), cause };
         // Keep a link and replace its target.
         let path = target_of(path);
-        let known = fs::metadata(&path).ok();
+        let known = match fs::metadata(&path) {
+            Err(cause) if cause.kind() == io::ErrorKind::NotFound => None,
+            // Such as links that lead to each other.
+            known => Some(known.map_err(fail)?),
+        };
         if known.as_ref().is_some_and(|known| !known.is_file()) {
             let file = OpenOptions::new().write(true).open(&path).map_err(fail)?;
             let writer = Some(BufWriter::with_capacity(BUFFER_BYTES, file));

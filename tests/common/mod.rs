@@ -6,7 +6,7 @@ use std::sync::Arc;
 use trimtess::frame::Plan;
 use trimtess::math::predicates::orient2d;
 use trimtess::mesh::MemorySink;
-use trimtess::model::{Face, Instance, Loop, Model, Part, PartId, Surface};
+use trimtess::model::{Diagnostic, Face, Instance, Loop, Model, Part, PartId, Surface};
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -23,9 +23,26 @@ pub(crate) fn placed(part: Part) -> Model {
     Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() }
 }
 
-/// The model, prepared with the default options.
+/// Asserts that `docs/diagnostics.md` has the code of each with its severity.
+pub(crate) fn documented(diagnostics: &[Diagnostic]) {
+    const TABLE: &str = include_str!("../../docs/diagnostics.md");
+    for told in diagnostics {
+        let row = TABLE.lines().find_map(|line| line.strip_prefix(&format!("| `{}` | ", told.kind.code())));
+        let severities = row.and_then(|row| row.split('|').next());
+        let severity = told.severity.name();
+        assert!(
+            severities.is_some_and(|all| all.contains(severity)),
+            "{severity} {}: {severities:?}",
+            told.kind.code()
+        );
+    }
+}
+
+/// The model, prepared with the default options. Asserts that its diagnostics are documented.
 pub(crate) fn prepared(model: Model) -> Arc<Prepared> {
-    Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"))
+    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+    documented(&prepared.diagnostics);
+    Arc::new(prepared)
 }
 
 /// The same. Asserts that there are no diagnostics.

@@ -112,6 +112,29 @@ fn a_seam_runs_up_to_the_apex_and_down_again() {
 }
 
 #[test]
+fn a_seam_runs_up_to_an_apex_that_the_loop_passes_closely() {
+    // A plane cuts the cone so close to its axis that a short stretch of the seam, up to the apex, is on this side.
+    let (radius, height) = (5.0, 20.0);
+    let apex = DVec3::Z * height;
+    for off in [1e-4, 1e-5, 1e-6, 1e-7].map(|share| share * height) {
+        let mut body = Body::sheet();
+        let turn = (off / radius).asin();
+        let arc = body.arc(&Frame3::WORLD, radius, PI - turn, TAU + turn);
+        let cut = |t: f64| DVec3::new(off * t.sinh(), off, height - height / radius * off * t.cosh());
+        let reach = (radius * turn.cos() / off).asinh();
+        let [right, left] = [(reach, 0.0), (0.0, -reach)].map(|(from, to)| {
+            let along = move |share: f64| cut(from + (to - from) * share);
+            body.spline(through(along, (0.0, 1.0), 400))
+        });
+        let (up, down) = (body.line(cut(0.0), apex), body.line(apex, cut(0.0)));
+        let boundary = vec![arc.along(), right.along(), up, down, left.along()];
+        body.face(side(radius, 0.0, height), vec![boundary], false);
+        let below = radius * radius * (PI - (off / radius).acos()) + off * radius * turn.cos();
+        Ladder::sheet(body.finish(), below * radius.hypot(height) / radius).named(off).climb();
+    }
+}
+
+#[test]
 fn a_cone_in_two_halves_and_in_three_thirds() {
     let (radius, height) = (4.0, 7.0);
     // Where a file rounds its numbers, the vertex is not quite the apex.

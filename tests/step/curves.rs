@@ -177,6 +177,16 @@ fn a_closed_spline_is_passed_through_its_seam() {
 }
 
 #[test]
+fn a_spline_is_closed_up_to_rounding() {
+    // Nearer than a hundred thousandth of its size, and farther than the file's 1e-5.
+    for gap in [2e-5, 4e-5] {
+        let spline = arches(60).replace(&point(69, [0.0; 3]), &point(69, [gap, 0.0, 0.0]));
+        let (_, across) = edge([0.0, 4.0, 0.0], [4.0, 0.0, 0.0], true, &spline);
+        assert!(at(&across, 0.5).length() <= gap);
+    }
+}
+
+#[test]
 fn a_closed_spline_is_trimmed_up_to_its_seam_and_from_it() {
     let (seam, far) = ([0.0; 3], [4.0, 4.0, 0.0]);
     for (start, end, trims, middle) in [

@@ -64,7 +64,9 @@ fn file(data: &str) -> String {
 }
 
 fn model(data: &str) -> Model {
-    read(file(data).as_bytes(), &StepOptions::default()).expect("a readable file")
+    let model = read(file(data).as_bytes(), &StepOptions::default()).expect("a readable file");
+    common::documented(&model.diagnostics);
+    model
 }
 
 /// Asserts that there is no diagnostic worse than a note.

@@ -237,13 +237,16 @@ fn a_vertex_on_two_coinciding_sheets_chooses_the_first() {
 #[test]
 fn a_profile_that_ends_near_its_axis_ends_on_it() {
     // The file's points are accurate to 1e-5.
-    let poles = |off: f64| {
-        let profile = point(162, [off, 0.0, 0.0]) + &point(163, [1.0, 0.0, 0.0]) + &point(164, [2.0, 0.0, 2.0]);
+    let poles = |(off, size): (f64, f64)| {
+        let profile =
+            point(162, [off, 0.0, 0.0]) + &point(163, [size, 0.0, 0.0]) + &point(164, [2.0 * size, 0.0, 2.0 * size]);
         let surface = "#61=BEZIER_CURVE('',2,(#162,#163,#164),.UNSPECIFIED.,.F.,.F.);#66=AXIS1_PLACEMENT('',#21,#22);\
                        #60=SURFACE_OF_REVOLUTION('',#61,#66);";
-        face_in(1, [2.0, 0.0, 2.0], &(profile + surface)).surface.poles().len()
+        face_in(1, [2.0 * size, 0.0, 2.0 * size], &(profile + surface)).surface.poles().len()
     };
-    assert_eq!([0.0, 1e-9, 4e-6, -4e-6, 1e-4].map(poles), [1, 1, 1, 1, 0]);
+    assert_eq!([0.0, 1e-9, 4e-6, -4e-6, 1e-4].map(|off| poles((off, 1.0))), [1, 1, 1, 1, 0]);
+    // Two metres wide, and less than a millionth of that.
+    assert_eq!([1e-3, -1e-3, 1e-2].map(|off| poles((off, 1e3))), [1, 1, 0]);
 }
 
 /// The profile of a face on #60, a cone about z of 45° with its apex at `apex`, bounded by its ring of radius 2.

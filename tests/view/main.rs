@@ -191,3 +191,17 @@ fn all_workers_make_the_same_and_invalid_cameras_are_reported() {
         assert!(cells.max() < Some(100));
     }
 }
+
+#[test]
+fn pixels_too_small_for_any_mesh_are_reported() {
+    let prepared = shape("box");
+    let view = View { angle: 0.5, ..SplitMix(4).view(prepared.bounds.unwrap(), (2.0, 2.5)) };
+    for (size_px, unusable) in [(4.0, false), (1e-3, true), (1e-6, true), (1e-9, true)] {
+        let short = plan_for_view(&prepared, &View { size_px: Some(size_px), ..view }).shortfall;
+        assert_eq!(short.is_some_and(|s| s.unusable && s.by_limits()), unusable, "{size_px} pixels");
+    }
+    // Close to a face, lines end at their limit without being too fine for the rest of the part.
+    let eye = prepared.bounds.unwrap().map(|corner| corner * 0.999)[1];
+    let near = View { camera: Camera { eye, ..view.camera }, size_px: Some(1.0), ..view };
+    assert!(!plan_for_view(&prepared, &near).shortfall.is_some_and(|s| s.unusable), "{near:?}");
+}

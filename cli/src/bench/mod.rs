@@ -51,7 +51,7 @@ pub(crate) struct BenchArgs {
     /// Camera path: orbit, zoom, walk, glu (the path of the comparison with libGLU), or a file written by --save-path.
     #[arg(long, value_name = "PATH", value_parser = route::parser(), default_value = "orbit")]
     path: Route,
-    /// Number of frames of the path [default: 300, or all recorded views].
+    /// Number of frames of the path; a recorded path begins again at its end [default: 300, or all recorded views].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MOST_FRAMES))]
     frames: Option<u32>,
     /// What frames reuse of the last one. A comma-separated list measures several.
@@ -63,10 +63,10 @@ pub(crate) struct BenchArgs {
     lines: Vec<Follow>,
     /// Upper bound on split lattice lines, as a multiple of what `spread` places, from 1 to 2. Beyond it, lines are
     /// spread.
-    #[arg(long, value_name = "X", value_parser = from_1_to_2, default_value_t = 2.0)]
+    #[arg(long, value_name = "X", requires = "lines", value_parser = from_1_to_2, default_value_t = 2.0)]
     most_lines: f64,
     /// Spread the split lines of each tile again every N frames; tiles take turns [default: never].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", requires = "lines")]
     resync: Option<NonZeroU32>,
     /// Number of flights along the path. Each frame's time is the minimum over all flights.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 1)]

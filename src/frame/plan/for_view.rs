@@ -56,7 +56,7 @@ pub fn plan_for_view_on(jobs: &dyn Jobs, prepared: &Prepared, view: &View, limit
     let unseen = Tolerance { chord: f64::INFINITY, angle: view.angle, max_edge: None };
     let of_part = |(part, sights): (&ScenePart, Vec<PartCamera>)| match sights[..] {
         [] => PartTolerance::everywhere(&unseen, part.radius),
-        _ => PartTolerance::seen(&per_pixel, sights, part.radius),
+        _ => PartTolerance::seen(&per_pixel, sights, (part.centre, part.radius)),
     };
     let mut asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(seen).map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());

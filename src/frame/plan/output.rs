@@ -69,11 +69,12 @@ pub fn cell_coordinate(lines: &[f64], x: f64) -> f64 {
 /// [`cell_coordinate`] of parameters that are near the ones before: walks along the lines instead of searching.
 pub(crate) struct CellWalk<'a> {
     lines: &'a [f64],
-    /// The line below the last parameter, and the parameters of that line and the next. A `u32` since a `usize` takes
-    /// ten instructions to become an `f64`.
-    at: u32,
+    /// The line below the last parameter, as a row and as a coordinate, and the parameters of that line and the next.
+    at: usize,
+    below: f64,
     ends: [f64; 2],
-    /// From the first line to the last.
+    /// The first line, and the width from there to the last.
+    first: f64,
     width: f64,
 }
 
@@ -88,13 +89,14 @@ impl<'a> CellWalk<'a> {
     }
 
     fn from_line(lines: &'a [f64], at: usize) -> Self {
-        Self { lines, at: at as u32, ends: [lines[at], lines[at + 1]], width: lines[lines.len() - 1] - lines[0] }
+        let (ends, first) = ([lines[at], lines[at + 1]], lines[0]);
+        Self { lines, at, below: f64::from(at as u32), ends, first, width: lines[lines.len() - 1] - first }
     }
 
     /// Returns the same number as [`cell_coordinate`].
     #[inline(always)]
     pub(crate) fn cell(&mut self, x: f64) -> f64 {
-        let Self { lines, at, ends, .. } = self;
+        let Self { lines, at, below, ends, .. } = self;
         if !(ends[0] <= x && x < ends[1]) {
             let last = lines.len() - 1;
             if x <= lines[0] {
@@ -106,20 +108,22 @@ impl<'a> CellWalk<'a> {
             // At most one of the loops runs. NaN runs neither.
             while x >= ends[1] {
                 *at += 1;
-                *ends = [ends[1], lines[*at as usize + 1]];
+                *below += 1.0;
+                *ends = [ends[1], lines[*at + 1]];
             }
             while x < ends[0] {
                 *at -= 1;
-                *ends = [lines[*at as usize], ends[0]];
+                *below -= 1.0;
+                *ends = [lines[*at], ends[0]];
             }
         }
-        f64::from(*at) + (x - ends[0]) / (ends[1] - ends[0])
+        *below + (x - ends[0]) / (ends[1] - ends[0])
     }
 
     /// [`Self::cell`] of the parameter at `share` of the way from the first to the last line.
     #[inline(always)]
     pub(crate) fn at_share(&mut self, share: f64) -> f64 {
-        self.cell(self.lines[0] + share * self.width)
+        self.cell(self.first + share * self.width)
     }
 }
 

@@ -4,6 +4,7 @@ use super::object_tolerance::Tolerance;
 use super::part_camera::{PartCamera, PixelScale};
 use crate::math::order::larger;
 use crate::prepare::internals::BoundingBox;
+use glam::DVec3;
 
 /// Tolerances of boxes that are at least this fraction of each other count as equal: the number of lines differs by a
 /// twentieth at most.
@@ -46,6 +47,8 @@ pub(crate) struct PartTolerance {
     /// Cameras in the coordinates of the part's instances; empty for the same tolerance everywhere.
     seen: Vec<PartCamera>,
     radius: f64,
+    /// Of the place where it is largest.
+    loosest: Tolerance,
     /// Whether a requested value is invalid or too small to meet.
     pub(crate) unusable: bool,
 }
@@ -54,19 +57,25 @@ impl PartTolerance {
     /// The same tolerance everywhere, for a part of this radius.
     pub(crate) fn everywhere(tolerance: &Tolerance, radius: f64) -> Self {
         let usable = tolerance.usable(radius);
-        Self { unusable: usable != *tolerance, tolerance: usable, seen: Vec::new(), radius }
+        let unusable = usable != *tolerance;
+        Self { tolerance: usable, seen: Vec::new(), radius, loosest: usable, unusable }
     }
 
-    /// Screen-space error: `per_pixel` is the tolerance where one millimetre of the part covers one pixel.
-    pub(crate) fn seen(per_pixel: &Tolerance, seen: Vec<PartCamera>, radius: f64) -> Self {
+    /// Screen-space error of a part with this centre and radius: `per_pixel` is the tolerance where one millimetre of the
+    /// part covers one pixel.
+    pub(crate) fn seen(per_pixel: &Tolerance, seen: Vec<PartCamera>, (centre, radius): (DVec3, f64)) -> Self {
         let known = |x: f64| x > 0.0;
         let unusable = !(known(per_pixel.chord) && known(per_pixel.angle) && per_pixel.max_edge.is_none_or(known));
-        Self { tolerance: *per_pixel, seen, radius, unusable }
+        let mut new = Self { tolerance: *per_pixel, seen, radius, loosest: *per_pixel, unusable };
+        let whole = BoundingBox { low: centre - radius, high: centre + radius };
+        let least = new.seen.iter().map(|camera| camera.pixel_scale(&whole).least).fold(0.0, larger);
+        new.loosest = new.at(least);
+        new
     }
 
-    /// See [`Tolerance::around`]; 0 where the tolerance is not the same everywhere.
+    /// See [`Tolerance::around`]; the fewest lines that any place of the part needs.
     pub(crate) fn around(&self, exact: bool) -> f64 {
-        if self.seen.is_empty() { self.tolerance.around(self.radius, exact) } else { 0.0 }
+        self.loosest.around(self.radius, exact)
     }
 
     /// Whether the length of edges is limited.

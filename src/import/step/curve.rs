@@ -8,6 +8,7 @@ use super::place::Geometry;
 use super::spline;
 use super::table::{Entity, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::{Attribute, List};
+use crate::math::boxes::around;
 use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineTrouble, StepTrouble};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -543,6 +544,9 @@ fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
     Ok(())
 }
 
+/// A spline whose ends are nearer to each other than this share of its size is closed: its last point is rounded.
+const CLOSED: f64 = 1e-5;
+
 /// The part of a spline between two vertices, forward; on a closed curve, possibly across its seam.
 fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option<(NurbsCurve3, (f64, f64))> {
     let (a, b) = curve.domain();
@@ -554,7 +558,8 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
     if first.distance(ends.start) <= near && last.distance(ends.end) <= near {
         return Some((curve, whole));
     }
-    let loops = first.distance(last) <= tolerance;
+    let [low, high] = around(curve.points.iter().copied());
+    let loops = first.distance(last) <= tolerance.max(CLOSED * low.distance(high));
     if together && !loops {
         return Some((curve, whole));
     }

@@ -16,7 +16,7 @@ const ON_AXIS: f64 = 1e-7;
 const PASSING: f64 = 1e-3;
 /// The most that a boundary lies off its surface, as a share of the boundary's size.
 const OFF_SHEET: f64 = 1e-3;
-/// Sheets within this share of the profile's size are the same surface.
+/// Sheets within this share of the profile's size are the same surface, and so are a ring and the pole in it.
 const COINCIDENT: f64 = 1e-6;
 /// Directions within this angle of parallel or perpendicular are so: a cone's half angle is larger, and files print
 /// directions with as few as seven digits.
@@ -95,14 +95,15 @@ pub(super) fn conic(frame: &Frame3, carrier: &Carrier, reach: &FaceLocation) -> 
     reaching(carrier, &points, |p, _| *p)
 }
 
-/// Moves the axis to an end of the profile that is within `tolerance` of it, so that the surface has a pole there. A
-/// ring as small as the gaps between edges would have the boundary wind around it. The other end moves onto the axis if
-/// it is as near.
+/// Moves the axis to an end of the profile that is within `tolerance` of it, or within a millionth of its size, so that
+/// the surface has a pole there. A ring as small as the gaps between edges would have the boundary wind around it. The
+/// other end moves onto the axis if it is as near.
 ///
 /// The axis moves rather than the end, because edges meet at the end.
 pub(super) fn onto_axis(mut curve: NurbsCurve3, mut frame: Frame3, tolerance: f64) -> (NurbsCurve3, Frame3) {
     let (a, b) = curve.domain();
-    let near = tolerance.min(PASSING * curve.points.iter().map(|p| frame.meridian(*p).x).fold(0.0, f64::max));
+    let widest = curve.points.iter().map(|p| frame.meridian(*p).x).fold(0.0, f64::max);
+    let near = tolerance.max(COINCIDENT * widest).min(PASSING * widest);
     let is_near = |(t, k): &(f64, usize)| {
         let end = curve.points[*k];
         // The first control point of a curve without clamped knots is not its end.

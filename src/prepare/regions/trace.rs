@@ -53,6 +53,7 @@ pub(crate) fn trace_loop(
     if coedges.is_empty() {
         return Err(RegionError::EmptyLoop);
     }
+    let coedges = &without_spikes(part, coedges, projector)[..];
     let closes = |miss: f64| miss <= 100.0 * projector.tolerance;
     let is_clear = |k: &usize| projector.pole_at(start_point(&coedges[*k])).is_none();
     let mut firsts: SmallVec<[usize; TRIES]> = (0..coedges.len()).filter(is_clear).take(TRIES).collect();
@@ -78,6 +79,27 @@ pub(crate) fn trace_loop(
     let (miss, loop_gap, traced) = best.ok_or(RegionError::NotFinite)?;
     *gap = gap.max(loop_gap);
     Ok((traced, (!closes(miss)).then_some(miss)))
+}
+
+/// The coedges without edges there and back within the reach of a pole. Programs draw a cone's seam up to its apex,
+/// though the loop passes within that reach of it.
+fn without_spikes<'a>(part: &Part, coedges: &'a [Coedge], projector: &Projector<'_>) -> Cow<'a, [Coedge]> {
+    let n = coedges.len();
+    let is_spike = |k: usize| {
+        let (there, back) = (&coedges[k % n], &coedges[(k + 1) % n]);
+        let stays = || {
+            let edge = &part.edges[there.edge.index()];
+            let [start, end] = [edge.start, edge.end].map(|v| part.vertices[v.index()]);
+            let middle = edge.curve.point(0.5 * (edge.range.0 + edge.range.1));
+            let at = projector.pole_at(middle);
+            at.is_some() && [start, end].into_iter().all(|point| projector.pole_at(point) == at)
+        };
+        there.edge == back.edge && there.reversed != back.reversed && stays()
+    };
+    if projector.poles.is_empty() || n < 3 || !(0..n).any(is_spike) {
+        return Cow::Borrowed(coedges);
+    }
+    (0..n).filter(|&k| !is_spike(k) && !is_spike(k + n - 1)).map(|k| coedges[k]).collect()
 }
 
 /// Traces a loop from its coedge `first`. The second value is the distance in space by which it fails to close.
