@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -535,4 +536,47 @@ fn supplemental_geometry_is_read_on_demand() {
     let faces = |args: &[&str]| json(&trimtess(args).stdout)["faces"].as_u64().unwrap();
     assert_eq!(faces(&["info", file, "--json"]), 3);
     assert_eq!(faces(&["info", file, "--json", "--supplemental"]), 4);
+}
+
+/// Paths of the keys in a value: `a.b` of an object in an object, `a[].b` of an object in a list.
+fn keys(value: &Value, at: &str, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(fields) if at != "surfaces" => {
+            let dot = if at.is_empty() { "" } else { "." };
+            fields.iter().for_each(|(key, value)| keys(value, &format!("{at}{dot}{key}"), found));
+        }
+        Value::Array(list) if list.iter().any(Value::is_object) => {
+            list.iter().for_each(|value| keys(value, &format!("{at}[]"), found));
+        }
+        _ => drop(found.insert(at.to_owned())),
+    }
+}
+
+#[test]
+fn docs_have_every_key_of_the_reports_and_no_other() {
+    let text = fs::read_to_string(Path::new(CHECKOUT).join("docs/report.md")).unwrap();
+    let (of_mesh, of_info) = text.split_once("## `info`").unwrap();
+    let documented = |text: &str| -> BTreeSet<String> {
+        let rows = text.lines().filter_map(|line| line.strip_prefix("| `")?.split(" | ").next());
+        rows.flat_map(|names| names.split(['`', ',']))
+            .map(str::trim)
+            .filter(|n| !n.is_empty())
+            .map(Into::into)
+            .collect()
+    };
+    let file = "tests/data/nist_ctc05.step";
+    let out = folder("keys").join("x.glb");
+    let mut mesh = BTreeSet::new();
+    keys(
+        &json(&trimtess(&["tessellate", file, "-o", name(&out), "--check", "--levels", "1", "--json"]).stdout),
+        "",
+        &mut mesh,
+    );
+    // This file has no such faces.
+    assert!(mesh.remove("fills"));
+    mesh.extend(["face_id", "slivers", "rewound"].map(|key| format!("fills[].{key}")));
+    assert_eq!(mesh, documented(of_mesh));
+    let mut info = BTreeSet::new();
+    keys(&json(&trimtess(&["info", file, "--json"]).stdout), "", &mut info);
+    assert_eq!(info, documented(of_info));
 }

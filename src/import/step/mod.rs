@@ -55,6 +55,7 @@ mod revolution;
 mod face_part;
 mod offset;
 mod derived;
+mod weld;
 mod surface;
 
 mod kinds;

@@ -2,7 +2,7 @@
 //! rule; degrees are raised per Bézier piece.
 
 use crate::math::boxes::around;
-use crate::model::{NurbsCurve3, euclidean, homogeneous, knots_of_pieces};
+use crate::model::{NurbsCurve3, NurbsSurface, euclidean, homogeneous, knots_of_pieces};
 use glam::{DVec3, DVec4};
 use smallvec::SmallVec;
 
@@ -91,6 +91,32 @@ pub(super) fn piece(curve: &NurbsCurve3, from: f64, to: f64) -> NurbsCurve3 {
     cut.extend(std::iter::repeat_n(to, p + 1));
     let (points, weights) = euclidean(&points[start - p..end], !curve.weights.is_empty());
     NurbsCurve3 { degree: p, knots: cut, points, weights }
+}
+
+/// The part of a surface over `u` × `v` within its domain, as a clamped surface.
+pub(super) fn patch(net: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> NurbsSurface {
+    let along_v = cut_rows(net, v);
+    cut_rows(&along_v.transposed(), u).transposed()
+}
+
+/// Cuts every row of the net along v.
+fn cut_rows(net: &NurbsSurface, v: (f64, f64)) -> NurbsSurface {
+    let width = net.count_v();
+    let (mut points, mut weights, mut knots_v) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, row) in net.points.chunks(width).enumerate() {
+        let weights_of_row = net.weights.get(i * width..(i + 1) * width).unwrap_or_default().to_vec();
+        let curve = NurbsCurve3 {
+            degree: net.degree_v,
+            knots: net.knots_v.clone(),
+            points: row.to_vec(),
+            weights: weights_of_row,
+        };
+        let cut = piece(&curve, v.0, v.1);
+        points.extend(cut.points);
+        weights.extend(cut.weights);
+        knots_v = cut.knots;
+    }
+    NurbsSurface { knots_v, points, weights, knots_u: net.knots_u.clone(), ..*net }
 }
 
 /// Drops the control points of a long curve that have no influence on a short range. Points in the range stay the same;

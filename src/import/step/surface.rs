@@ -8,6 +8,7 @@ use super::revolution;
 use super::spline;
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::Attribute;
+use super::weld;
 use crate::model::{
     CurveTrouble, Frame3, NurbsCurve3, NurbsSurface, Severity, SplineTrouble, StepOutcome, StepTrouble, Surface,
 };
@@ -143,6 +144,7 @@ impl Geometry<'_> {
                 }
             },
         };
+        let curve = weld::curve(curve, self.units.tolerance);
         Ok(Stated::exact(Surface::Extrusion { curve, direction }))
     }
 
@@ -161,6 +163,7 @@ impl Geometry<'_> {
                 if same { curve } else { curve.reversed() }
             }
         };
+        let curve = weld::curve(curve, self.units.tolerance);
         let (curve, frame) = revolution::onto_axis(curve, frame, self.units.tolerance);
         Ok(Stated::exact(Surface::Revolution { curve, frame }))
     }
@@ -209,7 +212,7 @@ impl Geometry<'_> {
         };
         let mut net = NurbsSurface { degree_u, degree_v, knots_u, knots_v, points, weights };
         drop_breaks(&mut net, self.units.tolerance, id)?;
-        Ok(net)
+        Ok(weld::net(net, [shape.flag(4, false), shape.flag(5, false)], self.units.tolerance))
     }
 }
 

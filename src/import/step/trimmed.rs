@@ -5,7 +5,7 @@ use super::parameters::{Parametric, StatedAxes, StatedAxis};
 use super::place::Geometry;
 use super::spline;
 use super::table::{Entity, Read, Trouble};
-use crate::model::{AxisMap, NurbsCurve3, NurbsSurface, Severity, StepOutcome, StepTrouble, Surface};
+use crate::model::{AxisMap, NurbsCurve3, Severity, StepOutcome, StepTrouble, Surface};
 
 impl Geometry<'_> {
     /// A surface that is a face by itself.
@@ -60,7 +60,7 @@ impl Geometry<'_> {
         }
         let (net, maps) = surface.to_nurbs(range[0], range[1]);
         let cut = [0, 1].map(|axis| (maps[axis].to_nurbs(range[axis].0), maps[axis].to_nurbs(range[axis].1)));
-        let net = piece(&net, cut[0], cut[1]);
+        let net = spline::patch(&net, cut[0], cut[1]);
         let turned = own.flag(5, true) != own.flag(6, true);
         Ok(Stated { surface: Surface::Nurbs(net), turned, note })
     }
@@ -76,30 +76,4 @@ fn swept_line(on: &Parametric, (first, second): (f64, f64)) -> Option<(Surface, 
     let curve = NurbsCurve3::line(on.point(low, 0.0), on.point(high, 0.0));
     (length > 0.0)
         .then_some((Surface::Extrusion { curve, direction }, [axis, StatedAxis { start: 0.0, factor: 1.0, ..axis }]))
-}
-
-/// The part of a surface over `u` × `v`, clamped to its domain.
-fn piece(net: &NurbsSurface, u: (f64, f64), v: (f64, f64)) -> NurbsSurface {
-    let along_v = cut_rows(net, v);
-    cut_rows(&along_v.transposed(), u).transposed()
-}
-
-/// Cuts every row of the net along v.
-fn cut_rows(net: &NurbsSurface, v: (f64, f64)) -> NurbsSurface {
-    let width = net.count_v();
-    let (mut points, mut weights, mut knots_v) = (Vec::new(), Vec::new(), Vec::new());
-    for (i, row) in net.points.chunks(width).enumerate() {
-        let weights_of_row = net.weights.get(i * width..(i + 1) * width).unwrap_or_default().to_vec();
-        let curve = NurbsCurve3 {
-            degree: net.degree_v,
-            knots: net.knots_v.clone(),
-            points: row.to_vec(),
-            weights: weights_of_row,
-        };
-        let cut = spline::piece(&curve, v.0, v.1);
-        points.extend(cut.points);
-        weights.extend(cut.weights);
-        knots_v = cut.knots;
-    }
-    NurbsSurface { knots_v, points, weights, knots_u: net.knots_u.clone(), ..*net }
 }

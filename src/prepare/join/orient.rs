@@ -3,11 +3,12 @@
 //! Neighbours that run along their common edge in opposite directions are oriented alike. That determines each
 //! connected group up to a sign. The volume decides the sign of groups that bound a solid, the file that of others.
 
-use super::outline::{plane_polygon, region, sign};
+use super::outline::{plane_polygon, region};
 use super::rays::{self, RayBody, RayFace};
 use super::shells::connected;
 use crate::control::Call;
 use crate::model::{Part, ShellKind};
+use crate::prepare::regions::boundary::sign;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use crate::prepare::uv::inside::area;
@@ -189,7 +190,7 @@ pub(crate) fn wrong_volume(
     let polygons: Vec<(Vec<DVec3>, f64)> = faces
         .iter()
         .flat_map(|(draft, reversed)| draft.tiles.iter().flat_map(|t| &t.loops).map(move |l| (draft, l, *reversed)))
-        .map(|(draft, l, reversed)| (space_polygon(draft, l), sign(reversed)))
+        .map(|(draft, l, reversed)| (space_polygon(draft, l), f64::from(sign(reversed))))
         .collect();
     let points = || polygons.iter().flat_map(|p| &p.0);
     let origin = points().sum::<DVec3>() / points().count().max(1) as f64;
@@ -225,7 +226,7 @@ fn wrong_sampled_volume(call: Call<'_>, faces: &[(&FaceDraft, bool)], place: (DV
     let summed = |samples: Sampling| {
         faces.iter().take_while(|_| !call.is_cancelled()).fold((0.0, 0.0), |(volume, parts), (draft, reversed)| {
             let [sum, absolute] = flux(draft, origin, samples);
-            (volume + wanted * sign(*reversed) * sum / 3.0, parts + absolute / 3.0)
+            (volume + wanted * f64::from(sign(*reversed)) * sum / 3.0, parts + absolute / 3.0)
         })
     };
     let (volume, parts) = summed(FEW);

@@ -1,4 +1,4 @@
-//! Loops of a tile before breaks are numbered -> polygons; the sign of a face.
+//! Loops of a tile before breaks are numbered -> polygons.
 
 use crate::prepare::tiles::draft::{DraftTile, DraftUse, FaceDraft};
 use crate::prepare::uv::inside::{TileRegion, points_along};
@@ -17,9 +17,4 @@ pub(super) fn plane_polygon(uses: &[DraftUse], most: usize, flat: bool) -> Vec<D
 pub(super) fn region<'a>(draft: &'a FaceDraft, tile: &DraftTile, most: usize) -> TileRegion<'a> {
     let loops = tile.loops.iter().map(|l| plane_polygon(l, most, true)).collect();
     TileRegion { patches: &draft.patches, min: tile.min, max: tile.max, loops }
-}
-
-/// The sign of a face's contribution to a volume by `S_u × S_v`.
-pub(super) fn sign(reversed: bool) -> f64 {
-    if reversed { -1.0 } else { 1.0 }
 }

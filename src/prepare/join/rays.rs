@@ -5,10 +5,11 @@
 //! looks outwards. That is sharp however thin the body is, where volumes from samples are a small difference of large
 //! numbers. Crossings are found on the exact surfaces; a line that meets an edge, or touches a face, does not count.
 
-use super::outline::{region, sign};
+use super::outline::region;
 use crate::control::Call;
 use crate::math::bernstein::{basis_with_derivatives, restrict, restrict_rows, with_rows};
 use crate::math::boxes::{Aabb, around};
+use crate::prepare::regions::boundary::sign;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::FaceDraft;
 use crate::prepare::uv::inside::TileRegion;
@@ -135,7 +136,7 @@ fn start(face: &RayFace<'_>, k: usize) -> Option<Line> {
     let tried = (0..TRIES).map(|t| samples[(7 * (k + t) + 3) % samples.len()]);
     let (uv, winding) = tried.map(|uv| (uv, tile.winding(uv))).find(|(_, winding)| winding.abs() == 1)?;
     let [from, du, dv] = face.draft.patches.tangents(uv.x, uv.y);
-    let normal = du.cross(dv).try_normalize()? * sign(face.reversed) * f64::from(winding);
+    let normal = du.cross(dv).try_normalize()? * f64::from(sign(face.reversed) * winding);
     let across = normal.any_orthonormal_pair();
     let along = (normal + across.0 * LEAN[0] + across.1 * LEAN[1]).try_normalize()?;
     let across = along.any_orthonormal_pair();

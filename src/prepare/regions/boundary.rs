@@ -47,7 +47,7 @@ pub(crate) fn of_boundary(boundary: &[Vec<(u32, bool)>]) -> Chain {
     summed(boundary.iter().flatten().map(|&(edge, reversed)| (edge, sign(reversed))).collect())
 }
 
-/// The count of a use in a chain.
+/// The count of a use in a chain, and the sign of a face's contribution to a volume by `S_u × S_v`.
 pub(crate) fn sign(reversed: bool) -> i32 {
     if reversed { -1 } else { 1 }
 }

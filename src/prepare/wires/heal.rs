@@ -2,8 +2,8 @@
 //!
 //! First, loops that close in another order of their edges are reordered. Then a gap within the part's tolerance, or
 //! within the distance by which an edge may miss its vertex, is closed by merging its two vertices for all faces. A
-//! wider gap gets an edge, shared by all faces that have the gap: the image of the straight line in (u,v) on the
-//! surface of one of them.
+//! wider gap gets one new edge for all faces that have it. Its curve lies on the surface of one of them, over the
+//! straight line in (u,v).
 
 use super::ends::ends;
 use super::order::in_order;
