@@ -14,7 +14,6 @@ use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
 use trimtess::prepare::{Shells, prepare};
 
-/// `trimtess info`
 #[derive(clap::Args)]
 pub(crate) struct InfoArgs {
     /// A STEP file, builtin:NAME, or builtin:list.

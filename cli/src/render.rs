@@ -19,7 +19,6 @@ use trimtess::parallel;
 use trimtess::prepare::{Prepared, prepare};
 use trimtess::view::Camera;
 
-/// `trimtess render`
 #[derive(clap::Args)]
 pub(crate) struct RenderArgs {
     /// A STEP file, builtin:NAME, or builtin:list.

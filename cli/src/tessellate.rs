@@ -15,7 +15,6 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::out::{self, Format, GlbLevel};
 use trimtess::prepare::{Shells, prepare};
 
-/// `trimtess tessellate`
 #[derive(clap::Args)]
 pub(crate) struct TessellateArgs {
     /// A STEP file, builtin:NAME, or builtin:list.

@@ -244,3 +244,26 @@ fn one_face_through_the_apex() {
     body.face(cone, vec![vec![rims[0].along()], vec![rims[1].against()]], false);
     Ladder::sheet(body.finish(), 2.0 * frustum(3.0, 0.0, 3.0).1).climb();
 }
+
+#[test]
+fn a_band_through_the_apex_turns_on_its_way() {
+    let (half_angle, length) = (0.5_f64, 4.0);
+    for (wide, turn) in [(4.0, 0.3), (4.0, 1.0), (2.0, 2.0)] {
+        let mut body = Body::sheet();
+        let radius = length * half_angle.tan();
+        let path = |from: f64| {
+            move |v: f64| {
+                let (angle, out) = (from + turn * v / length, v * half_angle.tan());
+                DVec3::new(out * angle.cos(), out * angle.sin(), v)
+            }
+        };
+        let [left, right] = [0.0, wide].map(|from| body.spline(through(path(from), (-length, length), 200)));
+        // The parameter of the lower nappe is half a turn off the angle.
+        let low = body.arc(&level(-length), radius, PI - turn, PI - turn + wide);
+        let high = body.arc(&level(length), radius, turn, turn + wide);
+        let cone = Surface::Cone { frame: Frame3::WORLD, radius: 0.0, half_angle };
+        body.face(cone, vec![vec![low.along(), right.along(), high.against(), left.against()]], false);
+        let area = wide * half_angle.tan() * length * length / half_angle.cos();
+        Ladder::sheet(body.finish(), area).named((wide, turn)).climb();
+    }
+}

@@ -36,7 +36,6 @@ const VIEWS: usize = 4;
 /// Maximum length of a file of triangles, bytes: four million of them.
 const MOST_BYTES: u64 = 256 << 20;
 
-/// `trimtess bench glu-scene`
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true, disable_help_subcommand = true)]
 pub(super) struct GluSceneArgs {

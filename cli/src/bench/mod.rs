@@ -39,7 +39,6 @@ fn from_1_to_2(text: &str) -> Result<f64, String> {
     if (1.0..=2.0).contains(&number) { Ok(number) } else { Err("the value must be from 1 to 2".to_owned()) }
 }
 
-/// `trimtess bench`
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, disable_help_subcommand = true)]
 pub(crate) struct BenchArgs {

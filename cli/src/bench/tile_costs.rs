@@ -32,7 +32,6 @@ struct Sample {
     weight: f64,
 }
 
-/// `trimtess bench tile-costs`
 #[derive(clap::Args)]
 pub(super) struct TileCostsArgs {
     /// STEP files, or builtin:NAME.

@@ -17,7 +17,6 @@ use load::Loader;
 use looks::Looks;
 use std::path::PathBuf;
 
-/// `trimtess view`
 #[derive(clap::Args)]
 pub(crate) struct ViewArgs {
     /// A STEP file, builtin:NAME, or builtin:list. Without it, the window opens empty and waits for a dropped file.
@@ -36,7 +35,7 @@ pub(crate) struct ViewArgs {
           value_parser = clap::value_parser!(u32).range(0..=100_000))]
     frames: u32,
     /// Click here before the screenshot, in points from the upper left corner of the window.
-    #[arg(long, value_name = "X,Y", value_parser = point, requires = "screenshot")]
+    #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true, requires = "screenshot")]
     click: Option<(f32, f32)>,
 }
 

@@ -42,6 +42,8 @@ pub(crate) fn narrow(mesh: &mut TileMesh, count: usize, surface: &mut FaceSurfac
     let mut web = Web::new(mesh);
     let mut left = CHANGES * wide.len();
     while let (Some(t), 1..) = (wide.pop(), left) {
+        // In a row of vertices at a pole, the middles of sides that lead to a far one are off in (u,v) alone.
+        web.mesh.triangles[t] = web.with_near_parameters(web.mesh.triangles[t], surface.uvs);
         let off = surface.deviation(web.mesh, web.mesh.triangles[t]);
         if off <= surface.chord {
             continue;

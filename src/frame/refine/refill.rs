@@ -96,20 +96,4 @@ impl Web<'_> {
         let new = new.into_iter().map(|corners| self.with_near_parameters(corners, uvs)).chain(std::iter::repeat(GONE));
         Some(Change { triangles: patch.iter().copied().zip(new).collect() })
     }
-
-    /// The same triangle. Of several vertices at a pole, it uses the one whose parameters are nearest to the other
-    /// corners'.
-    fn with_near_parameters(&self, corners: [u32; 3], uvs: &[DVec2]) -> [u32; 3] {
-        let uv = |v: u32| uvs[v as usize];
-        let mut near = corners;
-        for k in 0..3 {
-            let others = 0.5 * (uv(corners[(k + 1) % 3]) + uv(corners[(k + 2) % 3]));
-            let distance = |v: &u32| uv(*v).distance_squared(others);
-            near[k] = self
-                .same(corners[k])
-                .min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
-                .unwrap_or(corners[k]);
-        }
-        near
-    }
 }

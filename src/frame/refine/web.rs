@@ -6,7 +6,7 @@ use crate::math::bits;
 use crate::math::buckets::Buckets;
 use crate::math::order::larger;
 use crate::mesh::{Origin, TileMesh};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
@@ -132,6 +132,22 @@ impl<'a> Web<'a> {
         let one = self.one(v);
         let others = self.poles.rows.get(&one).into_iter().flatten().copied().filter(move |&other| other != v);
         std::iter::once(v).chain(others)
+    }
+
+    /// The same triangle. Of several vertices at a pole, it uses the one whose parameters are nearest to the other
+    /// corners'.
+    pub(crate) fn with_near_parameters(&self, corners: [u32; 3], uvs: &[DVec2]) -> [u32; 3] {
+        let uv = |v: u32| uvs[v as usize];
+        let mut near = corners;
+        for k in 0..3 {
+            let others = 0.5 * (uv(corners[(k + 1) % 3]) + uv(corners[(k + 2) % 3]));
+            let distance = |v: &u32| uv(*v).distance_squared(others);
+            near[k] = self
+                .same(corners[k])
+                .min_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)))
+                .unwrap_or(corners[k]);
+        }
+        near
     }
 
     /// The triangle left of a directed edge, if there is one.
