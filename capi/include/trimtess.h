@@ -105,9 +105,10 @@ typedef enum {
 typedef enum {
     // Nothing is lost; something was repaired or approximated.
     TT_SEVERITY_NOTE = 0,
-    // A colour or a name is lost, or a face differs from the file.
+    // Something other than geometry is lost (a colour, a name), a face differs from the file, or the mesh is coarser
+    // than asked.
     TT_SEVERITY_WARNING = 1,
-    // A face is lost.
+    // Geometry is lost or may be wrong: a face, a hole, an occurrence, the unit, or the mesh fails its check.
     TT_SEVERITY_ERROR = 2,
 } tt_severity;
 
@@ -640,7 +641,8 @@ typedef struct {
     // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     // for the next frame. 0 = any.
     double budget;
-    // Triangles of a frame at most; 0 = 64 million. Frames of views are coarser beyond it.
+    // Triangles of a frame at most, as counted before they are made: two per lattice cell and two per point of an edge,
+    // each part once; frames have about half as many. 0 = 64 million. Frames of views are coarser beyond it.
     uint64_t max_triangles;
     // Triangles of one tile at most; 0 = 8 million.
     uint64_t max_tile_triangles;
