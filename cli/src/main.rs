@@ -244,7 +244,7 @@ fn command() -> clap::Command {
             .mut_subcommands(with_negatives)
     }
     let mut plain = Cli::command();
-    // Subcommands have no arguments before.
+    // Subcommands get their arguments only then.
     plain.build();
     with_negatives(plain)
 }

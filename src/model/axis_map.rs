@@ -56,7 +56,7 @@ impl AxisMap {
         }
     }
 
-    /// The ends of the spans that lie between two natural parameters, and what divides spans into `parts`; increasing.
+    /// The natural parameters that divide each span into `parts`, its ends included, between two of them; increasing.
     pub(crate) fn parts_of_spans(self, parts: u32, low: f64, high: f64) -> impl Iterator<Item = f64> {
         let (start, part, count) = match self {
             Self::Identity => (0.0, 1.0, 0),

@@ -47,7 +47,7 @@ pub(crate) struct PartTolerance {
     /// Cameras in the coordinates of the part's instances; empty for the same tolerance everywhere.
     seen: Vec<PartCamera>,
     radius: f64,
-    /// Of the place where it is largest.
+    /// The largest of any place of the part.
     loosest: Tolerance,
     /// Whether a requested value is invalid or too small to meet.
     pub(crate) unusable: bool,

@@ -81,8 +81,8 @@ pub(crate) fn trace_loop(
     Ok((traced, (!closes(miss)).then_some(miss)))
 }
 
-/// The coedges without edges there and back within the reach of a pole. Programs draw a cone's seam up to its apex,
-/// though the loop passes within that reach of it.
+/// The coedges without edges there and back within the reach of a pole, unless there are no others. Programs draw a
+/// cone's seam up to its apex, though the loop passes within that reach of it.
 fn without_spikes<'a>(part: &Part, coedges: &'a [Coedge], projector: &Projector<'_>) -> Cow<'a, [Coedge]> {
     let n = coedges.len();
     let is_spike = |k: usize| {
@@ -99,7 +99,8 @@ fn without_spikes<'a>(part: &Part, coedges: &'a [Coedge], projector: &Projector<
     if projector.poles.is_empty() || n < 3 || !(0..n).any(is_spike) {
         return Cow::Borrowed(coedges);
     }
-    (0..n).filter(|&k| !is_spike(k) && !is_spike(k + n - 1)).map(|k| coedges[k]).collect()
+    let others: Vec<Coedge> = (0..n).filter(|&k| !is_spike(k) && !is_spike(k + n - 1)).map(|k| coedges[k]).collect();
+    if others.is_empty() { Cow::Borrowed(coedges) } else { Cow::Owned(others) }
 }
 
 /// Traces a loop from its coedge `first`. The second value is the distance in space by which it fails to close.
