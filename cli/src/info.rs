@@ -14,6 +14,7 @@ use std::fmt::Write as _;
 use trimtess::model::{Model, Severity};
 use trimtess::prepare::{Shells, prepare};
 
+/// Print what is in a file: parts, instances, faces by kind, units, bounding box, closedness, diagnostics.
 #[derive(clap::Args)]
 pub(crate) struct InfoArgs {
     /// A STEP file, builtin:NAME, or builtin:list.

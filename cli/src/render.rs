@@ -19,6 +19,7 @@ use trimtess::parallel;
 use trimtess::prepare::{Prepared, prepare};
 use trimtess::view::Camera;
 
+/// Render a file to a PNG picture.
 #[derive(clap::Args)]
 pub(crate) struct RenderArgs {
     /// A STEP file, builtin:NAME, or builtin:list.

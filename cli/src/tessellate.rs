@@ -15,6 +15,7 @@ use trimtess::frame::{self, Tolerance};
 use trimtess::out::{self, Format, GlbLevel};
 use trimtess::prepare::{Shells, prepare};
 
+/// Tessellate a file to GLB, STL, PLY or OBJ.
 #[derive(clap::Args)]
 pub(crate) struct TessellateArgs {
     /// A STEP file, builtin:NAME, or builtin:list.

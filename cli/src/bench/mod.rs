@@ -39,6 +39,7 @@ fn from_1_to_2(text: &str) -> Result<f64, String> {
     if (1.0..=2.0).contains(&number) { Ok(number) } else { Err("the value must be from 1 to 2".to_owned()) }
 }
 
+/// Measure frame times along a camera path: stages, workers, bytes uploaded.
 #[derive(clap::Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, disable_help_subcommand = true)]
 pub(crate) struct BenchArgs {
@@ -110,10 +111,7 @@ pub(crate) struct BenchArgs {
 /// Measurements other than a camera path over a file.
 #[derive(clap::Subcommand)]
 enum Other {
-    /// Measure the trimmed teapot of the comparison with libGLU: triangles, error in pixels, cracks, time of one
-    /// thread.
     GluScene(glu_scene::GluSceneArgs),
-    /// Fit a cost model of tiles to times on this machine, and compare it with the weights from `prepare`.
     TileCosts(tile_costs::TileCostsArgs),
 }
 

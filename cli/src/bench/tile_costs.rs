@@ -32,6 +32,7 @@ struct Sample {
     weight: f64,
 }
 
+/// Fit a cost model of tiles to times on this machine, and compare it with the weights from `prepare`.
 #[derive(clap::Args)]
 pub(super) struct TileCostsArgs {
     /// STEP files, or builtin:NAME.

@@ -17,6 +17,7 @@ use load::Loader;
 use looks::Looks;
 use std::path::PathBuf;
 
+/// Show a file in a window: orbit, zoom, pick faces. Files dropped onto the window are opened.
 #[derive(clap::Args)]
 pub(crate) struct ViewArgs {
     /// A STEP file, builtin:NAME, or builtin:list. Without it, the window opens empty and waits for a dropped file.
