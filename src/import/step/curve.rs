@@ -544,9 +544,6 @@ fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
     Ok(())
 }
 
-/// A spline whose ends are nearer to each other than this share of its size is closed: its last point is rounded.
-const CLOSED: f64 = 1e-5;
-
 /// The part of a spline between two vertices, forward; on a closed curve, possibly across its seam.
 fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option<(NurbsCurve3, (f64, f64))> {
     let (a, b) = curve.domain();
@@ -559,7 +556,7 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
         return Some((curve, whole));
     }
     let [low, high] = around(curve.points.iter().copied());
-    let loops = first.distance(last) <= tolerance.max(CLOSED * low.distance(high));
+    let loops = first.distance(last) <= tolerance.max(spline::ROUNDED * low.distance(high));
     if together && !loops {
         return Some((curve, whole));
     }
