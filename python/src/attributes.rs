@@ -4,7 +4,11 @@ use crate::errors;
 use crate::model::{Rgba, rgba};
 use pyo3::prelude::*;
 use trimtess::frame;
+use trimtess::model::Colour;
 use trimtess::parallel::AttributeError;
+
+/// What a colour is.
+const SHARES: &str = "three or four numbers from 0 to 1";
 
 /// How views draw a part, or an instance. Attributes of an instance and of its part are combined.
 #[pyclass(frozen, module = "trimtess")]
@@ -45,14 +49,25 @@ impl Attributes {
 
 /// What Python gave as keywords.
 pub(crate) fn attributes(
-    (visible, colour): (bool, Option<Rgba>),
+    py: Python<'_>,
+    (visible, colour): (bool, Option<Vec<f32>>),
     (tolerance_scale, priority): (f64, f64),
-) -> frame::Attributes {
-    frame::Attributes::DEFAULT
+) -> PyResult<frame::Attributes> {
+    let attributes = frame::Attributes::DEFAULT
         .with_visible(visible)
-        .with_colour(colour.map(|(r, g, b, a)| [r, g, b, a]))
+        .with_colour(colour.map(|shares| colour_of(py, &shares)).transpose()?)
         .with_tolerance_scale(tolerance_scale)
-        .with_priority(priority)
+        .with_priority(priority);
+    Ok(attributes)
+}
+
+/// A colour of three numbers is opaque.
+fn colour_of(py: Python<'_>, shares: &[f32]) -> PyResult<Colour> {
+    match *shares {
+        [red, green, blue] => Ok([red, green, blue, 1.0]),
+        [red, green, blue, opacity] => Ok([red, green, blue, opacity]),
+        _ => Err(errors::out_of_range(py, "colour", format!("{shares:?}"), SHARES)),
+    }
 }
 
 /// Why attributes were not set, or cannot be told.
@@ -63,9 +78,7 @@ pub(crate) fn attribute_error(py: Python<'_>, failure: &AttributeError) -> PyErr
         }
         AttributeError::NoInstance { key } => errors::out_of_range(py, "key", key.to_bits(), "that of an instance"),
         AttributeError::Factor { name, value } => errors::out_of_range(py, name, value, "a finite number above 0"),
-        AttributeError::Colour { colour } => {
-            errors::out_of_range(py, "colour", format!("{colour:?}"), "four numbers from 0 to 1")
-        }
+        AttributeError::Colour { colour } => errors::out_of_range(py, "colour", format!("{colour:?}"), SHARES),
         _ => errors::internal(py, failure.to_string()),
     }
 }

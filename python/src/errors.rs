@@ -35,11 +35,11 @@ pub(crate) fn positive(py: Python<'_>, name: &str, value: Option<f64>) -> PyResu
 
 /// A limit that is exceeded: the name of the argument to raise, what is needed if that was counted, and the limit.
 fn limit(py: Python<'_>, name: &str, numbers: (Option<u64>, u64), message: &str) -> PyErr {
-    beyond(py, name, numbers, format!("{message}; pass a larger {name} to continue"))
+    beyond(py, Some(name), numbers, format!("{message}; pass a larger {name} to continue"))
 }
 
-/// As [`limit`], with all that the caller may do in the message.
-fn beyond(py: Python<'_>, name: &str, (needed, limit): (Option<u64>, u64), message: String) -> PyErr {
+/// As [`limit`], with all that the caller may do in the message. No `name`: no argument raises the limit.
+fn beyond(py: Python<'_>, name: Option<&str>, (needed, limit): (Option<u64>, u64), message: String) -> PyErr {
     let fields = PyDict::new(py);
     let set = || {
         fields.set_item("name", name)?;
@@ -52,6 +52,16 @@ fn beyond(py: Python<'_>, name: &str, (needed, limit): (Option<u64>, u64), messa
 /// What went wrong, for a person to report.
 pub(crate) fn internal(py: Python<'_>, message: String) -> PyErr {
     error(py, "InternalError", message, &PyDict::new(py))
+}
+
+/// The system refused a thread: too many are asked for, or too many run.
+pub(crate) fn no_threads(py: Python<'_>, failure: &dyn std::fmt::Display) -> PyErr {
+    error(py, "TessellateError", format!("{failure}; pass a smaller workers"), &PyDict::new(py))
+}
+
+/// An array would have more rows than its indices have numbers, as `failure` says.
+pub(crate) fn too_many(py: Python<'_>, failure: &dyn std::fmt::Display) -> PyErr {
+    error(py, "TessellateError", failure.to_string(), &PyDict::new(py))
 }
 
 /// Work ends with this only after [`Control::cancel`](trimtess::control::Control::cancel), which has its own exception.
@@ -86,6 +96,7 @@ pub(crate) fn unread(py: Python<'_>, failure: &StepError, source: Option<&str>) 
         StepError::TooManyInstances { limit: most } => {
             return limit(py, "max_instances", (None, *most), &message);
         }
+        StepError::TooManyOccurrences { limit: most, .. } => return beyond(py, None, (None, *most), message),
         StepError::Cancelled => return cancelled(py),
         StepError::Io { error, .. } => ("io", Some(of_system(py, error))),
         StepError::NotStep { .. } => ("not-step", None),
@@ -111,12 +122,13 @@ pub(crate) fn unprepared(py: Python<'_>, failure: &PrepareError) -> PyErr {
         }
         PrepareError::TooMuchMemory { limit: most, .. } => limit(py, "max_memory", (None, *most), &failure.to_string()),
         PrepareError::Cancelled => cancelled(py),
-        _ => error(py, "PrepareError", failure.to_string(), &PyDict::new(py)),
+        _ => internal(py, failure.to_string()),
     }
 }
 
-/// Why the mesh would be coarser than asked. `hint`: what the caller may do.
-pub(crate) fn short(py: Python<'_>, failure: &Shortfall, hint: impl FnOnce(&str) -> String) -> PyErr {
+/// Why the mesh would be coarser than asked. `hint`: what the caller may do, given the argument that sets the limit,
+/// and whether the call has that argument.
+pub(crate) fn short(py: Python<'_>, failure: &Shortfall, hint: impl FnOnce(&str) -> (String, bool)) -> PyErr {
     if failure.unusable {
         return unfit(py, "the tolerance", failure, "one that a mesh of this model can meet");
     }
@@ -127,14 +139,17 @@ pub(crate) fn short(py: Python<'_>, failure: &Shortfall, hint: impl FnOnce(&str)
     } else {
         ("max_tile_triangles", (None, failure.limits.triangles_per_tile))
     };
-    beyond(py, name, numbers, format!("{failure}; {}", hint(name)))
+    let (hint, has_argument) = hint(name);
+    beyond(py, has_argument.then_some(name), numbers, format!("{failure}; {hint}"))
 }
 
 /// Why there is no mesh.
 pub(crate) fn unmade(py: Python<'_>, failure: &FrameError) -> PyErr {
     match failure {
         FrameError::Cancelled => cancelled(py),
-        _ => error(py, "TessellateError", failure.to_string(), &PyDict::new(py)),
+        // The library's own sinks refuse what their indices cannot number.
+        FrameError::Sink(_) => too_many(py, failure),
+        _ => internal(py, failure.to_string()),
     }
 }
 

@@ -44,7 +44,7 @@ impl Flat {
         }
         let job = Job { py, stage: "flatten", progress: None, workers: 1 };
         let flat = job.run(|_| FlatMesh::of(frame))?;
-        let flat = flat.map_err(|failure| errors::internal(py, failure.to_string()))?;
+        let flat = flat.map_err(|failure| errors::too_many(py, &failure))?;
         Ok(Self(Store::Own(Arc::new(flat))))
     }
 }

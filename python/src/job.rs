@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
-use trimtess::control::Control;
+use trimtess::control::{Control, Threads};
 
 /// How often signals are heard: work that Ctrl-C ends has most of 50 ms for the tiles in hand. Faster, and threads of
 /// other Python code wait for the lock.
@@ -17,7 +17,7 @@ pub(crate) const HEARD_EVERY: Duration = Duration::from_millis(10);
 /// Waits between two reports of progress.
 const WAITS_PER_REPORT: u32 = 5;
 
-/// Stack of threads, as the main thread has on Linux.
+/// Stack of the thread that starts the work, as those of [`Threads`].
 const STACK: usize = 8 << 20;
 
 /// Maximum number of threads that can be asked for, as in the program: starting more takes longer than any file.
@@ -58,14 +58,14 @@ pub(crate) struct Job<'py> {
     pub(crate) py: Python<'py>,
     /// Name of the stage, for `progress`.
     pub(crate) stage: &'static str,
-    /// Called with the stage, what is done and what there is to do; on the caller's thread.
+    /// Called with the stage, what is done and what there is to do, once that is known; on the caller's thread.
     pub(crate) progress: Option<Bound<'py, PyAny>>,
-    /// Threads at most; 0 = one per core.
+    /// Threads at most; 0 as for [`Threads::start`].
     pub(crate) workers: usize,
 }
 
 impl Job<'_> {
-    /// Runs `work` in a pool of threads of its own, so that nothing outlives the call: a process may fork between
+    /// Runs `work` in a pool of threads of its own. They have ended when this returns: a process may fork between
     /// calls.
     ///
     /// If a signal handler or `progress` raises, the work is cancelled, and the exception is returned once it has
@@ -77,17 +77,18 @@ impl Job<'_> {
             observed.0.store(progress.done, Ordering::Relaxed);
             observed.1.store(progress.total, Ordering::Relaxed);
         });
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.workers).stack_size(STACK).build();
-        let pool = pool.map_err(|e| errors::internal(self.py, format!("cannot start threads: {e}")))?;
+        let pool = Threads::start(self.workers).map_err(|failure| errors::no_threads(self.py, &failure))?;
         thread::scope(|scope| {
             let run = || {
-                let done = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&control))));
+                let done = catch_unwind(AssertUnwindSafe(|| pool.run(|| work(&control))));
+                // Here its threads are awaited without the interpreter's lock.
+                drop(pool);
                 ended.set();
                 done
             };
             let builder = thread::Builder::new().name(format!("trimtess-{}", self.stage)).stack_size(STACK);
             let started = builder.spawn_scoped(scope, run);
-            let started = started.map_err(|e| errors::internal(self.py, format!("cannot start a thread: {e}")))?;
+            let started = started.map_err(|e| errors::no_threads(self.py, &format!("cannot start a thread: {e}")))?;
             let (mut raised, mut waits) = (None, 0);
             while !self.py.detach(|| ended.wait()) {
                 if raised.is_some() {
@@ -111,7 +112,8 @@ impl Job<'_> {
     fn report(&self, counts: &Counts) -> PyResult<()> {
         let Some(progress) = &self.progress else { return Ok(()) };
         let (done, total) = (counts.0.load(Ordering::Relaxed), counts.1.load(Ordering::Relaxed));
-        progress.call1((self.stage, done, total)).map(drop)
+        // Reading counts parts once the syntax is parsed: callers may divide by the total.
+        if total > 0 { progress.call1((self.stage, done, total)).map(drop) } else { Ok(()) }
     }
 }
 

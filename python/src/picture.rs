@@ -77,7 +77,9 @@ pub(crate) fn draw(
     })?;
     drawn.map_err(|failure| match failure {
         Failure::NoAdapter(why) => errors::error(job.py, "NoAdapterError", why, &PyDict::new(job.py)),
-        Failure::Limits(short) => errors::short(job.py, &short, |_| "use a larger deviation_px or size_px".into()),
+        Failure::Limits(short) => {
+            errors::short(job.py, &short, |_| ("use a larger deviation_px or size_px".into(), false))
+        }
         Failure::Frame(failure) => errors::unmade(job.py, &failure),
         Failure::Render(why) => errors::error(job.py, "RenderError", why.to_string(), &PyDict::new(job.py)),
     })

@@ -121,8 +121,7 @@ impl Prepared {
                 (frame, diagnostics, plan.shortfall.as_ref().map(ToString::to_string))
             }))
         })?;
-        let hint =
-            |limit: &str| format!("use a larger tolerance, pass coarsen=True; pass a larger {limit} to continue");
+        let hint = |limit: &str| (format!("use a larger tolerance, a larger {limit}, or coarsen=True"), true);
         let made = made.map_err(|short| errors::short(py, &short, hint))?;
         let (frame, diagnostics, shortfall) = made.map_err(|failure| errors::unmade(py, &failure))?;
         Ok(Mesh {

@@ -1,7 +1,7 @@
 //! A path or bytes -> a model.
 
 use crate::errors;
-use crate::job::Job;
+use crate::job::{Job, threads};
 use crate::model::Model;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -46,6 +46,7 @@ impl Source {
 /// Raises:
 ///     ReadError: The file cannot be read at all.
 ///     LimitError: A limit is exceeded.
+///     RangeError: `workers` is too large.
 #[pyfunction]
 #[pyo3(signature = (source, *, name=None, max_memory=None, max_bytes=None, max_entities=None, max_instances=None,
                     supplemental=false, workers=None, progress=None))]
@@ -71,7 +72,7 @@ pub(crate) fn read(
         .with_max_instances(max_instances.unwrap_or(defaults.max_instances))
         .with_supplemental(supplemental);
     let source = Source::of(source)?;
-    let job = Job { py, stage: "read", progress, workers: workers.unwrap_or(0) };
+    let job = Job { py, stage: "read", progress, workers: threads(py, workers)? };
     let read = job.run(|control| match &source {
         Source::Path(path) => read_file_on(&Rayon, path, &options, control),
         Source::Bytes(bytes) => read_on(&Rayon, bytes, &options, control),

@@ -4,12 +4,11 @@ use crate::array;
 use crate::attributes::{Attributes, attribute_error, attributes};
 use crate::errors;
 use crate::job::HEARD_EVERY;
-use crate::model::{Instance, Rgba};
+use crate::model::Instance;
 use crate::prepared::Prepared;
 use crate::view::View;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use trimtess::glam::{DAffine3, DMat4};
@@ -89,7 +88,7 @@ pub(crate) struct Session(Mutex<State>);
 impl Session {
     pub(crate) fn start(py: Python<'_>, prepared: &Arc<prepare::Prepared>, options: &SessionOptions) -> PyResult<Self> {
         let session = py.detach(|| parallel::Session::start(Arc::clone(prepared), options));
-        let session = session.map_err(|e| errors::internal(py, format!("cannot start threads: {e}")))?;
+        let session = session.map_err(|failure| errors::no_threads(py, &failure))?;
         let instances = Arc::new(session.scene().instances.clone());
         Ok(Self(Mutex::new(State { session, drawn: Arc::default(), instances })))
     }
@@ -116,7 +115,7 @@ impl Session {
     ///     views: `View`s. Tiles that none of them shows are not drawn.
     ///
     /// Raises:
-    ///     TessellateError: An internal error ended the session.
+    ///     InternalError: An internal error ended the session.
     ///     RuntimeError: Another thread is using the session.
     #[pyo3(signature = (*views))]
     fn view(&self, py: Python<'_>, views: Vec<PyRef<'_, View>>) -> PyResult<Frame> {
@@ -138,7 +137,7 @@ impl Session {
             }
         };
         (*drawn, *instances) = (Arc::clone(&changes.drawn), Arc::clone(&changes.instances));
-        Ok(Frame { changes, report })
+        Ok(Frame { changes, report, shortfall: session.shortfall().map(ToString::to_string) })
     }
 
     /// Goes on with another prepared model: one of a file that has changed, prepared with `like`. The next frame has the
@@ -149,7 +148,7 @@ impl Session {
     ///     prepared: The model.
     ///
     /// Raises:
-    ///     TessellateError: An internal error ended the session.
+    ///     InternalError: An internal error ended the session.
     ///     RuntimeError: Another thread is using the session.
     fn update(&self, py: Python<'_>, prepared: PyRef<'_, Prepared>) -> PyResult<()> {
         let model = Arc::clone(&prepared.prepared);
@@ -251,8 +250,8 @@ impl Session {
     /// Args:
     ///     part: Index of a part of the model.
     ///     visible: Whether views draw it. An instance is drawn if it and its part are visible.
-    ///     colour: Red, green, blue (sRGB) and opacity, 0 to 1, instead of the colours of the model. An instance's
-    ///         overrides its part's. A colour costs no tile.
+    ///     colour: Red, green, blue (sRGB) and opacity (1 if not given), 0 to 1, instead of the colours of the model. An
+    ///         instance's overrides its part's. A colour costs no tile.
     ///     tolerance_scale: Factor on `deviation_px` and `size_px` of all views, not on `angle`: 0.5 is twice as fine.
     ///         Those of an instance and its part are multiplied; products below 1e-6 and above 1e6 count as these.
     ///         Instances that share a level of detail are as fine as the strictest of them needs.
@@ -267,11 +266,11 @@ impl Session {
         py: Python<'_>,
         part: u32,
         visible: bool,
-        colour: Option<Rgba>,
+        colour: Option<Vec<f32>>,
         tolerance_scale: f64,
         priority: f64,
     ) -> PyResult<()> {
-        let attributes = attributes((visible, colour), (tolerance_scale, priority));
+        let attributes = attributes(py, (visible, colour), (tolerance_scale, priority))?;
         self.state()?.session.set_part(PartId(part), &attributes).map_err(|failure| attribute_error(py, &failure))
     }
 
@@ -292,12 +291,12 @@ impl Session {
         py: Python<'_>,
         key: u64,
         visible: bool,
-        colour: Option<Rgba>,
+        colour: Option<Vec<f32>>,
         tolerance_scale: f64,
         priority: f64,
     ) -> PyResult<()> {
-        let (key, attributes) =
-            (InstanceKey::from_bits(key), attributes((visible, colour), (tolerance_scale, priority)));
+        let key = InstanceKey::from_bits(key);
+        let attributes = attributes(py, (visible, colour), (tolerance_scale, priority))?;
         self.state()?.session.set_instance(key, &attributes).map_err(|failure| attribute_error(py, &failure))
     }
 
@@ -350,7 +349,7 @@ fn unplaced(py: Python<'_>, failure: &InstanceError) -> PyErr {
         InstanceError::Transform { .. } => {
             errors::unfit(py, "transform", failure, "a rigid motion with a uniform scale")
         }
-        _ => errors::error(py, "TessellateError", failure.to_string(), &PyDict::new(py)),
+        _ => errors::internal(py, failure.to_string()),
     }
 }
 
@@ -359,6 +358,7 @@ fn unplaced(py: Python<'_>, failure: &InstanceError) -> PyErr {
 pub(crate) struct Frame {
     changes: Changes,
     report: FrameReport,
+    shortfall: Option<String>,
 }
 
 #[pymethods]
@@ -445,6 +445,13 @@ impl Frame {
     #[getter]
     fn deferred(&self) -> u32 {
         self.report.deferred
+    }
+
+    /// Why it is coarser than its views ask; None if it is not. `max_memory` of the session, and the limits on
+    /// triangles that `tessellate` has, hold for frames, too.
+    #[getter]
+    fn shortfall(&self) -> Option<&str> {
+        self.shortfall.as_deref()
     }
 
     fn __repr__(&self) -> String {

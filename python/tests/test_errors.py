@@ -1,5 +1,6 @@
 """Errors are exceptions with fields; no panic crosses the interface."""
 
+import functools
 import pickle
 
 import pytest
@@ -11,7 +12,7 @@ CLASSES = [
     trimtess.ReadError("m", kind="io", path="p", errno=2, strerror="s"),
     trimtess.LimitError("m", name="max_memory", limit=3),
     trimtess.RangeError("m", name="chord", value="-1", expected="a number"),
-    trimtess.PrepareError("m"),
+    trimtess.LimitError("m", name=None, limit=3, needed=4),
     trimtess.TessellateError("m"),
     trimtess.FormatError("m", extension="x"),
     trimtess.SaveError("m", path="p", errno=28, strerror="s"),
@@ -74,12 +75,39 @@ def test_limits_of_preparing_and_tessellating_name_the_argument(large):
     with pytest.raises(trimtess.LimitError) as told:
         large.tessellate(max_triangles=1000)
     assert (told.value.name, told.value.limit) == ("max_triangles", 1000) and told.value.needed > 1000
+    assert str(told.value).endswith("; use a larger tolerance, a larger max_triangles, or coarsen=True")
     mesh = large.tessellate(max_triangles=1000, coarsen=True)
     assert mesh.shortfall and large.tessellate().shortfall is None
 
 
+def test_a_limit_that_no_argument_raises_names_none():
+    rows = [
+        "#1=(GEOMETRIC_REPRESENTATION_CONTEXT(3)REPRESENTATION_CONTEXT('',''))",
+        "#20=AXIS2_PLACEMENT_3D('',#21,$,$)",
+        "#21=CARTESIAN_POINT('',(0.,0.,0.))",
+        "#62=ADVANCED_FACE('',(),#63,.T.)",
+        "#63=SPHERICAL_SURFACE('',#20,1.)",
+        "#64=OPEN_SHELL('',(#62))",
+        "#65=SHELL_BASED_SURFACE_MODEL('',(#64))",
+        "#66=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#65),#1)",
+    ]
+    below = 66
+    for row in range(200, 300, 5):
+        # Each places the one before twice.
+        rows += [f"#{row}=REPRESENTATION_MAP(#20,#{below})", f"#{row + 1}=MAPPED_ITEM('',#{row},#20)"]
+        rows += [f"#{row + 2}=MAPPED_ITEM('',#{row},#20)"]
+        rows += [f"#{row + 3}=SHAPE_REPRESENTATION('',(#{row + 1},#{row + 2}),#1)"]
+        below = row + 3
+    head = "ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'2;1');FILE_NAME('','',(''),(''),'','','');"
+    text = f"{head}FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));ENDSEC;DATA;{';'.join(rows)};ENDSEC;END-ISO-10303-21;"
+    with pytest.raises(trimtess.LimitError, match="assemblies nested in each other") as told:
+        trimtess.read(text.encode())
+    assert told.value.name is None and told.value.needed is None and told.value.limit > 30_000
+
+
 def test_more_threads_than_any_machine_has_are_refused(large):
-    for call in [trimtess.read(SMALL).prepare, large.tessellate, large.session]:
+    read = functools.partial(trimtess.read, SMALL)
+    for call in [read, read().prepare, large.tessellate, large.session, large.render]:
         with pytest.raises(trimtess.RangeError, match="workers is 1025"):
             call(workers=1025)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from files import LARGE
 
 import trimtess
 
@@ -34,6 +35,13 @@ def test_views_and_colours_change_the_picture(prepared, picture):
 def test_notebooks_show_a_png(prepared, picture):
     for shown in (prepared, prepared.tessellate()):
         assert shown._repr_png_().startswith(b"\x89PNG")
+
+
+def test_a_limit_names_no_argument_that_render_lacks(picture):
+    large = trimtess.read(LARGE, max_memory=60 * LARGE.stat().st_size).prepare()
+    with pytest.raises(trimtess.LimitError, match="use a larger deviation_px or size_px") as told:
+        large.render(320, 240, deviation_px=1e-5)
+    assert told.value.name is None and told.value.needed > told.value.limit
 
 
 @pytest.mark.parametrize(

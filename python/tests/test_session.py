@@ -165,6 +165,8 @@ def test_parts_and_instances_are_hidden_coloured_and_refined(prepared):
     assert [row for row, _ in frame.drawn()] == [1] and frame.changed == []
     assert [instance.visible for instance in frame.instances] == [False, True]
     assert [instance.colour for instance in frame.instances] == [(1, 0, 0, 1), (0, 0, 1, 0.5)]
+    for colour in ([1, 0, 0], np.array([1, 0, 0, 1], np.float32)):
+        session.set_instance(first, visible=False, colour=colour)
     told = session.instance_attributes(first)
     assert (told.visible, told.colour, told.tolerance_scale, told.priority) == (False, (1, 0, 0, 1), 1, 1)
     assert "hidden" in repr(told) and session.part_attributes(1).colour == (0, 0, 1, 0.5)
@@ -183,6 +185,7 @@ def test_parts_and_instances_are_hidden_coloured_and_refined(prepared):
         (lambda: session.set_part(0, tolerance_scale=0), "tolerance_scale is 0, not a finite number above 0"),
         (lambda: session.set_instance(second, priority=math.nan), "priority is NaN"),
         (lambda: session.set_instance(second, colour=(0, 0, 0, 2)), "four numbers from 0 to 1"),
+        (lambda: session.set_instance(second, colour=[0, 0]), "colour is .0.0, 0.0., not three or four numbers"),
     ]:
         with pytest.raises(trimtess.RangeError, match=words):
             work()
@@ -193,6 +196,15 @@ def test_a_budget_defers_and_a_still_camera_catches_up(large):
     session, view = large.session(budget_ms=0.05, workers=1), large.view(deviation_px=0.05)
     deferred = [session.view(view).deferred for _ in range(400)]
     assert deferred[0] > 0 and deferred[-1] == 0
+
+
+def test_a_frame_tells_that_limits_made_it_coarser(large):
+    view = large.view()
+    assert large.session().view(view).shortfall is None
+    session = large.session(max_memory=100_000)
+    first, again = session.view(view), session.view(view)
+    assert "100000 bytes of memory" in first.shortfall
+    assert again.changed == [] and again.shortfall == first.shortfall
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,10 @@
 
 import multiprocessing
 import os
+import pathlib
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -27,7 +30,15 @@ def test_progress_is_told_on_the_callers_thread_and_ends_with_the_total():
     for stage in ("read", "prepare", "tessellate"):
         counts = [(done, total) for of, done, total, _ in told if of == stage]
         assert counts == sorted(counts) and counts[-1][0] == counts[-1][1] > 0, stage
+    assert all(total > 0 for _, _, total, _ in told), "callers may divide by it"
     assert [total for of, _, total, _ in told if of == "prepare"][-1] == mesh.face_count
+
+
+def test_progress_is_not_told_before_the_total_is_known():
+    told = []
+    with pytest.raises(trimtess.ReadError):
+        trimtess.read(b"no STEP file", progress=lambda *of: told.append(of))
+    assert told == []
 
 
 def test_an_exception_of_progress_ends_the_work(large):
@@ -117,6 +128,57 @@ def test_the_number_of_workers_does_not_change_a_bit(prepared):
     one, many = (prepared.tessellate(workers=n) for n in (1, 5))
     for name in ("positions", "normals", "uv", "triangles", "face_ids"):
         assert np.array_equal(getattr(one, name), getattr(many, name)), name
+
+
+def running():
+    """Threads of this process. One that was joined may still be listed for a moment, with the kernel's mark for exit."""
+    marks = []
+    for stat in pathlib.Path("/proc/self/task").glob("*/stat"):
+        try:
+            marks.append(int(stat.read_text().rpartition(")")[2].split()[6]))
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+    return sum(not mark & 4 for mark in marks)
+
+
+@pytest.mark.skipif(not pathlib.Path("/proc/self/task").is_dir(), reason="the system does not list threads")
+def test_threads_have_ended_once_a_call_returns(prepared):
+    before = running()
+    for call in (
+        lambda: trimtess.read(SMALL, workers=64),
+        lambda: trimtess.read(SMALL).prepare(workers=64),
+        lambda: prepared.tessellate(workers=64),
+        prepared.view,
+    ):
+        result = call()
+        assert running() == before, result
+    session = prepared.session(workers=64)
+    assert running() == before + 64
+    del session
+    assert running() == before
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the system does not limit threads")
+def test_refused_threads_are_no_defect():
+    program = (
+        "import os, resource, sys, trimtess\n"
+        "model = trimtess.read(sys.argv[1], workers=1)\n"
+        "prepared = model.prepare(workers=1)\n"
+        # The limit does not hold for root.
+        "os.getuid() or os.setuid(65534)\n"
+        "resource.setrlimit(resource.RLIMIT_NPROC, (1, 1))\n"
+        "for call in (model.prepare, prepared.tessellate, prepared.session):\n"
+        "    try:\n"
+        "        call(workers=2)\n"
+        "    except trimtess.TessellateError as error:\n"
+        "        print(error)\n"
+    )
+    told = subprocess.run([sys.executable, "-c", program, str(SMALL)], capture_output=True, text=True, check=False)
+    assert told.returncode == 0, told.stderr
+    refused = told.stdout.splitlines()
+    assert len(refused) == 3
+    for words in refused:
+        assert words.startswith("cannot start threads: ") and words.endswith("; pass a smaller workers")
 
 
 def _count(queue):

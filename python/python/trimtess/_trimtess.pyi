@@ -277,7 +277,7 @@ class Session:
         part: int,
         *,
         visible: bool = True,
-        colour: Optional[_Rgba] = None,
+        colour: Optional[_Vector] = None,
         tolerance_scale: float = 1.0,
         priority: float = 1.0,
     ) -> None: ...
@@ -286,7 +286,7 @@ class Session:
         key: int,
         *,
         visible: bool = True,
-        colour: Optional[_Rgba] = None,
+        colour: Optional[_Vector] = None,
         tolerance_scale: float = 1.0,
         priority: float = 1.0,
     ) -> None: ...
@@ -325,6 +325,8 @@ class Frame:
     def degraded(self) -> List[Tuple[int, int, str]]: ...
     @property
     def deferred(self) -> int: ...
+    @property
+    def shortfall(self) -> Optional[str]: ...
 
 @final
 class Tile:

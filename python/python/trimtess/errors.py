@@ -1,4 +1,4 @@
-"""Exceptions of trimtess, with fields. All are subclasses of :class:`Error`, and can be pickled."""
+"""Exceptions of trimtess, with fields. Those defined here are subclasses of :class:`Error`, and can be pickled."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any, Optional, Tuple
 
 
 class Error(Exception):
-    """Base of all exceptions of this package."""
+    """Base of the exceptions that this package defines."""
 
     def __init__(self, message: str, **fields: Any) -> None:
         super().__init__(message)
@@ -65,14 +65,14 @@ class ReadError(_SystemError):
 class LimitError(Error):
     """A limit on cost is exceeded. Nothing was made."""
 
-    #: The keyword argument that sets the limit, as "max_memory".
-    name: str
+    #: The keyword argument that raises the limit, as "max_memory"; None if the call has none.
+    name: Optional[str]
     #: The limit.
     limit: int
     #: What is needed; None if that was not counted.
     needed: Optional[int]
 
-    def __init__(self, message: str, *, name: str, limit: int, needed: Optional[int] = None) -> None:
+    def __init__(self, message: str, *, name: Optional[str], limit: int, needed: Optional[int] = None) -> None:
         super().__init__(message, name=name, limit=limit, needed=needed)
 
 
@@ -90,12 +90,8 @@ class RangeError(Error, ValueError):
         super().__init__(message, name=name, value=value, expected=expected)
 
 
-class PrepareError(Error):
-    """A model cannot be prepared."""
-
-
 class TessellateError(Error):
-    """A prepared model cannot be tessellated: threads are refused, or vertices exceed 32-bit indices."""
+    """Work cannot be done: the system refuses threads, in any call, or vertices exceed 32-bit indices."""
 
 
 class FormatError(Error, ValueError):

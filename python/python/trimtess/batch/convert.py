@@ -81,7 +81,7 @@ def convert(job: Json) -> Json:
 
 
 #: Errors that the file and the options cause, the same in every run. Others may be the machine's.
-REFUSED = (trimtess.ReadError, trimtess.PrepareError, trimtess.RoundingError, trimtess.RangeError)
+REFUSED = (trimtess.ReadError, trimtess.RoundingError, trimtess.RangeError)
 
 
 def make(data: bytes, options: Options, job: Json, scratch: pathlib.Path, watch: Stopwatch) -> Json:
