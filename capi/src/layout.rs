@@ -49,7 +49,8 @@ pub struct tt_layout {
     /// u, line of v), 1 for a point of an edge (edge, index along it), 2 for a crossing of boundaries, 3 for a point
     /// within, 4 for a border between tiles (border, index along it).
     pub origin: u32,
-    /// 1 makes all indices 32 bits wide; 0 only those of tiles with more than 65536 vertices.
+    /// 1 makes all indices 32 bits wide; 0 only those of tiles with more than 65535 vertices. So no index of 16 bits is
+    /// 65535, at which WebGL 2 restarts primitives.
     pub wide_indices: u32,
     /// 0.
     pub reserved: u32,

@@ -14,6 +14,8 @@ mod sink_error;
 pub use sink_error::SinkError;
 
 mod vertex_layout;
+#[cfg(any(feature = "glb", feature = "wgpu"))]
+pub(crate) use vertex_layout::SHORT_VERTICES;
 #[cfg(feature = "wgpu")]
 pub(crate) use vertex_layout::octahedral;
 pub use vertex_layout::{IndexFormat, NormalFormat, PositionFormat, VertexLayout};

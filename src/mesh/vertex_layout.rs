@@ -2,6 +2,9 @@
 
 use glam::{Vec2, Vec3};
 
+/// Meshes of up to this many vertices use 16-bit indices. The largest 16-bit value is reserved for primitive restart.
+pub(crate) const SHORT_VERTICES: usize = 65_535;
+
 /// Attributes of a vertex and their formats. They follow each other in the order of the fields, little-endian; the next
 /// vertex follows without a gap. The size of every attribute is a multiple of four bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -56,7 +59,8 @@ pub enum NormalFormat {
 pub enum IndexFormat {
     /// `u32`.
     U32,
-    /// `u16` in tiles of up to 65 536 vertices, else `u32`.
+    /// `u16` in tiles of up to 65 535 vertices, else `u32`. The index 65 535 is never used with 16 bits: WebGL 2
+    /// restarts primitives there.
     Smallest,
 }
 
@@ -100,7 +104,7 @@ impl VertexLayout {
     /// Whether a tile of `vertices` vertices has indices of four bytes.
     #[must_use]
     pub const fn is_wide(&self, vertices: usize) -> bool {
-        matches!(self.index, IndexFormat::U32) || vertices > 1 << 16
+        matches!(self.index, IndexFormat::U32) || vertices > SHORT_VERTICES
     }
 }
 
@@ -151,6 +155,6 @@ mod tests {
         assert_eq!([VertexLayout::COMPACT.stride(), full.stride()], [16, 68]);
         let grid = VertexLayout::COMPACT.with_position(PositionFormat::Grid);
         assert_eq!([grid.stride(), grid.with_normal(NormalFormat::None).stride()], [12, 8]);
-        assert!(!grid.is_wide(1 << 16) && grid.is_wide((1 << 16) + 1) && grid.with_index(IndexFormat::U32).is_wide(1));
+        assert!(!grid.is_wide(65_535) && grid.is_wide(65_536) && grid.with_index(IndexFormat::U32).is_wide(1));
     }
 }

@@ -8,12 +8,9 @@ use super::placed::{cut, distinct};
 use super::rounding::RoundingCount;
 use super::single::BeyondSingle;
 use crate::control::Call;
-use crate::mesh::{BatchView, EdgeLine, ScenePart};
+use crate::mesh::{BatchView, EdgeLine, SHORT_VERTICES, ScenePart};
 use crate::model::Colour;
 use glam::{DVec3, Vec3};
-
-/// Meshes of up to this many vertices use 16-bit indices. The largest 16-bit value is reserved for primitive restart.
-const SHORT_VERTICES: usize = 65_535;
 
 /// What one primitive shows: faces of one colour, or edges.
 pub(super) struct Group<'a> {

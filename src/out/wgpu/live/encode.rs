@@ -1,8 +1,8 @@
-//! Tiles to bytes: 16 per vertex (octahedral normals, Meyer et al.), 2 per index in tiles of up to 65536 vertices, else
+//! Tiles to bytes: 16 per vertex (octahedral normals, Meyer et al.), 2 per index in tiles of up to 65535 vertices, else
 //! 4.
 
 use super::super::layout::{CellPlace, Vertex};
-use crate::mesh::{TileMesh, octahedral};
+use crate::mesh::{SHORT_VERTICES, TileMesh, octahedral};
 use glam::DVec3;
 
 /// Encoded tile. The buffers are reused.
@@ -28,7 +28,7 @@ impl Encoded {
             normal: octahedral(mesh.normals.get(index).copied().unwrap_or_default()),
         }));
         self.indices.clear();
-        self.wide = !pairs || count > 1 << 16;
+        self.wide = !pairs || count > SHORT_VERTICES;
         let sound = mesh.triangles.iter().filter(|corners| corners.iter().all(|&corner| (corner as usize) < count));
         let mut corners = sound.flatten().copied();
         if self.wide {
@@ -86,10 +86,14 @@ mod tests {
         assert_eq!((encoded.triangles, encoded.wide, encoded.vertices.len()), (3, false, 4));
         assert_eq!(encoded.indices, [0x1_0000, 0x3_0002, 0x1_0002, 0x2_0000, 3]);
         assert_eq!(encoded.vertices[0].position, [0.0; 3]);
-        mesh.positions = vec![DVec3::ONE; (1 << 16) + 1];
-        mesh.triangles = vec![[0, 1, 1 << 16]];
+        mesh.positions = vec![DVec3::ONE; 65_535];
+        mesh.triangles = vec![[0, 1, 65_534]];
         encoded.tile(&mesh, DVec3::ZERO, true);
-        assert_eq!((&encoded.indices[..], encoded.triangles, encoded.wide), (&[0, 1, 1 << 16][..], 1, true));
+        assert_eq!((&encoded.indices[..], encoded.triangles, encoded.wide), (&[0x1_0000, 65_534][..], 1, false));
+        mesh.positions.push(DVec3::ONE);
+        mesh.triangles = vec![[0, 1, 65_535]];
+        encoded.tile(&mesh, DVec3::ZERO, true);
+        assert_eq!((&encoded.indices[..], encoded.triangles, encoded.wide), (&[0, 1, 65_535][..], 1, true));
         assert_eq!(size_of::<Vertex>(), 16);
         mesh.positions.truncate(4);
         mesh.triangles = vec![[0, 1, 2]];
