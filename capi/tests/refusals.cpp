@@ -193,8 +193,33 @@ void views_and_sessions() {
     REFUSED(tt_session_new(prepared.get(), &options, nullptr, &other), TT_ERROR_ARGUMENT, "workers is 5000");
     options.workers = 0, options.threads = 2;
     REFUSED(tt_session_new(prepared.get(), &options, loops.get(), &other), TT_ERROR_ARGUMENT, "threads is 2, and there are jobs");
+    const trimtess::Loops wide(trimtess::Jobs{1025, {}, {}});
+    REFUSED(tt_session_new(prepared.get(), nullptr, wide.get(), &other), TT_ERROR_ARGUMENT, "1025 threads; there may be 1024");
     // It still works.
     HOLDS(session.view({view_of(prepared.get())}, all_tiles()).triangles > 0);
+}
+
+void limits() {
+    const trimtess::Prepared prepared(trimtess::Model::shape("pair"));
+    const auto view = view_of(prepared.get());
+    auto tolerance = trimtess::sized<tt_tolerance>();
+    tolerance.chord_rel = 1e-4;
+    trimtess::Session session(prepared);
+    auto report = session.view({view}, all_tiles());
+    HOLDS(report.coarsened == 0 && report.needed == 0 && report.reserved == 0);
+    auto options = trimtess::sized<tt_session_options>();
+    options.max_triangles = 100;
+    trimtess::Session limited(prepared, &options);
+    // The second frame changes nothing, and is as coarse.
+    for (const bool changes : {true, false}) {
+        report = limited.view({view}, all_tiles());
+        HOLDS(report.coarsened == 1 && report.needed > 100 && (report.triangles > 0) == changes);
+    }
+    report = limited.tessellate(tolerance, all_tiles());
+    HOLDS(report.coarsened == 0 && report.needed == 0);
+    tolerance.max_triangles = 100, tolerance.coarsen = 1;
+    report = session.tessellate(tolerance, all_tiles());
+    HOLDS(report.coarsened == 1 && report.needed > 100);
 }
 
 void attributes() {
@@ -353,6 +378,11 @@ void building() {
     const tt_coedge missing{3, 0}, whole{rim, 0};
     REFUSED(tt_builder_add_loop(builder, part, face, &missing, 1), TT_ERROR_ARGUMENT, "no edge 3; there are 1");
     HOLDS(tt_builder_add_loop(builder, part, face, &whole, 1) == TT_OK);
+    const auto green = [&](float share) { return tt_builder_set_colour(builder, part, face, 0, share, 0, 1); };
+    REFUSED(green(static_cast<float>(NONE)), TT_ERROR_ARGUMENT, "its numbers must be finite");
+    HOLDS(green(2) == TT_OK);
+    REFUSED(tt_builder_finish(builder, &model), TT_ERROR_MODEL, "part 0: face 0 has the colour [0.0, 2.0, 0.0, 1.0]");
+    HOLDS(green(1) == TT_OK);
     // Next to it, a quarter of a NURBS plane, kept by a triangle in (u,v).
     const double knots[4] = {0, 0, 1, 1}, net[12] = {9, 0, 0, 9, 8, 0, 17, 0, 0, 17, 8, 0};
     auto nurbs = trimtess::sized<tt_surface>();
@@ -363,7 +393,12 @@ void building() {
     HOLDS(tt_builder_add_polyline_trim(builder, part, face, TT_TRIM_HANDEDNESS, corners, 4) == TT_OK);
     auto placement = trimtess::sized<tt_placement>();
     HOLDS(tt_builder_place(builder, &placement, nullptr) == TT_OK);
-    HOLDS(tt_builder_finish(builder, &model) == TT_OK && tt_builder_free(builder) == TT_OK);
+    HOLDS(tt_builder_finish(builder, &model) == TT_OK);
+    placement.has_colour = 1, placement.colour[3] = static_cast<float>(NONE);
+    HOLDS(tt_builder_place(builder, &placement, nullptr) == TT_OK);
+    tt_model none{};
+    REFUSED(tt_builder_finish(builder, &none), TT_ERROR_MODEL, "instance 1 has the colour [0.0, 0.0, 0.0, NaN]");
+    HOLDS(tt_builder_free(builder) == TT_OK);
     const trimtess::Prepared prepared(trimtess::Model::take(model));
     auto tolerance = trimtess::sized<tt_tolerance>();
     tolerance.chord = 0.01;
@@ -386,6 +421,7 @@ int main() {
     structs();
     views_and_sessions();
     attributes();
+    limits();
     callbacks();
     building();
     std::atomic<int> logged{0};

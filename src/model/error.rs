@@ -1,6 +1,6 @@
 //! Why parts and models are rejected, with the offending numbers.
 
-use super::{EdgeId, FaceId, InstanceId, PartId, SplineError, SurfaceError, TrimError, VertexId};
+use super::{Colour, EdgeId, FaceId, InstanceId, PartId, SplineError, SurfaceError, TrimError, VertexId};
 
 /// Why [`Part::check`](super::Part::check) rejects a part.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -9,6 +9,20 @@ pub enum PartError {
     /// The tolerance is negative, infinite or NaN.
     #[error("a tolerance of {0} mm is negative or not finite")]
     Tolerance(f64),
+    /// A share of the part's colour is not from 0 to 1.
+    #[error("the part has the colour {colour:?}; its numbers must be from 0 to 1")]
+    Colour {
+        /// The colour.
+        colour: Colour,
+    },
+    /// A share of a face's colour is not from 0 to 1.
+    #[error("face {} has the colour {colour:?}; its numbers must be from 0 to 1", .face.0)]
+    FaceColour {
+        /// The face.
+        face: FaceId,
+        /// The colour.
+        colour: Colour,
+    },
     /// A vertex has an infinite or NaN coordinate.
     #[error("vertex {} is not finite", .0.0)]
     Vertex(VertexId),
@@ -181,6 +195,14 @@ pub enum ModelError {
         instance: InstanceId,
         /// Largest absolute entry of `MᵀM / scale² - 1`; NaN if the matrix is singular, or the transform not finite.
         error: f64,
+    },
+    /// A share of an instance's colour is not from 0 to 1.
+    #[error("instance {} has the colour {colour:?}; its numbers must be from 0 to 1", .instance.0)]
+    Colour {
+        /// The instance.
+        instance: InstanceId,
+        /// The colour.
+        colour: Colour,
     },
     /// The length unit is not positive and finite.
     #[error("the length unit of {millimetres} mm is not positive and finite")]

@@ -56,7 +56,7 @@ pub use part::{Assembly, Coedge, Colour, CurveKind, Edge, Face, Instance, Loop, 
 mod extent;
 
 mod validate;
-pub(crate) use validate::not_rigid;
+pub(crate) use validate::{bad_colour, not_rigid};
 
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};

@@ -44,6 +44,13 @@ pub struct Edge {
     pub entity: u64,
 }
 
+impl Edge {
+    /// Start and end vertex of the edge, or of its reverse.
+    pub(crate) fn ends(&self, reversed: bool) -> [VertexId; 2] {
+        if reversed { [self.end, self.start] } else { [self.start, self.end] }
+    }
+}
+
 /// One use of an edge by a face.
 #[derive(Clone, Copy, Debug)]
 pub struct Coedge {

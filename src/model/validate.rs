@@ -4,8 +4,8 @@
 
 use super::nurbs_surface::extent;
 use super::{
-    Coedge, ControlPoint, EdgeId, Face, FaceId, Frame3, InstanceId, Loop, MAX_DEGREE, Model, ModelError, NurbsCurve,
-    NurbsSurface, Part, PartError, PartId, SplineError, Surface, SurfaceError, VertexId,
+    Coedge, Colour, ControlPoint, EdgeId, Face, FaceId, Frame3, InstanceId, Loop, MAX_DEGREE, Model, ModelError,
+    NurbsCurve, NurbsSurface, Part, PartError, PartId, SplineError, Surface, SurfaceError, VertexId,
 };
 use glam::{DAffine3, DMat3};
 use std::f64::consts::FRAC_PI_2;
@@ -151,17 +151,20 @@ fn orthonormal(frame: &Frame3) -> Result<(), SurfaceError> {
 }
 
 impl Part {
-    /// Checks that everything in the part is valid and fits together: splines, ranges and ids. Loops must close within
-    /// the part's tolerance, and edges must reach their vertices within 10⁻⁴ of the part's size.
+    /// Checks that everything in the part is valid and fits together: splines, ranges, ids and colours. Loops must
+    /// close within the part's tolerance, and edges must reach their vertices within 10⁻⁴ of the part's size.
     ///
     /// Does not compare geometry with topology beyond that: loops may cross, edges may leave their surface. Linear in
     /// the size of the part.
     ///
     /// # Errors
-    /// The first fault, in the order tolerance, vertices, edges, faces.
+    /// The first fault, in the order tolerance, colour, vertices, edges, faces.
     pub fn check(&self) -> Result<(), PartError> {
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             return Err(PartError::Tolerance(self.tolerance));
+        }
+        if let Some(colour) = bad_colour(self.colour) {
+            return Err(PartError::Colour { colour });
         }
         if let Some(index) = self.vertices.iter().position(|p| !p.is_finite()) {
             return Err(PartError::Vertex(VertexId::new(index)));
@@ -202,6 +205,9 @@ impl Part {
     fn check_face(&self, id: FaceId, face: &Face) -> Result<(), PartError> {
         if face.shell as usize >= self.shells.len() {
             return Err(PartError::NoShell { face: id, shell: face.shell, count: self.shells.len() });
+        }
+        if let Some(colour) = bad_colour(face.colour) {
+            return Err(PartError::FaceColour { face: id, colour });
         }
         if face.lost {
             return Ok(());
@@ -249,13 +255,10 @@ impl Part {
                 return Err(PartError::NoEdge { face, edge: coedge.edge, count: self.edges.len() });
             }
         }
-        let ends = |coedge: &Coedge| {
-            let edge = &self.edges[coedge.edge.index()];
-            if coedge.reversed { (edge.end, edge.start) } else { (edge.start, edge.end) }
-        };
-        let mut end = ends(last).1;
+        let ends = |coedge: &Coedge| self.edges[coedge.edge.index()].ends(coedge.reversed);
+        let [_, mut end] = ends(last);
         for coedge in coedges {
-            let (start, next) = ends(coedge);
+            let [start, next] = ends(coedge);
             let distance = self.vertices[end.index()].distance(self.vertices[start.index()]);
             if start != end && distance > self.tolerance {
                 return Err(PartError::OpenLoop { face, index, end, start, distance });
@@ -268,7 +271,7 @@ impl Part {
 
 impl Model {
     /// Checks the unit, all parts, and that instances place existing parts by rigid motions with an optional uniform
-    /// scale.
+    /// scale, in colours from 0 to 1.
     ///
     /// # Errors
     /// The first fault, in the order unit, parts, instances.
@@ -288,9 +291,17 @@ impl Model {
             if let Some(error) = not_rigid(&instance.transform) {
                 return Err(ModelError::Transform { instance: id, error });
             }
+            if let Some(colour) = bad_colour(instance.colour) {
+                return Err(ModelError::Colour { instance: id, colour });
+            }
         }
         Ok(())
     }
+}
+
+/// The colour, if a share of it is not from 0 to 1.
+pub(crate) fn bad_colour(colour: Option<Colour>) -> Option<Colour> {
+    colour.filter(|colour| !colour.iter().all(|share| (0.0..=1.0).contains(share)))
 }
 
 /// How far a transform is from a rigid motion with a uniform scale, as [`ModelError::Transform`] tells it; `None` if it
@@ -303,4 +314,29 @@ pub(crate) fn not_rigid(transform: &DAffine3) -> Option<f64> {
     let start = if transform.translation.is_finite() { 0.0 } else { f64::NAN };
     let error = off.fold(start, |most: f64, x| if most.is_nan() || x.is_nan() { f64::NAN } else { most.max(x.abs()) });
     (error.is_nan() || error > NOT_ORTHONORMAL).then_some(error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::shapes;
+    use super::*;
+
+    #[test]
+    fn colours_have_shares_from_0_to_1() {
+        let model = shapes::by_name("pair").expect("a shape");
+        for share in [f32::NAN, f32::INFINITY, -0.01, 1.01, 2.0] {
+            let colour = [0.0, share, 1.0, 1.0];
+            let told = |change: fn(&mut Model) -> &mut Option<Colour>| {
+                let mut bad = model.clone();
+                *change(&mut bad) = Some([0.0, 0.5, 1.0, 1.0]);
+                assert_eq!(bad.check(), Ok(()));
+                *change(&mut bad) = Some(colour);
+                bad.check().expect_err("a colour that is none").to_string()
+            };
+            let words = format!("colour {colour:?}; its numbers must be from 0 to 1");
+            assert_eq!(told(|model| &mut model.parts[0].colour), format!("part 0: the part has the {words}"));
+            assert_eq!(told(|model| &mut model.parts[1].faces[2].colour), format!("part 1: face 2 has the {words}"));
+            assert_eq!(told(|model| &mut model.instances[1].colour), format!("instance 1 has the {words}"));
+        }
+    }
 }

@@ -5,7 +5,7 @@ use super::instances::{InstanceKey, Instances};
 use crate::frame::Attributes;
 use crate::math::rows::take_rows;
 use crate::mesh::{Scene, SceneInstance};
-use crate::model::{Colour, PartId};
+use crate::model::{PartId, bad_colour};
 use glam::DAffine3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -133,9 +133,4 @@ pub(super) fn check(attributes: &Attributes) -> Result<(), AttributeError> {
         }
     }
     bad_colour(colour).map_or(Ok(()), |colour| Err(AttributeError::Colour { colour }))
-}
-
-/// The colour, if a share of it is not from 0 to 1.
-pub(super) fn bad_colour(colour: Option<Colour>) -> Option<Colour> {
-    colour.filter(|colour| !colour.iter().all(|share| (0.0..=1.0).contains(share)))
 }

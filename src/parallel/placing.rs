@@ -1,19 +1,20 @@
 //! Instances that come, move and go, and attributes of parts and instances, between two frames of views.
 
-use super::edits::{bad_colour, check};
+use super::edits::check;
 use super::error::{AttributeError, InstanceError};
 use super::instances::InstanceKey;
 use super::session::Session;
 use crate::frame::Attributes;
 use crate::math::rows::take_rows;
 use crate::mesh::SceneInstance;
-use crate::model::{PartId, not_rigid};
+use crate::model::{PartId, bad_colour, not_rigid};
 use glam::DAffine3;
 use std::sync::OnceLock;
 
 impl Session {
     /// Adds an instance of a part of the model, from the next frame of views on. Its row is the last. Its attributes
-    /// are the default, but for `visible`. Cancels a frame of views that was begun.
+    /// are the default, but for `visible`. Cancels a frame of views that was begun, and waits for its tiles in
+    /// progress.
     ///
     /// A part has as many LODs as instances, up to [`SessionOptions::levels`](super::SessionOptions::levels). One that
     /// is added is the last part of [`scene`](Self::scene) from then on.
@@ -44,8 +45,8 @@ impl Session {
     }
 
     /// Removes an instance from the next frame of views on. The rows of later instances decrease by one. Cancels a
-    /// frame of views that was begun. Cost: a pass over the instances after it; many go at once in
-    /// [`remove_instances`](Self::remove_instances).
+    /// frame of views that was begun, and waits for its tiles in progress. Cost: a pass over the instances after it;
+    /// many go at once in [`remove_instances`](Self::remove_instances).
     ///
     /// Returns the instance: at its present place, visible if it was set so, with the colour that the model or the
     /// caller of [`add_instance`](Self::add_instance) gave it.
