@@ -21,7 +21,8 @@
 // seen.
 //
 // Threads: any function may be called from any thread at any time. Sessions and builders serve one call at a time,
-// others return TT_ERROR_BUSY.
+// others return TT_ERROR_BUSY. Where the library starts threads, 0 stands for one per core, or for as many as the
+// environment variable RAYON_NUM_THREADS says.
 //
 // Callbacks return to the library: no exception leaves them, and no longjmp. `user` is passed on as it is.
 //
@@ -181,8 +182,9 @@ typedef struct {
     uint32_t reserved;
     // Passed to `report`. Valid until the control is freed and the calls that have it returned.
     void *user;
-    // Called at most once per part, face or tile, from the threads that do the work, at the same time, and not in
-    // order. `stage` is a `tt_stage`; `done` is from 0 to `total`. It returns at once.
+    // Called at most once per part, face or tile, from the threads that do the work: with 0 first, then with larger
+    // and larger numbers, and last with `total`. Calls come one at a time; those of several calls of the library that
+    // have the same control may overlap. `stage` is a `tt_stage`; `done` is from 0 to `total`. It returns at once.
     void (*report)(void *user, uint32_t stage, uint64_t done, uint64_t total);
 } tt_progress;
 
@@ -255,7 +257,7 @@ typedef void (*tt_body)(void *of, uint32_t number);
 typedef struct {
     // `sizeof(tt_jobs)`.
     uint32_t size;
-    // How many jobs can run at the same time, at least 1.
+    // How many jobs can run at the same time, 1 to 1024.
     uint32_t width;
     // Passed to the functions. Valid until the session is freed, or the call returns.
     void *user;
@@ -273,7 +275,8 @@ typedef struct {
 typedef struct {
     // `sizeof(tt_read_options)`.
     uint32_t size;
-    // Number of threads, which end with the call; 0 = one per core.
+    // Number of threads, which end with the call, at most 1024; 0 = one per core, see "Threads" at the head of this
+    // file.
     uint32_t threads;
     // 1 reads construction geometry that has bounds, too.
     uint32_t supplemental;
@@ -394,14 +397,15 @@ typedef struct {
 typedef struct {
     // `sizeof(tt_prepare_options)`.
     uint32_t size;
-    // Number of threads, which end with the call; 0 = one per core.
+    // Number of threads, which end with the call, at most 1024; 0 = one per core, see "Threads" at the head of this
+    // file.
     uint32_t threads;
     // Bezier patches at most; 0 = 16 million.
     uint64_t max_patches;
     // Memory at most, bytes, estimated; 0 = 16 GiB.
     uint64_t max_memory;
     // Distance up to which borders of faces without edges, and edges of faces in open shells, become one, as a
-    // fraction of the part's diagonal, up to 1; 0 = 1e-6, below 0 = they never do.
+    // fraction of the part's diagonal, up to 1; 0 = 1e-6, below 0 = they never do, which 0 says in Rust and Python.
     double border_tolerance;
     // A pool that prepares, instead of threads that end with the call; or null.
     const tt_jobs *jobs;
@@ -496,7 +500,8 @@ typedef struct {
 typedef struct {
     // `sizeof(tt_tessellate_options)`.
     uint32_t size;
-    // Number of threads, which end with the call; 0 = one per core, 1 = the caller's alone.
+    // Number of threads, which end with the call, at most 1024; 0 = one per core, see "Threads" at the head of this
+    // file; 1 = the caller's alone.
     uint32_t threads;
     // 1 makes the polylines of edges, too.
     uint32_t edge_lines;
@@ -563,7 +568,7 @@ typedef struct {
 } tt_line;
 
 // A camera in world coordinates, millimetres, and the error that its picture may have. All views of a call have the
-// same `size`.
+// same value in the field `size`.
 typedef struct {
     // `sizeof(tt_view)`.
     uint32_t size;
@@ -609,7 +614,8 @@ typedef struct {
     // u, line of v), 1 for a point of an edge (edge, index along it), 2 for a crossing of boundaries, 3 for a point
     // within, 4 for a border between tiles (border, index along it).
     uint32_t origin;
-    // 1 makes all indices 32 bits wide; 0 only those of tiles with more than 65536 vertices.
+    // 1 makes all indices 32 bits wide; 0 only those of tiles with more than 65535 vertices. So no index of 16 bits is
+    // 65535, at which WebGL 2 restarts primitives.
     uint32_t wide_indices;
     // 0.
     uint32_t reserved;
@@ -619,7 +625,7 @@ typedef struct {
 typedef struct {
     // `sizeof(tt_session_options)`.
     uint32_t size;
-    // Number of workers, which own the tiles; 0 = four per thread, or one if there is one thread.
+    // Number of workers, which own the tiles, at most 4096; 0 = four per thread, or one if there is one thread.
     uint32_t workers;
     // 1 starts no thread: all work is done by the calls of the session.
     uint32_t no_threads;
@@ -636,13 +642,15 @@ typedef struct {
     // 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
     // and the near plane clips none.
     uint32_t cull_back_faces;
-    // Number of threads that the session starts; 0 = one per core. Must be 0 with jobs, and with `no_threads`.
+    // Number of threads that the session starts, at most 1024; 0 = one per core, see "Threads" at the head of this
+    // file. Must be 0 with jobs, and with `no_threads`.
     uint32_t threads;
     // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     // for the next frame. 0 = any.
     double budget;
-    // Triangles of a frame at most, as counted before they are made: two per lattice cell and two per point of an edge,
-    // each part once; frames have about half as many. 0 = 64 million. Frames of views are coarser beyond it.
+    // Triangles of a frame at most, as counted before they are made: two per lattice cell and two per point of an
+    // edge, each part once; frames have about half as many. 0 = 64 million. Frames of views are coarser beyond this
+    // and the next two limits, see `tt_report.coarsened`.
     uint64_t max_triangles;
     // Triangles of one tile at most; 0 = 8 million.
     uint64_t max_tile_triangles;
@@ -784,7 +792,8 @@ typedef struct {
 
 // Who receives frames. Calls come on the thread that called the session, before that call returns, in this order:
 // `begin`, `tile`, `line` by (part, edge), `drawn`, then `end` or `abort`. Tiles come by (part, tile); in sessions with a
-// layout first those that are gone, then those of each worker. A frame in which nothing changes has no calls.
+// layout first those that are evicted, then those of each worker, of which some may be gone, too. A frame in which
+// nothing changes has no calls.
 //
 // A function that returns another number than 0 refuses the frame: `abort` is called, the session's call returns
 // TT_ERROR_CALLBACK, and the next frame is a whole one. All but `tile` may be null.
@@ -817,7 +826,8 @@ typedef struct {
     uint32_t size;
     // 1 if the sink got a whole frame rather than changes.
     uint32_t whole;
-    // Number of the frame within its session, from 0.
+    // Number of the frame within its session, from 0. A frame in which nothing changed has the number of the next one
+    // in which something does.
     uint64_t frame;
     // Tiles made.
     uint64_t tiles;
@@ -837,6 +847,13 @@ typedef struct {
     double made_in;
     // Seconds from the last tile to the end of the sink's calls.
     double committed_in;
+    // 1 if limits made the frame coarser than its views or its tolerance ask, also where nothing changed; else 0.
+    uint32_t coarsened;
+    // 0.
+    uint32_t reserved;
+    // Triangles that it needs at most to be as fine, if limits on all of its triangles or on memory made it coarser;
+    // else 0.
+    uint64_t needed;
 } tt_report;
 
 // What a session has.
@@ -1029,8 +1046,8 @@ tt_status tt_builder_finish(tt_builder builder, tt_model *model);
 // Frees a builder, unless another call uses it. Models that it made stay.
 tt_status tt_builder_free(tt_builder builder);
 
-// Prepares a model for tessellation, once for all tolerances. The model stays. About 20 to 200 microseconds per face
-// and thread.
+// Prepares a model for tessellation, once for all tolerances. The model stays. About 20 to 200 microseconds per face,
+// divided among threads.
 tt_status tt_prepare(tt_model model, const tt_prepare_options *options, tt_control control, tt_prepared *prepared);
 
 // Counts and measures a prepared model.
@@ -1126,16 +1143,18 @@ tt_status tt_session_new(tt_prepared prepared,
 
 // Goes on with another prepared model: one of a file that has changed, prepared with `tt_prepare_options.like`. The next
 // frame of views has the tiles that differ, and `tt_scene.from` tells which parts are which. Its instances replace all
-// others; keys from before name none. Cancels a frame that was begun.
+// others; keys from before name none. Cancels a frame that was begun, and waits for its tiles in progress.
 tt_status tt_session_update(tt_session session,
                             tt_prepared prepared);
 
 // Has workers write tiles into the caller's memory, in its layout, from the next frame on, which is a whole one. The
-// sink then gets tiles with a `place` and without arrays. `layout` may be null. Cancels a frame that was begun.
+// sink then gets tiles with a `place` and without arrays. `layout` may be null. Cancels a frame that was begun, and
+// waits for its tiles in progress.
 tt_status tt_session_write_into(tt_session session, const tt_layout *layout, const tt_memory *memory);
 
 // Begins a frame for all these views together: one picture, both eyes, shadow maps. A job plans and makes it; this
-// returns at once. Cancels a frame that was begun and not finished; its changes become part of this one.
+// returns at once, unless `no_threads` is 1 or `tt_jobs.spawn` runs the job itself: then it makes the frame. Cancels a
+// frame that was begun and not finished; its changes become part of this one.
 tt_status tt_session_begin(tt_session session, const tt_view *views, size_t count);
 
 // Waits for the frame that was begun, and brings the sink up to date. Makes the frame itself if no thread has begun
@@ -1166,7 +1185,8 @@ tt_status tt_session_tessellate(tt_session session,
 // Cancels the frame that was begun, if any, after the tile in hand. Does not wait.
 tt_status tt_session_cancel(tt_session session);
 
-// Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun.
+// Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun, and waits for
+// its tiles in progress.
 tt_status tt_session_forget(tt_session session);
 
 // Counts what a session has.
@@ -1187,11 +1207,11 @@ tt_status tt_session_get_instance_key(tt_session session, uint32_t index, uint64
 tt_status tt_session_find_instance(tt_session session, uint64_t key, uint32_t *index);
 
 // Adds an instance of a part of the prepared model, from the next frame of views on. Its index is the last. Cancels a
-// frame that was begun. `key` may be null.
+// frame that was begun, and waits for its tiles in progress. `key` may be null.
 tt_status tt_session_add_instance(tt_session session, const tt_placement *placement, uint64_t *key);
 
 // Removes an instance from the next frame of views on. Indices of later ones decrease by one. Cancels a frame that was
-// begun.
+// begun, and waits for its tiles in progress.
 tt_status tt_session_remove_instance(tt_session session, uint64_t key);
 
 // Removes `count` instances in one pass, as tt_session_remove_instance removes one. If one was removed before, or is

@@ -35,8 +35,9 @@ pub struct tt_progress {
     pub reserved: u32,
     /// Passed to `report`. Valid until the control is freed and the calls that have it returned.
     pub user: *mut c_void,
-    /// Called at most once per part, face or tile, from the threads that do the work, at the same time, and not in
-    /// order. `stage` is a `tt_stage`; `done` is from 0 to `total`. It returns at once.
+    /// Called at most once per part, face or tile, from the threads that do the work: with 0 first, then with larger
+    /// and larger numbers, and last with `total`. Calls come one at a time; those of several calls of the library that
+    /// have the same control may overlap. `stage` is a `tt_stage`; `done` is from 0 to `total`. It returns at once.
     pub report: Option<extern "C" fn(user: *mut c_void, stage: u32, done: u64, total: u64)>,
 }
 versioned!(tt_progress, reserved);

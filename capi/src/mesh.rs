@@ -54,7 +54,8 @@ versioned!(tt_tolerance);
 pub struct tt_tessellate_options {
     /// `sizeof(tt_tessellate_options)`.
     pub size: u32,
-    /// Number of threads, which end with the call; 0 = one per core, 1 = the caller's alone.
+    /// Number of threads, which end with the call, at most 1024; 0 = one per core, see "Threads" at the head of this
+    /// file; 1 = the caller's alone.
     pub threads: u32,
     /// 1 makes the polylines of edges, too.
     pub edge_lines: u32,

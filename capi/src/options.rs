@@ -5,7 +5,7 @@ use crate::limits::{positive, set};
 use crate::status::Failure;
 use crate::threads::at_most;
 use std::time::Duration;
-use trimtess::frame::{LinePlacement, PlannerOptions, SplitRule};
+use trimtess::frame::{LinePlacement, PlannerOptions, Shortfall, SplitRule};
 use trimtess::parallel::{FrameReport, SessionOptions};
 
 /// Options of a session. Zeros are the defaults.
@@ -14,7 +14,7 @@ use trimtess::parallel::{FrameReport, SessionOptions};
 pub struct tt_session_options {
     /// `sizeof(tt_session_options)`.
     pub size: u32,
-    /// Number of workers, which own the tiles; 0 = four per thread, or one if there is one thread.
+    /// Number of workers, which own the tiles, at most 4096; 0 = four per thread, or one if there is one thread.
     pub workers: u32,
     /// 1 starts no thread: all work is done by the calls of the session.
     pub no_threads: u32,
@@ -31,13 +31,15 @@ pub struct tt_session_options {
     /// 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
     /// and the near plane clips none.
     pub cull_back_faces: u32,
-    /// Number of threads that the session starts; 0 = one per core. Must be 0 with jobs, and with `no_threads`.
+    /// Number of threads that the session starts, at most 1024; 0 = one per core, see "Threads" at the head of this
+    /// file. Must be 0 with jobs, and with `no_threads`.
     pub threads: u32,
     /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     /// for the next frame. 0 = any.
     pub budget: f64,
-    /// Triangles of a frame at most, as counted before they are made: two per lattice cell and two per point of an edge,
-    /// each part once; frames have about half as many. 0 = 64 million. Frames of views are coarser beyond it.
+    /// Triangles of a frame at most, as counted before they are made: two per lattice cell and two per point of an
+    /// edge, each part once; frames have about half as many. 0 = 64 million. Frames of views are coarser beyond this
+    /// and the next two limits, see `tt_report.coarsened`.
     pub max_triangles: u64,
     /// Triangles of one tile at most; 0 = 8 million.
     pub max_tile_triangles: u64,
@@ -76,7 +78,8 @@ pub struct tt_report {
     pub size: u32,
     /// 1 if the sink got a whole frame rather than changes.
     pub whole: u32,
-    /// Number of the frame within its session, from 0.
+    /// Number of the frame within its session, from 0. A frame in which nothing changed has the number of the next one
+    /// in which something does.
     pub frame: u64,
     /// Tiles made.
     pub tiles: u64,
@@ -96,6 +99,13 @@ pub struct tt_report {
     pub made_in: f64,
     /// Seconds from the last tile to the end of the sink's calls.
     pub committed_in: f64,
+    /// 1 if limits made the frame coarser than its views or its tolerance ask, also where nothing changed; else 0.
+    pub coarsened: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Triangles that it needs at most to be as fine, if limits on all of its triangles or on memory made it coarser;
+    /// else 0.
+    pub needed: u64,
 }
 versioned!(tt_report);
 
@@ -137,7 +147,9 @@ pub(crate) fn duration(seconds: f64) -> Duration {
     Duration::from_secs_f64(seconds.min(1e9))
 }
 
-pub(crate) fn report(made: &FrameReport) -> tt_report {
+/// The report of a frame, and what limits made coarser in it.
+pub(crate) fn report(made: &FrameReport, short: Option<&Shortfall>) -> tt_report {
+    let short = short.filter(|short| short.by_limits());
     tt_report {
         size: 0,
         whole: made.whole.into(),
@@ -151,5 +163,8 @@ pub(crate) fn report(made: &FrameReport) -> tt_report {
         planned_in: made.planned_in.as_secs_f64(),
         made_in: made.made_in.as_secs_f64(),
         committed_in: made.committed_in.as_secs_f64(),
+        coarsened: short.is_some().into(),
+        reserved: 0,
+        needed: short.map_or(0, |short| short.needed),
     }
 }

@@ -28,14 +28,15 @@ pub struct tt_prepared {
 pub struct tt_prepare_options {
     /// `sizeof(tt_prepare_options)`.
     pub size: u32,
-    /// Number of threads, which end with the call; 0 = one per core.
+    /// Number of threads, which end with the call, at most 1024; 0 = one per core, see "Threads" at the head of this
+    /// file.
     pub threads: u32,
     /// Bezier patches at most; 0 = 16 million.
     pub max_patches: u64,
     /// Memory at most, bytes, estimated; 0 = 16 GiB.
     pub max_memory: u64,
     /// Distance up to which borders of faces without edges, and edges of faces in open shells, become one, as a
-    /// fraction of the part's diagonal, up to 1; 0 = 1e-6, below 0 = they never do.
+    /// fraction of the part's diagonal, up to 1; 0 = 1e-6, below 0 = they never do, which 0 says in Rust and Python.
     pub border_tolerance: f64,
     /// A pool that prepares, instead of threads that end with the call; or null.
     pub jobs: *const tt_jobs,
@@ -119,8 +120,8 @@ pub(crate) fn get(prepared: tt_prepared) -> Result<Arc<Prepared>, Failure> {
     Ok(Arc::clone(PREPARED.get(prepared.id)?.as_ref()))
 }
 
-/// Prepares a model for tessellation, once for all tolerances. The model stays. About 20 to 200 microseconds per face
-/// and thread.
+/// Prepares a model for tessellation, once for all tolerances. The model stays. About 20 to 200 microseconds per face,
+/// divided among threads.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_prepare(
     model: tt_model,

@@ -17,7 +17,8 @@ use trimtess::import::step::{StepOptions, read_file_on, read_on};
 pub struct tt_read_options {
     /// `sizeof(tt_read_options)`.
     pub size: u32,
-    /// Number of threads, which end with the call; 0 = one per core.
+    /// Number of threads, which end with the call, at most 1024; 0 = one per core, see "Threads" at the head of this
+    /// file.
     pub threads: u32,
     /// 1 reads construction geometry that has bounds, too.
     pub supplemental: u32,

@@ -87,7 +87,7 @@ pub unsafe extern "C" fn tt_session_new(
 
 /// Goes on with another prepared model: one of a file that has changed, prepared with `tt_prepare_options.like`. The next
 /// frame of views has the tiles that differ, and `tt_scene.from` tells which parts are which. Its instances replace all
-/// others; keys from before name none. Cancels a frame that was begun.
+/// others; keys from before name none. Cancels a frame that was begun, and waits for its tiles in progress.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_update(session: tt_session, prepared: tt_prepared) -> tt_status {
     entry!(_c => {
@@ -100,7 +100,8 @@ pub unsafe extern "C" fn tt_session_update(session: tt_session, prepared: tt_pre
 }
 
 /// Has workers write tiles into the caller's memory, in its layout, from the next frame on, which is a whole one. The
-/// sink then gets tiles with a `place` and without arrays. `layout` may be null. Cancels a frame that was begun.
+/// sink then gets tiles with a `place` and without arrays. `layout` may be null. Cancels a frame that was begun, and
+/// waits for its tiles in progress.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_write_into(
     session: tt_session,
@@ -122,7 +123,8 @@ fn views(c: &Caller, from: *const tt_view, count: usize) -> Result<Vec<View>, Fa
 }
 
 /// Begins a frame for all these views together: one picture, both eyes, shadow maps. A job plans and makes it; this
-/// returns at once. Cancels a frame that was begun and not finished; its changes become part of this one.
+/// returns at once, unless `no_threads` is 1 or `tt_jobs.spawn` runs the job itself: then it makes the frame. Cancels a
+/// frame that was begun and not finished; its changes become part of this one.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_begin(session: tt_session, views: *const tt_view, count: usize) -> tt_status {
     entry!(c => {
@@ -132,7 +134,12 @@ pub unsafe extern "C" fn tt_session_begin(session: tt_session, views: *const tt_
 }
 
 /// What runs a frame to its end.
-type Finish<'a> = &'a dyn Fn(&mut Session, &mut Sink<'_>) -> Result<Option<FrameReport>, Failure>;
+type Finish<'a> = &'a dyn Fn(&mut Session, &mut Sink<'_>) -> Result<Option<tt_report>, Failure>;
+
+/// The report of a frame of views.
+fn seen(session: &Session, made: &FrameReport) -> tt_report {
+    report(made, session.shortfall())
+}
 
 /// Runs a frame into a sink of C, and gives its report.
 fn frame(
@@ -145,7 +152,7 @@ fn frame(
     with(session, |row| {
         let made = finish(&mut row.session, &mut Sink::of(c, sink, &mut row.lists)?)?;
         let Some(made) = made else { return Ok(tt_status::TT_PENDING) };
-        out.into_iter().for_each(|out| out.give(&self::report(&made)));
+        out.into_iter().for_each(|out| out.give(&made));
         Ok(tt_status::TT_OK)
     })
 }
@@ -160,7 +167,10 @@ pub unsafe extern "C" fn tt_session_finish(
     sink: *const tt_sink,
     report: *mut tt_report,
 ) -> tt_status {
-    entry!(c => frame(c, session, (sink, report), &|session, sink| Ok(Some(session.finish(sink)?))))
+    entry!(c => frame(c, session, (sink, report), &|session, sink| {
+        let made = session.finish(sink)?;
+        Ok(Some(seen(session, &made)))
+    }))
 }
 
 /// As `tt_session_finish`, but waits no longer than so many seconds: TT_PENDING if the frame is not made by then, and
@@ -176,7 +186,10 @@ pub unsafe extern "C" fn tt_session_finish_within(
         if seconds.is_nan() || seconds < 0.0 {
             return Err(Failure::argument(format!("seconds is {seconds}; it must be 0 or more")));
         }
-        frame(c, session, (sink, report), &|session, sink| Ok(session.finish_within(duration(seconds), sink)?))
+        frame(c, session, (sink, report), &|session, sink| {
+            let made = session.finish_within(duration(seconds), sink)?;
+            Ok(made.map(|made| seen(session, &made)))
+        })
     })
 }
 
@@ -191,7 +204,10 @@ pub unsafe extern "C" fn tt_session_view(
 ) -> tt_status {
     entry!(c => {
         let views = self::views(c, views, count)?;
-        frame(c, session, (sink, report), &|session, sink| Ok(Some(session.view(&views, sink)?)))
+        frame(c, session, (sink, report), &|session, sink| {
+            let made = session.view(&views, sink)?;
+            Ok(Some(seen(session, &made)))
+        })
     })
 }
 
@@ -211,7 +227,9 @@ pub unsafe extern "C" fn tt_session_tessellate(
         let (tolerance, limits, coarsen) = self::tolerance(c, tolerance, diagonal)?;
         frame(c, session, (sink, report), &|session, sink| {
             let plan = allowed(session.plan_within(&tolerance, &limits), coarsen)?;
-            Ok(Some(session.frame_controlled(plan, &control, sink)?))
+            let short = plan.shortfall.clone();
+            let made = session.frame_controlled(plan, &control, sink)?;
+            Ok(Some(self::report(&made, short.as_ref())))
         })
     })
 }
@@ -225,7 +243,8 @@ pub unsafe extern "C" fn tt_session_cancel(session: tt_session) -> tt_status {
     }))
 }
 
-/// Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun.
+/// Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun, and waits for
+/// its tiles in progress.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_forget(session: tt_session) -> tt_status {
     entry!(_c => with(session, |row| {
@@ -295,7 +314,7 @@ pub unsafe extern "C" fn tt_session_find_instance(session: tt_session, key: u64,
 }
 
 /// Adds an instance of a part of the prepared model, from the next frame of views on. Its index is the last. Cancels a
-/// frame that was begun. `key` may be null.
+/// frame that was begun, and waits for its tiles in progress. `key` may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_add_instance(
     session: tt_session,
@@ -321,7 +340,7 @@ pub unsafe extern "C" fn tt_session_add_instance(
 }
 
 /// Removes an instance from the next frame of views on. Indices of later ones decrease by one. Cancels a frame that was
-/// begun.
+/// begun, and waits for its tiles in progress.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_remove_instance(session: tt_session, key: u64) -> tt_status {
     entry!(_c => with(session, |row| {

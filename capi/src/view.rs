@@ -9,7 +9,7 @@ use trimtess::glam::DVec3;
 use trimtess::view::{Camera, CameraPath, Picture, Projection, View};
 
 /// A camera in world coordinates, millimetres, and the error that its picture may have. All views of a call have the
-/// same `size`.
+/// same value in the field `size`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tt_view {
