@@ -76,9 +76,9 @@ const CALLS = {
   },
 
   /** Makes the parts of this worker: keeps them for those of others, or hands them over. */
-  make({ mesh: number, tolerance: { angle = 20, ...lengths }, diagonal, keep }) {
+  make({ mesh: number, tolerance, diagonal, keep }) {
     if (!prepared) throw new Error("nothing has been read");
-    const mesh = prepared.tessellate({ ...lengths, angle: (angle * Math.PI) / 180 }, report, diagonal);
+    const mesh = prepared.tessellate(tolerance, report, diagonal);
     const told = mesh.diagnostics();
     if (keep) {
       meshes.set(number, mesh);

@@ -34,7 +34,7 @@ import { Instance as Module } from "./instance.js";
  * @property {Uint32Array} indices Three vertices a triangle, counter-clockwise seen from outside.
  * @property {Uint32Array} faces The face of each triangle: a number within the part.
  * @property {{ face: number, start: number, count: number, colour?: [number, number, number, number] }[]} groups
- *     Triangles by face, `start` and `count` in triangles, and the face's own colour.
+ *     Triangles by face, `start` and `count` in triangles, and the face's own colour, else the part's.
  * @property {{ edge: number, points: Float32Array }[]} edges Polylines, three numbers a point.
  */
 

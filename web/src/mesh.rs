@@ -28,7 +28,7 @@ pub struct Tolerance {
     /// The same as a fraction of the diagonal. Default 1e-3.
     #[tsify(optional)]
     chord_rel: Option<f64>,
-    /// Largest turning of the normal across a lattice cell, radians. Default 20°.
+    /// Largest turning of the normal across a lattice cell, degrees. Default 20.
     #[tsify(optional)]
     angle: Option<f64>,
     /// Longest diagonal of a lattice cell, millimetres.
@@ -49,8 +49,8 @@ impl Tolerance {
         }
         let fraction = chord_rel.unwrap_or(frame::Tolerance::DEFAULT_CHORD_REL);
         let chord = chord.unwrap_or(frame::Tolerance::relative_chord(fraction, diagonal));
-        let angle = angle.unwrap_or(frame::Tolerance::DEFAULT_ANGLE_DEGREES.to_radians());
-        Ok(frame::Tolerance { chord, angle, max_edge })
+        let angle = angle.unwrap_or(frame::Tolerance::DEFAULT_ANGLE_DEGREES);
+        Ok(frame::Tolerance { chord, angle: angle.to_radians(), max_edge })
     }
 }
 
@@ -242,7 +242,7 @@ pub struct Group {
     start: usize,
     /// Number of triangles.
     count: usize,
-    /// The face's own colour.
+    /// The face's own colour, else the part's.
     #[tsify(optional)]
     colour: Option<model::Colour>,
 }

@@ -157,6 +157,7 @@ describe("interface", () => {
         before: await words(trimtess.read(bytes, { signal: AbortSignal.abort(new Error("too late")) })),
         zero: await words(prepared.tessellate({ chord: 0 })),
         nan: await words(prepared.tessellate({ angle: NaN })),
+        negative: await words(prepared.tessellate({ angle: -20 })),
         sample: await words(trimtess.sample("no such model")),
       };
       prepared.close();
@@ -165,6 +166,7 @@ describe("interface", () => {
     assert.match(seen.broken, /not a STEP file/);
     assert.equal(seen.aborted, "enough");
     assert.equal(seen.before, "too late");
+    assert.equal(seen.negative, "angle is -20; it must be a finite number above 0");
     assert.equal(seen.closed, "the file was closed");
     for (const words of [seen.zero, seen.nan, seen.sample]) assert(words !== "done" && words.length > 10, words);
     await workers(page, 0);
