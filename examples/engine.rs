@@ -6,19 +6,20 @@
 use glam::{DAffine3, DVec3};
 use std::collections::BTreeMap;
 use std::error::Error;
+use std::path::Path;
 use std::slice::Iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use trimtess::control::{Control, Job, Jobs, Priority};
 use trimtess::frame::{Attributes, PlannerOptions};
-use trimtess::import::step::{StepOptions, read_on};
+use trimtess::import::step::{StepOptions, read_file_on};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{Instance, PartId, TileId, shapes};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare_on};
 use trimtess::view::{CameraPath, Picture, View};
 
-/// The engine's pool. Frames go before helpers, as a pool with priorities would run them.
+/// The engine's pool. Its threads take the helpers of a frame before the next frame, as a pool with priorities does.
 struct Pool(rayon::ThreadPool);
 
 impl Jobs for Pool {
@@ -162,7 +163,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert!(progress.done > heard.0 || progress.done == 0, "{progress:?} after {heard:?}");
         *heard = (progress.done, progress.total);
     });
-    let model = read_on(&*pool, &std::fs::read(&path)?, &StepOptions::default(), &control)?;
+    let model = read_file_on(&*pool, Path::new(&path), &StepOptions::default(), &control)?;
     let (done, total) = *heard.lock().unwrap_or_else(PoisonError::into_inner);
     assert_eq!(done, total);
     let prepared = Arc::new(prepare_on(&*pool, &model, &PrepareOptions::DEFAULT, &Control::default())?);

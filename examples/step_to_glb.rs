@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let paths: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
     let [input, output] = &paths[..] else { return Err("usage: step_to_glb IN.step OUT.glb".into()) };
 
-    let model = step::read(&std::fs::read(input)?, &StepOptions::default())?;
+    let model = step::read_file(input, &StepOptions::default())?;
     let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT)?);
     for diagnostic in &prepared.diagnostics {
         eprintln!("{:?}: #{}: {}", diagnostic.severity, diagnostic.entity, diagnostic.kind);

@@ -11,7 +11,7 @@ use material::{COLOUR, DEPTH, Material, SAMPLES, SHADOW, SIZE, texture};
 use stage::Stage;
 use std::error::Error;
 use std::sync::Arc;
-use trimtess::import::step::{StepOptions, read};
+use trimtess::import::step::{StepOptions, read_file};
 use trimtess::out::wgpu::{Image, LiveScene, RenderOptions, SceneInPass};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare};
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut told = std::env::args().skip(1);
     let path = told.next().unwrap_or_else(|| "own_material.png".into());
     let model = match told.next() {
-        Some(file) => read(&std::fs::read(file)?, &StepOptions::default())?,
+        Some(file) => read_file(file.as_ref(), &StepOptions::default())?,
         None => trimtess_models::by_name("brake-assembly").ok_or("no brake")?,
     };
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());

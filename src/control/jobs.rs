@@ -61,7 +61,7 @@ pub trait Jobs: Send + Sync {
     }
 }
 
-/// What a job is for. A pool that knows priorities runs the larger one first.
+/// What a job is for. A pool that knows priorities runs a `Helper` before a `Frame`, the larger one first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Priority {

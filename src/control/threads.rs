@@ -31,7 +31,8 @@ impl Drop for Ended {
 }
 
 impl Threads {
-    /// Starts `count` threads; 0 = one per core available to the process.
+    /// Starts `count` threads; 0 = one per core available to the process, or as many as the environment variable
+    /// `RAYON_NUM_THREADS` says.
     ///
     /// # Errors
     /// When the system refuses a thread.

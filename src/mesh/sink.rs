@@ -11,7 +11,8 @@ use std::slice::Iter;
 /// on the render thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers.
 ///
 /// A session that [writes into the sink's memory](crate::parallel::Session::write_into) calls `written` instead of
-/// `batch`: first for all tiles that are gone, then for each worker that made some. No tile comes twice in a frame.
+/// `batch`: first for evicted tiles, then for each worker that made some. Tiles that were made without triangles are
+/// gone, too, and may be in any of these lists. No tile comes twice in a frame.
 ///
 /// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {

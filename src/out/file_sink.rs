@@ -117,14 +117,19 @@ fn save_glb(
 
 /// Creates a sink that writes `path` in the format of its extension. The file system is first touched by `begin`.
 ///
+/// What rounding costs is not reported, see [`FileSink`].
+///
 /// # Errors
 /// If the extension is missing or unknown.
 pub fn open(path: &Path) -> Result<FileSink, UnknownFormat> {
     Ok(FileSink::new(path, Format::of_path(path)?))
 }
 
-/// Collects a frame and writes it at `end`, on the caller's thread. Holds all triangles until then, because file headers contain counts and
-/// instances share the triangles of their part.
+/// Collects a frame and writes it at `end`, on the caller's thread. Holds all triangles until then, because file
+/// headers contain counts and instances share the triangles of their part.
+///
+/// Rounding to the format's numbers may leave out triangles and whole faces, as in STL far from the origin. The sink
+/// does not tell; [`save`] returns the [`Rounding`], and [`save_within`] limits it.
 #[derive(Debug)]
 pub struct FileSink {
     path: PathBuf,

@@ -22,7 +22,8 @@ use std::time::Duration;
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct FrameReport {
-    /// Number of the frame within its session, from 0.
+    /// Number of the frame within its session, from 0. Frames that change something have numbers of their own. One in
+    /// which nothing changes has the number of the next one that does.
     pub frame: u64,
     /// Whether the sink got a whole frame rather than changes.
     pub whole: bool,

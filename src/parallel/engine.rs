@@ -242,7 +242,7 @@ impl Engine {
         // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
         let shown = tracing::trace_span!("show").in_scope(|| {
             let shown = placed.shown_by(views, self.options.planner.cull_back_faces);
-            self.levels.assign_shown(placed, &shown);
+            self.levels.assign(placed, &shown);
             shown
         });
         let plan = Arc::clone(planner.plan_on(&**jobs, placed, (views, shown)));

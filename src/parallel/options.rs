@@ -7,7 +7,8 @@ use std::num::NonZeroU32;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SessionOptions {
-    /// Number of threads that [`Session::start`](super::Session::start) starts; 0 = one per core available to the process.
+    /// Number of threads that [`Session::start`](super::Session::start) starts; 0 = one per core, see
+    /// [`Threads::start`](crate::control::Threads::start).
     /// [`Session::start_on`](super::Session::start_on) starts none.
     pub threads: usize,
     /// Number of workers of a session, which own the tiles. Workers in excess of the tiles stay idle.
@@ -16,6 +17,7 @@ pub struct SessionOptions {
     /// another worker.
     pub workers: usize,
     /// Whether sinks get the polylines of B-rep edges too. Frames of views have those of parts that a view has shown.
+    /// On by default; off in sessions of C and Python.
     pub edge_lines: bool,
     /// Options of the planner, for frames of views.
     pub planner: PlannerOptions,

@@ -153,7 +153,7 @@ impl Session {
 
     /// Has workers write tiles into the memory of a sink, in its layout, from the next frame on. The caller's thread
     /// then moves no vertices: the sink gets [`MeshSink::written`] instead of [`MeshSink::batch`]. Cancels a frame that
-    /// was begun; the next frame of views is a whole one.
+    /// was begun, and waits for its tiles in progress; the next frame of views is a whole one.
     ///
     /// Buffers of triangles stay with the threads and are filled again for every tile.
     pub fn write_into(&mut self, layout: VertexLayout, memory: Arc<dyn TileMemory>) {
@@ -347,9 +347,10 @@ impl Session {
         self.finish(sink)
     }
 
-    /// Begins a frame of views: a job plans and makes it. Returns at once. Cancels an unfinished frame, whose changes
-    /// become part of this one. If the sink shows these views already and holds no more than it may, there
-    /// is nothing to begin, and no job is spawned.
+    /// Begins a frame of views: a job plans and makes it. Returns at once, unless [`Jobs::spawn`] runs the job itself,
+    /// as that of [`Alone`](crate::control::Alone) does. Cancels an unfinished frame, whose changes become part of this
+    /// one. If the sink shows these views already and holds no more than it may, there is nothing to begin, and no job
+    /// is spawned.
     ///
     /// Cost on this thread: a copy of the views, and of what was set or moved since the last call.
     ///
@@ -419,7 +420,8 @@ impl Session {
         }
     }
 
-    /// Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun.
+    /// Makes the next frame of views a whole one, for a new or emptied sink. Cancels a frame that was begun, and waits
+    /// for its tiles in progress.
     pub fn forget(&mut self) {
         self.cancel();
         if let Ok((engine, _)) = self.wait() {

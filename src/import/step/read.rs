@@ -72,7 +72,8 @@ fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
 /// Each product definition with geometry becomes one part, placed as often as the assembly says. Geometry without a
 /// product becomes parts that are placed once. [`Model::diagnostics`] reports everything that is not understood; the
 /// rest is read all the same. A file without faces gives an empty model. A part further from the origin than 4096 of its
-/// diagonals has coordinates relative to its centre, and its instances place it. Runs on [`Rayon`]'s threads.
+/// diagonals has coordinates relative to its centre, and its instances place it. The model's name is empty; that of
+/// `read_file` is the file's. Runs on [`Rayon`]'s threads.
 ///
 /// # Errors
 /// If the bytes are not STEP text, their syntax is beyond repair, or a limit of `options` is exceeded.

@@ -146,6 +146,7 @@ impl RenderOptions {
         with_backfaces(backfaces: bool);
         with_section(section: Option<Section>);
         with_other_bounds(other_bounds: Option<[DVec3; 2]>);
+        with_background(background: [Colour; 2]);
     }
 }
 

@@ -20,9 +20,9 @@ use std::sync::Arc;
 pub struct PrepareOptions {
     /// Upper limits on patches and memory.
     pub limits: PrepareLimits,
-    /// Distance up to which borders merge into one edge, as a share of the part's diagonal; 0 disables it. Applies to
-    /// faces without topology (untrimmed, or with free trims) in parts that state no [tolerance](Part::tolerance), and,
-    /// besides that tolerance, to edges of faces in open shells.
+    /// Distance up to which borders merge into one edge, as a share of the part's diagonal; 0 disables it (in C, 0 is
+    /// the default). Applies to faces without topology (untrimmed, or with free trims) in parts that state no
+    /// [tolerance](Part::tolerance), and, besides that tolerance, to edges of faces in open shells.
     pub border_tolerance: f64,
     /// Whether to keep the drafts of faces, and to take them over for faces of a changed part in an
     /// [update](Prepared::update). A part has them if the call that prepared it had this option; a part that is taken

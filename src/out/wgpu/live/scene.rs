@@ -351,8 +351,14 @@ impl LiveScene {
     /// until one of [another model](crate::mesh::MeshSink::begin_update), which shows all of its instances. An unknown
     /// number is kept for an instance to come.
     ///
+    /// Instances are rows of the scene, which shift when [`Session::remove_instance`] removes one before them. Where
+    /// instances come and go, hide them by key in [`Session::set_instance`].
+    ///
     /// Tiles of an instance hidden here are made and sent. One that a scene hides
     /// ([`SceneInstance::visible`](crate::mesh::SceneInstance::visible)) asks for none.
+    ///
+    /// [`Session::remove_instance`]: crate::parallel::Session::remove_instance
+    /// [`Session::set_instance`]: crate::parallel::Session::set_instance
     pub fn set_visible(&mut self, instance: InstanceId, visible: bool) {
         let hidden = &mut self.shown.hidden;
         if if visible { hidden.remove(&instance) } else { hidden.insert(instance) } {
@@ -376,7 +382,8 @@ impl LiveScene {
     }
 
     /// Highlights a face of an instance from the next picture on. `None` removes the highlight, and so does a frame of
-    /// another model. An unknown face or instance highlights nothing.
+    /// another model. An unknown face or instance highlights nothing. The instance is a row of the scene, which shifts
+    /// when [`Session::remove_instance`](crate::parallel::Session::remove_instance) removes one before it.
     pub fn highlight(&mut self, face: Option<(InstanceId, FaceId)>) {
         self.records.mark(face);
     }
