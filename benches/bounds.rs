@@ -11,15 +11,10 @@ fn tables(c: &mut Criterion) {
     let mut group = c.benchmark_group("bounds/surface");
     for (degree_u, degree_v, rational) in [(1, 1, false), (2, 1, true), (2, 2, true), (3, 3, false), (3, 3, true)] {
         let grid = || (0..=degree_u).flat_map(|i| (0..=degree_v).map(move |j| (i as f64, j as f64)));
-        let knots = |degree: usize| [vec![0.0; degree + 1], vec![1.0; degree + 1]].concat();
-        let patches = BezierPatches::new(&NurbsSurface {
-            degree_u,
-            degree_v,
-            knots_u: knots(degree_u),
-            knots_v: knots(degree_v),
-            points: grid().map(|(x, y)| DVec3::new(x, y, (1.7 * x + 0.9 * y).sin())).collect(),
-            weights: if rational { grid().map(|(x, y)| 1.0 + 0.4 * (2.1 * x - y).cos()).collect() } else { Vec::new() },
-        });
+        let points = grid().map(|(x, y)| DVec3::new(x, y, (1.7 * x + 0.9 * y).sin())).collect();
+        let weights =
+            if rational { grid().map(|(x, y)| 1.0 + 0.4 * (2.1 * x - y).cos()).collect() } else { Vec::new() };
+        let patches = BezierPatches::new(&NurbsSurface::bezier((degree_u, degree_v), points, weights));
         let boxes = SurfaceBounds::new(&patches).cells.len();
         group.throughput(Throughput::Elements(boxes as u64));
         let kind = if rational { "rational" } else { "polynomial" };

@@ -11,15 +11,9 @@ use trimtess::prepare::internals::BezierPatches;
 /// One wavy Bézier patch.
 fn patch(degree_u: usize, degree_v: usize, rational: bool) -> BezierPatches {
     let grid = || (0..=degree_u).flat_map(|i| (0..=degree_v).map(move |j| (i as f64, j as f64)));
-    let knots = |degree: usize| [vec![0.0; degree + 1], vec![1.0; degree + 1]].concat();
-    BezierPatches::new(&NurbsSurface {
-        degree_u,
-        degree_v,
-        knots_u: knots(degree_u),
-        knots_v: knots(degree_v),
-        points: grid().map(|(x, y)| DVec3::new(x, y, (1.7 * x + 0.9 * y).sin())).collect(),
-        weights: if rational { grid().map(|(x, y)| 1.0 + 0.4 * (2.1 * x - y).cos()).collect() } else { Vec::new() },
-    })
+    let points = grid().map(|(x, y)| DVec3::new(x, y, (1.7 * x + 0.9 * y).sin())).collect();
+    let weights = if rational { grid().map(|(x, y)| 1.0 + 0.4 * (2.1 * x - y).cos()).collect() } else { Vec::new() };
+    BezierPatches::new(&NurbsSurface::bezier((degree_u, degree_v), points, weights))
 }
 
 fn lattice(c: &mut Criterion) {

@@ -14,10 +14,8 @@ use trimtess::model::{
 use trimtess::prepare::{FreeRegion, PrepareOptions, UvDomain, prepare};
 
 fn model(curves: Vec<TrimCurve>) -> Model {
-    let knots = vec![0.0, 0.0, 1.0, 1.0];
     let points = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
-    let sheet =
-        NurbsSurface { degree_u: 1, degree_v: 1, knots_u: knots.clone(), knots_v: knots, points, weights: Vec::new() };
+    let sheet = NurbsSurface::bezier((1, 1), points, Vec::new());
     let mut part = PartBuilder::new("sheet");
     let shell = part.plain_shell(ShellKind::Open);
     part.trimmed_face(Surface::Nurbs(sheet), shell, FreeTrims { rule: TrimRule::Handedness, curves }, false);

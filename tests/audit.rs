@@ -70,16 +70,9 @@ fn cylinder() -> Model {
 fn paraboloid(bow: f64) -> Surface {
     let at = [-1.0, -1.0 / 3.0, 1.0 / 3.0, 1.0];
     let squares = [1.0, -1.0 / 3.0, -1.0 / 3.0, 1.0];
-    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
-    let points = (0..16).map(|k| (k / 4, k % 4));
-    Surface::Nurbs(NurbsSurface {
-        degree_u: 3,
-        degree_v: 3,
-        knots_u: knots.clone(),
-        knots_v: knots,
-        points: points.map(|(i, j)| DVec3::new(at[i], at[j], bow * (squares[i] + squares[j]))).collect(),
-        weights: Vec::new(),
-    })
+    let point = |i: usize, j: usize| DVec3::new(at[i], at[j], bow * (squares[i] + squares[j]));
+    let points = (0..16).map(|k| point(k / 4, k % 4)).collect();
+    Surface::Nurbs(NurbsSurface::bezier((3, 3), points, Vec::new()))
 }
 
 /// The face's parameter box in natural parameters.
@@ -253,11 +246,10 @@ fn economy_knows_the_smallest_lattice() {
 #[test]
 fn weights_do_not_ask_for_triangles() {
     // Weights from 0.03 to 30.
-    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     let grid = || (0..16).map(|k| (f64::from(k / 4), f64::from(k % 4)));
     let points = grid().map(|(x, y)| DVec3::new(x, y, 0.5 * (1.7 * x + 2.9 * y + 2.0).sin())).collect();
     let weights = grid().map(|(x, y)| 10.0_f64.powf(1.5 * (2.1 * x - 4.3 * y + 2.0).cos())).collect();
-    let patch = NurbsSurface { degree_u: 3, degree_v: 3, knots_u: knots.clone(), knots_v: knots, points, weights };
+    let patch = NurbsSurface::bezier((3, 3), points, weights);
     let prepared = prepared_clean(whole(Surface::Nurbs(patch)));
     for (chord, most) in [(0.03, 30.0), (0.003, 3.5)] {
         let mesh = framed(&prepared, chord);
@@ -271,14 +263,7 @@ fn weights_do_not_ask_for_triangles() {
 fn twisted(bend: f64) -> Surface {
     let points =
         [(0.0, 0.0, 0.0), (0.0, 5.0, bend), (0.0, 10.0, 0.0), (4.0, 0.0, -3.0), (4.0, 5.0, bend), (4.0, 10.0, 3.0)];
-    Surface::Nurbs(NurbsSurface {
-        degree_u: 1,
-        degree_v: 2,
-        knots_u: vec![0.0, 0.0, 1.0, 1.0],
-        knots_v: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
-        points: points.map(DVec3::from).to_vec(),
-        weights: Vec::new(),
-    })
+    Surface::Nurbs(NurbsSurface::bezier((1, 2), points.map(DVec3::from).to_vec(), Vec::new()))
 }
 
 #[test]

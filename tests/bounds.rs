@@ -252,9 +252,8 @@ fn curve_bounds_hold_and_are_tight() {
 fn a_straight_curve_of_uneven_speed_needs_no_strips() {
     let (from, to) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, -2.0, 8.0));
     let at = |share: f64| from.lerp(to, share);
-    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     let bounds = |points: [DVec3; 4], weights: &[f64]| {
-        let curve = NurbsCurve3 { degree: 3, knots: knots.clone(), points: points.to_vec(), weights: weights.to_vec() };
+        let curve = NurbsCurve3::bezier(points.to_vec(), weights.to_vec());
         CurveBounds::new(&BezierSpline3::new(&curve, (0.0, 1.0)))
     };
     for weights in [&[][..], &[1.0, 5.0, 0.2, 1.0]] {

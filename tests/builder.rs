@@ -113,14 +113,7 @@ fn surfaces_are_refused_with_numbers() {
     for far in [Frame3 { origin: DVec3::INFINITY, ..frame }, Frame3 { x: DVec3::NAN, ..frame }] {
         assert_eq!(Surface::Plane { frame: far }.check().unwrap_err().to_string(), "the frame is not finite");
     }
-    let mut net = NurbsSurface {
-        degree_u: 1,
-        degree_v: 1,
-        knots_u: vec![0.0, 0.0, 1.0, 1.0],
-        knots_v: vec![0.0, 0.0, 1.0, 1.0],
-        points: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE],
-        weights: Vec::new(),
-    };
+    let mut net = NurbsSurface::bezier((1, 1), vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ONE], Vec::new());
     assert_eq!(net.check(), Ok(()));
     net.knots_v[1] = 2.0;
     let error = SplineError::Decreasing { index: 2, before: 2.0, knot: 1.0 };

@@ -267,7 +267,7 @@ fn two_close_bends_to_both_sides_have_the_same_critical_points() {
         let weights = (0..4).map(|k| weight.powi(k)).collect();
         let points = [(0.0, 0.0), (6.0, 0.0), (4.0, 5.0), (10.0, 5.0)].map(|p| DVec3::new(p.0, p.1 + y, 0.0)).to_vec();
         let ends = [points[0], points[3]].map(|end| part.vertex(end));
-        let curve = NurbsCurve3 { degree: 3, knots: [[0.0; 4], [1.0; 4]].concat(), points, weights };
+        let curve = NurbsCurve3::bezier(points, weights);
         (ends, part.curve(curve, CurveKind::Spline, ends[0], ends[1]))
     });
     let (there, back) = (part.line(lower.0[1], upper.0[1]), part.line(upper.0[0], lower.0[0]));

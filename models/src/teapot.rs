@@ -108,15 +108,7 @@ pub(crate) fn teapot() -> Part {
         // Around the patch, with its inside on the left.
         let sides = [(column(0), false), (net[3], false), (column(3), true), (net[0], true)];
         let coedges = sides.into_iter().filter_map(|(points, back)| maker.side(points, back)).collect();
-        let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
-        let surface = NurbsSurface {
-            degree_u: 3,
-            degree_v: 3,
-            knots_u: knots.clone(),
-            knots_v: knots,
-            points: net.concat(),
-            weights: Vec::new(),
-        };
+        let surface = NurbsSurface::bezier((3, 3), net.concat(), Vec::new());
         maker.part.plain_face(Surface::Nurbs(surface), shell, vec![Loop::Edges(coedges)], reversed);
     }
     maker.part.finish().expect("the teapot is stated soundly")
@@ -144,8 +136,7 @@ impl Maker {
             (_, Some(&edge)) => (edge, true),
             _ => {
                 let [start, end] = [points[0], points[3]].map(|p| self.vertex(p));
-                let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
-                let curve = NurbsCurve { degree: 3, knots, points: points.to_vec(), weights: Vec::new() };
+                let curve = NurbsCurve::bezier(points.to_vec(), Vec::new());
                 let edge = self.part.curve(curve, CurveKind::Spline, start, end);
                 self.edges.insert(keys, edge);
                 (edge, false)

@@ -54,11 +54,8 @@ fn trimmed(name: &str, trims: impl Fn(usize, &NurbsSurface) -> Vec<TrimCurve>) -
     let mut part = PartBuilder::new(name);
     let shell = part.plain_shell(ShellKind::Open);
     for (patch, (net, reversed)) in nets().into_iter().enumerate() {
-        let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
         let points = net.as_flattened().iter().map(|&p| p * SCALE).collect();
-        let weights = Vec::new();
-        let surface =
-            NurbsSurface { degree_u: 3, degree_v: 3, knots_u: knots.clone(), knots_v: knots, points, weights };
+        let surface = NurbsSurface::bezier((3, 3), points, Vec::new());
         let curves = trims(patch, &surface);
         let surface = Surface::Nurbs(surface);
         if curves.is_empty() {

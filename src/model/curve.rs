@@ -23,6 +23,15 @@ pub struct NurbsCurve<P> {
     pub weights: Vec<f64>,
 }
 
+impl<P> NurbsCurve<P> {
+    /// The Bézier curve of these control points, over the parameters 0 to 1. `weights` is empty for a polynomial one.
+    #[must_use]
+    pub fn bezier(points: Vec<P>, weights: Vec<f64>) -> Self {
+        let degree = points.len().saturating_sub(1);
+        Self { degree, knots: knots::knots_of_pieces(degree, &[0.0, 1.0]), points, weights }
+    }
+}
+
 /// A curve in space.
 pub type NurbsCurve3 = NurbsCurve<DVec3>;
 /// A curve in a surface's (u,v).
@@ -246,7 +255,7 @@ impl NurbsCurve3 {
     /// The segment from `a` to `b`, over the parameters 0 to 1.
     #[must_use]
     pub fn line(a: DVec3, b: DVec3) -> Self {
-        Self { degree: 1, knots: vec![0.0, 0.0, 1.0, 1.0], points: vec![a, b], weights: Vec::new() }
+        Self::bezier(vec![a, b], Vec::new())
     }
 
     /// The elliptic arc `O + rx cos t · x + ry sin t · y` for angles from `a0` to `a1 > a0`, as an exact rational

@@ -70,14 +70,8 @@ mod tests {
     fn surfaces() -> Vec<Surface> {
         let frame = Frame3 { origin: DVec3::new(1.0, 2.0, 3.0), ..Frame3::WORLD };
         let curve = NurbsCurve3::line(DVec3::new(4.0, 0.0, 1.0), DVec3::new(5.0, 1.0, 2.0));
-        let nurbs = NurbsSurface {
-            degree_u: 1,
-            degree_v: 1,
-            knots_u: vec![0.0, 0.0, 1.0, 1.0],
-            knots_v: vec![0.0, 0.0, 1.0, 1.0],
-            points: vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::ONE],
-            weights: vec![1.0, 2.0, 3.0, 4.0],
-        };
+        let nurbs =
+            NurbsSurface::bezier((1, 1), vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::ONE], vec![1.0, 2.0, 3.0, 4.0]);
         vec![
             Surface::Plane { frame },
             Surface::Cylinder { frame, radius: 2.0 },

@@ -23,6 +23,14 @@ pub struct SurfaceDerivatives {
 }
 
 impl NurbsSurface {
+    /// The Bézier patch of these control points (u-major), over the parameters 0 to 1. Degrees are those in u and v;
+    /// `weights` is empty for a polynomial patch.
+    #[must_use]
+    pub fn bezier((degree_u, degree_v): (usize, usize), points: Vec<DVec3>, weights: Vec<f64>) -> Self {
+        let [knots_u, knots_v] = [degree_u, degree_v].map(|degree| knots::knots_of_pieces(degree, &[0.0, 1.0]));
+        Self { degree_u, degree_v, knots_u, knots_v, points, weights }
+    }
+
     /// Number of control points along u.
     #[must_use]
     pub fn count_u(&self) -> usize {

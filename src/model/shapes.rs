@@ -166,21 +166,18 @@ fn sheet_point(i: usize, j: usize) -> DVec3 {
 }
 
 fn sheet() -> NurbsSurface {
-    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     let points = (0..4).flat_map(|i| (0..4).map(move |j| sheet_point(i, j))).collect();
-    NurbsSurface { degree_u: 3, degree_v: 3, knots_u: knots.clone(), knots_v: knots, points, weights: Vec::new() }
+    NurbsSurface::bezier((3, 3), points, Vec::new())
 }
 
 /// A bicubic sheet over a square of side 12, bounded by edges along its borders.
 #[must_use]
 pub fn wave() -> Part {
     let mut part = solid("wave", ShellKind::Open);
-    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     let point = sheet_point;
     let [a, b, c, d] = [(0, 0), (3, 0), (3, 3), (0, 3)].map(|(i, j)| part.vertex(point(i, j)));
     let mut border = |points: [DVec3; 4], start, end| {
-        let curve = NurbsCurve { degree: 3, knots: knots.clone(), points: points.to_vec(), weights: Vec::new() };
-        part.curve(curve, CurveKind::Spline, start, end)
+        part.curve(NurbsCurve::bezier(points.to_vec(), Vec::new()), CurveKind::Spline, start, end)
     };
     let ks = [0, 1, 2, 3];
     let south = border(ks.map(|k| point(k, 0)), a, b);

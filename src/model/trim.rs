@@ -76,9 +76,7 @@ impl TrimPiece {
     /// A Bézier curve over the parameters 0 to 1; `weights` is empty for a polynomial one.
     #[must_use]
     pub fn bezier(points: Vec<DVec2>, weights: Vec<f64>) -> Self {
-        let degree = points.len().saturating_sub(1);
-        let knots = [vec![0.0; degree + 1], vec![1.0; degree + 1]].concat();
-        Self::Nurbs(NurbsCurve2 { degree, knots, points, weights })
+        Self::Nurbs(NurbsCurve2::bezier(points, weights))
     }
 
     /// First and last point; `None` for a piece without points.

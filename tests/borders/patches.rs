@@ -13,15 +13,7 @@ use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 /// A Bézier patch with these rows of control points along v.
 pub(crate) fn patch(rows: &[Vec<DVec3>]) -> NurbsSurface {
-    let knots = |n: usize| [vec![0.0; n], vec![1.0; n]].concat();
-    NurbsSurface {
-        degree_u: rows.len() - 1,
-        degree_v: rows[0].len() - 1,
-        knots_u: knots(rows.len()),
-        knots_v: knots(rows[0].len()),
-        points: rows.concat(),
-        weights: Vec::new(),
-    }
+    NurbsSurface::bezier((rows.len() - 1, rows[0].len() - 1), rows.concat(), Vec::new())
 }
 
 /// A smooth height over the plane.

@@ -72,21 +72,14 @@ fn a_block_is_closed() {
 
 #[test]
 fn a_face_with_an_unusable_surface_is_filled() {
-    let empty = NurbsSurface {
-        degree_u: 1,
-        degree_v: 1,
-        knots_u: vec![0.0, 0.0, 1.0, 1.0],
-        knots_v: vec![0.0, 0.0, 1.0, 1.0],
-        points: Vec::new(),
-        weights: Vec::new(),
-    };
-    let of = |points: [DVec3; 4]| Surface::Nurbs(NurbsSurface { points: points.to_vec(), ..empty.clone() });
+    let bilinear = |points: Vec<DVec3>| NurbsSurface::bezier((1, 1), points, Vec::new());
+    let of = |points: [DVec3; 4]| Surface::Nurbs(bilinear(points.to_vec()));
     let surfaces = [
         // Far off.
         Surface::Plane { frame: Frame3 { origin: DVec3::Z * 9.0, ..Frame3::WORLD } },
         // A NaN radius, and a net without points.
         Surface::Sphere { frame: Frame3::WORLD, radius: f64::NAN },
-        Surface::Nurbs(empty.clone()),
+        Surface::Nurbs(bilinear(Vec::new())),
         // Without area: a line, and a point.
         of([0.0, 1.0, 1.0, 2.0].map(|x| DVec3::X * x)),
         of([DVec3::ZERO; 4]),
@@ -153,15 +146,7 @@ fn a_slit_between_two_faces_is_filled_as_far_as_it_does_not_cancel() {
     old.edge = twin;
     let reversed = old.reversed;
     let [a, b] = [part.edges[0].start, part.edges[0].end].map(|v| part.vertices[v.index()]);
-    let knots = vec![0.0, 0.0, 1.0, 1.0];
-    let surface = Surface::Nurbs(NurbsSurface {
-        degree_u: 1,
-        degree_v: 1,
-        knots_u: knots.clone(),
-        knots_v: knots,
-        points: vec![a, b, a, b],
-        weights: Vec::new(),
-    });
+    let surface = Surface::Nurbs(NurbsSurface::bezier((1, 1), vec![a, b, a, b], Vec::new()));
     let [own, other] = if reversed { [EdgeId(0).against(), twin.along()] } else { [EdgeId(0).along(), twin.against()] };
     let face = trimtess::model::Face { surface, loops: vec![Loop::Edges(vec![own, other])], ..part.faces[0].clone() };
     part.faces.push(face);

@@ -443,11 +443,11 @@ fn a_sheet_bent_back_onto_itself() {
     for gap in [1.0, 0.1] {
         for weight in [1.0, 0.3, 3.0] {
             let profile = [DVec3::ZERO, DVec3::new(20.0, 0.0, 0.5 * gap), DVec3::Z * gap];
-            let bend = |y: f64, weight: f64| NurbsCurve3 {
-                degree: 2,
-                knots: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
-                points: profile.iter().map(|&p| p + DVec3::Y * y).collect(),
-                weights: vec![1.0, weight, weight * weight],
+            let bend = |y: f64, weight: f64| {
+                NurbsCurve3::bezier(
+                    profile.iter().map(|&p| p + DVec3::Y * y).collect(),
+                    vec![1.0, weight, weight * weight],
+                )
             };
             let surface = Surface::Extrusion { curve: bend(0.0, 1.0), direction: DVec3::Y };
             for as_spline in [false, true] {
@@ -477,16 +477,8 @@ fn a_patch_whose_whole_border_is_one_point() {
     // It lies in a plane and is folded onto itself. It has no period, although every line of it is closed.
     let inner = |k: usize| k == 1 || k == 2;
     let net = (0..16).map(|k| (k / 4, k % 4));
-    let bag = NurbsSurface {
-        degree_u: 3,
-        degree_v: 3,
-        knots_u: [[0.0; 4], [1.0; 4]].concat(),
-        knots_v: [[0.0; 4], [1.0; 4]].concat(),
-        points: net
-            .map(|(i, j)| if inner(i) && inner(j) { DVec3::new(i as f64, j as f64, 0.0) } else { DVec3::ZERO })
-            .collect(),
-        weights: Vec::new(),
-    };
+    let point = |(i, j)| if inner(i) && inner(j) { DVec3::new(i as f64, j as f64, 0.0) } else { DVec3::ZERO };
+    let bag = NurbsSurface::bezier((3, 3), net.map(point).collect(), Vec::new());
     let mut body = Body::sheet();
     body.face(Surface::Nurbs(bag), Vec::new(), false);
     let prepared = prepared_clean(placed(body.finish()));

@@ -20,9 +20,8 @@ use trimtess::prepare::{FreeRegion, Prepared, UvDomain};
 
 /// The unit square in space; space coordinates equal its parameters.
 pub(crate) fn sheet() -> NurbsSurface {
-    let knots = vec![0.0, 0.0, 1.0, 1.0];
     let points = vec![DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(1.0, 1.0, 0.0)];
-    NurbsSurface { degree_u: 1, degree_v: 1, knots_u: knots.clone(), knots_v: knots, points, weights: Vec::new() }
+    NurbsSurface::bezier((1, 1), points, Vec::new())
 }
 
 /// A bicubic sheet over the unit square with an inner knot in v.

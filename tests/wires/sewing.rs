@@ -4,8 +4,8 @@ use crate::{mesh, prepared, told, warned};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use trimtess::model::{
-    BorderTrouble, CurveKind, DiagnosticKind, EdgeId, FaceError, Frame3, Loop, NurbsCurve3, Part, PartBuilder,
-    Severity, ShellKind, ShellTrouble, Surface, VertexId,
+    BorderTrouble, CurveKind, DiagnosticKind, EdgeId, FaceError, Frame3, Loop, NurbsCurve3, NurbsSurface, Part,
+    PartBuilder, Severity, ShellKind, ShellTrouble, Surface, VertexId,
 };
 
 /// A box of side 2 whose faces have their own edges, each face `off` further out than the one before.
@@ -155,16 +155,8 @@ fn a_solid_of_the_same_half_twice_is_reported_to_enclose_nothing() {
 #[test]
 fn surfaces_without_area_are_reported_and_have_no_triangles() {
     let at = |x: f64| DVec3::X * x;
-    let knots = vec![0.0, 0.0, 1.0, 1.0];
     // A spline along one line; and a circle turned about its own axis.
-    let line = trimtess::model::NurbsSurface {
-        degree_u: 1,
-        degree_v: 1,
-        knots_u: knots.clone(),
-        knots_v: knots,
-        points: vec![at(0.0), at(1.0), at(1.0), at(2.0)],
-        weights: Vec::new(),
-    };
+    let line = NurbsSurface::bezier((1, 1), [0.0, 1.0, 1.0, 2.0].map(at).to_vec(), Vec::new());
     let circle = NurbsCurve3::arc(&Frame3::WORLD, 2.0, 2.0, 0.0, TAU);
     for surface in [Surface::Nurbs(line), Surface::Revolution { curve: circle, frame: Frame3::WORLD }] {
         let mut part = PartBuilder::new("no area");

@@ -153,10 +153,5 @@ fn hexagon(body: &mut Body, flats: f64, heights: (f64, f64), chamfers: (Chamfer,
 /// At distance d from the axis, height falls by tan 30° · √(d² + s²) with s along the plane.
 /// Over |s| ≤ d tan 30° this is the rational quadratic with middle weight 2/√3, for every d and slope of the cone.
 fn hyperbola(a: DVec3, b: DVec3, rise: DVec3) -> NurbsCurve3 {
-    NurbsCurve3 {
-        degree: 2,
-        knots: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
-        points: vec![a, (a + b) * 0.5 + rise, b],
-        weights: vec![1.0, 1.0 / FRAC_PI_6.cos(), 1.0],
-    }
+    NurbsCurve3::bezier(vec![a, (a + b) * 0.5 + rise, b], vec![1.0, 1.0 / FRAC_PI_6.cos(), 1.0])
 }

@@ -199,8 +199,7 @@ impl Path {
             }
             Piece::Cubic([p, q]) => {
                 let points = [a, p, q, b].map(place).to_vec();
-                let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
-                (NurbsCurve3 { degree: 3, knots, points, weights: Vec::new() }, CurveKind::Spline)
+                (NurbsCurve3::bezier(points, Vec::new()), CurveKind::Spline)
             }
         }
     }

@@ -423,11 +423,11 @@ mod tests {
     #[test]
     fn profiles_that_keep_off_the_axis_meet_it_nowhere() {
         let frame = Frame3 { origin: DVec3::new(1.0, 2.0, 3.0), ..Frame3::WORLD };
-        let profile = |from: f64| NurbsCurve3 {
-            degree: 2,
-            knots: vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0],
-            points: [(5.0, 0.0), (from, 1.0), (5.0, 2.0)].map(|(x, z)| frame.place(DVec3::new(x, 0.0, z))).to_vec(),
-            weights: Vec::new(),
+        let profile = |from: f64| {
+            NurbsCurve3::bezier(
+                [(5.0, 0.0), (from, 1.0), (5.0, 2.0)].map(|(x, z)| frame.place(DVec3::new(x, 0.0, z))).to_vec(),
+                Vec::new(),
+            )
         };
         // The curve's middle is at `2.5 + from / 2`.
         for (from, keeps, meetings) in [(1.0, true, 0), (-4.0, false, 0), (-5.0, false, 1), (-9.0, false, 2)] {

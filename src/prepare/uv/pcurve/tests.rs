@@ -159,12 +159,7 @@ fn images_that_are_right_in_the_middle_only_are_refined() {
         });
         let ends = [DVec3::ZERO, 10.0 * DVec3::X];
         let edge = Edge {
-            curve: NurbsCurve {
-                degree: 1,
-                knots: vec![0.0, 0.0, 1.0, 1.0],
-                points: ends.to_vec(),
-                weights: Vec::new(),
-            },
+            curve: NurbsCurve::bezier(ends.to_vec(), Vec::new()),
             range: (0.0, 1.0),
             start: VertexId(0),
             end: VertexId(1),
