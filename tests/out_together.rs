@@ -1,20 +1,12 @@
 //! Files of one run appear together or not at all.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod names;
+mod folders;
 
-use names::names;
+use folders::{folder, names};
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
 use trimtess::out::{Outputs, target_of, write_whole};
-
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("out_together").join(test);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 #[test]
 fn nothing_appears_before_all_is_written_and_nothing_after_a_failure() {

@@ -1,25 +1,18 @@
 //! Files appear complete or not at all, whatever fails and when.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod names;
+mod folders;
 mod out_fixture;
 
+use folders::{folder, names};
 use glam::{DAffine3, DVec3};
-use names::names;
 use out_fixture::box_frame;
 use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 #[cfg(feature = "glb")]
 use trimtess::out::GlbOptions;
 use trimtess::out::{BeyondSingle, Format, save, write_whole};
-
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("out_whole").join(test);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 #[test]
 fn an_error_halfway_leaves_the_previous_file() {

@@ -27,7 +27,7 @@ pub(crate) struct InfoArgs {
     #[command(flatten)]
     diagram: DiagramArgs,
     #[command(flatten)]
-    told: AsJson,
+    result: AsJson,
 }
 
 impl InfoArgs {
@@ -123,7 +123,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Re
         })
         .collect();
     drop(progress);
-    if args.told.json {
+    if args.result.json {
         outputs.tell_json(&info)?;
     } else {
         outputs.tell(&info.text(common.verbose > 0));

@@ -37,7 +37,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
     #[command(flatten)]
-    told: AsJson,
+    result: AsJson,
 }
 
 impl RenderArgs {
@@ -86,7 +86,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, outputs: &mut Outputs) -> 
     report.diagonal_mm = prepared.diagonal;
     report.workers = rayon::current_num_threads();
     report.seconds = Seconds { read, prepare, tessellate, check: None, write, total: laps.total() };
-    report.publish(common, args.told.json, args.report.as_deref(), outputs)
+    report.publish(common, args.result.json, args.report.as_deref(), outputs)
 }
 
 /// Fits the camera to a coarse frame.

@@ -45,7 +45,7 @@ pub(crate) struct TessellateArgs {
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
     #[command(flatten)]
-    told: AsJson,
+    result: AsJson,
 }
 
 /// What a GLB asks of its readers.
@@ -236,7 +236,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
         write,
         total: laps.total(),
     };
-    let done = report.publish(common, args.told.json, args.report.as_deref(), outputs);
+    let done = report.publish(common, args.result.json, args.report.as_deref(), outputs);
     // The process is about to exit: dropping large structures would only delay it.
     std::mem::forget((prepared, plan, frame));
     done

@@ -1,29 +1,26 @@
 //! The contract of `trimtess bench`: fields of its JSON, recorded paths, complete timelines.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../../tests/folders/mod.rs"]
+mod folders;
+mod run;
+
+use folders::folder;
+use run::{command, told};
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-/// Creates an empty folder for a test.
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bench").join(test);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
+use std::path::Path;
+use std::process::Output;
 
 /// Runs `trimtess bench` in a folder.
 fn bench(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
-    command.arg("bench").args(args).current_dir(folder).env_remove("RUST_LOG").output().unwrap()
+    command(folder, &["bench"]).args(args).output().unwrap()
 }
 
 /// Runs `trimtess bench` in a folder and returns its JSON.
 fn measured(folder: &Path, args: &[&str]) -> Value {
     let output = bench(folder, &[args, &["--json", "bench.json"]].concat());
-    assert_eq!(output.status.code(), Some(0), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{args:?}: {}", told(&output));
     assert!(!output.stdout.is_empty());
     read(&folder.join("bench.json"))
 }

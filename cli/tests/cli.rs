@@ -1,36 +1,26 @@
 //! The contract of the command line: exit statuses, report keys, files written atomically.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../../tests/folders/mod.rs"]
+mod folders;
+mod run;
+
+use folders::folder;
+use run::{BINARY, CHECKOUT, CUBE, command};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
-/// Root of the repository.
-const CHECKOUT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-const CUBE: &str = "tests/data/red_cube_blue_cylinder.step";
 const FORMS: &str = "tests/fuzz/seeds/forms.step";
-
-/// Creates an empty folder for a test.
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli").join(test);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 fn name(path: &Path) -> &str {
     path.to_str().unwrap()
 }
 
 fn trimtess(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_trimtess"))
-        .args(args)
-        .current_dir(CHECKOUT)
-        .env_remove("RUST_LOG")
-        .output()
-        .unwrap()
+    command(CHECKOUT, args).output().unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -56,9 +46,8 @@ fn a_file_has_the_same_bytes_whatever_registers_the_processor_has() {
     let [wide, scalar] = ["wide.glb", "scalar.glb"].map(|name| folder.join(name));
     for input in ["tests/data/nist_ctc05.step", "builtin:trimmed-teapot", "builtin:wave"] {
         let run = |out: &Path, lanes: &str| {
-            let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
-            command.args(["tessellate", input, "--chord-rel", "3e-4", "-o"]).arg(out);
-            command.current_dir(CHECKOUT).env_remove("RUST_LOG").env("TRIMTESS_LANES", lanes);
+            let mut command = command(CHECKOUT, &["tessellate", input, "--chord-rel", "3e-4", "-o"]);
+            command.arg(out).env("TRIMTESS_LANES", lanes);
             assert!(command.output().unwrap().status.success(), "{input} {lanes}");
             fs::read(out).unwrap()
         };
@@ -390,7 +379,7 @@ fn a_process_killed_while_writing_leaves_no_file_under_the_name() {
         let mesh = folder.join(format!("mesh.{extension}"));
         let line = "ulimit -f 1; exec \"$0\" tessellate builtin:torus --chord 0.01 -o \"$1\"";
         let mut killed = Command::new("sh");
-        killed.args(["-c", line, env!("CARGO_BIN_EXE_trimtess")]).arg(&mesh);
+        killed.args(["-c", line, BINARY]).arg(&mesh);
         let output = killed.output().unwrap();
         assert!(!output.status.success(), "{extension}: {:?}", output.status);
         assert!(!mesh.exists(), "{extension}");
@@ -492,9 +481,9 @@ fn view_writes_screenshots() {
 #[cfg(all(feature = "view", target_os = "linux"))]
 #[test]
 fn without_a_display_view_suggests_a_screenshot() {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
+    let mut command = command(CHECKOUT, &["view", CUBE]);
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-    let output = command.args(["view", CUBE]).output().unwrap();
+    let output = command.output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("--screenshot"), "{}", text(&output.stderr));
 }

@@ -2,29 +2,27 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[path = "../../tests/names/mod.rs"]
-mod names;
-mod told;
+#[path = "../../tests/folders/mod.rs"]
+mod folders;
+mod run;
 
-use names::names;
+use folders::names;
+use run::{BINARY, told};
 use std::fs::{self, File};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
-use told::told;
 
 const CUBE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/red_cube_blue_cylinder.step");
-const BINARY: &str = env!("CARGO_BIN_EXE_trimtess");
 const ALL: [&str; 4] = ["glb", "stl", "ply", "obj"];
 
+/// As [`folders::folder`]. A test that failed may have left one that cannot be written.
 fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("faults").join(test);
-    let _ = fs::set_permissions(&folder, fs::Permissions::from_mode(0o755));
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
+    let left = Path::new(env!("CARGO_TARGET_TMPDIR")).join(env!("CARGO_CRATE_NAME")).join(test);
+    let _ = fs::set_permissions(left, fs::Permissions::from_mode(0o755));
+    folders::folder(test)
 }
 
 /// Runs a line of the shell in `folder`; `$0` is the program and `$1` a file.

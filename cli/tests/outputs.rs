@@ -2,31 +2,23 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-#[path = "../../tests/names/mod.rs"]
-mod names;
-mod told;
+#[path = "../../tests/folders/mod.rs"]
+mod folders;
+mod run;
 
-use names::names;
+use folders::{folder, names};
+use run::{BINARY, command, told};
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::os::unix::process::ExitStatusExt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
-use told::told;
 
 const CUBE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/data/red_cube_blue_cylinder.step");
 
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("outputs").join(test);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
-
 fn trimtess(folder: &Path, args: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
-    command.args(args).current_dir(folder).env_remove("RUST_LOG").output().unwrap()
+    command(folder, args).output().unwrap()
 }
 
 #[test]
@@ -91,8 +83,7 @@ fn signals_leave_nothing_behind() {
         let folder = folder(signal);
         assert!(Command::new("mkfifo").arg(folder.join("report")).status().unwrap().success());
         // The mesh waits for the report, and the report for a reader.
-        let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
-        command.args(["tessellate", CUBE, "-o", "x.ply", "--report", "report"]).current_dir(&folder);
+        let mut command = command(&folder, &["tessellate", CUBE, "-o", "x.ply", "--report", "report"]);
         let mut child = command.stdout(Stdio::null()).spawn().unwrap();
         let start = Instant::now();
         while names(&folder).len() < 2 {
@@ -125,7 +116,7 @@ fn a_pipe_that_closes_early_is_no_crash() {
     symlink("/dev/stdout", folder.join("out.obj")).unwrap();
     let line = "\"$0\" tessellate builtin:torus --chord-rel 1e-4 -o out.obj; echo $? > status";
     let mut shell = Command::new("sh");
-    shell.args(["-c", &format!("({line}) | head -c 10 > first")]).arg(env!("CARGO_BIN_EXE_trimtess"));
+    shell.args(["-c", &format!("({line}) | head -c 10 > first")]).arg(BINARY);
     assert!(shell.current_dir(&folder).stderr(Stdio::null()).status().unwrap().success());
     let status = fs::read_to_string(folder.join("status")).unwrap();
     assert!(matches!(status.trim(), "0" | "1" | "141"), "{status}");

@@ -1,21 +1,16 @@
 //! What the numbers of a file format cost is counted, told or refused, and measured in the written file.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../../tests/folders/mod.rs"]
+mod folders;
+mod run;
+
+use folders::folder;
+use run::{CHECKOUT, CUBE, command, told};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-/// Root of the repository.
-const CHECKOUT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-const CUBE: &str = "tests/data/red_cube_blue_cylinder.step";
-
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("rounding").join(test);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
+use std::process::Output;
 
 /// A cube of 10 mm and a cylinder next to it, moved along each axis by `offset` metres.
 fn moved(folder: &Path, offset: &str) -> PathBuf {
@@ -35,14 +30,12 @@ fn moved(folder: &Path, offset: &str) -> PathBuf {
 }
 
 fn tessellate(file: &Path, mesh: &Path, more: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
-    command.arg("tessellate").arg(file).arg("-o").arg(mesh).args(["--check", "--json"]).args(more);
-    command.env_remove("RUST_LOG").output().unwrap()
+    let mut command = command(CHECKOUT, &["tessellate", "--check", "--json", "-o"]);
+    command.arg(mesh).arg(file).args(more).output().unwrap()
 }
 
 fn report(output: &Output) -> Value {
-    let told = String::from_utf8_lossy(&output.stderr);
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {told}"))
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {}", told(output)))
 }
 
 #[test]
@@ -56,7 +49,7 @@ fn a_part_far_from_the_origin_is_refused_by_formats_in_single_precision_and_rece
             let output = tessellate(&file, &mesh, &["--chord", "0.01"]);
             let far = format == "stl" && offset.parse::<f64>().unwrap() > 10.0;
             if far {
-                let told = String::from_utf8_lossy(&output.stderr);
+                let told = told(&output);
                 assert_eq!(output.status.code(), Some(1), "{offset} {format}: {told}");
                 assert!(told.contains("--recenter") && told.contains("1.000e-3 mm are allowed"), "{told}");
                 assert!(!mesh.exists());
@@ -124,7 +117,7 @@ fn levels_of_detail_are_made_checked_and_told_one_by_one() {
     assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(report(&output)["levels"].as_array().unwrap().len(), 2);
     let output = tessellate(&file, &folder.join("cube.ply"), &["--levels", "1"]);
-    let told = String::from_utf8_lossy(&output.stderr);
+    let told = told(&output);
     assert!(output.status.code() == Some(2) && told.contains("--levels is for .glb files"), "{told}");
 }
 

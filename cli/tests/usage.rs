@@ -1,28 +1,18 @@
 //! Hostile and unlucky arguments: numbers out of range, devices without end, names that are not UTF-8.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-mod told;
+#[path = "../../tests/folders/mod.rs"]
+mod folders;
+mod run;
 
+use folders::folder;
+use run::{CHECKOUT, CUBE, told};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
-use told::told;
-
-/// Root of the repository.
-const CHECKOUT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-const CUBE: &str = "tests/data/red_cube_blue_cylinder.step";
-
-fn folder(test: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("usage").join(test);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 fn command(args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
-    command.args(args).current_dir(CHECKOUT).env_remove("RUST_LOG");
-    command
+    run::command(CHECKOUT, args)
 }
 
 #[test]

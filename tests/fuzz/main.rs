@@ -11,6 +11,8 @@ mod judge;
 mod model;
 #[path = "../parts/mod.rs"]
 mod parts;
+#[path = "../process/mod.rs"]
+mod process;
 #[path = "../sequence/mod.rs"]
 mod sequence;
 mod sheet;

@@ -1,6 +1,7 @@
 //! An input -> a verdict on its result, time and memory. Prints a failing input as a test to commit.
 
 use crate::parts::said;
+use crate::process::{peak_of, work_of};
 use arbitrary::Unstructured;
 use std::collections::HashMap;
 use std::fs;
@@ -63,7 +64,7 @@ fn verdict<C: Case>(case: &C) -> Result<(), String> {
     if taken > TIME {
         return Err(format!("it took {taken:?}"));
     }
-    let grown = peak().saturating_sub(before);
+    let grown = peak_of("self").saturating_sub(before);
     if grown > MEMORY { Err(format!("it took {} MiB", grown >> 20)) } else { Ok(()) }
 }
 
@@ -96,26 +97,12 @@ fn watch() {
 fn processor_time() -> Duration {
     static START: OnceLock<Instant> = OnceLock::new();
     let start = *START.get_or_init(Instant::now);
-    // Linux: proc_pid_stat(5), in hundredths of a second.
-    let stat = fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
-    let ticks = |k: usize| fields.get(k).and_then(|field| field.parse::<u64>().ok());
-    ticks(11)
-        .zip(ticks(12))
-        .map_or_else(|| start.elapsed(), |(user, system)| Duration::from_millis(10 * (user + system)))
+    work_of("self").unwrap_or_else(|| start.elapsed())
 }
 
 /// Resets the process's memory peak and returns its current memory, bytes; `u64::MAX`, which allows any growth, where
 /// the system has no peak to reset.
 fn forget_peak() -> u64 {
     // Linux: proc_pid_clear_refs(5).
-    if fs::write("/proc/self/clear_refs", "5").is_ok() { peak() } else { u64::MAX }
-}
-
-/// Peak memory of the process, bytes; 0 if unknown.
-fn peak() -> u64 {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib: Option<u64> = line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok());
-    kib.unwrap_or(0) << 10
+    if fs::write("/proc/self/clear_refs", "5").is_ok() { peak_of("self") } else { u64::MAX }
 }

@@ -58,6 +58,10 @@ impl Pictures {
         self.hash = bytes.iter().fold(self.hash, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME));
     }
 
+    fn release_all(&mut self) {
+        std::mem::take(&mut self.tiles).values().for_each(|tile| self.memory.release(tile));
+    }
+
     fn draw(&mut self, instance: usize, tile: WrittenTile) {
         let words = [tile.part.0, tile.face.0, tile.tile.0, tile.vertices, tile.triangles];
         self.hash(&(instance as u32).to_le_bytes());
@@ -70,7 +74,7 @@ impl Pictures {
 
 impl MeshSink for Pictures {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        std::mem::take(&mut self.tiles).values().for_each(|tile| self.memory.release(tile));
+        self.release_all();
         self.begin_changes(scene)
     }
 
@@ -115,7 +119,7 @@ impl MeshSink for Pictures {
     }
 
     fn abort(&mut self) {
-        self.tiles.clear();
+        self.release_all();
     }
 }
 

@@ -35,8 +35,7 @@ const MOST_FRAMES: i64 = 1_000_000;
 
 /// Parses a number from 1 to 2.
 fn from_1_to_2(text: &str) -> Result<f64, String> {
-    let number = text.parse::<f64>().map_err(|e| e.to_string())?;
-    if (1.0..=2.0).contains(&number) { Ok(number) } else { Err("the value must be from 1 to 2".to_owned()) }
+    crate::within(text, 1.0..=2.0)
 }
 
 /// Measure frame times along a camera path: stages, workers, bytes uploaded.

@@ -1,10 +1,16 @@
 //! Small files that ask for much: each is answered, or refused by name, in bounded time and memory.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../../../tests/folders/mod.rs"]
+mod folders;
 mod files;
+#[path = "../../../tests/process/mod.rs"]
+mod process;
 
+use folders::folder;
+use process::peak_of;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -49,7 +55,7 @@ fn tessellate(file: &Path, options: &[&str]) -> Run {
         .unwrap();
     let (start, mut peak) = (Instant::now(), 0);
     let status = loop {
-        peak = peak.max(peak_of(child.id()));
+        peak = peak.max(peak_of(&child.id().to_string()));
         if let Some(status) = child.try_wait().unwrap() {
             break status;
         }
@@ -65,13 +71,6 @@ fn tessellate(file: &Path, options: &[&str]) -> Run {
     // The console lists the first diagnostics only.
     let said = fs::read_to_string(&log).unwrap() + &told;
     Run { status: status.code(), said, peak: peak.max(own.unwrap_or(0)) }
-}
-
-/// Peak resident memory of a process so far, bytes; 0 where /proc is missing.
-fn peak_of(process: u32) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).and_then(|l| l.split_whitespace().next());
-    line.and_then(|kibibytes| kibibytes.parse::<u64>().ok()).unwrap_or(0) * 1024
 }
 
 /// Asserts that a run ended as it should, within `memory`.
@@ -94,14 +93,6 @@ fn answers(name: &str, text: &str, status: i32, why: &str) {
         assert_eq!(run.status, Some(status), "{name} {options:?}: {said}");
         assert!(run.said.contains(why), "{name} {options:?}: {said}");
     }
-}
-
-/// An empty folder.
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("attacks").join(name);
-    let _ = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).unwrap();
-    folder
 }
 
 #[test]

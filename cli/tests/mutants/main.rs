@@ -11,6 +11,8 @@ mod mutate;
 mod parts;
 #[path = "../../../tests/mutants/points.rs"]
 mod points;
+#[path = "../../../tests/process/mod.rs"]
+mod process;
 #[path = "../../../tests/mutants/random.rs"]
 mod random;
 mod run;

@@ -1,5 +1,6 @@
 //! A file -> the outcome of `trimtess tessellate`, or a fault.
 
+use crate::process::{peak_of, work_of};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -52,10 +53,11 @@ pub(crate) fn run(file: &Path, folder: &Path, limits: &Limits) -> Result<Outcome
         .stderr(stderr)
         .spawn()
         .map_err(|error| error.to_string())?;
+    let process = child.id().to_string();
     let (start, mut peak, mut worked) = (Instant::now(), 0, None);
     let status = loop {
-        peak = peak.max(peak_of(child.id()));
-        worked = work_of(child.id()).or(worked);
+        peak = peak.max(peak_of(&process));
+        worked = work_of(&process).or(worked);
         if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
             break status;
         }
@@ -124,23 +126,4 @@ fn faults(status: i32, said: &str, mesh: &Path, report: Option<&Value>) -> Optio
 fn is_whole_glb(bytes: &[u8]) -> bool {
     let length = bytes.get(8..12).and_then(|four| four.try_into().ok()).map(u32::from_le_bytes);
     bytes.starts_with(b"glTF") && length.map(|length| length as usize) == Some(bytes.len())
-}
-
-/// Peak resident memory of a running process, bytes; 0 if unknown.
-fn peak_of(process: u32) -> u64 {
-    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib: Option<u64> = line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok());
-    kib.unwrap_or(0) << 10
-}
-
-/// Processor time of a running process, if known.
-fn work_of(process: u32) -> Option<Duration> {
-    /// Linux reports processor time in hundredths of a second.
-    const TICK: Duration = Duration::from_millis(10);
-    let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The name, in parentheses, may contain spaces. After it: state, ten other numbers, user time, system time.
-    let mut after = stat[stat.rfind(')')? + 1..].split_ascii_whitespace().skip(11);
-    let mut ticks = || after.next()?.parse::<u32>().ok();
-    Some(TICK * (ticks()? + ticks()?))
 }
