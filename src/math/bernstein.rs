@@ -77,56 +77,81 @@ pub fn with_lanes<const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64
 /// Bit-identical to [`basis_with_derivatives`] at each place.
 #[inline(always)]
 pub fn basis_and_slopes<const L: usize>(degree: usize, x: [f64; L], rows: &mut [[f64; L]]) {
-    let (n, slopes) = rows.split_at_mut(degree + 1);
-    // Constant degrees, so that the compiler unrolls the loops.
     match degree {
-        1 => fill_lanes(x, &mut n[..2], &mut slopes[..2]),
-        2 => fill_lanes(x, &mut n[..3], &mut slopes[..3]),
-        3 => fill_lanes(x, &mut n[..4], &mut slopes[..4]),
-        _ => fill_lanes(x, n, slopes),
+        1 => rows.copy_from_slice(constant_basis_and_slopes::<2, L>(x).as_flattened()),
+        2 => rows.copy_from_slice(constant_basis_and_slopes::<3, L>(x).as_flattened()),
+        3 => rows.copy_from_slice(constant_basis_and_slopes::<4, L>(x).as_flattened()),
+        _ => {
+            let (n, slopes) = rows.split_at_mut(degree + 1);
+            n[0] = [1.0; L];
+            (1..degree).for_each(|k| raise(&x, k, n));
+            differences(degree, n, slopes);
+            raise(&x, degree, n);
+        }
     }
 }
 
-/// [`basis_and_slopes`] of degree `N - 1`.
+/// The basis of degree `N - 1`, at most 3, at `L` places, bit-identical to [`basis`] at each.
+#[inline(always)]
+pub fn constant_basis<const N: usize, const L: usize>(x: [f64; L]) -> [[f64; L]; N] {
+    let mut n = constant_basis_below(&x);
+    raise(&x, N - 1, &mut n);
+    n
+}
+
+/// [`basis_and_slopes`] of degree `N - 1`, at most 3.
 #[inline(always)]
 pub fn constant_basis_and_slopes<const N: usize, const L: usize>(x: [f64; L]) -> [[[f64; L]; N]; 2] {
-    let mut rows = [[[0.0; L]; N]; 2];
-    let [n, slopes] = &mut rows;
-    fill_lanes(x, n, slopes);
-    rows
+    let mut n = constant_basis_below(&x);
+    let mut slopes = [[0.0; L]; N];
+    differences(N - 1, &n, &mut slopes);
+    raise(&x, N - 1, &mut n);
+    [n, slopes]
 }
 
+/// The basis of degree `N - 2`, and a last number without meaning.
 #[inline(always)]
-fn fill_lanes<const L: usize>(x: [f64; L], n: &mut [[f64; L]], slopes: &mut [[f64; L]]) {
-    let degree = n.len() - 1;
+fn constant_basis_below<const N: usize, const L: usize>(x: &[f64; L]) -> [[f64; L]; N] {
+    const { assert!(2 <= N && N <= 4) };
+    let mut n = [[0.0; L]; N];
     n[0] = [1.0; L];
-    slopes[0] = [0.0; L];
-    for k in 1..=degree {
-        if k == degree {
-            let raise = k as f64;
-            let mut before = [0.0; L];
-            for (slope, n) in slopes[..k].iter_mut().zip(&*n) {
-                for l in 0..L {
-                    let first = raise * n[l];
-                    slope[l] = before[l] - first;
-                    before[l] = first;
-                }
-            }
-            slopes[k] = before;
-        }
-        let mut carry = [0.0; L];
-        // As many passes for each `k`, so that the compiler unrolls both loops where the degree is constant.
-        for (j, n) in n[..degree].iter_mut().enumerate() {
-            if j < k {
-                for l in 0..L {
-                    let old = n[l];
-                    n[l] = carry[l] + (1.0 - x[l]) * old;
-                    carry[l] = x[l] * old;
-                }
-            }
-        }
-        n[k] = carry;
+    // One after the other, because the compiler unrolls no loop over loops of different lengths.
+    if N > 2 {
+        raise(x, 1, &mut n);
     }
+    if N > 3 {
+        raise(x, 2, &mut n);
+    }
+    n
+}
+
+/// Turns the basis of degree `k - 1` in `n` into that of degree `k`.
+#[inline(always)]
+fn raise<const L: usize>(x: &[f64; L], k: usize, n: &mut [[f64; L]]) {
+    let mut carry = [0.0; L];
+    for n in &mut n[..k] {
+        for l in 0..L {
+            let old = n[l];
+            n[l] = carry[l] + (1.0 - x[l]) * old;
+            carry[l] = x[l] * old;
+        }
+    }
+    n[k] = carry;
+}
+
+/// Derivatives of the basis of `degree`, by the basis of the degree below in `n`.
+#[inline(always)]
+fn differences<const L: usize>(degree: usize, n: &[[f64; L]], slopes: &mut [[f64; L]]) {
+    let times = degree as f64;
+    let mut before = [0.0; L];
+    for (slope, n) in slopes[..degree].iter_mut().zip(n) {
+        for l in 0..L {
+            let first = times * n[l];
+            slope[l] = before[l] - first;
+            before[l] = first;
+        }
+    }
+    slopes[degree] = before;
 }
 
 /// Writes the basis with its first and second derivatives to `rows`, three rows of `degree + 1` numbers.

@@ -92,14 +92,21 @@ impl BezierSpline3 {
     fn points_of_degree<const N: usize>(&self, mut ts: &[f64], out: &mut Vec<DVec3>) {
         while let Some(&first) = ts.first() {
             let piece = Piece::at(&self.breaks, first);
-            let mut lanes = [first; LANES];
-            let mut count = 1;
-            while count < LANES && ts.get(count).is_some_and(|&t| piece.contains(t)) {
-                lanes[count] = ts[count];
-                count += 1;
+            let (mut lanes, mut count) = ([first; LANES], 1);
+            match ts.first_chunk::<LANES>() {
+                // All at once, without a branch for each.
+                Some(next) if next.iter().fold(true, |all, &t| all & piece.contains(t)) => {
+                    (lanes, count) = (*next, LANES);
+                }
+                _ => {
+                    while count < LANES && ts.get(count).is_some_and(|&t| piece.contains(t)) {
+                        lanes[count] = ts[count];
+                        count += 1;
+                    }
+                }
             }
             ts = &ts[count..];
-            let [basis, _] = bernstein::constant_basis_and_slopes::<N, LANES>(piece.locals(lanes));
+            let basis = bernstein::constant_basis::<N, LANES>(piece.locals(lanes));
             let mut sums = [[0.0; LANES]; 4];
             for (point, factors) in self.segment(piece.index)[..N].iter().zip(&basis) {
                 for (sum, c) in sums.iter_mut().zip(point.to_array()) {
@@ -114,8 +121,12 @@ impl BezierSpline3 {
                 y[l] /= w[l];
                 z[l] /= w[l];
             }
-            for l in 0..count {
-                out.push(DVec3::new(x[l], y[l], z[l]));
+            let points: [DVec3; LANES] = std::array::from_fn(|l| DVec3::new(x[l], y[l], z[l]));
+            if count == LANES {
+                out.extend_from_slice(&points);
+            } else {
+                // Most edges are short: a call that copies takes longer.
+                points[..count].iter().for_each(|p| out.push(*p));
             }
         }
     }
