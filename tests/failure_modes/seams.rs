@@ -1,6 +1,6 @@
 //! Spheres and tori: seams, poles, whole surfaces, holes across all of them.
 
-use crate::body::{Body, ball, cap, frame, integral, level};
+use crate::body::{Body, ball, cap, frame, integral, level, through};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -66,6 +66,28 @@ fn half_spheres_above_an_equator_and_between_meridians() {
         let inwards = frame(DVec3::ZERO, -out.cross(DVec3::Z), out);
         body.flat(frame(DVec3::ZERO, -inwards.z, out), vec![vec![a.along(), b.against()]]);
         Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).climb();
+    }
+}
+
+#[test]
+fn a_lune_whose_sides_touch_at_both_poles_and_the_rest() {
+    // The second side leaves the meridian as the square of the distance from the pole. Directions there are noise.
+    let radius: f64 = 5.0;
+    for (turn, bulge) in [(0.0, 1.0), (0.0, -1.0), (1.0, 0.3), (FRAC_PI_2, -0.05), (3.0, 2.0)] {
+        for rest in [false, true] {
+            let mut body = Body::sheet();
+            let at = |u: f64, v: f64| radius * DVec3::new(v.cos() * u.cos(), v.cos() * u.sin(), v.sin());
+            let out = DVec3::new(f64::cos(turn), f64::sin(turn), 0.0);
+            let meridian = Frame3 { origin: DVec3::ZERO, x: out, y: DVec3::Z, z: out.cross(DVec3::Z) };
+            let straight = body.arc(&meridian, radius, -FRAC_PI_2, FRAC_PI_2);
+            let side = |v: f64| at(turn + bulge * v.cos().powi(2), v);
+            let curved = body.spline(through(side, (-FRAC_PI_2, FRAC_PI_2), 64));
+            let [east, west] = if (bulge > 0.0) != rest { [curved, straight] } else { [straight, curved] };
+            body.face(sphere(radius), vec![vec![east.along(), west.against()]], false);
+            let lune = radius * radius * bulge.abs() * 4.0 / 3.0;
+            let area = if rest { 4.0 * PI * radius * radius - lune } else { lune };
+            Ladder::sheet(body.finish(), area).named((turn, bulge, rest)).climb();
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! How bodies are composed: edges of many faces, coincident faces, lost faces, tiny faces.
 
-use crate::body::{Body, frame};
+use crate::body::{Body, ball, frame};
 use crate::common::{self, placed, prepared};
 use crate::ladder::Ladder;
 use glam::DVec3;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::check_scene;
 use trimtess::model::{EdgeId, Face, FaceId, Frame3, Loop, NurbsSurface, Part, ShellKind, Surface};
@@ -176,15 +176,7 @@ fn numbered() -> Part {
 
 /// A surface without control points.
 fn unsound() -> Surface {
-    let knots = vec![0.0, 0.0, 1.0, 1.0];
-    Surface::Nurbs(NurbsSurface {
-        degree_u: 1,
-        degree_v: 1,
-        knots_u: knots.clone(),
-        knots_v: knots,
-        points: Vec::new(),
-        weights: Vec::new(),
-    })
+    Surface::Nurbs(NurbsSurface::bezier((1, 1), Vec::new(), Vec::new()))
 }
 
 #[test]
@@ -257,15 +249,7 @@ fn a_one_sided_strip_is_meshed() {
             next.reverse();
         }
         let [d, c] = next;
-        let knots = vec![0.0, 0.0, 1.0, 1.0];
-        let piece = NurbsSurface {
-            degree_u: 1,
-            degree_v: 1,
-            knots_u: knots.clone(),
-            knots_v: knots,
-            points: vec![a, b, d, c],
-            weights: Vec::new(),
-        };
+        let piece = NurbsSurface::bezier((1, 1), vec![a, b, d, c], Vec::new());
         let round = body.polygon(&[a, d, c, b]);
         body.face(Surface::Nurbs(piece), vec![round], false);
     }
@@ -277,4 +261,30 @@ fn a_one_sided_strip_is_meshed() {
     let rungs = facts.total.unbalanced_edges - facts.total.open_edges;
     assert!((1..=16).contains(&rungs), "{}", facts.total);
     assert_eq!(facts.total.components, 1);
+}
+
+#[test]
+fn a_face_of_a_sphere_that_runs_as_its_neighbours_do_is_the_other_side() {
+    // An eighth of a ball. Of the sphere, the other seven eighths have the same boundary.
+    let radius: f64 = 4.0;
+    for flag in [true, false] {
+        let mut body = Body::solid();
+        let corners = DVec3::AXES.map(|axis| axis * radius);
+        let sides = [0, 1, 2].map(|k| {
+            let (from, to) = (corners[k], corners[(k + 1) % 3]);
+            (from, to, frame(DVec3::ZERO, from.cross(to), from))
+        });
+        let arcs = sides.map(|(.., round)| body.arc(&round, radius, 0.0, FRAC_PI_2));
+        for ((from, to, round), arc) in sides.into_iter().zip(arcs) {
+            let loops = vec![vec![body.line(DVec3::ZERO, to), arc.against(), body.line(from, DVec3::ZERO)]];
+            body.flat(frame(DVec3::ZERO, -round.z, from), loops);
+        }
+        let along = arcs.map(EdgeId::along).to_vec();
+        let back = arcs.into_iter().rev().map(EdgeId::against).collect();
+        let wires = if flag { along } else { back };
+        body.face(Surface::Sphere { frame: Frame3::WORLD, radius }, vec![wires], false);
+        let eighth = Ladder::solid(body.finish(), ball(radius) / 8.0, 5.0 / 4.0 * PI * radius * radius);
+        let told: &[&str] = if flag { &[] } else { &["wire-against-neighbours"] };
+        eighth.named(flag).told(told).climb();
+    }
 }

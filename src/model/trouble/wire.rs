@@ -38,6 +38,14 @@ pub enum WireTrouble {
         /// How many edges.
         edges: usize,
     },
+    /// A face of a closed surface runs along all its edges as its neighbours do; its wires were reversed.
+    #[error(
+        "the face runs along all of its {edges} edges as its neighbours do, not against them; its wires were reversed"
+    )]
+    AgainstNeighbours {
+        /// How many edges.
+        edges: usize,
+    },
     /// An edge misses its vertex; the mesh uses the vertex.
     #[error("an edge misses its vertex by {gap_mm:.3e} mm; the mesh uses the vertex")]
     EdgeOffVertex {
@@ -61,5 +69,6 @@ codes!(WireTrouble {
     Self::VerticesMoved { .. } => "wire-gaps-closed",
     Self::Bridged { .. } => "wire-gap-bridged",
     Self::BridgesFilled { .. } => "wire-gaps-filled",
+    Self::AgainstNeighbours { .. } => "wire-against-neighbours",
     Self::EdgeOffVertex { .. } => "edge-misses-vertex"
 });

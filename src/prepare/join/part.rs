@@ -22,6 +22,7 @@ use crate::prepare::tiles::face;
 use crate::prepare::tiles::traced;
 use crate::prepare::trims::free_edges;
 use crate::prepare::trims::free_faces::FreeFaces;
+use crate::prepare::wires::against::with_turned_wires;
 use crate::prepare::wires::chain::{Chain, summed};
 use crate::prepare::wires::heal;
 use crate::prepare::wires::heal::Healing;
@@ -60,6 +61,7 @@ pub(crate) fn prepare_part(
     let gap_edges = single.edges.len()..healed.edges.len();
     let (sewn, borders) = sew(call, healed, &mut free, border_tolerance * size, &mut healings);
     let part = without_slits(sewn, repeated, &free, &mut healings);
+    let part = with_turned_wires(part, &mut healings);
     if budget.exceeded() {
         return PreparedPart::default();
     }

@@ -1,6 +1,6 @@
 //! Coedges of a loop -> their pcurves on the surface, connected from edge to edge and along poles.
 
-use crate::model::{Coedge, Edge, Part, RegionError};
+use crate::model::{Coedge, Edge, Part, Pole, RegionError};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
@@ -35,6 +35,9 @@ fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Stretches<'
     out
 }
 
+/// Directions at a pole that differ by less than this share of a turn may be the same.
+const SAME_DIRECTION: f64 = 0.01;
+
 /// Traces a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. The second value
 /// is that gap, mm, if the loop does not close. Raises `gap` to the largest distance between edge and surface.
 pub(crate) fn trace_loop(
@@ -46,16 +49,12 @@ pub(crate) fn trace_loop(
 ) -> Result<(UvLoop, Option<f64>), RegionError> {
     /// First coedges tried while a loop does not close. One that is clear of a seam suffices.
     const TRIES: usize = 6;
-    let start_point = |c: &Coedge| {
-        let e = &part.edges[c.edge.index()];
-        part.vertices[if c.reversed { e.end } else { e.start }.index()]
-    };
     if coedges.is_empty() {
         return Err(RegionError::EmptyLoop);
     }
     let coedges = &without_spikes(part, coedges, projector)[..];
     let closes = |miss: f64| miss <= 100.0 * projector.tolerance;
-    let is_clear = |k: &usize| projector.pole_at(start_point(&coedges[*k])).is_none();
+    let is_clear = |k: &usize| projector.pole_at(start_point(part, &coedges[*k])).is_none();
     let mut firsts: SmallVec<[usize; TRIES]> = (0..coedges.len()).filter(is_clear).take(TRIES).collect();
     if firsts.is_empty() {
         firsts.push(0);
@@ -130,11 +129,8 @@ fn trace_from(
             if let Some(end) = previous_end {
                 match m.poles[usize::from(c.reversed)] {
                     Some(pole) => {
-                        let middle = |piece: &Piece| piece.samples[piece.samples.len() / 2].uv;
-                        let inside = [pieces.last().map_or(end, middle) - end, middle(&piece) - piece.start()];
-                        let to = jump_target(projector, pole, inside, end, piece.start());
-                        piece.shift(to - piece.start());
-                        if let Some(jump) = pole_piece(projector, pole, end, to) {
+                        let before = pieces.last_mut();
+                        if let Some(jump) = before.and_then(|before| join(projector, pole, [before, &mut piece])) {
                             jumps.push(pieces.len());
                             pieces.push(jump);
                         }
@@ -148,15 +144,17 @@ fn trace_from(
             pieces.push(piece);
         }
     }
-    let (start, end) = (pieces[0].start(), pieces[pieces.len() - 1].end());
-    let edge = &part.edges[coedges[first].edge.index()];
-    let start_point = part.vertices[if coedges[first].reversed { edge.end } else { edge.start }.index()];
-    if let Some(pole) = projector.pole_at(start_point) {
-        if let Some(jump) = pole_piece(projector, pole, end, start) {
-            pieces.push(jump);
+    if let Some(pole) = projector.pole_at(start_point(part, &coedges[first])) {
+        // Both ends stay where they are, but for noise.
+        let last = pieces.len() - 1;
+        if let ([after, ..], [before]) = pieces.split_at_mut(last) {
+            _ = target_without_noise(projector, pole, [before, after]);
         }
+        let closing = pole_piece(projector, pole, pieces[last].end(), pieces[0].start());
+        pieces.extend(closing);
         return Ok((UvLoop { pieces, winding: [0, 0] }, 0.0));
     }
+    let (start, end) = (pieces[0].start(), pieces[pieces.len() - 1].end());
     let mut winding = [0, 0];
     let mut miss = end - start;
     for axis in 0..2 {
@@ -182,31 +180,127 @@ fn trace_from(
     Ok((UvLoop { pieces, winding }, miss))
 }
 
-/// Where the loop continues after touching a pole. The kept side is on the left, which determines the way around. A loop
-/// that goes on beyond the pole takes the shortest way. `inside` leads from the pole into the pieces before and after.
-fn jump_target(projector: &Projector<'_>, pole: usize, inside: [DVec2; 2], from: DVec2, to: DVec2) -> DVec2 {
+/// Joins two pieces at a pole: shifts the second one, and returns the stretch along the pole between them, if it has any
+/// length.
+fn join(projector: &Projector<'_>, pole: usize, [before, after]: [&mut Piece; 2]) -> Option<Piece> {
+    let to = target_without_noise(projector, pole, [before, after]);
+    after.shift(to - after.start());
+    pole_piece(projector, pole, before.end(), after.start())
+}
+
+/// [`jump_target`]. Where the two pieces would cross next to the pole, because their directions there are noise, one gets
+/// that of the other: the one that turns less there has the better one.
+fn target_without_noise(projector: &Projector<'_>, pole: usize, [before, after]: [&mut Piece; 2]) -> DVec2 {
+    let run = 1 - projector.poles[pole].axis;
+    let (mut to, is_noise) = jump_target(projector, pole, [before, after]);
+    if is_noise {
+        let noise = (to - before.end())[run];
+        let turns = |[end, next]: [&UvSample; 2]| (end.uv - next.uv)[run].abs();
+        if turns(next_to_end(before, true)) <= turns(next_to_end(after, false)) {
+            move_end(after, false, run, -noise);
+            to[run] -= noise;
+        } else {
+            move_end(before, true, run, noise);
+        }
+    }
+    to
+}
+
+/// Where the loop continues after touching a pole, between these two pieces. The kept side is on the left, which
+/// determines the way around. A loop that goes on beyond the pole takes the shortest way. Also, whether the directions at
+/// the pole say that the loop turns the other way than it does beside the pole.
+fn jump_target(projector: &Projector<'_>, pole: usize, pieces: [&Piece; 2]) -> (DVec2, bool) {
     let pole = &projector.poles[pole];
     let fixed = pole.axis;
     let run = 1 - fixed;
+    let (from, to) = (pieces[0].end(), pieces[1].start());
     let mut target = projector.unwrap(to, from);
-    let Some(p) = projector.period[run] else { return target };
-    let [before, after] = inside.map(|way| way[fixed]);
-    let through = before * after < 0.0;
-    // If the kept side is below a pole line v = at, the loop runs towards -u; if it is right of u = at, towards -v.
-    let positive = (before < 0.0) != (fixed == 1);
-    let mut by = (to[run] - from[run]).rem_euclid(p);
-    if by < 1e-6 * p || by > (1.0 - 1e-6) * p {
-        by = 0.0;
+    let Some(p) = projector.period[run] else { return (target, false) };
+    let middle = |piece: &Piece| piece.samples[piece.samples.len() / 2].uv;
+    let [before, after] = [middle(pieces[0]) - from, middle(pieces[1]) - to].map(|way| way[fixed]);
+    let by = (to[run] - from[run]) - p * ((to[run] - from[run]) / p).round();
+    let mut by = if by.abs() < 1e-6 * p { 0.0 } else { by };
+    let mut is_noise = false;
+    if before * after >= 0.0 {
+        // If the kept side is below a pole line v = at, the loop runs towards -u; if it is right of u = at, towards -v.
+        let way = if (before < 0.0) != (fixed == 1) { 1.0 } else { -1.0 };
+        let apart = if by.abs() < SAME_DIRECTION * p { beside(projector, pole, pieces, by) } else { None };
+        // If it leaves on the way on which it came, it goes all around the pole.
+        let is_short = apart.unwrap_or(by) * way > 0.0;
+        is_noise = is_short && by * way < 0.0;
+        by += if is_short { 0.0 } else { way * p };
     }
-    let by = match (through, positive, by == 0.0) {
-        (true, ..) => by - p * (by / p).round(),
-        (false, true, true) => p,
-        (false, true, false) => by,
-        (false, false, true) => -p,
-        (false, false, false) => by - p,
-    };
     target[run] = from[run] + by;
-    target
+    (target, is_noise)
+}
+
+/// The sample at the end of a piece (or at its start), and the one next to it.
+fn next_to_end(piece: &Piece, ends: bool) -> [&UvSample; 2] {
+    let (s, last) = (&piece.samples, piece.samples.len() - 1);
+    if piece.reversed == ends { [&s[0], &s[1]] } else { [&s[last], &s[last - 1]] }
+}
+
+/// Moves the end of a piece (or its start) along the pole there, and lets it arrive straight.
+fn move_end(piece: &mut Piece, ends: bool, run: usize, by: f64) {
+    let [end, next] = next_to_end(piece, ends);
+    let at = end.uv[run] + by;
+    let slope = (at - next.uv[run]) / (end.t - next.t);
+    let k = if piece.reversed == ends { 0 } else { piece.samples.len() - 1 };
+    piece.samples[k].uv[run] = at;
+    piece.samples[k].d[run] = slope;
+}
+
+/// How far a loop that leaves a pole in almost the direction in which it came is beside its way there, along the pole
+/// line: where they are farthest apart in space, because directions at the pole may be noise. `by` is the distance at the
+/// pole. `None` if they are nowhere apart.
+fn beside(projector: &Projector<'_>, pole: &Pole, [before, after]: [&Piece; 2], by: f64) -> Option<f64> {
+    /// Number of distances from the pole that are compared.
+    const STEPS: usize = 16;
+    let run = 1 - pole.axis;
+    let [back, forth] = [(before, true), (after, false)].map(|(piece, ends)| away(piece, ends, pole.axis));
+    let farthest = |way: &[DVec2]| (way[way.len() - 1] - way[0])[pole.axis].abs();
+    let common = farthest(&back).min(farthest(&forth));
+    if common == 0.0 {
+        return None;
+    }
+    let mut widest = (10.0 * projector.tolerance, None);
+    for k in 1..=STEPS {
+        let distance = common * k as f64 / STEPS as f64;
+        let [came, leaves] = [&back, &forth].map(|way| at_distance(way, distance, pole.axis));
+        let mut step = DVec2::ZERO;
+        step[run] = by + (leaves - forth[0])[run] - (came - back[0])[run];
+        let apart = projector.length(came, step);
+        if apart > widest.0 {
+            widest = (apart, Some(step[run]));
+        }
+    }
+    widest.1
+}
+
+/// Points of a piece from its end (or start) at a pole, as long as they lead away from it.
+fn away(piece: &Piece, ends: bool, fixed: usize) -> Vec<DVec2> {
+    /// Number of points for each sample.
+    const FINE: usize = 8;
+    let spans = piece.samples.windows(2).flat_map(|w| {
+        let at = move |k: usize| w[0].t + (w[1].t - w[0].t) * k as f64 / FINE as f64;
+        (0..FINE).map(move |k| UvSample::interpolate(&w[0], &w[1], at(k)))
+    });
+    let mut points: Vec<DVec2> = spans.chain([piece.samples[piece.samples.len() - 1].uv]).collect();
+    if piece.reversed != ends {
+        points.reverse();
+    }
+    let distance = |p: DVec2| (p - points[0])[fixed].abs();
+    let count = points.windows(2).take_while(|w| distance(w[1]) > distance(w[0])).count();
+    points.truncate(1 + count);
+    points
+}
+
+/// The point of a way from a pole at a distance from it, which the way has.
+fn at_distance(way: &[DVec2], distance: f64, fixed: usize) -> DVec2 {
+    let distance_of = |p: DVec2| (p - way[0])[fixed].abs();
+    let k = way.partition_point(|p| distance_of(*p) < distance).clamp(1, way.len() - 1);
+    let [a, b] = [way[k - 1], way[k]];
+    a.lerp(b, ((distance - distance_of(a)) / (distance_of(b) - distance_of(a))).clamp(0.0, 1.0))
 }
 
 /// The stretch along a pole line; `None` if it has no length.
@@ -220,11 +314,15 @@ pub(crate) fn pole_piece(projector: &Projector<'_>, pole: usize, from: DVec2, to
     let sample = |t: f64| {
         let mut uv = DVec2::splat(from[fixed]);
         uv[run] = t;
-        let mut d = DVec2::ZERO;
-        d[run] = 1.0;
-        UvSample { t, uv, d }
+        UvSample::along(run, uv)
     };
     Some(Piece { along: Along::Pole(pole), reversed: a > b, samples: vec![sample(a.min(b)), sample(a.max(b))] })
+}
+
+/// The point of the vertex where a coedge starts.
+fn start_point(part: &Part, coedge: &Coedge) -> DVec3 {
+    let [start, _] = part.edges[coedge.edge.index()].ends(coedge.reversed);
+    part.vertices[start.index()]
 }
 
 /// Shifts the pieces after the stretch `jump` along a pole and extends it to them. Removes it at length 0.

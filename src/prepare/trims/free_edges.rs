@@ -279,9 +279,7 @@ impl<'a> EdgeMaker<'a> {
         if from[run] >= to[run] {
             return None;
         }
-        let mut d = DVec2::ZERO;
-        d[run] = 1.0;
-        let samples = [from, to].map(|uv| UvSample { t: uv[run], uv, d }).to_vec();
+        let samples = [from, to].map(|uv| UvSample::along(run, uv)).to_vec();
         let reversed = rising == reversed;
         if let Some(pole) = self.pole(low).filter(|&k| self.poles[k].axis == axis) {
             return Some(Piece { along: Along::Pole(pole), reversed, samples });

@@ -33,6 +33,11 @@ pub struct UvSample {
 }
 
 impl UvSample {
+    /// The point `uv` of an iso-curve along `axis`, whose parameter is that coordinate.
+    pub(crate) fn along(axis: usize, uv: DVec2) -> Self {
+        Self { t: uv[axis], uv, d: [DVec2::X, DVec2::Y][axis] }
+    }
+
     /// The Hermite cubic between two samples at parameter `t`.
     #[must_use]
     #[inline]
