@@ -1,6 +1,7 @@
 //! Surfaces of revolution whose profile is a whole curve that meets its axis, or an unbounded curve, as files state
 //! them.
 
+use crate::body::integral;
 use crate::ladder::Ladder;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI, TAU};
 use trimtess::import::step::{StepOptions, read};
@@ -388,4 +389,30 @@ fn a_turned_parabola_ends_at_its_tip() {
         let faces = [text.turned(profile, &[bound]), text.lid(&[(ring, true)], 1.0, true)];
         text.climb(&faces, TAU, FRAC_PI_3 * (8.0f64.powf(1.5) - 8.0) + 4.0 * PI);
     }
+}
+
+#[test]
+fn an_offset_of_a_turned_hyperbola_between_two_rings() {
+    // The hyperbola has no ends: the rings give them, half a millimetre off it.
+    let mut text = Text::default();
+    let at = |t: f64| {
+        let (sinh, cosh) = (t.sinh(), t.cosh());
+        let by = 0.5 / (sinh * sinh + 4.0 * cosh * cosh).sqrt();
+        [cosh + by * 2.0 * cosh, 2.0 * sinh - by * sinh]
+    };
+    let slope = |t: f64| [0, 1].map(|k| (at(t + 1e-5)[k] - at(t - 1e-5)[k]) / 2e-5);
+    let [radius, height] = at(1.0);
+    let [low, high] = [-height, height].map(|z| text.ring(radius, z).1);
+    let bounds = [(low, true), (high, false)].map(|ring| text.bound(&[ring]));
+    let profile = text.conic("HYPERBOLA", [0.0; 3], "1.,2.");
+    let basis = text.turned_surface(profile);
+    let surface = text.add(&format!("OFFSET_SURFACE('',#{basis},0.5,.F.)"));
+    let faces = [
+        text.face(&bounds, surface),
+        text.lid(&[(low, false)], -height, false),
+        text.lid(&[(high, true)], height, true),
+    ];
+    let side = integral(|t| TAU * at(t)[0] * slope(t)[0].hypot(slope(t)[1]), (-1.0, 1.0));
+    let volume = integral(|t| PI * at(t)[0].powi(2) * slope(t)[1], (-1.0, 1.0));
+    text.climb(&faces, volume, side + TAU * radius * radius);
 }

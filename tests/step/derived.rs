@@ -276,6 +276,21 @@ fn parameters_on_swept_curves_are_those_of_the_curve() {
 }
 
 #[test]
+fn a_turned_curve_without_ends_is_cut_at_the_trims() {
+    let turned = |profile: &str| {
+        format!(
+            "#61=SURFACE_OF_REVOLUTION('',#62,#63);#63=AXIS1_PLACEMENT('',#21,#22);#64=CARTESIAN_POINT('',(5.,0.,1.));\
+             {profile}"
+        )
+    };
+    let line = turned("#62=LINE('',#64,#65);#65=VECTOR('',#66,2.);#66=DIRECTION('',(3.,0.,4.));");
+    corners_at(&line, [20.0, 50.0, -1.0, 4.0], |u, v| on_circle(u, 5.0 + 1.2 * v, 1.0 + 1.6 * v));
+    let parabola =
+        turned("#62=PARABOLA('',#65,0.5);#65=AXIS2_PLACEMENT_3D('',#64,#66,#23);#66=DIRECTION('',(0.,-1.,0.));");
+    corners_at(&parabola, [20.0, 50.0, -1.0, 2.0], |u, v| on_circle(u, 5.0 + 0.5 * v * v, 1.0 + v));
+}
+
+#[test]
 fn a_swept_line_keeps_the_units_of_both_directions() {
     let skew = "#61=SURFACE_OF_LINEAR_EXTRUSION('',#62,#63);#62=LINE('',#21,#64);#64=VECTOR('',#23,3.);\
                 #63=VECTOR('',#65,2.);#65=DIRECTION('',(3.,0.,4.));";

@@ -13,6 +13,16 @@ pub(super) struct FaceLocation {
     pub(super) on: Vec<DVec3>,
 }
 
+impl FaceLocation {
+    /// With all points within `distance` of it in the hull.
+    pub(super) fn widened(self, distance: f64) -> Self {
+        // The octahedron with these corners contains the ball.
+        let ways = DVec3::AXES.map(|axis| axis * (3.0_f64.sqrt() * distance));
+        let around = |p: DVec3| ways.into_iter().flat_map(move |way| [p - way, p + way]);
+        Self { hull: self.hull.into_iter().flat_map(around).collect(), on: self.on }
+    }
+}
+
 /// Locates the face. Called only to bound a sweep of an unbounded curve or to choose one of several sheets.
 pub(super) type LocateFace<'a> = &'a dyn Fn() -> FaceLocation;
 

@@ -1,6 +1,6 @@
-//! Types of instances -> their kind: face, shell, surface, body, or not a shape.
+//! Types of instances -> their kind: face, shell, surface, body, or not a shape. Shapes -> what they are the shape of.
 
-use super::table::Entity;
+use super::table::{Entity, Table};
 use crate::model::BodyRefusal;
 
 /// Supported primitives of constructive solid geometry.
@@ -232,4 +232,20 @@ pub(super) fn stands_for(item: Entity<'_>) -> Option<u64> {
     }
     let face = item.is("TRIANGULATED_FACE") || item.is("COMPLEX_TRIANGULATED_FACE");
     face.then(|| item.fields("TESSELLATED_FACE", 1).optional(3)).flatten()
+}
+
+pub(super) const OCCURRENCE: &str = "NEXT_ASSEMBLY_USAGE_OCCURRENCE";
+
+/// The definition or occurrence to which a `PRODUCT_DEFINITION_SHAPE` belongs.
+pub(super) fn defined(table: &Table, property: u64) -> Option<u64> {
+    table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
+}
+
+/// The shapes that the file defines: the definition or occurrence, and its representation.
+pub(super) fn shapes(table: &Table) -> impl Iterator<Item = (u64, u64)> {
+    table.of_types(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")).filter_map(|link| {
+        let own = link.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
+        let (property, shape) = (own.optional(0)?, own.optional(1)?);
+        Some((defined(table, property)?, shape))
+    })
 }

@@ -3,14 +3,20 @@
 
 use super::face_location::LocateFace;
 use super::face_part::{Range, face_part};
-use super::revolution::sheet;
+use super::revolution::{ON_AXIS, sheet};
+use crate::math::boxes::around;
 use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, Severity, StepOutcome, Surface, knots_of_pieces};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Maximum number of pieces per knot span and direction.
 const MAX_PIECES: usize = 64;
 /// Maximum number of control points of an approximation.
 const MAX_POINTS: usize = 400_000;
+/// Approximations are refined to this share of their size where that is less than the tolerance, so that small faces are
+/// approximated as well as large ones. An error between the two is accepted.
+const FINE: f64 = 1e-5;
+/// A profile that is longer than its face may pass the axis by this share of its width.
+const PASSES: f64 = 0.01;
 /// An approximation whose error is within this share of its size is kept even if it misses the tolerance. The face would
 /// be filled from its boundary, which is further off.
 const BETTER_THAN_FILLED: f64 = 1e-4;
@@ -71,7 +77,17 @@ pub(super) fn offset(
         Surface::Revolution { curve, frame } => {
             let curve = sheet(curve, frame, &reach().on);
             let base = &Surface::Revolution { curve: curve.clone(), frame: *frame };
-            let (curve, note) = profile(&curve, tolerance, |t| offset_point(base, 0.0, t, distance))?;
+            let flat = |p: DVec3| frame.local(p).truncate();
+            let width = |p: &DVec3| flat(*p).length_squared();
+            let out = curve.points.iter().copied().max_by(|p, q| width(p).total_cmp(&width(q))).map_or(DVec2::X, flat);
+            let least = curve.points.iter().map(|p| flat(*p).dot(out)).fold(f64::INFINITY, f64::min);
+            // Beyond the axis, the normal that surfaces of revolution have is on the other side of the profile. One that
+            // goes on a little there has no face there. A point on the axis has the normal of the points next to it.
+            let far = out.length_squared();
+            let passes = least > -PASSES * far;
+            let is_beyond = |t: f64| passes && flat(curve.point(t)).dot(out) < -ON_AXIS * far;
+            let side = |t: f64| if is_beyond(t) { -distance } else { distance };
+            let (curve, note) = profile(&curve, tolerance, |t| offset_point(base, 0.0, t, side(t)))?;
             return Ok((Surface::Revolution { curve, frame: *frame }, Some(note)));
         }
     };
@@ -97,9 +113,13 @@ fn approximated(
 
 /// The largest error of an approximation with these control points that is better than a filled face.
 fn usable(points: &[DVec3]) -> f64 {
-    let first = points.first().copied().unwrap_or_default();
-    let (low, high) = points.iter().fold((first, first), |(low, high), p| (low.min(*p), high.max(*p)));
-    BETTER_THAN_FILLED * low.distance(high)
+    BETTER_THAN_FILLED * size(points)
+}
+
+/// Diagonal of the box of points, of which there is one at least.
+fn size(points: &[DVec3]) -> f64 {
+    let [low, high] = around(points.iter().copied());
+    low.distance(high)
 }
 
 /// The point at `distance` along the normal.
@@ -137,8 +157,8 @@ pub(super) fn fitted(
     close.then_some(curve).ok_or(FitTrouble::Inexact { what: "the approximation", error_mm })
 }
 
-/// Fits cubic pieces to `at` over the knots `spans`, until the error is within the tolerance or pieces are as short as
-/// allowed. Returns the curve and its largest sampled error.
+/// Fits cubic pieces to `at` over the knots `spans`, until the error is within the tolerance and [`FINE`], or pieces are
+/// as short as allowed. Returns the curve and its largest sampled error.
 fn closest(
     spans: &[f64],
     tolerance: f64,
@@ -149,6 +169,7 @@ fn closest(
         let breaks = breaks_at(&spans);
         let ts = thirds(&breaks);
         let mut points = ts.iter().map(|t| at(*t)).collect::<Result<Vec<_>, _>>()?;
+        let wanted = tolerance.min(FINE * size(&points));
         to_bezier(&mut points, |k| k, ts.len());
         let curve = NurbsCurve3 { degree: 3, knots: knots_of_pieces(3, &breaks), points, weights: Vec::new() };
         let mut errors = vec![0.0; spans.len()];
@@ -157,7 +178,7 @@ fn closest(
             *error = error.max(curve.point(t).distance(at(t)?));
         }
         let worst = errors.iter().copied().fold(0.0, f64::max);
-        if worst <= tolerance || !split(&mut spans, &errors, tolerance) {
+        if worst <= wanted || !split(&mut spans, &errors, wanted) {
             return Ok((curve, worst));
         }
     }
@@ -214,6 +235,7 @@ fn approximate(
 ) -> Result<OffsetFit, FitTrouble> {
     let mut spans_u = FitSpan::of_breaks(&breaks_within(&net.knots_u, part[0]));
     let mut spans_v = FitSpan::of_breaks(&breaks_within(&net.knots_v, part[1]));
+    let wanted = tolerance.min(FINE * size(&net.points));
     let mut coarser = None;
     loop {
         let (breaks_u, breaks_v) = (breaks_at(&spans_u), breaks_at(&spans_v));
@@ -221,9 +243,9 @@ fn approximate(
             return coarser.ok_or(FitTrouble::TooManyPoints { limit: MAX_POINTS });
         }
         let surface = fit(&breaks_u, &breaks_v, at)?;
-        let off = FitErrors::of(&surface, &breaks_u, &breaks_v, tolerance, at)?;
-        // Errors within the tolerance split nothing.
-        let split = [split(&mut spans_u, &off.along_u, tolerance), split(&mut spans_v, &off.along_v, tolerance)];
+        let off = FitErrors::of(&surface, &breaks_u, &breaks_v, wanted, at)?;
+        // Errors that are as small as wanted split nothing.
+        let split = [split(&mut spans_u, &off.along_u, wanted), split(&mut spans_v, &off.along_v, wanted)];
         let fit = OffsetFit { surface, worst: off.worst, bad: off.bad };
         if split == [false, false] {
             return Ok(fit);

@@ -9,7 +9,8 @@ use std::path::PathBuf;
 #[non_exhaustive]
 pub struct StepOptions {
     /// Largest sampled error of B-splines that approximate curves and surfaces without an exact form, millimetres:
-    /// offsets of B-splines, curves in the parameters of a curved surface. Default 0.001.
+    /// offsets of B-splines, curves in the parameters of a curved surface. Where a hundred-thousandth of their size is
+    /// less, they are refined to that, as far as pieces of reasonable length allow. Default 0.001.
     pub fit_tolerance: f64,
     /// Maximum length of a file, bytes. Default 2 GiB.
     pub max_bytes: u64,

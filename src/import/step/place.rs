@@ -42,15 +42,13 @@ impl<'a> Geometry<'a> {
     /// Coordinates of instance `id` in millimetres, if they are finite.
     pub(super) fn millimetres(&self, stated: DVec3, id: u64) -> Read<DVec3> {
         let point = stated * self.units.length;
-        let finite = || Trouble::new(id, StepTrouble::NotFinite { what: "a coordinate" });
-        point.is_finite().then_some(point).ok_or_else(finite)
+        point.is_finite().then_some(point).ok_or_else(|| not_finite("a coordinate", id))
     }
 
     /// A length of instance `id` in millimetres, if it is finite.
     pub(super) fn length(&self, stated: f64, id: u64) -> Read<f64> {
         let length = stated * self.units.length;
-        let finite = || Trouble::new(id, StepTrouble::NotFinite { what: "a length" });
-        length.is_finite().then_some(length).ok_or_else(finite)
+        length.is_finite().then_some(length).ok_or_else(|| not_finite("a length", id))
     }
 
     pub(super) fn points(&self, ids: impl Iterator<Item = u64>) -> Read<Vec<DVec3>> {
@@ -174,4 +172,8 @@ impl<'a> Geometry<'a> {
 
 fn not_a_placement(instance: Entity<'_>) -> Trouble {
     Trouble::new(instance.id, StepTrouble::WrongType { keyword: instance.keyword(), wanted: "a placement" })
+}
+
+fn not_finite(what: &'static str, id: u64) -> Trouble {
+    Trouble::new(id, StepTrouble::NotFinite { what })
 }

@@ -4,7 +4,7 @@
 //! Occurrences come from NEXT_ASSEMBLY_USAGE_OCCURRENCE with its context-dependent representation, from relationships
 //! with a transformation of their own, and from MAPPED_ITEM.
 
-use super::kinds::{is_body, is_shapeless};
+use super::kinds::{OCCURRENCE, defined, is_body, is_shapeless, shapes};
 use super::options::StepOptions;
 use super::place::Geometry;
 use super::style::Styles;
@@ -136,10 +136,7 @@ impl<'a> StructureBuilder<'a> {
             self.groups.push(Group { name, product: true, ..Group::default() });
         }
         let mut of_others = Vec::new();
-        for link in self.table.of_types(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")) {
-            let own = link.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
-            let (Some(property), Some(shape)) = (own.optional(0), own.optional(1)) else { continue };
-            let Some(defined) = defined(self.table, property) else { continue };
+        for (defined, shape) in shapes(self.table) {
             match definitions.get(&defined) {
                 Some(&group) => self.own(shape, group),
                 None => of_others.push((defined, shape)),
@@ -512,12 +509,6 @@ fn take(pairs: &mut Pairs, pair: (usize, usize)) -> Option<u64> {
     pairs.get_mut(&pair)?.pop_front()
 }
 
-/// The definition or occurrence to which a `PRODUCT_DEFINITION_SHAPE` belongs.
-fn defined(table: &Table, property: u64) -> Option<u64> {
-    table.find(property)?.fields("PROPERTY_DEFINITION", 0).optional(2)
-}
-
-const OCCURRENCE: &str = "NEXT_ASSEMBLY_USAGE_OCCURRENCE";
 /// Has the assembly and the component of an occurrence.
 const RELATED: &str = "PRODUCT_DEFINITION_RELATIONSHIP";
 const DEFINITIONS: [&str; 2] = ["PRODUCT_DEFINITION", "PRODUCT_DEFINITION_WITH_ASSOCIATED_DOCUMENTS"];

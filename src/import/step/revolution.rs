@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 
 /// A profile point within this share of the profile's size lies on the axis: files print axis directions with as few as
 /// seven digits.
-const ON_AXIS: f64 = 1e-7;
+pub(super) const ON_AXIS: f64 = 1e-7;
 /// For offsets: a profile that changes sides within this share of its size crosses the axis. Rounded points leave
 /// profile and axis skew, and the normal flips in between.
 const PASSING: f64 = 1e-3;

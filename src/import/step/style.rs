@@ -1,6 +1,6 @@
 //! Styled items -> colours by instance.
 
-use super::kinds::{is_body, is_face, is_shell};
+use super::kinds::{OCCURRENCE, is_body, is_face, is_shell, shapes};
 use super::table::{Entity, Table};
 use super::values::{Map, Set};
 use crate::model::Colour;
@@ -71,13 +71,8 @@ fn occurrences(table: &Table) -> Map<u64, u64> {
     if table.of_types(|i| i.is("PRESENTATION_STYLE_BY_CONTEXT")).next().is_none() {
         return found;
     }
-    for link in table.of_types(|i| i.is("SHAPE_DEFINITION_REPRESENTATION")) {
-        let own = link.fields("PROPERTY_DEFINITION_REPRESENTATION", 0);
-        let (Some(property), Some(shape)) = (own.optional(0), own.optional(1)) else { continue };
-        let definition = table.find(property).and_then(|i| i.fields("PROPERTY_DEFINITION", 0).optional(2));
-        let usage = definition.and_then(|id| table.find(id)).filter(|i| i.is("NEXT_ASSEMBLY_USAGE_OCCURRENCE"));
-        usage.into_iter().for_each(|usage| _ = found.insert(shape, usage.id));
-    }
+    let is_occurrence = |id: u64| table.find(id).is_some_and(|i| i.is(OCCURRENCE));
+    found.extend(shapes(table).filter(|(defined, _)| is_occurrence(*defined)).map(|(defined, shape)| (shape, defined)));
     found
 }
 

@@ -68,8 +68,10 @@ impl Geometry<'_> {
             Ok(Stated::exact(Surface::Nurbs(self.b_spline_surface(instance)?)))
         } else if instance.is("OFFSET_SURFACE") {
             let own = instance.fields("OFFSET_SURFACE", 1);
-            let base = self.surface(own.reference(0)?, reach, depth + 1)?;
-            let distance = self.length(own.real(1)?, id)? * if base.turned { -1.0 } else { 1.0 };
+            let distance = self.length(own.real(1)?, id)?;
+            // The base of the face is that far from it.
+            let base = self.surface(own.reference(0)?, &|| reach().widened(distance.abs()), depth + 1)?;
+            let distance = if base.turned { -distance } else { distance };
             let (surface, note) = super::offset::offset(&base.surface, distance, self.fit, reach)
                 .map_err(|what| Trouble::new(id, what))?;
             Ok(Stated { surface, turned: base.turned, note: note.or(base.note) })

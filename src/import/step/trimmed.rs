@@ -3,8 +3,8 @@
 use super::face_location::{FaceLocation, Stated};
 use super::parameters::{Parametric, StatedAxes, StatedAxis};
 use super::place::Geometry;
-use super::spline;
 use super::table::{Entity, Read, Trouble};
+use super::{revolution, spline};
 use crate::model::{AxisMap, NurbsCurve3, Severity, StepOutcome, StepTrouble, Surface};
 
 impl Geometry<'_> {
@@ -19,15 +19,20 @@ impl Geometry<'_> {
 
     fn rectangle(&self, instance: Entity<'_>) -> Read<Stated> {
         let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);
-        let on = self.parametric(own.reference(0)?, 1)?;
-        let mut note = on.note.clone();
         let refused = |range, beyond| Trouble::new(instance.id, StepTrouble::SurfaceTrim { range, beyond });
-        let (surface, axes) = match on.axes {
-            StatedAxes::Each(axes) => (on.surface, axes),
-            StatedAxes::Oblique(_) => {
-                let range = (own.real(1)?, own.real(2)?);
-                let swept = swept_line(&on, range);
-                swept.ok_or_else(|| refused(range, false))?
+        let (surface, axes, mut note) = match self.turned_between(own.reference(0)?, (own.real(3)?, own.real(4)?))? {
+            Some((surface, axes)) => (surface, axes, None),
+            None => {
+                let on = self.parametric(own.reference(0)?, 1)?;
+                let note = on.note.clone();
+                let (surface, axes) = match on.axes {
+                    StatedAxes::Each(axes) => (on.surface, axes),
+                    StatedAxes::Oblique(_) => {
+                        let range = (own.real(1)?, own.real(2)?);
+                        swept_line(&on, range).ok_or_else(|| refused(range, false))?
+                    }
+                };
+                (surface, axes, note)
             }
         };
         let whole = surface.natural_domain();
@@ -64,11 +69,37 @@ impl Geometry<'_> {
         let turned = own.flag(5, true) != own.flag(6, true);
         Ok(Stated { surface: Surface::Nurbs(net), turned, note })
     }
+
+    /// The surface of revolution of a curve without ends, of its part between two parameters. `None` if the curve has
+    /// ends, if the parameters are equal, and for other surfaces.
+    fn turned_between(&self, id: u64, (first, second): (f64, f64)) -> Read<Option<Patch>> {
+        let instance = self.get(id)?;
+        if !instance.is("SURFACE_OF_REVOLUTION") || first == second {
+            return Ok(None);
+        }
+        let own = instance.fields("SURFACE_OF_REVOLUTION", 1);
+        let (swept, frame) = (own.reference(0)?, self.frame(own.reference(1)?)?);
+        if self.bounded(swept, 1).is_ok() {
+            return Ok(None);
+        }
+        let (low, high) = (first.min(second), first.max(second));
+        let (carrier, same) = self.carrier(swept, 1)?;
+        let curve = carrier.arc((low, high));
+        let (curve, frame) = revolution::onto_axis(curve, frame, self.units.tolerance);
+        let (start, end) = curve.domain();
+        let factor = (end - start) / (high - low);
+        let along = StatedAxis { start: start - low * factor, factor, arc: AxisMap::Identity };
+        let around = StatedAxis { start: 0.0, factor: self.units.angle, arc: AxisMap::Identity };
+        Ok(same.then_some((Surface::Revolution { curve, frame }, [around, along])))
+    }
 }
+
+/// A surface with its stated parameters.
+type Patch = (Surface, [StatedAxis; 2]);
 
 /// The plane of a line that is swept along another direction, as the sweep of the line's piece between two parameters.
 /// `None` if these are equal.
-fn swept_line(on: &Parametric, (first, second): (f64, f64)) -> Option<(Surface, [StatedAxis; 2])> {
+fn swept_line(on: &Parametric, (first, second): (f64, f64)) -> Option<Patch> {
     let (low, high) = (first.min(second), first.max(second));
     let length = high - low;
     let axis = StatedAxis { start: -low / length, factor: 1.0 / length, arc: AxisMap::Identity };
