@@ -6,19 +6,9 @@ use crate::{clean, edge_of, is, model, near, only_face, only_part, point, shell,
 use glam::DVec3;
 use trimtess::model::{Loop, Model, Severity, StepTrouble, Surface};
 
-/// A square in z = 1: vertices #30..#36, edges #50..#53 counter-clockwise, oriented edges #70..#73, loop #75, bound
-/// #76.
+/// A square of side 2 in z = 1, with its loop #75 and bound #76.
 fn square() -> String {
-    let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
-    let mut text =
-        world() + "#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);#60=PLANE('',#20);";
-    for (i, [x, y]) in corners.into_iter().enumerate() {
-        text += &vertex(30 + 2 * u32::try_from(i).expect("small"), [x, y, 1.0]);
-        let (from, to) = (30 + 2 * i, 30 + 2 * ((i + 1) % 4));
-        text += &format!("#{}=EDGE_CURVE('',#{from},#{to},#63,.T.);", 50 + i);
-        text += &format!("#{}=ORIENTED_EDGE('',*,*,#{},.T.);", 70 + i, 50 + i);
-    }
-    text + "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);"
+    crate::square(2.0, 1.0) + "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);"
 }
 
 fn plane(model: &Model) -> (DVec3, DVec3) {

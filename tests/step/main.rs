@@ -125,3 +125,18 @@ fn shell(face: &str, context: u32) -> String {
          #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#93),#{context});\n"
     )
 }
+
+/// A square in the plane #60 at height `z`: vertices #30, #32, #34, #36 counter-clockwise, edges #50..#53 from each to
+/// the next, oriented edges #70..#73 along them.
+fn square(side: f64, z: f64) -> String {
+    let corners = [[0.0, 0.0], [side, 0.0], [side, side], [0.0, side]];
+    let mut text =
+        world() + "#60=PLANE('',#20);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);";
+    for (i, [x, y]) in corners.into_iter().enumerate() {
+        text += &vertex(30 + 2 * u32::try_from(i).expect("small"), [x, y, z]);
+        let (from, to) = (30 + 2 * i, 30 + 2 * ((i + 1) % 4));
+        text += &format!("#{}=EDGE_CURVE('',#{from},#{to},#63,.T.);", 50 + i);
+        text += &format!("#{}=ORIENTED_EDGE('',*,*,#{},.T.);", 70 + i, 50 + i);
+    }
+    text
+}

@@ -8,48 +8,34 @@ use trimtess::model::{Model, Severity};
 
 /// A product definition #id (and id+1..id+4) named `name`, whose shape is representation `shape`.
 pub(crate) fn product(id: u32, name: &str, shape: u32) -> String {
+    let [formation, product, property, link] = [1, 2, 3, 4].map(|k| id + k);
     format!(
-        "#{id}=PRODUCT_DEFINITION('','',#{},$);#{}=PRODUCT_DEFINITION_FORMATION('','',#{});\
-         #{}=PRODUCT('{name}','{name}','',());\
-         #{}=PRODUCT_DEFINITION_SHAPE('','',#{id});#{}=SHAPE_DEFINITION_REPRESENTATION(#{},#{shape});\n",
-        id + 1,
-        id + 1,
-        id + 2,
-        id + 2,
-        id + 3,
-        id + 4,
-        id + 3
+        "#{id}=PRODUCT_DEFINITION('','',#{formation},$);#{formation}=PRODUCT_DEFINITION_FORMATION('','',#{product});\
+         #{product}=PRODUCT('{name}','{name}','',());\
+         #{property}=PRODUCT_DEFINITION_SHAPE('','',#{id});\
+         #{link}=SHAPE_DEFINITION_REPRESENTATION(#{property},#{shape});\n"
     )
 }
 
 /// An unbounded sphere of radius 1 as solid #id, with its shell, face and surface.
 fn ball(id: u32) -> String {
+    let [shell, face, surface] = [1, 2, 3].map(|k| id + k);
     format!(
-        "#{id}=MANIFOLD_SOLID_BREP('',#{});#{}=CLOSED_SHELL('',(#{}));#{}=ADVANCED_FACE('',(),#{},.T.);\
-         #{}=SPHERICAL_SURFACE('',#20,1.);\n",
-        id + 1,
-        id + 1,
-        id + 2,
-        id + 2,
-        id + 3,
-        id + 3
+        "#{id}=MANIFOLD_SOLID_BREP('',#{shell});#{shell}=CLOSED_SHELL('',(#{face}));\
+         #{face}=ADVANCED_FACE('',(),#{surface},.T.);#{surface}=SPHERICAL_SURFACE('',#20,1.);\n"
     )
 }
 
 /// Occurrence #id of `child` in `parent` placed by relationship #id+3 between `first` and `second`.
 fn occurrence(id: u32, [parent, child]: [u32; 2], [first, second]: [u32; 2], [from, to]: [u32; 2]) -> String {
+    let [property, link, relation, motion] = [1, 2, 3, 4].map(|k| id + k);
     format!(
         "#{id}=NEXT_ASSEMBLY_USAGE_OCCURRENCE('{id}','use {id}','',#{parent},#{child},$);\
-         #{}=PRODUCT_DEFINITION_SHAPE('','',#{id});#{}=CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#{},#{});\
-         #{}=(REPRESENTATION_RELATIONSHIP('','',#{first},#{second})REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#{})\
-         SHAPE_REPRESENTATION_RELATIONSHIP());#{}=ITEM_DEFINED_TRANSFORMATION('','',#{from},#{to});\n",
-        id + 1,
-        id + 2,
-        id + 3,
-        id + 1,
-        id + 3,
-        id + 4,
-        id + 4
+         #{property}=PRODUCT_DEFINITION_SHAPE('','',#{id});\
+         #{link}=CONTEXT_DEPENDENT_SHAPE_REPRESENTATION(#{relation},#{property});\
+         #{relation}=(REPRESENTATION_RELATIONSHIP('','',#{first},#{second})\
+         REPRESENTATION_RELATIONSHIP_WITH_TRANSFORMATION(#{motion})SHAPE_REPRESENTATION_RELATIONSHIP());\
+         #{motion}=ITEM_DEFINED_TRANSFORMATION('','',#{from},#{to});\n"
     )
 }
 

@@ -5,19 +5,9 @@ use crate::{clean, edge_of, is, model, near, only_face, only_part, point, shell,
 use glam::DVec3;
 use trimtess::model::{Coedge, FaceId, Loop, Model, Part, PartId, Severity, ShellKind, StepTrouble};
 
-/// A unit square in z = 0: vertices #30, #32, #34, #36 counter-clockwise, edges #50..#53 from each to the next,
-/// oriented edges #70..#73 along them.
+/// A unit square in z = 0.
 pub(crate) fn square() -> String {
-    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-    let mut text =
-        world() + "#60=PLANE('',#20);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);";
-    for (i, [x, y]) in corners.into_iter().enumerate() {
-        text += &vertex(30 + 2 * u32::try_from(i).expect("small"), [x, y, 0.0]);
-        let (from, to) = (30 + 2 * i, 30 + 2 * ((i + 1) % 4));
-        text += &format!("#{}=EDGE_CURVE('',#{from},#{to},#63,.T.);", 50 + i);
-        text += &format!("#{}=ORIENTED_EDGE('',*,*,#{},.T.);", 70 + i, 50 + i);
-    }
-    text
+    crate::square(1.0, 0.0)
 }
 
 fn coedges(bound: &Loop) -> &[Coedge] {

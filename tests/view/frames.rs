@@ -7,7 +7,7 @@ use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
-use trimtess::frame::internals::{Levels, PlacedInstances, Planner, edge_line};
+use trimtess::frame::internals::{PlacedInstances, Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions};
 use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
@@ -474,27 +474,6 @@ fn instances_that_are_added_have_levels_of_detail() {
 }
 
 #[test]
-fn a_view_that_allows_no_error_changes_nothing_for_the_others() {
-    let prepared = crowd("torus");
-    let eye = DVec3::new(60.0, -80.0, 30.0);
-    let view = path(&mut SplitMix(1), prepared.bounds.unwrap(), 1)[0];
-    let valid = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
-    let frame = |views: &[View]| {
-        let (with_levels, mut levels) = Levels::of(&prepared, 4);
-        let mut placed = PlacedInstances::of(&with_levels);
-        let mut planner = Planner::new(with_levels, &PlannerOptions::DEFAULT);
-        levels.assign(&mut placed, views);
-        let plan = Plan::clone(planner.plan(&mut placed, views));
-        (placed.instances().iter().map(|instance| instance.part).collect::<Vec<_>>(), plan.parts)
-    };
-    let alone = frame(&[valid]);
-    assert!(alone.0.iter().any(|level| *level != PartId(0)));
-    for invalid in [View { deviation_px: 0.0, ..valid }, View { angle: 0.0, ..valid }] {
-        assert_eq!(frame(&[invalid, valid]), alone);
-    }
-}
-
-#[test]
 fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
     let prepared = shape("brake-hub");
     let mut draw = SplitMix(11);
@@ -515,30 +494,6 @@ fn two_views_share_the_finer_rates_and_draw_their_own_tiles() {
             assert!(share <= 1.0, "{k} {v}: {share}");
         }
     }
-}
-
-#[test]
-fn limits_make_frames_coarser_and_say_so_until_there_is_room_again() {
-    let prepared = shape("teapot");
-    let limits = trimtess::frame::PlanLimits::DEFAULT.with_triangles(4000);
-    let mut planner = Planner::new(Arc::clone(&prepared), &PlannerOptions::DEFAULT.with_limits(limits));
-    let mut placed = PlacedInstances::of(&prepared);
-    let [low, high] = prepared.bounds.unwrap();
-    let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
-    let mut coarser = 0;
-    for k in 0..60 {
-        let away = 2.0 + 40.0 * (f64::from(k) / 60.0 - 1.0).abs();
-        let eye = middle - DVec3::Y * away * radius;
-        let view = path(&mut SplitMix(1), [low, high], 1)[0];
-        let view = View { camera: Camera { eye, forward: DVec3::Y, ..view.camera }, ..view };
-        let plan = planner.plan(&mut placed, &[view]);
-        let cells = plan.parts[0].tiles.iter().map(|tile| tile.cells().0 * tile.cells().1).sum::<u32>();
-        assert!(cells <= 2000, "{k}: {cells}");
-        let by_limits = plan.shortfall.as_ref().is_some_and(|s| s.density < 1.0 && s.by_limits());
-        coarser += usize::from(by_limits);
-        assert!(!by_limits || (10..110).contains(&k), "{k}: {:?}", plan.shortfall);
-    }
-    assert!(coarser > 5, "{coarser}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Bounding boxes and normal cones of a part's tiles -> the tiles that a camera shows, and their pixels per millimetre.
 //! Frustum and back-face culling.
 
-use crate::frame::plan::lattice::{places, strips};
+use crate::frame::plan::lattice::{places, strips_under};
 use crate::frame::tolerance::part_camera::{PartCamera, PartEye, PixelScale};
 use crate::math::hilbert;
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
@@ -185,8 +185,7 @@ fn normals(face: &PreparedFace, tile: &Tile) -> Cone {
     if face.creases.iter().any(|creases| !creases.is_empty()) {
         return Cone::ALL;
     }
-    let table = &face.bounds;
-    let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
+    let (table, [su, sv]) = (&face.bounds, strips_under(face, tile));
     let most = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, f64::max);
     let along_u: f64 = su.clone().map(|i| most(&mut sv.clone().map(|j| table.cell(i, j).turn_u))).sum();
     let along_v: f64 = sv.clone().map(|j| most(&mut su.clone().map(|i| table.cell(i, j).turn_v))).sum();

@@ -12,7 +12,6 @@ use crate::math::matching::matched;
 use crate::math::rows::take_rows;
 use crate::model::PartId;
 use crate::prepare::Prepared;
-use crate::view::View;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -137,19 +136,13 @@ impl Levels {
         gone.into_iter().for_each(|(part, _)| self.parts[part.index()].placed -= 1);
     }
 
-    /// Selects the LOD of each instance by its largest scale in the valid views. Instances that no view shows keep
-    /// theirs.
+    /// Selects the LOD of each instance by its largest scale in the valid views, which may show `shown`. Instances that
+    /// no view shows keep theirs.
     ///
     /// Where there are more bands than LODs, the coarser bands share an LOD, at the tolerance of the finest of them.
     /// The result depends on the views and on earlier assignments. Cost: about 20 ns per view and instance that it may
     /// show, for parts with several LODs.
-    pub fn assign(&mut self, placed: &mut PlacedInstances, views: &[View]) {
-        let shown = placed.shown_by(views, false);
-        self.assign_shown(placed, &shown);
-    }
-
-    /// As [`assign`](Self::assign), for what the views may show.
-    pub(crate) fn assign_shown(&mut self, placed: &mut PlacedInstances, shown: &Shown) {
+    pub(crate) fn assign(&mut self, placed: &mut PlacedInstances, shown: &Shown) {
         if self.parts.iter().all(|part| part.rows.len() == 1) {
             return;
         }

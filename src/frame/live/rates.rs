@@ -402,7 +402,7 @@ impl Rates {
             return Some(NewTessellants { rate, made: Some(made) });
         }
         let longer = |place: &TileUse| {
-            let of = &part.tiles[place.tile.index()].loops[place.of_loop as usize][place.index as usize];
+            let of = place.of(&part.tiles);
             (place.tile, along(&line, of).wrapping_sub(along(&page.edges[k], of)).cast_signed())
         };
         let tiles = edge.uses.iter().map(longer).collect();

@@ -29,14 +29,19 @@ pub(crate) fn places<'a>(
     face: &'a PreparedFace,
     tile: &Tile,
 ) -> impl Iterator<Item = &'a BoundingBox> + Clone + use<'a> {
-    let table = &face.bounds;
-    let (su, sv) = (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
+    let (table, [su, sv]) = (&face.bounds, strips_under(face, tile));
     let columns = table.breaks_v.len() - 1;
     su.flat_map(move |i| &table.places[i * columns + sv.start..i * columns + sv.end])
 }
 
-/// Strips of the bounds table under `[lo, hi]`.
-pub(crate) fn strips(breaks: &[f64], lo: f64, hi: f64) -> Range<usize> {
+/// Strips of the bounds table under the tile, along u and along v.
+pub(crate) fn strips_under(face: &PreparedFace, tile: &Tile) -> [Range<usize>; 2] {
+    let table = &face.bounds;
+    [strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y)]
+}
+
+/// Strips between breaks under `[lo, hi]`.
+fn strips(breaks: &[f64], lo: f64, hi: f64) -> Range<usize> {
     let n = breaks.len() - 1;
     let first = breaks.partition_point(|&x| x <= lo).saturating_sub(1).min(n - 1);
     let last = breaks.partition_point(|&x| x < hi).clamp(first + 1, n);
@@ -101,9 +106,7 @@ impl Lattices {
             };
             return (single, DensityMet { lines: true, cells: true });
         }
-        let table = &face.bounds;
-        let (su, sv) =
-            (strips(&table.breaks_u, tile.min.x, tile.max.x), strips(&table.breaks_v, tile.min.y, tile.max.y));
+        let (table, [su, sv]) = (&face.bounds, strips_under(face, tile));
         let breaks = [&table.breaks_u[su.start..=su.end], &table.breaks_v[sv.start..=sv.end]];
         // A cell in several boxes must meet the tolerances of all of them. Where these differ strongly, as they do close
         // to the eye, lines run along the borders of boxes, so that no cell is in two.

@@ -92,12 +92,16 @@ pub(crate) fn of_draft(draft: &FaceDraft) -> usize {
         size_of::<DraftTile>() + size_of::<Tile>() + tile.loops.len() * (24 + ALLOCATION) + uses.sum::<usize>()
     });
     let borders = draft.borders.iter().map(|border| {
-        let curve = if let DraftShape::Curve(curve) = &border.shape { of_spline(curve) } else { 0 };
+        let curve = of_shape(&border.shape);
         size_of::<DraftBorder>() + curve + PREPARED_EDGE + curve / size_of::<DVec4>() * STRIP
     });
     let breaks = draft.breaks.len() * (size_of::<Break>() + 24) + draft.joints.len() * 48 + draft.tangles.len() * 32;
     let own = size_of::<FaceDraft>() + size_of::<PreparedFace>() + 12 * ALLOCATION;
     own + of_patches(&draft.patches, &draft.bounds) + tiles.sum::<usize>() + borders.sum::<usize>() + breaks
+}
+
+fn of_shape(shape: &DraftShape) -> usize {
+    if let DraftShape::Curve(curve) = shape { of_spline(curve) } else { 0 }
 }
 
 /// A draft that is kept, besides what it shares with the part: patches, bounds and images of edges.
@@ -106,10 +110,7 @@ pub(crate) fn of_kept(draft: &FaceDraft) -> usize {
         let uses = tile.loops.iter().map(|of| ALLOCATION + size_of_val(of) + size_of_val(&of[..]));
         size_of::<DraftTile>() + uses.sum::<usize>()
     });
-    let borders = draft.borders.iter().map(|border| {
-        let curve = if let DraftShape::Curve(curve) = &border.shape { of_spline(curve) } else { 0 };
-        size_of::<DraftBorder>() + curve
-    });
+    let borders = draft.borders.iter().map(|border| size_of::<DraftBorder>() + of_shape(&border.shape));
     let lists = size_of_val(&draft.breaks[..]) + size_of_val(&draft.joints[..]) + size_of_val(&draft.chain[..]);
     let told = size_of_val(&draft.notes[..]) + size_of_val(&draft.repairs[..]) + size_of_val(&draft.lobed[..]);
     let own = size_of::<KeptFace>() + size_of::<FaceDraft>() + 6 * ALLOCATION;

@@ -80,6 +80,13 @@ pub struct TileUse {
     pub index: u32,
 }
 
+impl TileUse {
+    /// The use, of the part's tiles.
+    pub(crate) fn of(self, tiles: &[Tile]) -> &EdgeUse {
+        &tiles[self.tile.index()].loops[self.of_loop as usize][self.index as usize]
+    }
+}
+
 /// A B-rep edge, or a border between tiles: one curve, shared by the tiles along it.
 #[derive(Clone, Debug)]
 pub struct PreparedEdge {
@@ -344,8 +351,8 @@ impl PreparedPart {
             return SmallVec::from_elem(edge.uses.len() % 2 == 1, 1);
         }
         let mut odd = SmallVec::from_elem(false, stretches);
-        for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
-            let used = &self.tiles[tile.0 as usize].loops[l as usize][u as usize];
+        for place in &edge.uses {
+            let used = place.of(&self.tiles);
             let (from, to) = (used.from.min(used.to), used.from.max(used.to));
             odd[from as usize..to as usize].iter_mut().for_each(|o: &mut bool| *o = !*o);
         }

@@ -1,7 +1,6 @@
 //! Edges and their pcurves -> samples along the pcurves, which every plan compares with its lattices.
 
 use super::images::{EdgeImages, ImageSpan};
-use super::prepared::TileUse;
 use super::prepared::{PreparedEdge, Tile};
 use crate::control::Call;
 use crate::prepare::uv::uv_curve::UvCurve;
@@ -23,9 +22,8 @@ impl EdgeImages {
         let whole = edge.uses.len().min(2);
         out.places.reserve_exact(whole * (1 + STEPS * (most - 1)));
         out.rates.reserve_exact(whole * (most - 1));
-        for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
-            let tile = &tiles[tile.0 as usize];
-            let used = &tile.loops[l as usize][u as usize];
+        for place in &edge.uses {
+            let (tile, used) = (&tiles[place.tile.index()], place.of(tiles));
             let (from, to) = (edge.breaks[used.from as usize].t, edge.breaks[used.to as usize].t);
             let ends = [from.min(to), from.max(to)];
             let mut hint = used.piece as usize;
@@ -123,8 +121,8 @@ fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
     const MANY: usize = 16;
     let breaks = &edge.bounds.breaks;
     let mut cuts: Vec<f64> = Vec::new();
-    for &TileUse { tile, of_loop: l, index: u } in &edge.uses {
-        let UvCurve::Hermite(samples) = &tiles[tile.0 as usize].loops[l as usize][u as usize].uv else { continue };
+    for place in &edge.uses {
+        let UvCurve::Hermite(samples) = &place.of(tiles).uv else { continue };
         if samples.len() < MANY {
             continue;
         }

@@ -37,13 +37,14 @@ pub(crate) fn carry(
     if is_same(width) || is_same(width + ROUNDING * own.length()) {
         // The parameters differ by a linear map only.
         let rate = (to - from) / (b - a) * if against { -1.0 } else { 1.0 };
+        let [at_a, at_b] = if against { [to, from] } else { [from, to] };
         let moved = |s: &UvSample| {
             let t = if s.t == a {
-                if against { to } else { from }
+                at_a
             } else if s.t == b {
-                if against { from } else { to }
+                at_b
             } else {
-                (if against { to } else { from }) + (s.t - a) * rate
+                at_a + (s.t - a) * rate
             };
             UvSample { t, uv: s.uv, d: s.d / rate }
         };

@@ -363,7 +363,7 @@ fn separate<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, depth: u32, found: &mut Separati
         separate_below_samples((a, b), shared[0].is_some(), found);
         return;
     }
-    let (halved, other) = if is_halved_first([a, b], can_split, shared[0].is_some()) { (a, b) } else { (b, a) };
+    let [halved, other] = halved_first([a, b], can_split, shared[0].is_some());
     for half in found.halve(&halved) {
         separate(half, other, depth + 1, found);
     }
@@ -392,14 +392,15 @@ fn separate_below_samples<'a>((a, b): (ArcSpan<'a>, ArcSpan<'a>), joined: bool, 
     found.keep((a, b), left);
 }
 
-/// Whether to halve the first of two arcs: the one with the other on its concave side, or else the fatter one.
-fn is_halved_first([a, b]: [ArcSpan<'_>; 2], can_split: [bool; 2], joined: bool) -> bool {
+/// Two arcs, the one to halve first: the one with the other on its concave side, or else the fatter one.
+fn halved_first<'a>([a, b]: [ArcSpan<'a>; 2], can_split: [bool; 2], joined: bool) -> [ArcSpan<'a>; 2] {
     let hollow = [!joined && a.has_inside(b), !joined && b.has_inside(a)];
-    if can_split == [true; 2] && hollow[0] == hollow[1] {
+    let is_first = if can_split == [true; 2] && hollow[0] == hollow[1] {
         a.fatness() >= b.fatness()
     } else {
         can_split[0] && (hollow[0] || !can_split[1])
-    }
+    };
+    if is_first { [a, b] } else { [b, a] }
 }
 
 /// Halves cubics until they are disjoint. Appends pairs that are not to `left`, and stops if these are too many.
@@ -414,7 +415,7 @@ fn halve<'a>([a, b]: [ArcSpan<'a>; 2], left: &mut Vec<Pair<'a>>, found: &mut Sep
         left.push((a, b));
         return;
     }
-    let (halved, other) = if is_halved_first([a, b], can_split, shared[0].is_some()) { (a, b) } else { (b, a) };
+    let [halved, other] = halved_first([a, b], can_split, shared[0].is_some());
     for half in found.halve(&halved) {
         halve([half.by_cubic(), other], left, found);
     }

@@ -5,7 +5,7 @@
 //! wider gap gets one new edge for all faces that have it. Its curve lies on the surface of one of them, over the
 //! straight line in (u,v).
 
-use super::ends::ends;
+use super::ends::{ends, ends_of_all};
 use super::order::in_order;
 use crate::math::sets::DisjointSets;
 use crate::model::{
@@ -86,10 +86,11 @@ fn sort(part: &Part, gaps: &[Gap], near: f64, done: &mut Vec<Healing>) -> Option
     for of_loop in gaps.chunk_by(|a, b| (a.face, a.index) == (b.face, b.index)).rev() {
         let Gap { face, index, .. } = of_loop[0];
         let Loop::Edges(coedges) = &part.faces[face].loops[index] else { continue };
-        let all: Option<Vec<[VertexId; 2]>> = coedges.iter().map(|c| ends(part, c.edge, c.reversed)).collect();
         let wide = || of_loop.iter().any(|gap| gap.width > near);
         let again = |ends: &Vec<[VertexId; 2]>| wide().then(|| in_order(&united(part, ends, near)))?;
-        let Some(wires) = all.and_then(|ends| in_order(&ends).or_else(|| again(&ends))) else { continue };
+        let Some(wires) = ends_of_all(part, coedges).and_then(|ends| in_order(&ends).or_else(|| again(&ends))) else {
+            continue;
+        };
         let turned = wires.iter().flatten().filter(|w| w.1).count();
         let what = WireTrouble::Reordered { edges: coedges.len(), turned };
         let place = of_loop[0].ends(part).and_then(|[v, _]| part.vertices.get(v.index()).copied());

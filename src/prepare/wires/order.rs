@@ -1,6 +1,6 @@
 //! A wire's edges as listed -> wires that close, in another order or without seams of periodic surfaces.
 
-use super::ends::ends;
+use super::ends::ends_of_all;
 use crate::math::links::{Links, Onward};
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
 use std::collections::{BTreeMap, HashSet};
@@ -77,8 +77,7 @@ pub(crate) fn without_seams(part: &Part, face: &Face) -> Option<Vec<Loop>> {
             continue;
         }
         found = true;
-        let all: Option<Vec<[VertexId; 2]>> = rest.iter().map(|c| ends(part, c.edge, c.reversed)).collect();
-        let wires = chained(&all?)?;
+        let wires = chained(&ends_of_all(part, &rest)?)?;
         loops.extend(wires.iter().map(|wire| Loop::Edges(wire.iter().map(|w| rest[w.0]).collect())));
     }
     found.then_some(loops)
