@@ -3,6 +3,10 @@
 mod ids;
 pub use ids::{EdgeId, FaceId, InstanceId, PartId, RowId, TileId, VertexId};
 
+mod colour;
+pub use colour::Colour;
+pub(crate) use colour::bad_colour;
+
 mod frame3;
 pub use frame3::Frame3;
 
@@ -51,12 +55,12 @@ mod diagnostic;
 pub use diagnostic::{Diagnostic, Severity};
 
 mod part;
-pub use part::{Assembly, Coedge, Colour, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};
+pub use part::{Assembly, Coedge, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};
 
 mod extent;
 
 mod validate;
-pub(crate) use validate::{bad_colour, not_rigid};
+pub(crate) use validate::not_rigid;
 
 mod builder;
 pub use builder::{ModelBuilder, PartBuilder};

@@ -2,13 +2,10 @@
 
 use super::diagnostic::Diagnostic;
 use super::trouble::StepCause;
-use super::{EdgeId, FreeTrims, NurbsCurve3, PartId, Surface, VertexId};
+use super::{Colour, EdgeId, FreeTrims, NurbsCurve3, PartId, Surface, VertexId};
 use glam::{DAffine3, DVec3};
 use std::fmt;
 use std::sync::Arc;
-
-/// Red, green, blue (sRGB) and opacity, each 0..1.
-pub type Colour = [f32; 4];
 
 /// Kind of an edge's curve before its conversion to NURBS. Lets straight edges stay two points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,8 @@
 
 use super::nurbs_surface::extent;
 use super::{
-    Coedge, Colour, ControlPoint, EdgeId, Face, FaceId, Frame3, InstanceId, Loop, MAX_DEGREE, Model, ModelError,
-    NurbsCurve, NurbsSurface, Part, PartError, PartId, SplineError, Surface, SurfaceError, VertexId,
+    Coedge, ControlPoint, EdgeId, Face, FaceId, Frame3, InstanceId, Loop, MAX_DEGREE, Model, ModelError, NurbsCurve,
+    NurbsSurface, Part, PartError, PartId, SplineError, Surface, SurfaceError, VertexId, bad_colour,
 };
 use glam::{DAffine3, DMat3};
 use std::f64::consts::FRAC_PI_2;
@@ -299,11 +299,6 @@ impl Model {
     }
 }
 
-/// The colour, if a share of it is not from 0 to 1.
-pub(crate) fn bad_colour(colour: Option<Colour>) -> Option<Colour> {
-    colour.filter(|colour| !colour.iter().all(|share| (0.0..=1.0).contains(share)))
-}
-
 /// How far a transform is from a rigid motion with a uniform scale, as [`ModelError::Transform`] tells it; `None` if it
 /// is one.
 pub(crate) fn not_rigid(transform: &DAffine3) -> Option<f64> {
@@ -318,7 +313,7 @@ pub(crate) fn not_rigid(transform: &DAffine3) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::shapes;
+    use super::super::{Colour, shapes};
     use super::*;
 
     #[test]

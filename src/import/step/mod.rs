@@ -50,8 +50,8 @@ mod boundary;
 
 mod face_location;
 mod parameters;
-mod trimmed;
 mod revolution;
+mod trimmed;
 mod face_part;
 mod offset;
 mod derived;

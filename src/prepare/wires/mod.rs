@@ -4,6 +4,6 @@ pub(super) mod chain;
 pub(super) mod ends;
 pub(super) mod order;
 pub(super) mod tally;
-pub(super) mod against;
 pub(super) mod heal;
+pub(super) mod against;
 pub(super) mod repeats;
