@@ -25,6 +25,12 @@ impl Sum {
     pub(crate) fn is_free(&self) -> bool {
         self.uses % 2 == 1
     }
+
+    /// The other one of two faces.
+    pub(super) fn other(&self, face: usize) -> usize {
+        let [first, last] = self.faces.map(|face| face as usize);
+        if first == face { last } else { first }
+    }
 }
 
 impl EdgeSum for Sum {

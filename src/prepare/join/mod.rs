@@ -2,6 +2,7 @@
 
 pub(super) mod chains;
 pub(super) mod shells;
+pub(super) mod against;
 pub(super) mod outline;
 pub(super) mod rays;
 pub(super) mod orient;

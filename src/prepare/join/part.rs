@@ -1,5 +1,6 @@
 //! Part -> prepared part: drafts each face, orients all faces, closes them against each other, and reports diagnostics.
 
+use super::against::with_turned_wires;
 use super::chains::{Closedness, Sum, TurnedFace};
 use super::closing::Closure;
 use super::kept::{FaceContent, KeptFace, KeptFaces};
@@ -22,7 +23,6 @@ use crate::prepare::tiles::face;
 use crate::prepare::tiles::traced;
 use crate::prepare::trims::free_edges;
 use crate::prepare::trims::free_faces::FreeFaces;
-use crate::prepare::wires::against::with_turned_wires;
 use crate::prepare::wires::chain::{Chain, summed};
 use crate::prepare::wires::heal;
 use crate::prepare::wires::heal::Healing;
@@ -61,7 +61,7 @@ pub(crate) fn prepare_part(
     let gap_edges = single.edges.len()..healed.edges.len();
     let (sewn, borders) = sew(call, healed, &mut free, border_tolerance * size, &mut healings);
     let part = without_slits(sewn, repeated, &free, &mut healings);
-    let part = with_turned_wires(part, &mut healings);
+    let part = with_turned_wires(part, &free, &mut healings);
     if budget.exceeded() {
         return PreparedPart::default();
     }

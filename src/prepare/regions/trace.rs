@@ -207,8 +207,9 @@ fn target_without_noise(projector: &Projector<'_>, pole: usize, [before, after]:
 }
 
 /// Where the loop continues after touching a pole, between these two pieces. The kept side is on the left, which
-/// determines the way around. A loop that goes on beyond the pole takes the shortest way. Also, whether the directions at
-/// the pole say that the loop turns the other way than it does beside the pole.
+/// determines the way around. A loop that goes on beyond the pole takes the shortest way.
+///
+/// The second value is true if the directions at the pole are noise: they say that the pieces cross next to it.
 fn jump_target(projector: &Projector<'_>, pole: usize, pieces: [&Piece; 2]) -> (DVec2, bool) {
     let pole = &projector.poles[pole];
     let fixed = pole.axis;
@@ -250,9 +251,9 @@ fn move_end(piece: &mut Piece, ends: bool, run: usize, by: f64) {
     piece.samples[k].d[run] = slope;
 }
 
-/// How far a loop that leaves a pole in almost the direction in which it came is beside its way there, along the pole
-/// line: where they are farthest apart in space, because directions at the pole may be noise. `by` is the distance at the
-/// pole. `None` if they are nowhere apart.
+/// How far along the pole line the second piece is from the first one, where the two are farthest apart in space. They meet
+/// at the pole in almost one direction, which may be noise; `by` is how far apart they are there. `None` if they are
+/// nowhere apart.
 fn beside(projector: &Projector<'_>, pole: &Pole, [before, after]: [&Piece; 2], by: f64) -> Option<f64> {
     /// Number of distances from the pole that are compared.
     const STEPS: usize = 16;

@@ -5,5 +5,4 @@ pub(super) mod ends;
 pub(super) mod order;
 pub(super) mod tally;
 pub(super) mod heal;
-pub(super) mod against;
 pub(super) mod repeats;
