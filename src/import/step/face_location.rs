@@ -15,7 +15,7 @@ pub(super) struct FaceLocation {
 
 impl FaceLocation {
     /// With all points within `distance` of it in the hull.
-    pub(super) fn widened(self, distance: f64) -> Self {
+    pub(super) fn grown(self, distance: f64) -> Self {
         // The octahedron with these corners contains the ball.
         let ways = DVec3::AXES.map(|axis| axis * (3.0_f64.sqrt() * distance));
         let around = |p: DVec3| ways.into_iter().flat_map(move |way| [p - way, p + way]);

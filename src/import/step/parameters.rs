@@ -29,7 +29,7 @@ pub(super) struct StatedAxis {
 impl StatedAxis {
     const SAME: Self = Self::scaled(1.0);
 
-    const fn scaled(factor: f64) -> Self {
+    pub(super) const fn scaled(factor: f64) -> Self {
         Self { start: 0.0, factor, arc: AxisMap::Identity }
     }
 

@@ -70,7 +70,7 @@ impl Geometry<'_> {
             let own = instance.fields("OFFSET_SURFACE", 1);
             let distance = self.length(own.real(1)?, id)?;
             // The base of the face is that far from it.
-            let base = self.surface(own.reference(0)?, &|| reach().widened(distance.abs()), depth + 1)?;
+            let base = self.surface(own.reference(0)?, &|| reach().grown(distance.abs()), depth + 1)?;
             let distance = if base.turned { -distance } else { distance };
             let (surface, note) = super::offset::offset(&base.surface, distance, self.fit, reach)
                 .map_err(|what| Trouble::new(id, what))?;

@@ -89,7 +89,7 @@ impl Geometry<'_> {
         let (start, end) = curve.domain();
         let factor = (end - start) / (high - low);
         let along = StatedAxis { start: start - low * factor, factor, arc: AxisMap::Identity };
-        let around = StatedAxis { start: 0.0, factor: self.units.angle, arc: AxisMap::Identity };
+        let around = StatedAxis::scaled(self.units.angle);
         Ok(same.then_some((Surface::Revolution { curve, frame }, [around, along])))
     }
 }
