@@ -2,14 +2,16 @@
 #![cfg(feature = "glb")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod folders;
 mod out_fixture;
 
+use folders::folder;
 use glam::{DAffine3, DMat4, DVec3, Mat4, Vec3};
 use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::{Checked, Validate};
 use gltf_json::{Index, Root};
-use out_fixture::{box_frame, folder, play};
+use out_fixture::{box_frame, play};
 use std::collections::BTreeSet;
 use std::fs;
 use trimtess::mesh::{MemorySink, MeshSink};

@@ -2,11 +2,13 @@
 #![cfg(feature = "glb")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod folders;
 mod out_fixture;
 
+use folders::folder;
 use glam::{DAffine3, DVec3};
 use gltf_json::Value;
-use out_fixture::{box_frame, folder};
+use out_fixture::box_frame;
 use std::path::Path;
 use trimtess::mesh::MemorySink;
 use trimtess::out::{

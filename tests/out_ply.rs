@@ -1,10 +1,12 @@
 //! PLY files read back byte by byte.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod folders;
 mod out_fixture;
 
+use folders::folder;
 use glam::{DAffine3, DVec3};
-use out_fixture::{box_frame, folder, play};
+use out_fixture::{box_frame, play};
 use std::collections::BTreeSet;
 use trimtess::mesh::{MemorySink, MeshSink};
 use trimtess::out::{Format, UnknownFormat, open, save, write_ply};

@@ -1,10 +1,12 @@
 //! Rounding to a format's numbers is measured, limited, and read back from the file.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod folders;
 mod out_fixture;
 
+use folders::folder;
 use glam::{DAffine3, DVec3};
-use out_fixture::{box_frame, folder};
+use out_fixture::box_frame;
 #[cfg(feature = "glb")]
 use trimtess::out::GlbOptions;
 use trimtess::out::{Format, RoundedTooFar, Rounding, read_back, save, save_within};

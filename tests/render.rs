@@ -2,10 +2,12 @@
 #![cfg(feature = "wgpu")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod folders;
 mod out_fixture;
 
+use folders::folder;
 use glam::{DAffine3, DVec3};
-use out_fixture::{box_frame, folder};
+use out_fixture::box_frame;
 use std::sync::OnceLock;
 use trimtess::mesh::MemorySink;
 use trimtess::out::wgpu::{ColourBy, Image, NoAdapter, RenderError, RenderOptions, Renderer};

@@ -79,11 +79,3 @@ pub(crate) fn play(frame: &MemorySink, sink: &mut dyn MeshSink) -> Result<(), Si
     }
     Ok(())
 }
-
-/// Makes an empty folder for one test.
-pub(crate) fn folder(name: &str) -> std::path::PathBuf {
-    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
-    let _ = std::fs::remove_dir_all(&path);
-    std::fs::create_dir_all(&path).unwrap();
-    path
-}
