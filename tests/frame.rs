@@ -172,6 +172,9 @@ fn a_tile_whose_boundary_cancels_is_empty() {
         let breaks = &mut part.edges[edge].breaks;
         breaks.iter_mut().for_each(|b| b.point = if b.point == DVec3::ZERO { DVec3::X } else { DVec3::ONE });
     }
+    for used in part.tiles[0].loops.iter_mut().flatten() {
+        used.start.0 = part.edges[used.edge.index()].breaks[used.from as usize].point;
+    }
     assert_eq!(tile(&prepared), (Rung::NoArea, Some(Degradation::Empty)));
     // A face without loops is no loss.
     let part = Arc::make_mut(&mut prepared.parts[0]);

@@ -36,7 +36,10 @@ pub(crate) fn trace_loops(part: &PreparedPart, plan: &PartPlan, tile: &Tile, lat
             for l in &tile.loops {
                 for u in l {
                     trace_use((part, plan), u, &mut s.ts, (&mut s.outline, &mut s.origins));
-                    u.uv.points(&s.ts, u.piece, &mut s.uvs);
+                    if let [_, between @ ..] = &s.ts[..] {
+                        s.uvs.push(u.start.1);
+                        u.uv.points(between, u.piece, &mut s.uvs);
+                    }
                 }
                 s.loop_starts.push(s.uvs.len() as u32);
             }
@@ -61,7 +64,7 @@ pub(crate) fn trace_use(
     let (mut at, mut from) = (u.from, breaks[u.from as usize] as usize);
     while at != u.to {
         // A break has its own stored point, so that all faces get the same bits.
-        positions.push(edge.breaks[at as usize].point);
+        positions.push(if at == u.from { u.start.0 } else { edge.breaks[at as usize].point });
         at = if forwards { at + 1 } else { at - 1 };
         let (to, first) = (breaks[at as usize] as usize, ts.len());
         for i in 0..from.abs_diff(to) {

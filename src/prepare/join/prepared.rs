@@ -124,12 +124,17 @@ pub struct EdgeUse {
     pub uv: UvCurve,
     /// The piece of the pcurve where the stretch starts.
     pub piece: u32,
+    /// The point of the break where the stretch starts, and of the pcurve there. A stretch without tessellants between
+    /// its breaks needs nothing else of the edge and of the pcurve, which are in other places of memory.
+    pub start: (DVec3, DVec2),
 }
 
 impl EdgeUse {
     /// Creates the use of a stretch of `edge`, which has these breaks, from one of them to another.
     pub(crate) fn new(edge: RowId, breaks: &[Break], [from, to]: [u32; 2], uv: UvCurve) -> Self {
-        Self { edge, from, to, piece: uv.piece(breaks[from as usize].t), uv }
+        let Break { t, point } = breaks[from as usize];
+        let piece = uv.piece(t);
+        Self { edge, from, to, piece, start: (point, uv.point(t, &mut (piece as usize))), uv }
     }
 }
 

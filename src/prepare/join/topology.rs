@@ -117,10 +117,13 @@ pub(crate) fn assemble(
             tiles: id(first.0)..id(out.tiles.len()),
         });
     }
-    for (k, tile) in out.tiles.iter().enumerate() {
-        for (l, uses) in tile.loops.iter().enumerate() {
-            for (u, edge_use) in uses.iter().enumerate() {
-                edges[edge_use.edge.index()].uses.push(TileUse { tile: TileId(id(k)), of_loop: id(l), index: id(u) });
+    for (k, tile) in out.tiles.iter_mut().enumerate() {
+        for (l, uses) in tile.loops.iter_mut().enumerate() {
+            for (u, edge_use) in uses.iter_mut().enumerate() {
+                let edge = &mut edges[edge_use.edge.index()];
+                // The ends of poles have moved since.
+                edge_use.start.0 = edge.breaks[edge_use.from as usize].point;
+                edge.uses.push(TileUse { tile: TileId(id(k)), of_loop: id(l), index: id(u) });
             }
         }
     }
