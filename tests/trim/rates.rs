@@ -94,6 +94,7 @@ impl Rates {
                 us: lines.spread(tile.min.x, tile.max.x, &creases[0], nu, &lattice.us).into(),
                 vs: lines.spread(tile.min.y, tile.max.y, &creases[1], nv, &lattice.vs).into(),
                 chord: lattice.chord,
+                loosest: lattice.loosest,
             });
         }
         for (k, (edge, line)) in part.edges.iter().zip(&mut plan.edges).enumerate() {

@@ -342,9 +342,10 @@ impl Rates {
         // A plane's lattice does not depend on the chord, but the chord decides whether a face without triangles is
         // thin or lost.
         made.chord = Terms::settled(if is_plane { *chord } else { made.chord });
+        made.loosest = Terms::settled(made.loosest);
         // Triangles measured against a stricter chord still hold. On a plane nothing is measured, so any finite
         // chord will do.
-        let holds = old.chord <= made.chord || is_plane && old.chord.is_finite();
+        let holds = old.chord <= made.chord && old.loosest <= made.loosest || is_plane && old.chord.is_finite();
         let as_before = old.us == made.us && old.vs == made.vs && holds;
         let why = if as_before { 0 } else { BESIDE_NEW };
         let with_it = |e: RowId| *replace && owner(&part.edges[e.index()], |t| rates.seen.shows(t)) == Some(*t);

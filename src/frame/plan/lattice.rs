@@ -103,6 +103,7 @@ impl Lattices {
                 us: [tile.min.x, tile.max.x].into(),
                 vs: [tile.min.y, tile.max.y].into(),
                 chord: need.tolerance.chord,
+                loosest: need.loosest_chord(),
             };
             return (single, DensityMet { lines: true, cells: true });
         }
@@ -262,7 +263,8 @@ impl Lattices {
             }
             kept.lines &= kept_u && kept_v;
             if fits || round == COARSER {
-                return (TileLattice { us, vs, chord: need.tolerance.chord }, kept);
+                let (chord, loosest) = (need.tolerance.chord, need.loosest_chord());
+                return (TileLattice { us, vs, chord, loosest }, kept);
             }
             kept.cells &= nu * nv <= most_cells as f64;
             kept.lines &= nu.max(nv) <= LINES_OF_TILE as f64;

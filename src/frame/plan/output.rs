@@ -30,6 +30,8 @@ pub struct TileLattice {
     pub vs: SmallVec<[f64; 2]>,
     /// The strictest chord tolerance anywhere in the tile, in the part's own millimetres.
     pub chord: f64,
+    /// The loosest one; infinite where a part of the tile is behind every camera.
+    pub loosest: f64,
 }
 
 impl TileLattice {
@@ -210,7 +212,7 @@ mod tests {
 
     #[test]
     fn pieces_of_a_part_have_all_rows() {
-        let lattice = || Arc::new(TileLattice { us: SmallVec::new(), vs: SmallVec::new(), chord: 1.0 });
+        let lattice = || Arc::new(TileLattice { us: SmallVec::new(), vs: SmallVec::new(), chord: 1.0, loosest: 1.0 });
         let line = || Arc::new(EdgePolyline { ts: SmallVec::new(), breaks: SmallVec::new() });
         for (tiles, edges) in [(0_usize, 0_usize), (1, 0), (0, 65), (200, 500)] {
             let part = PartPlan {

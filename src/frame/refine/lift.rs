@@ -10,14 +10,18 @@ use glam::{DVec2, DVec3};
 
 /// Share of a height by which the distance may exceed it unnoticed.
 const SLIGHT: f64 = 0.01;
+/// Triangles where the tolerance is strictest are closer to the surface than this, in its terms, even if they fold.
+const MOST_OFF: f64 = 8.0;
 
 /// The surface of a tile, to compare triangles with.
 pub(crate) struct FaceSurface<'a> {
     pub(crate) face: &'a PreparedFace,
     /// Parameters of the vertices.
     pub(crate) uvs: &'a mut Vec<DVec2>,
-    /// Largest distance that triangles may have.
+    /// Largest distance that triangles may have anywhere.
     pub(crate) chord: f64,
+    /// Largest distance that they may have in some places.
+    pub(crate) loosest: f64,
 }
 
 impl FaceSurface<'_> {
@@ -75,6 +79,20 @@ impl FaceSurface<'_> {
         after.unwrap_or(f64::INFINITY).min(off.length())
     }
 
+    /// Whether the tolerance is much looser in some places than in others.
+    pub(crate) fn is_uneven(&self) -> bool {
+        self.loosest > MOST_OFF * self.chord
+    }
+
+    /// Whether a triangle that is so far from the surface must be where the tolerance is looser than elsewhere in the
+    /// tile, and may be that far.
+    ///
+    /// Cells that are long where nobody looks, and narrow because the rest of the tile is near, fold where a row of them
+    /// is closer to the next than to the surface. No other triangles between these points would do better.
+    pub(crate) fn allows(&self, off: f64) -> bool {
+        (MOST_OFF * self.chord..=self.loosest).contains(&off)
+    }
+
     /// Largest distance of the triangle from the surface.
     pub(crate) fn deviation(&self, mesh: &TileMesh, corners: [u32; 3]) -> f64 {
         most_of_quadratic(self.lifts(mesh, corners))
@@ -125,12 +143,12 @@ mod tests {
         let most = exact(positions[0].midpoint(positions[1]));
         let mesh = TileMesh { positions, normals, ..TileMesh::default() };
         for chord in [0.1 * most, 0.99 * most] {
-            let surface = FaceSurface { face, uvs: &mut uvs, chord };
+            let surface = FaceSurface { face, uvs: &mut uvs, chord, loosest: chord };
             let lift = surface.lifts(&mesh, [0, 1, 2])[0].abs();
             assert!((most..1.01 * most).contains(&lift), "{lift} instead of {most}");
         }
         // A tolerance that is large enough even so needs no more than the height.
-        let surface = FaceSurface { face, uvs: &mut uvs, chord: 2.0 * most };
+        let surface = FaceSurface { face, uvs: &mut uvs, chord: 2.0 * most, loosest: 2.0 * most };
         assert!(surface.lifts(&mesh, [0, 1, 2])[0].abs() < 0.99 * most);
     }
 

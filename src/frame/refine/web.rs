@@ -19,7 +19,7 @@ const STEEP: f64 = 0.05;
 const ROOM: f64 = 2.0;
 
 /// Points with more triangles than this are neither merged nor removed.
-pub(crate) const MOST_AROUND: usize = 64;
+const MOST_AROUND: usize = 64;
 
 /// Marks a removed triangle.
 pub(crate) const GONE: [u32; 3] = [u32::MAX; 3];

@@ -5,7 +5,7 @@ use super::outcome::{Degradation, TileOutcome};
 use crate::frame::plan::output::{PartPlan, Plan, TileLattice};
 use crate::frame::refine::lift::FaceSurface;
 use crate::frame::refine::narrow::narrow;
-use crate::frame::refine::unfold::{MOST_WEIGHED, MOST_WEIGHED_OF_NOISE, unfold};
+use crate::frame::refine::unfold::unfold;
 use crate::frame::refine::web::TriangleShape;
 use crate::frame::trim::climb::{fill_loops, trim_tile};
 use crate::frame::trim::input::{NONE, TrimInput};
@@ -171,13 +171,11 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
     if face.kind == SurfaceKind::Plane {
         return;
     }
-    let mut surface = FaceSurface { face, uvs: &mut s.uvs, chord: lattice.chord };
-    if unfolds {
-        let weighed = if tile.entangled || face.repaired { MOST_WEIGHED_OF_NOISE } else { MOST_WEIGHED };
-        if unfold(mesh, &s.doubtful, weighed, &surface) {
-            // Halves of full cells may have been flipped, too.
-            count = mesh.triangles.len();
-        }
+    let TileLattice { chord, loosest, .. } = *lattice;
+    let mut surface = FaceSurface { face, uvs: &mut s.uvs, chord, loosest };
+    if unfolds && unfold(mesh, &s.doubtful, tile.entangled || face.repaired, &surface) {
+        // Halves of full cells may have been flipped, too.
+        count = mesh.triangles.len();
     }
     if lattice.cells() == (1, 1) {
         // Nothing is wider than the tile.

@@ -2,7 +2,7 @@
 
 use super::object_tolerance::Tolerance;
 use super::part_camera::{PartCamera, PixelScale};
-use crate::math::order::larger;
+use crate::math::order::{larger, smaller};
 use crate::prepare::internals::BoundingBox;
 use glam::DVec3;
 
@@ -37,6 +37,11 @@ impl BoxTolerances {
     /// Whether all boxes have the same tolerance.
     pub(crate) fn is_even(&self) -> bool {
         self.shares.is_empty()
+    }
+
+    /// The loosest chord tolerance of any of the boxes.
+    pub(crate) fn loosest_chord(&self) -> f64 {
+        self.tolerance.chord / self.shares.iter().fold(1.0, |least, &share| smaller(share, least))
     }
 }
 
