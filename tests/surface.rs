@@ -205,6 +205,12 @@ fn periods_are_found() {
     let (splines, _) = horn.to_nurbs((0.0, TAU), (-PI, PI));
     let horn = Surface::Nurbs(splines);
     assert_eq!((horn.period().map(|p| p.is_some()), horn.poles().len()), ([true, false], 2));
+    // However low a tube is, its seam is no pole, and its ends are two.
+    for height in [1.0, 1e-5, 1e-7] {
+        let (tube, _) = Surface::Cylinder { frame, radius: 2.0 }.to_nurbs((0.0, TAU), (0.0, height));
+        let tube = Surface::Nurbs(tube);
+        assert_eq!((tube.period().map(|p| p.is_some()), tube.poles().len()), ([true, false], 0), "{height}");
+    }
     let mut tube = bumpy(true);
     assert!(!tube.is_closed(0, 1e-9));
     for j in 0..5 {

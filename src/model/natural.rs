@@ -5,13 +5,14 @@ use super::{Frame3, NurbsCurve3, Surface};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Border rows within this share of the size are equal: some files print the coordinates of closed surfaces with seven
+/// Border rows within this share of the size of the lines between them are equal: some files print the coordinates of closed surfaces with seven
 /// digits.
 const SAME_ROW: f64 = 1e-6;
 /// Ends of a meridian within this share of the size lie on the axis: files print axis directions with as few as seven
 /// digits.
 const SAME_POINT: f64 = 1e-7;
-/// Points of a collapsed NURBS border within this share of the size are one: the file states and rounds each by itself.
+/// Points of a collapsed NURBS border within this share of the size of the lines beside it are one: the file states and
+/// rounds each by itself.
 const SAME_END: f64 = 1e-5;
 
 /// A line of constant parameter that is a single point in space.
@@ -59,14 +60,14 @@ impl Surface {
                 [Some(TAU), curve_period(curve).filter(|_| !on_axis)]
             }
             Self::Nurbs(surface) => {
-                let tol = SAME_ROW * surface.size();
                 let domain = <[_; 2]>::from(surface.domain());
-                let is_collapsed = |axis: usize, at: f64| surface.is_collapsed(axis, at, SAME_END * surface.size());
+                let sizes = [0, 1].map(|axis| surface.size_along(axis));
+                let is_collapsed = |axis: usize, at: f64| surface.is_collapsed(axis, at, SAME_END * sizes[1 - axis]);
                 // If every line in a direction is a single point, the direction closes trivially, without a period. Nor
                 // does a direction that closes in a pole have one.
                 [0, 1].map(|axis| {
                     let across = 1 - axis;
-                    let is_periodic = surface.is_closed(axis, tol)
+                    let is_periodic = surface.is_closed(axis, SAME_ROW * sizes[axis])
                         && !surface.samples(across).iter().all(|&t| is_collapsed(across, t))
                         && !is_collapsed(axis, domain[axis].0);
                     is_periodic.then_some(domain[axis].1 - domain[axis].0)
@@ -103,11 +104,12 @@ impl Surface {
                 [a, b].into_iter().filter(|&t| axis_distance(curve, frame, t) <= tol).map(parallel).collect()
             }
             Self::Nurbs(surface) => {
-                let tol = SAME_END * surface.size();
                 let ((u0, u1), (v0, v1)) = surface.domain();
+                // By the lines beside it: a strip may be shorter than this share of its length.
+                let tolerances = [1, 0].map(|along| SAME_END * surface.size_along(along));
                 [(0, u0), (0, u1), (1, v0), (1, v1)]
                     .into_iter()
-                    .filter(|&(axis, at)| surface.is_collapsed(axis, at, tol))
+                    .filter(|&(axis, at)| surface.is_collapsed(axis, at, tolerances[axis]))
                     .map(|(axis, at)| {
                         let point = if axis == 0 { surface.point(at, v0) } else { surface.point(u0, at) };
                         Pole { axis, at, point }

@@ -271,9 +271,15 @@ impl NurbsSurface {
             .collect()
     }
 
-    /// Half the diagonal of the control net's box. Tolerances of coincidence are relative to it.
-    pub(super) fn size(&self) -> f64 {
-        extent(&self.points)
+    /// Half the diagonal of the largest box of a line of control points along which parameter `axis` varies. Tolerances
+    /// of coincidence along such lines are relative to it: the rest of the surface may be far larger.
+    pub(super) fn size_along(&self, axis: usize) -> f64 {
+        let rows = self.points.chunks_exact(self.count_v());
+        if axis == 1 {
+            return rows.map(extent).fold(0.0, f64::max);
+        }
+        let column = |v: usize| -> Vec<DVec3> { rows.clone().map(|row| row[v]).collect() };
+        (0..self.count_v()).map(|v| extent(&column(v))).fold(0.0, f64::max)
     }
 }
 

@@ -37,6 +37,22 @@ fn a_ring_between_concentric_circles() {
     }
 }
 
+/// The seam of the side is far shorter than the coin is wide, and no pole.
+#[test]
+fn a_coin_with_a_side_of_splines() {
+    for height in [1e-1, 1e-3, 3e-5] {
+        let mut body = Body::solid();
+        let [low, high] = [0.0, height].map(|z| body.circle(&level(z), RADIUS));
+        let side = Surface::Cylinder { frame: Frame3::WORLD, radius: RADIUS };
+        let (side, _) = side.to_nurbs((0.0, TAU), (0.0, height));
+        body.face(Surface::Nurbs(side), vec![vec![low.along()], vec![high.against()]], false);
+        body.face(Surface::Plane { frame: level(0.0) }, vec![vec![low.against()]], true);
+        body.face(Surface::Plane { frame: level(height) }, vec![vec![high.along()]], false);
+        let (volume, area) = (PI * RADIUS * RADIUS * height, TAU * RADIUS * (height + RADIUS));
+        Ladder::solid(body.finish(), volume, area).named(height).climb();
+    }
+}
+
 /// The rims have vertices in different places, so triangles between them are wider than a cell. The tolerance exceeds
 /// the radius of the groove: heights along its normals are less than distances.
 #[test]
