@@ -1,6 +1,6 @@
 //! Edges on every kind of curve: from vertex to vertex, in the stated sense, exactly.
 
-use crate::{clean, edge_of, is, model, near, only_part, placement, point, shell, vertex, world};
+use crate::{clean, edge_of, is, model, near, only_face, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use trimtess::model::{CurveKind, CurveTrouble, Edge, Part, StepTrouble};
@@ -76,6 +76,23 @@ fn two_vertices_in_one_place_close_a_circle_but_a_short_arc_stays_short() {
     assert!((short.range.1 - short.range.0 - 1e-4).abs() < 1e-9);
     let (_, whole) = edge([2.0, 0.0, 0.0], [2.0 * 1e-9f64.cos(), 2e-9, 0.0], true, CIRCLE);
     assert!((whole.range.1 - whole.range.0 - TAU).abs() < 1e-12);
+}
+
+#[test]
+fn a_circle_alone_in_its_loop_closes_where_corners_join() {
+    // Beside each other along the circle, and away from its centre: nine times the tolerance.
+    for end in [[2.0 * 4.5e-5f64.cos(), 2.0 * 4.5e-5f64.sin(), 0.0], [2.0 + 9e-5, 0.0, 0.0]] {
+        let text = world()
+            + &vertex(30, [2.0, 0.0, 0.0])
+            + &vertex(32, end)
+            + CIRCLE
+            + "#50=EDGE_CURVE('',#30,#32,#60,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));\
+               #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
+            + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
+        let model = model(&text);
+        let edge = edge_of(only_part(&model), 50);
+        assert!((edge.range.1 - edge.range.0 - TAU).abs() < 1e-4 && !only_face(&model).lost, "{end:?}: {edge:?}");
+    }
 }
 
 #[test]

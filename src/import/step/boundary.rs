@@ -1,7 +1,8 @@
 //! Boundary curves of curve-bounded surfaces -> edges. Their segments are often unbounded curves in space, whose ends
 //! only the parameter curve states.
 
-use super::curve::{BoundedCurve, Ends, WRAPPERS, Whole};
+use super::curve::{BoundedCurve, WRAPPERS};
+use super::ends::{Ends, Whole};
 use super::place::Geometry;
 use super::table::{Entity, Read, Trouble, missing};
 use crate::model::CurveKind;

@@ -4,6 +4,7 @@
 //! another one (surface curves, trimmed curves) are unwrapped.
 
 use super::conic::{hyperbolic_arc, parabolic_arc};
+use super::ends::{Ends, ROUNDING, rounding};
 use super::place::Geometry;
 use super::spline;
 use super::table::{Entity, MAX_DEPTH, Read, Trouble, missing, out_of_range};
@@ -13,8 +14,6 @@ use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, Spl
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Rounding error of a coordinate, as a share of the numbers from which it is computed.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// Ends of a spline closer than this are one point; millimetres.
 const SAME_PLACE: f64 = 1e-6;
 
@@ -97,45 +96,6 @@ impl BoundedCurve {
     }
 }
 
-/// Ends of an `EDGE_CURVE`.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ends {
-    pub(super) start: DVec3,
-    pub(super) end: DVec3,
-    pub(super) whole: Whole,
-}
-
-/// When an edge on a closed curve covers the whole curve, rather than the short arc between its ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Whole {
-    /// Never: two different vertices bound an arc, however short.
-    Never,
-    /// If its two vertices coincide up to rounding. The loop runs along a seam and back, so the edge between must be a
-    /// full turn.
-    BesideSeam,
-    /// If its two vertices are within the file's tolerance. The edge is the whole loop, possibly with a line, so it
-    /// must close.
-    Alone,
-    /// Always: start and end are one vertex.
-    OneVertex,
-}
-
-impl Whole {
-    fn holds(self, chord: f64, rounding: f64, tolerance: f64) -> bool {
-        match self {
-            Self::Never => false,
-            Self::BesideSeam => chord <= rounding,
-            Self::Alone => chord <= tolerance.max(rounding),
-            Self::OneVertex => true,
-        }
-    }
-}
-
-/// Distance up to which rounding may move two points apart, if they are computed from numbers up to `size`.
-pub(super) fn rounding([a, b]: [DVec3; 2], size: f64) -> f64 {
-    ROUNDING * (a.abs().max(b.abs()).max_element() + size)
-}
-
 /// The segment between two vertices; `None` if they coincide.
 pub(super) fn straight(ends: Ends) -> Option<BoundedCurve> {
     (ends.start != ends.end).then(|| BoundedCurve::whole(NurbsCurve3::line(ends.start, ends.end), CurveKind::Line))
@@ -173,10 +133,13 @@ impl Geometry<'_> {
                 let from = carrier.parameter(ends.start);
                 let sweep = (carrier.parameter(ends.end) - from).rem_euclid(TAU);
                 let rounding = rounding(frame.origin.abs().max_element() + a.max(b));
-                let whole = ends.whole.holds(chord, rounding, tolerance);
+                let whole = ends.whole.holds(chord, rounding, self.units);
                 // Rounding may give an empty sweep either sign.
                 if !whole && chord <= rounding {
                     return Ok(None);
+                }
+                if !whole && from + sweep <= from {
+                    return Err(Trouble::new(id, CurveTrouble::SameParameter));
                 }
                 let sweep = if whole { TAU } else { sweep };
                 let kind = if a == b { CurveKind::Circle } else { CurveKind::Conic };
@@ -194,7 +157,7 @@ impl Geometry<'_> {
             }
             Carrier::Spline { curve, kind } => {
                 let curve = if forward { curve } else { curve.reversed() };
-                let together = ends.whole.holds(chord, rounding(0.0), tolerance);
+                let together = ends.whole.holds(chord, rounding(0.0), self.units);
                 match cut(curve, ends, together, tolerance) {
                     Some((curve, range)) => BoundedCurve { curve: spline::window(curve, range), range, kind },
                     None if chord <= tolerance => return Ok(None),

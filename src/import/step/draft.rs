@@ -1,6 +1,7 @@
 //! Edges before their vertices have ids: ends and the piece of the curve between them.
 
-use super::curve::{BoundedCurve, Ends, rounding};
+use super::curve::BoundedCurve;
+use super::ends::{Ends, rounding};
 use super::loops::{EdgeKey, VertexKey};
 use super::table::{Read, Trouble};
 use super::units::Units;

@@ -1,7 +1,7 @@
 //! Faces -> their bounds as stated in the file: edges in order, with directions.
 
 use super::contents::Source;
-use super::curve::{Ends, Whole};
+use super::ends::{Ends, Whole};
 use super::kinds::is_face;
 use super::place::Geometry;
 use super::table::{MAX_DEPTH, Read, Trouble, missing};
@@ -184,7 +184,7 @@ impl Geometry<'_> {
             [_] => Whole::Alone,
             _ if edges.len() < uses.len() => Whole::BesideSeam,
             // A short arc and the line between its ends would enclose nothing.
-            [a, b] if self.is_straight(a.edge) || self.is_straight(b.edge) => Whole::Alone,
+            [a, b] if self.is_straight(a.edge) || self.is_straight(b.edge) => Whole::BesideLine,
             _ => Whole::Never,
         }
     }

@@ -40,6 +40,7 @@ mod table;
 mod text;
 mod units;
 mod place;
+mod ends;
 
 mod conic;
 mod spline;

@@ -5,8 +5,9 @@ use super::body::append;
 use super::budget::Net;
 use super::contents::{PartContents, ShellUse, Source, merge_loose_shells};
 use super::corners::{Corners, head_to_tail};
-use super::curve::{BoundedCurve, Carrier, Ends, Whole, straight};
+use super::curve::{BoundedCurve, Carrier, straight};
 use super::draft::{EdgeDraft, EdgeDrafts};
+use super::ends::{Ends, Whole};
 use super::face_location::Stated;
 use super::face_surface::FaceJob;
 use super::loops::{Bound, EdgeKey, StatedFace, StatedUse, VertexKey};
@@ -225,9 +226,6 @@ const BYTES_PER_FACE: usize = 600;
 const BYTES_PER_EDGE: usize = 700;
 const BYTES_PER_USE: usize = 160;
 
-/// Ends of neighbours in a loop within this multiple of the tolerance are one corner.
-const CORNER: f64 = 10.0;
-
 /// A curve that misses its vertices by more than this share of the part's size is pulled onto them.
 const PULLED: f64 = 3e-5;
 
@@ -246,7 +244,7 @@ struct Assembly<'a> {
     corners: Corners,
     vertex_ids: Map<usize, VertexId>,
     diagnostics: Vec<Diagnostic>,
-    /// Number of edges that miss their vertices by more than [`CORNER`] tolerances but are not pulled, and the worst.
+    /// Number of edges that miss their vertices by more than [`Units::corner`] but are not pulled, and the worst.
     gaps: Option<(usize, OffVertex)>,
 }
 
@@ -318,15 +316,14 @@ impl<'a> Assembly<'a> {
                 if draft.empty {
                     self.corners.unite(tail, head);
                 }
-                ends.push((tail, head, draft.units.tolerance));
+                ends.push((tail, head, draft.units.corner()));
             }
-            for (i, (tail, head, tolerance)) in ends.iter().enumerate() {
+            for (i, (tail, head, corner)) in ends.iter().enumerate() {
                 let (next_tail, next_head, _) = ends[(i + 1) % ends.len()];
                 // As stated, else with either of the two edges, or both, reversed.
                 let ways = [(*head, next_tail), (*head, next_head), (*tail, next_tail), (*tail, next_head)];
-                let near = |(a, b): &(usize, usize)| {
-                    self.corners.points[*a].distance(self.corners.points[*b]) <= CORNER * tolerance
-                };
+                let near =
+                    |(a, b): &(usize, usize)| self.corners.points[*a].distance(self.corners.points[*b]) <= *corner;
                 if let Some((a, b)) = ways.into_iter().find(near) {
                     self.corners.unite(a, b);
                 }
@@ -520,8 +517,8 @@ impl<'a> Assembly<'a> {
         let id = EdgeId::new(self.part.edges.len());
         draft.id = Some(id);
         let straightened = draft.straightened.take();
-        let EdgeDraft { entity, gap, moved, tips, units: Units { tolerance, .. }, .. } = *draft;
-        let near = CORNER * tolerance;
+        let EdgeDraft { entity, gap, moved, tips, units, .. } = *draft;
+        let near = units.corner();
         let (start, end) = self.corners.ends(draft, false);
         let ends = [start, end].map(|corner| self.corners.points[corner]);
         let gap = gap.max(tips[0].distance(ends[0])).max(tips[1].distance(ends[1]));

@@ -17,6 +17,11 @@ pub(super) struct Units {
 impl Units {
     /// Millimetres and radians, for files that state no units.
     pub(super) const DEFAULT: Self = Self { length: 1.0, angle: 1.0, tolerance: 1e-5 };
+
+    /// Ends of neighbours in a loop within this distance are one corner, millimetres.
+    pub(super) fn corner(&self) -> f64 {
+        10.0 * self.tolerance
+    }
 }
 
 /// Units of every context of the file.
