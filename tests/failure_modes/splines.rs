@@ -3,7 +3,7 @@
 use crate::body::{Body, frame, integral, level, through};
 use crate::common::{placed, prepared_clean, whole_frame};
 use crate::ladder::Ladder;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use trimtess::audit;
 use trimtess::frame::{Tolerance, plan};
@@ -536,4 +536,22 @@ fn speeds_differ_by_decades_across_knots_and_across_the_seam() {
         let base = PI * radius * radius;
         Ladder::solid(body.finish(), base * height, 2.0 * base + TAU * radius * height).named(turns).climb();
     }
+}
+
+/// A wavy outline and a wavy hole of two edges, both of many spans, on a cylinder: which one is halved to keep their
+/// chords apart takes a long search, and both are far from each other.
+#[test]
+fn wavy_outlines_far_apart_do_not_count_as_near() {
+    const RADIUS: f64 = 5.0;
+    let on = |p: DVec2| DVec3::new(RADIUS * (p.x / RADIUS).cos(), RADIUS * (p.x / RADIUS).sin(), p.y);
+    let wavy = |size: f64| move |t: f64| on(DVec2::from_angle(t) * size * (1.0 + 0.1 * (12.0 * t).cos()));
+    let mut body = Body::sheet();
+    let outer = body.spline(through(wavy(2.0), (0.0, TAU), 600));
+    let hole = [(0.0, PI), (PI, TAU)].map(|range| body.spline(through(wavy(0.7), range, 150)));
+    let [first, second] = hole.map(|edge| Coedge { edge, reversed: true });
+    let loops = vec![vec![Coedge { edge: outer, reversed: false }], vec![second, first]];
+    body.face(Surface::Cylinder { frame: Frame3::WORLD, radius: RADIUS }, loops, false);
+    // The cylinder unrolls without stretching.
+    let area = PI * (2.0 * 2.0 - 0.7 * 0.7) * (1.0 + 0.5 * 0.1 * 0.1);
+    Ladder::sheet(body.finish(), area).climb();
 }

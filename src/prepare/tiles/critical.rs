@@ -28,6 +28,11 @@ const MAX_DEPTH_TANGENT: u32 = 12;
 const WORK: usize = 1 << 19;
 const WORK_PER_POINT: usize = 1000;
 
+/// Share of what is left of the budget that halving two arcs may take before one alone is tried.
+const SHARE_OF_BOTH: usize = 4;
+/// The same for an attempt to halve one alone.
+const SHARE_ALONE: usize = 8;
+
 /// The constant for free trims: circles at a distance of 10⁻⁸ need half of it.
 const WORK_EXACT: usize = 1 << 25;
 
@@ -200,6 +205,16 @@ impl<'a> Separation<'a, '_> {
         halves
     }
 
+    /// [`separate`] with one of `shares` of the budget that is left. Whether that was enough.
+    fn separate_within(&mut self, [a, b]: [ArcSpan<'a>; 2], shares: usize) -> bool {
+        let kept = self.work.0 - self.work.0 / shares;
+        self.work.0 -= kept;
+        separate(a, b, 0, self);
+        let is_enough = self.work.0 > 0;
+        self.work.0 += kept;
+        is_enough
+    }
+
     /// Whether there are more breaks than may be.
     fn is_full(&self) -> bool {
         self.breaks.len() > self.most
@@ -261,31 +276,42 @@ fn separate_from_itself<'a>(arc: &'a PcurveArc, found: &mut Separation<'a, '_>) 
 /// each alone, nothing of the budget is left.
 fn separate_by_few<'a>(a: ArcSpan<'a>, b: ArcSpan<'a>, found: &mut Separation<'a, '_>) {
     let (before, close) = (found.breaks.len(), found.close.len());
-    separate(a, b, 0, found);
+    let may_be_alone = !a.arc.exact && a.arc.edge != b.arc.edge;
+    // Halving both may take long where halving one does not.
+    let is_done = found.separate_within([a, b], if may_be_alone { SHARE_OF_BOTH } else { 1 }) || !may_be_alone;
     let is_full = found.is_full();
     let by_both = found.breaks.split_off(before);
     let on = |s: ArcSpan<'a>| by_both.iter().any(|&(edge, _)| edge == s.arc.edge);
-    let may_be_alone = !a.arc.exact && a.arc.edge != b.arc.edge;
-    let may_be_fewer = may_be_alone && (is_full || found.close.len() == close && on(a) && on(b));
-    let mut most = if is_full { found.most - before } else { by_both.len() };
-    let mut fewest = (!is_full).then_some(by_both);
+    let may_be_fewer = may_be_alone && (is_full || !is_done || found.close.len() == close && on(a) && on(b));
+    let is_usable = is_done && !is_full;
+    let mut most = if is_usable { by_both.len() } else { found.most - before };
+    let mut fewest = is_usable.then_some(by_both);
     for (halved, other) in [(a, b), (b, a)] {
         if may_be_fewer {
             let mut alone = Vec::with_capacity(most);
-            if separate_alone(halved, other, &mut alone, most, found.work) {
+            // A long search for fewer breaks must not end that for meetings.
+            let mut share = WorkLeft(if is_full { found.work.0 } else { found.work.0 / SHARE_ALONE });
+            let given = share.0;
+            if separate_alone(halved, other, &mut alone, most, &mut share) {
                 most = alone.len();
                 fewest = Some(alone);
             }
+            found.work.0 -= given - share.0;
         }
+    }
+    if !is_usable {
+        // One alone is apart from all of the other.
+        found.close.truncate(close);
+    }
+    if fewest.is_none() && !is_full {
+        found.separate_within([a, b], 1);
+        let by_both = found.breaks.split_off(before);
+        fewest = (before + by_both.len() <= found.most).then_some(by_both);
     }
     let Some(mut fewest) = fewest else {
         found.work.0 = 0;
         return;
     };
-    if is_full {
-        // One alone is apart from all of the other.
-        found.close.truncate(close);
-    }
     if may_be_alone {
         for (halved, other) in [(a, b), (b, a)] {
             // Not for more than the search itself may still take.
