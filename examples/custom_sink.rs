@@ -52,15 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let part =
         ScenePart { name: "octahedron".into(), face_colours: vec![None; 8], radius: 10.0, ..ScenePart::default() };
     let transform = DAffine3::from_translation(DVec3::new(0.0, 0.0, 10.0));
-    let instance = SceneInstance {
-        part: PartId(0),
-        transform,
-        colour: None,
-        visible: true,
-        name: "".into(),
-        assembly: None,
-        first_face: 0,
-    };
+    let instance = SceneInstance::new(PartId(0), transform);
     sink.begin(&Scene { name: "example".into(), parts: vec![part], instances: vec![instance] })?;
     for face in 0..8 {
         if let Err(error) = sink.batch(&mut octant(face)) {

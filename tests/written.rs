@@ -291,16 +291,7 @@ fn no_room_is_lost_by_cancelled_frames_and_added_instances() {
         if k % 7 == 3 {
             let part = PartId(k as u32 % prepared.parts.len() as u32);
             let transform = DAffine3::from_translation(DVec3::splat(k as f64));
-            let new = SceneInstance {
-                part,
-                transform,
-                colour: None,
-                visible: true,
-                name: "".into(),
-                assembly: None,
-                first_face: 0,
-            };
-            session.add_instance(new).unwrap();
+            session.add_instance(SceneInstance::new(part, transform)).unwrap();
         }
         session.finish(&mut sink).unwrap();
         if matches!(session.finish_within(Duration::from_secs(60), &mut sink), Ok(Some(report)) if report.tiles > 0) {

@@ -325,13 +325,9 @@ pub unsafe extern "C" fn tt_session_add_instance(
         let from = c.read("placement", placement)?;
         let out = if key.is_null() { None } else { Some(c.out("key", key)?) };
         let placed = SceneInstance {
-            part: PartId(from.part),
-            transform: transform(&from.transform),
             colour: (from.has_colour != 0).then_some(from.colour),
-            visible: true,
             name: c.text_or_empty("placement.name", from.name)?.into(),
-            assembly: None,
-            first_face: 0,
+            ..SceneInstance::new(PartId(from.part), transform(&from.transform))
         };
         let key = with(session, |row| Ok(row.session.add_instance(placed)?))?;
         out.into_iter().for_each(|out| out.give(key.to_bits()));

@@ -384,13 +384,8 @@ mod tests {
     fn frame() -> MemorySink {
         let part = |faces: usize| ScenePart { face_colours: vec![None; faces], ..ScenePart::default() };
         let instance = |part: u32, first_face: u32| SceneInstance {
-            part: PartId(part),
-            transform: DAffine3::IDENTITY,
-            colour: None,
-            visible: true,
-            name: "".into(),
-            assembly: None,
             first_face,
+            ..SceneInstance::new(PartId(part), DAffine3::IDENTITY)
         };
         let batch = |face: u32| Batch {
             part: PartId(0),

@@ -186,15 +186,7 @@ impl Session {
     #[pyo3(signature = (part, transform=None, *, name=""))]
     fn add_instance(&self, py: Python<'_>, part: u32, transform: Option<[[f64; 4]; 4]>, name: &str) -> PyResult<u64> {
         let transform = transform.map_or(Ok(DAffine3::IDENTITY), |rows| affine(py, rows))?;
-        let new = SceneInstance {
-            part: PartId(part),
-            transform,
-            colour: None,
-            visible: true,
-            name: name.into(),
-            assembly: None,
-            first_face: 0,
-        };
+        let new = SceneInstance { name: name.into(), ..SceneInstance::new(PartId(part), transform) };
         let mut state = self.state()?;
         let session = &mut state.session;
         let added = py.detach(|| session.add_instance(new));

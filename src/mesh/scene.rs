@@ -61,6 +61,12 @@ pub struct Scene {
 }
 
 impl SceneInstance {
+    /// A visible instance without colour, name and assembly.
+    #[must_use]
+    pub fn new(part: PartId, transform: DAffine3) -> Self {
+        Self { part, transform, colour: None, visible: true, name: "".into(), assembly: None, first_face: 0 }
+    }
+
     /// Uniform scale of the transform: the cube root of its determinant's absolute value.
     #[must_use]
     pub fn scale(&self) -> f64 {
@@ -135,9 +141,7 @@ mod tests {
             // Both sides of where the series ends.
             let beyond = draw.range(-2e-8, 2e-8);
             let transform = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(1.0 + beyond, 1.0, 1.0)));
-            let (colour, name, assembly) = (None, "".into(), None);
-            let placed =
-                SceneInstance { part: PartId(0), transform, colour, visible: true, name, assembly, first_face: 0 };
+            let placed = SceneInstance::new(PartId(0), transform);
             let volume = transform.matrix3.determinant();
             assert_eq!(placed.scale().to_bits(), libm::cbrt(volume).to_bits(), "{volume}");
         }

@@ -83,13 +83,9 @@ fn scene() -> Scene {
         ..ScenePart::default()
     };
     let instance = |part: u32, offset: DVec3, scale: DVec3| SceneInstance {
-        part: trimtess::model::PartId(part),
-        transform: DAffine3::from_translation(offset) * DAffine3::from_scale(scale),
         colour: (part == 0).then_some([0.3, 0.5, 0.8, 1.0]),
-        visible: true,
-        name: "".into(),
-        assembly: None,
         first_face: 16 * part,
+        ..SceneInstance::new(PartId(part), DAffine3::from_translation(offset) * DAffine3::from_scale(scale))
     };
     let instances = vec![
         instance(1, DVec3::new(9.0, 0.0, 0.0), DVec3::ONE),

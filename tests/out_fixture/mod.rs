@@ -51,13 +51,9 @@ pub(crate) fn box_frame(size: DVec3, transforms: &[DAffine3]) -> MemorySink {
         ..ScenePart::default()
     };
     let instances = transforms.iter().enumerate().map(|(index, &transform)| SceneInstance {
-        part: trimtess::model::PartId(0),
-        transform,
-        colour: None,
-        visible: true,
         name: format!("box {index}").into(),
-        assembly: None,
         first_face: 6 * index as u32,
+        ..SceneInstance::new(PartId(0), transform)
     });
     let line = |k: usize| EdgeLine {
         part: PartId(0),

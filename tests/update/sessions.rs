@@ -282,17 +282,7 @@ fn instances_are_those_of_the_new_model_and_old_keys_name_none() {
     let (mut session, mut spy) = (start(&prepared), Spy::default());
     session.view(&[view], &mut spy).unwrap();
     let first = session.instance_key(0).unwrap();
-    let name = "added".into();
-    let part = PartId(3);
-    let added = SceneInstance {
-        part,
-        transform: DAffine3::IDENTITY,
-        colour: None,
-        visible: true,
-        name,
-        assembly: None,
-        first_face: 0,
-    };
+    let added = SceneInstance { name: "added".into(), ..SceneInstance::new(PartId(3), DAffine3::IDENTITY) };
     let added = session.add_instance(added).unwrap();
     session.move_instance(first, DAffine3::from_translation(DVec3::X)).unwrap();
     let next = updated(&prepared, &model);
@@ -313,16 +303,7 @@ fn boxes() -> (Model, SceneInstance) {
     model.parts.truncate(1);
     model.instances.truncate(1);
     let transform = DAffine3::from_translation(DVec3::new(-70.0, 42.0, -24.0));
-    let far = SceneInstance {
-        part: PartId(0),
-        transform,
-        colour: None,
-        visible: true,
-        name: "far".into(),
-        assembly: None,
-        first_face: 0,
-    };
-    (model, far)
+    (model, SceneInstance { name: "far".into(), ..SceneInstance::new(PartId(0), transform) })
 }
 
 #[test]

@@ -292,18 +292,7 @@ mod tests {
 
     fn sight(view: &View, transform: DAffine3) -> PartCamera {
         let lens = view.lens().unwrap_or_else(|| panic!("invalid view: {view:?}"));
-        view.sight(
-            lens,
-            &SceneInstance {
-                part: crate::model::PartId(0),
-                transform,
-                colour: None,
-                visible: true,
-                name: "".into(),
-                assembly: None,
-                first_face: 0,
-            },
-        )
+        view.sight(lens, &SceneInstance::new(crate::model::PartId(0), transform))
     }
 
     /// Projection of a point, pixels.
