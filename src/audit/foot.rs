@@ -1,6 +1,7 @@
 //! Point and starting parameters -> nearest point of a surface or a curve, by Newton's method held to the parameter box
 //! (Piegl & Tiller, The NURBS Book, §6.1).
 
+use crate::math::least_squares::solve_symmetric;
 use crate::model::SurfaceDerivatives;
 use crate::prepare::internals::{BezierPatches, BezierSpline3};
 use glam::{DVec2, DVec3};
@@ -152,13 +153,9 @@ fn surface_step(here: &SurfaceDerivatives, p: DVec3, at: DVec2, low: DVec2, high
         (false, true) => return along[0],
         (false, false) => {}
     }
-    let solve = |a: f64, b: f64, c: f64| {
-        let det = a * c - b * b;
-        (a > 0.0 && c > 0.0 && det > SINGULAR * a * c)
-            .then(|| DVec2::new(b * slope.y - c * slope.x, b * slope.x - a * slope.y) / det)
-    };
-    solve(exact_uu, exact_uv, exact_vv)
-        .or_else(|| solve(uu, uv, vv))
+    let solve = |matrix| solve_symmetric(matrix, -slope, SINGULAR);
+    solve([exact_uu, exact_uv, exact_vv])
+        .or_else(|| solve([uu, uv, vv]))
         .unwrap_or_else(|| if slope.dot(along[0]) < slope.dot(along[1]) { along[0] } else { along[1] })
 }
 

@@ -8,6 +8,7 @@ pub(crate) mod boxes;
 pub(crate) mod buckets;
 pub(crate) mod hilbert;
 pub(crate) mod lanes;
+pub(crate) mod least_squares;
 pub(crate) mod links;
 pub(crate) mod matching;
 pub(crate) mod order;

@@ -1,6 +1,7 @@
 //! A surface and points of a face's boundary -> the part of the surface's domain in which the face lies.
 
 use super::face_location::extent;
+use crate::math::least_squares::least_squares;
 use crate::model::Surface;
 use glam::DVec3;
 
@@ -111,19 +112,10 @@ impl<F: Fn(f64, f64) -> Option<DVec3>> Search<F> {
         let mut at = self.point(uv)?;
         for _ in 0..MAX_STEPS {
             let (du, dv) = (self.slope(uv, 0)?, self.slope(uv, 1)?);
-            let (e, f, g) = (du.length_squared(), du.dot(dv), dv.length_squared());
-            let (off_u, off_v) = ((p - at).dot(du), (p - at).dot(dv));
-            let area = e * g - f * f;
-            let step = if area > 1e-12 * e * g {
-                [(g * off_u - f * off_v) / area, (e * off_v - f * off_u) / area]
-            } else {
-                // At a pole or a fold only one direction leads anywhere.
-                let share = |off: f64, length: f64| if length > 0.0 { off / length } else { 0.0 };
-                if e >= g { [share(off_u, e), 0.0] } else { [0.0, share(off_v, g)] }
-            };
+            let step = least_squares(du, dv, p - at);
             let halved = (0..8).find_map(|k| {
                 let share = 0.5f64.powi(k);
-                let uv = self.inside([uv[0] + share * step[0], uv[1] + share * step[1]]);
+                let uv = self.inside([uv[0] + share * step.x, uv[1] + share * step.y]);
                 Some((uv, self.point(uv)?)).filter(|(_, moved)| moved.distance(p) < at.distance(p))
             });
             let Some(closer) = halved else { break };

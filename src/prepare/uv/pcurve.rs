@@ -4,10 +4,11 @@
 //! one sheet of a folded or periodic surface. Samples carry derivatives and are joined by cubic Hermite pieces, which
 //! are refined until the fit stays within a tolerance of the projection.
 
-use super::foot::{Foot, jacobian_solve, least_squares, newton_step};
+use super::foot::{Foot, jacobian_solve, newton_step};
 use super::lead::{EndBlend, before_breaks, leads, only_neighbour};
 use super::seeds::Seeds;
 use super::uv_curve::UvSample;
+use crate::math::least_squares::least_squares;
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
