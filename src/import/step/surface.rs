@@ -174,21 +174,17 @@ impl Geometry<'_> {
         let id = instance.id;
         let shape = instance.fields("B_SPLINE_SURFACE", 1);
         let (degree_u, degree_v) = (shape.count(0)?, shape.count(1)?);
-        let rows = shape.list(2)?;
         let mut points = Vec::new();
         let mut count_v = 0;
-        for row in rows.iter() {
-            let Some(row) = row.list() else {
-                return Err(Trouble::new(id, StepTrouble::Layout { what: "control points", wanted: "lists of rows" }));
-            };
-            let row = self.points(row.iter().filter_map(Attribute::link))?;
+        for row in shape.rows(2, "control points", "lists of rows")? {
+            let row = self.points(row?.iter().filter_map(Attribute::link))?;
             if count_v != 0 && row.len() != count_v {
                 return Err(Trouble::new(id, SplineTrouble::RowLengths));
             }
             count_v = row.len();
             points.extend(row);
         }
-        let count_u = rows.len();
+        let count_u = shape.list(2)?.len();
         check_degree(degree_u, count_u, id)?;
         check_degree(degree_v, count_v, id)?;
         let form = Form::of(instance, "SURFACE");
@@ -202,11 +198,8 @@ impl Geometry<'_> {
         let knots_v = knots_of(stated_v, form, count_v, degree_v, id)?;
         let weights = if instance.is("RATIONAL_B_SPLINE_SURFACE") {
             let mut weights = Vec::with_capacity(points.len());
-            for row in instance.fields("RATIONAL_B_SPLINE_SURFACE", 8).list(0)?.iter() {
-                let Some(row) = row.list() else {
-                    return Err(Trouble::new(id, StepTrouble::Layout { what: "weights", wanted: "lists of rows" }));
-                };
-                weights.extend(row.iter().filter_map(Attribute::number));
+            for row in instance.fields("RATIONAL_B_SPLINE_SURFACE", 8).rows(0, "weights", "lists of rows")? {
+                weights.extend(row?.iter().filter_map(Attribute::number));
             }
             check_weights(weights, points.len(), id)?
         } else {

@@ -398,6 +398,18 @@ impl<'a> Fields<'a> {
         Ok(self.list(index)?.iter().filter_map(Attribute::link))
     }
 
+    /// The lists in a list of `what`, which should be `wanted`.
+    pub(super) fn rows(
+        &self,
+        index: usize,
+        what: &'static str,
+        wanted: &'static str,
+    ) -> Read<impl Iterator<Item = Read<List<'a>>> + use<'a>> {
+        let entity = self.entity;
+        let trouble = move || Trouble::new(entity, StepTrouble::Layout { what, wanted });
+        Ok(self.list(index)?.iter().map(move |row| row.list().ok_or_else(trouble)))
+    }
+
     pub(super) fn reals(&self, index: usize) -> Read<Vec<f64>> {
         let items = self.list(index)?;
         items.iter().map(|item| item.number().ok_or_else(|| self.wrong(index, "a list of finite numbers"))).collect()

@@ -258,14 +258,8 @@ impl Mesh {
 
 /// The points of a `COORDINATES_LIST`, in millimetres, moved by `place`.
 fn coordinates(geometry: &Geometry<'_>, id: u64, place: &DAffine3) -> Read<Vec<DVec3>> {
-    let rows = geometry.get(id)?.fields("COORDINATES_LIST", 2).list(0)?;
-    let point = |row: Attribute<'_>| -> Read<DVec3> {
-        let Some(row) = row.list() else {
-            return Err(Trouble::new(id, StepTrouble::Layout { what: "coordinates", wanted: "lists" }));
-        };
-        Ok(place.transform_point3(geometry.millimetres(geometry.triple(row, id)?, id)?))
-    };
-    rows.iter().map(point).collect()
+    let rows = geometry.get(id)?.fields("COORDINATES_LIST", 2).rows(0, "coordinates", "lists")?;
+    rows.map(|row| Ok(place.transform_point3(geometry.millimetres(geometry.triple(row?, id)?, id)?))).collect()
 }
 
 /// A list of lists of whole numbers.
