@@ -210,11 +210,9 @@ impl<P: ControlPoint> NurbsCurve<P> {
             return Vec::new();
         }
         let (a, b) = self.domain();
-        knots::breaks(self.degree, &self.knots)
-            .into_iter()
-            .filter(|&(t, multiplicity)| t > a && t < b && multiplicity >= self.degree && self.breaks_at(t))
-            .map(|(t, _)| t)
-            .collect()
+        let sharp =
+            |equal: &[f64]| equal.len() >= self.degree && equal[0] > a && equal[0] < b && self.breaks_at(equal[0]);
+        self.knots.chunk_by(|a, b| a == b).filter(|equal| sharp(equal)).map(|equal| equal[0]).collect()
     }
 
     /// Whether the tangents on both sides of the knot `t` differ in direction.

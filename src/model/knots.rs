@@ -70,16 +70,11 @@ pub(crate) fn is_smooth(degree: usize, knots: &[f64]) -> bool {
     !knots.windows(degree.max(1)).any(|near| is_one(near) && near.iter().any(|&k| inner(k)))
 }
 
-/// The distinct knots of the domain, ends included, with their multiplicities.
-pub(crate) fn breaks(degree: usize, knots: &[f64]) -> Vec<(f64, usize)> {
+/// The distinct knots of the domain, ends included.
+pub(crate) fn breaks(degree: usize, knots: &[f64]) -> Vec<f64> {
     let (a, b) = domain(degree, knots);
-    let mut found: Vec<(f64, usize)> = Vec::with_capacity(knots.len().saturating_sub(2 * degree));
-    for &k in knots.iter().filter(|&&k| k >= a && k <= b) {
-        match found.last_mut() {
-            Some(last) if last.0 == k => last.1 += 1,
-            _ => found.push((k, 1)),
-        }
-    }
+    let mut found: Vec<f64> = knots.iter().copied().filter(|&k| k >= a && k <= b).collect();
+    found.dedup();
     found
 }
 
@@ -248,7 +243,7 @@ pub(crate) fn to_bezier(
     let breaks = breaks(degree, knots);
     let mut borders = Vec::with_capacity(breaks.len() + 1);
     borders.push(a);
-    for (k, _) in breaks {
+    for k in breaks {
         if k < b && is_long(borders[borders.len() - 1], k) && is_long(k, b) {
             borders.push(k);
         }

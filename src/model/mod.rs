@@ -11,7 +11,9 @@ mod frame3;
 pub use frame3::Frame3;
 
 mod knots;
-pub(crate) use knots::{MOST_TURNS, MOST_TURNS_BOTH_WAYS, breaks, knots_of_pieces, to_bezier};
+#[cfg(feature = "step")]
+pub(crate) use knots::breaks;
+pub(crate) use knots::{MOST_TURNS, MOST_TURNS_BOTH_WAYS, knots_of_pieces, to_bezier};
 
 mod curve;
 pub use curve::{ControlPoint, CurveDerivatives, NurbsCurve, NurbsCurve2, NurbsCurve3};

@@ -2,7 +2,7 @@
 //!
 //! Natural parameters follow ISO 10303-42: angles in radians, lengths in the part's unit.
 
-use super::{Frame3, NurbsCurve3};
+use super::{Frame3, NurbsCurve3, knots};
 use glam::DVec3;
 
 /// A NURBS surface. Control point `(i, j)` (i along u) is `points[i * count_v + j]`.
@@ -145,6 +145,11 @@ impl Surface {
             }
             _ => None,
         }
+    }
+
+    /// The distinct knots of the domain along u and along v; none where the surface is no spline.
+    pub(crate) fn breaks(&self) -> [Vec<f64>; 2] {
+        [0, 1].map(|axis| self.knots(axis).map_or_else(Vec::new, |(degree, knots)| knots::breaks(degree, knots)))
     }
 
     /// Kind of this surface.

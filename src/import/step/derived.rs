@@ -2,13 +2,13 @@
 //! Exact where a closed form exists, else cubic pieces, refined until sampled errors are within the tolerance.
 
 use super::curve::Carrier;
-use super::offset::{breaks_of, fitted};
+use super::offset::fitted;
 use super::parameters::Parametric;
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::table::{Entity, Read, Trouble, missing};
 use super::units::Units;
-use crate::model::{CurveKind, CurveTrouble, FitTrouble, Frame3, NurbsCurve3, StepTrouble, Surface};
+use crate::model::{CurveKind, CurveTrouble, FitTrouble, Frame3, NurbsCurve3, StepTrouble, Surface, breaks};
 use glam::DVec3;
 
 /// Maximum nesting of points defined by each other (through curves and surfaces).
@@ -50,7 +50,7 @@ impl Offset {
         if let Some(t) = basis.kinks().first() {
             return Err(Trouble::new(self.id, FitTrouble::Corner { parameter: *t }));
         }
-        let breaks = breaks_of(&basis.knots, basis.domain());
+        let breaks = breaks(basis.degree, &basis.knots);
         let curve = fitted(&breaks, tolerance, |t| {
             let d = basis.derivatives(t);
             Ok(d.point + self.way(d.d1).ok_or(FitTrouble::NoDirection)?)
@@ -167,7 +167,7 @@ impl Geometry<'_> {
         if let Surface::Plane { .. } = on.surface {
             return Ok(NurbsCurve3 { points: curve.points.iter().map(|p| at(*p)).collect(), ..curve });
         }
-        let fitted = fitted(&breaks_of(&curve.knots, curve.domain()), self.fit, |t| Ok(at(curve.point(t))));
+        let fitted = fitted(&breaks(curve.degree, &curve.knots), self.fit, |t| Ok(at(curve.point(t))));
         fitted.map_err(|what| Trouble::new(pcurve.id, what))
     }
 

@@ -20,17 +20,12 @@ const MAX_POINTS: usize = 256;
 const MAX_STEPS: usize = 30;
 
 /// The part of the domain that contains the face with boundary points `on`. `at` is a surface with the parameters of
-/// `base`, which is a net with knots `breaks`; `None` where it has no point.
+/// `base`, which is a net; `None` where it has no point.
 ///
 /// `None` if a boundary point is not found on the surface.
-pub(super) fn face_part(
-    base: &Surface,
-    breaks: [Vec<f64>; 2],
-    on: &[DVec3],
-    at: impl Fn(f64, f64) -> Option<DVec3>,
-) -> Option<[Range; 2]> {
+pub(super) fn face_part(base: &Surface, on: &[DVec3], at: impl Fn(f64, f64) -> Option<DVec3>) -> Option<[Range; 2]> {
     let search = Search { domain: base.natural_domain(), period: base.period(), at };
-    let [us, vs] = breaks.map(|breaks| lines(&breaks));
+    let [us, vs] = base.breaks().map(|breaks| lines(&breaks));
     let lattice: Vec<([f64; 2], DVec3)> = us
         .iter()
         .flat_map(|u| vs.iter().map(move |v| [*u, *v]))

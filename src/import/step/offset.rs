@@ -5,8 +5,9 @@ use super::face_location::LocateFace;
 use super::face_part::{Range, face_part};
 use super::revolution::{ON_AXIS, sheet};
 use crate::math::boxes::around;
-use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, Severity, StepOutcome, Surface, knots_of_pieces};
+use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, Severity, StepOutcome, Surface, breaks, knots_of_pieces};
 use glam::{DVec2, DVec3};
+use std::iter::once;
 
 /// Maximum number of pieces per knot span and direction.
 const MAX_PIECES: usize = 64;
@@ -128,20 +129,13 @@ fn offset_point(base: &Surface, u: f64, v: f64, distance: f64) -> Result<DVec3, 
     Ok(base.point(u, v) + normal * distance)
 }
 
-/// The distinct knots of the domain.
-pub(super) fn breaks_of(knots: &[f64], (a, b): (f64, f64)) -> Vec<f64> {
-    let mut inside: Vec<f64> = knots.iter().copied().filter(|k| *k >= a && *k <= b).collect();
-    inside.dedup();
-    inside
-}
-
 /// Fits cubic pieces to `at` over the domain and knots of `base`. Returns the curve and what to report.
 fn profile(
     base: &NurbsCurve3,
     tolerance: f64,
     at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
 ) -> Result<(NurbsCurve3, (Severity, StepOutcome)), FitTrouble> {
-    let (curve, error) = closest(&breaks_of(&base.knots, base.domain()), tolerance, at)?;
+    let (curve, error) = closest(&breaks(base.degree, &base.knots), tolerance, at)?;
     let note = approximated(error, tolerance, usable(&curve.points), "the profile of the offset surface")?;
     Ok((curve, note))
 }
@@ -216,8 +210,7 @@ fn offset_net(
     if whole.as_ref().is_ok_and(|whole| whole.worst <= tolerance) {
         return whole;
     }
-    let lines = [breaks_of(&net.knots_u, domain_u), breaks_of(&net.knots_v, domain_v)];
-    let part = face_part(base, lines, &reach().on, |u, v| at(u, v).ok());
+    let part = face_part(base, &reach().on, |u, v| at(u, v).ok());
     let part = part.map(|part| approximate(net, part, tolerance, &at));
     match (whole, part) {
         (whole, None | Some(Err(_))) => whole,
@@ -256,9 +249,8 @@ fn approximate(
 
 /// The distinct knots within a range, and its ends.
 fn breaks_within(knots: &[f64], range: Range) -> Vec<f64> {
-    let mut breaks = breaks_of(knots, range);
-    breaks.insert(0, range.0);
-    breaks.push(range.1);
+    let inside = knots.iter().copied().filter(|&k| k > range.0 && k < range.1);
+    let mut breaks: Vec<f64> = once(range.0).chain(inside).chain(once(range.1)).collect();
     breaks.dedup();
     breaks
 }

@@ -142,7 +142,7 @@ impl<'a> EdgeMaker<'a> {
             surface,
             domain,
             poles: surface.poles(),
-            knots: distinct_knots(surface),
+            knots: surface.breaks(),
             tolerance: FIT * size,
             told: std::mem::take(&mut region.notes),
             vertices: Vec::new(),
@@ -433,13 +433,4 @@ impl Fit {
         self.follow_between(course, [from, middle], [p, m], depth + 1);
         self.follow_between(course, [middle, to], [m, q], depth + 1);
     }
-}
-
-/// Distinct knots of a surface in u and v.
-fn distinct_knots(surface: &Surface) -> [Vec<f64>; 2] {
-    [0, 1].map(|axis| {
-        let mut knots = surface.knots(axis).map_or_else(Vec::new, |(_, knots)| knots.to_vec());
-        knots.dedup();
-        knots
-    })
 }

@@ -1,6 +1,6 @@
 //! A surface and a point -> parameters from which to look for the nearest point of the surface.
 
-use crate::model::{Surface, breaks};
+use crate::model::Surface;
 use glam::{DVec2, DVec3};
 
 /// Total number of seeds on surfaces of few spans. A search visits every one.
@@ -40,8 +40,7 @@ impl Seeds {
         // One direction may use what the other does not need: a spring has many turns and one round section.
         let n = [wanted(0), wanted(1)];
         let even = [0, 1].map(|axis| n[axis].min((FEW / n[1 - axis].min(64)).max(64)));
-        let spans =
-            [0, 1].map(|axis| surface.knots(axis).map_or_else(Vec::new, |(degree, knots)| breaks(degree, knots)));
+        let breaks = surface.breaks();
         // Midpoints: on a pole line a derivative vanishes and Newton's method cannot move.
         let axis_values = |axis: usize| -> Vec<f64> {
             let (a, b) = domain[axis];
@@ -50,9 +49,9 @@ impl Seeds {
                 return vec![0.0];
             }
             // Each turn of a spring, and each tooth of a profile, has a span.
-            let most = MOST / even[1 - axis].max(spans[1 - axis].len());
-            if (count..most).contains(&spans[axis].len().saturating_sub(1)) {
-                return spans[axis].windows(2).map(|w| 0.5 * (w[0].0 + w[1].0)).collect();
+            let most = MOST / even[1 - axis].max(breaks[1 - axis].len());
+            if (count..most).contains(&breaks[axis].len().saturating_sub(1)) {
+                return breaks[axis].windows(2).map(|w| 0.5 * (w[0] + w[1])).collect();
             }
             let (a, b) = if a.is_finite() && b.is_finite() { (a, b) } else { (-1.0, 1.0) };
             (0..count).map(|k| a + (b - a) * (k as f64 + 0.5) / count as f64).collect()
