@@ -10,7 +10,6 @@ use super::single::BeyondSingle;
 use super::{write_obj, write_ply, write_stl};
 use crate::mesh::FrameView;
 use glam::DVec3;
-use std::fmt;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -91,24 +90,22 @@ impl Rounding {
 }
 
 /// A file name whose extension is missing or not that of a format that can be written.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{}; known are .{}", self.problem(), known().join(", ."))]
 pub struct UnknownFormat {
     /// The extension in lower case, without its dot. Empty if missing.
     pub extension: String,
 }
 
-impl fmt::Display for UnknownFormat {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+impl UnknownFormat {
+    fn problem(&self) -> String {
         match self.extension.as_str() {
-            "" => f.write_str("the file name has no extension")?,
-            extension => write!(f, "cannot write .{extension} files")?,
+            "" => "the file name has no extension".to_owned(),
+            extension => format!("cannot write .{extension} files"),
         }
-        f.write_str("; known are")?;
-        for (index, (name, _)) in Format::ALL.iter().enumerate() {
-            write!(f, "{} .{name}", if index == 0 { "" } else { "," })?;
-        }
-        Ok(())
     }
 }
 
-impl std::error::Error for UnknownFormat {}
+fn known() -> Vec<&'static str> {
+    Format::ALL.iter().map(|(name, _)| *name).collect()
+}

@@ -2,7 +2,6 @@
 
 use super::camera::{Camera, Projection};
 use glam::DVec3;
-use std::fmt;
 use std::str::FromStr;
 
 /// The direction a scene is viewed from. z is up; the front view looks along +y.
@@ -102,23 +101,16 @@ impl ViewPoint {
 const MARGIN: f64 = 0.06;
 
 /// A text that is not a view point.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error(
+    "unknown view point {text:?}; known are {}, or yaw,pitch,distance: degrees, distance above 0 as a multiple of the one \
+     that shows all",
+    ViewPoint::NAMED.map(|(name, _)| name).join(", ")
+)]
 pub struct BadViewPoint {
     /// The text.
     pub text: String,
 }
-
-impl fmt::Display for BadViewPoint {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "unknown view point {:?}; known are", self.text)?;
-        for (name, _) in ViewPoint::NAMED {
-            write!(f, " {name},")?;
-        }
-        f.write_str(" or yaw,pitch,distance: degrees, distance above 0 as a multiple of the one that shows all")
-    }
-}
-
-impl std::error::Error for BadViewPoint {}
 
 impl FromStr for ViewPoint {
     type Err = BadViewPoint;

@@ -3,7 +3,6 @@
 use crate::model::Colour;
 use crate::view::Camera;
 use glam::DVec3;
-use std::fmt;
 use std::str::FromStr;
 
 /// What triangles are coloured by.
@@ -37,23 +36,12 @@ impl ColourBy {
 }
 
 /// A text that is not a [`ColourBy`].
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("cannot colour by {text:?}; known are {}", ColourBy::ALL.map(|(name, _)| name).join(", "))]
 pub struct BadColourBy {
     /// The text.
     pub text: String,
 }
-
-impl fmt::Display for BadColourBy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot colour by {:?}; known are", self.text)?;
-        for (index, (name, _)) in ColourBy::ALL.iter().enumerate() {
-            write!(f, "{} {name}", if index == 0 { "" } else { "," })?;
-        }
-        Ok(())
-    }
-}
-
-impl std::error::Error for BadColourBy {}
 
 impl FromStr for ColourBy {
     type Err = BadColourBy;
