@@ -2,35 +2,20 @@
 #![cfg(feature = "wgpu")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod adapter;
 mod folders;
 mod out_fixture;
 
+use adapter::renderer;
 use folders::folder;
 use glam::{DAffine3, DVec3};
 use out_fixture::box_frame;
-use std::sync::OnceLock;
 use trimtess::mesh::MemorySink;
-use trimtess::out::wgpu::{ColourBy, Image, NoAdapter, RenderError, RenderOptions, Renderer};
+use trimtess::out::wgpu::{ColourBy, Image, NoAdapter, RenderError, RenderOptions};
 use trimtess::view::{Camera, ViewPoint};
 
 const SIZE: (u32, u32) = (240, 180);
 const PLAIN: RenderOptions = RenderOptions::DEFAULT.with_size(SIZE);
-
-fn renderer() -> Option<&'static Renderer> {
-    static RENDERER: OnceLock<Option<Renderer>> = OnceLock::new();
-    let made = RENDERER.get_or_init(|| match Renderer::new() {
-        Ok(renderer) => {
-            println!("drawing with {}", renderer.adapter());
-            Some(renderer)
-        }
-        Err(error) => {
-            assert!(!error.to_string().contains("Validation"), "an adapter, but the shaders are wrong: {error}");
-            println!("skipped: {error}");
-            None
-        }
-    });
-    made.as_ref()
-}
 
 fn cube() -> MemorySink {
     box_frame(DVec3::splat(20.0), &[DAffine3::IDENTITY])

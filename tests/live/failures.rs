@@ -1,6 +1,6 @@
 //! Buffers that the device refuses: the next picture is whole.
 
-use super::{SIZE, all, options, scene, send, texture, unlike, whole};
+use super::{SIZE, all, device, options, scene, send, texture, unlike, whole};
 use glam::DAffine3;
 use trimtess::mesh::Scene;
 use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions};
@@ -9,16 +9,13 @@ use trimtess::out::wgpu::{ColourBy, Image, LiveScene, RenderOptions};
 const MOST: u64 = 1 << 20;
 
 /// A device that takes buffers of [`MOST`] bytes, with these features, which the adapter must have.
-fn small_device(required_features: wgpu::Features) -> Option<(wgpu::Device, wgpu::Queue)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default())).ok()?;
+fn small_device(features: wgpu::Features) -> Option<(wgpu::Device, wgpu::Queue)> {
     let (max_buffer_size, max_storage_buffer_binding_size) = (MOST, MOST);
     let max_uniform_buffer_binding_size = 1 << 14;
     let limits = wgpu::Limits::default();
-    let required_limits =
+    let limits =
         wgpu::Limits { max_buffer_size, max_storage_buffer_binding_size, max_uniform_buffer_binding_size, ..limits };
-    let wanted = wgpu::DeviceDescriptor { required_limits, required_features, ..wgpu::DeviceDescriptor::default() };
-    pollster::block_on(adapter.request_device(&wanted)).ok()
+    device(limits, features)
 }
 
 /// As the scene of two sheets, with many instances more of one of them.

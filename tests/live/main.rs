@@ -2,6 +2,8 @@
 #![cfg(feature = "wgpu")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../adapter/mod.rs"]
+mod adapter;
 mod attributes;
 mod failures;
 #[path = "../out_fixture/mod.rs"]
@@ -12,10 +14,10 @@ mod section;
 mod random;
 mod update;
 
+use adapter::renderer;
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use out_fixture::{box_frame, play};
 use random::SplitMix;
-use std::sync::OnceLock;
 use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneInstance, ScenePart, SinkError, TileMesh,
 };
@@ -25,19 +27,6 @@ use trimtess::view::{Camera, Projection, ViewPoint};
 
 const SIZE: (u32, u32) = (240, 180);
 const SIDE: u32 = 8;
-
-fn renderer() -> Option<&'static Renderer> {
-    static RENDERER: OnceLock<Option<Renderer>> = OnceLock::new();
-    let made = RENDERER.get_or_init(|| match Renderer::new() {
-        Ok(renderer) => Some(renderer),
-        Err(error) => {
-            assert!(!error.to_string().contains("Validation"), "an adapter, but the shaders are wrong: {error}");
-            println!("skipped: {error}");
-            None
-        }
-    });
-    made.as_ref()
-}
 
 /// A tile of a flat sheet of `SIDE` by `SIDE` squares, with `cells` by `cells` cells; empty if `cells` is 0.
 fn square(part: u32, tile: u32, cells: u32) -> Batch {
@@ -394,19 +383,22 @@ fn only_the_highlighted_face_stands_out() {
     assert!(picture(renderer, &mut live, &view) == plain);
 }
 
-/// A device of the test's own without any features, with the limits of WebGL 2: no arrays in buffers.
-fn plain_device() -> Option<(wgpu::Device, wgpu::Queue)> {
-    webgl_device(wgpu::Features::empty())
-}
-
-/// As [`plain_device`], with features that the adapter must have.
-fn webgl_device(required_features: wgpu::Features) -> Option<(wgpu::Device, wgpu::Queue)> {
+/// A device of the test's own. `None` if there is no adapter with these limits and features.
+fn device(required_limits: wgpu::Limits, required_features: wgpu::Features) -> Option<(wgpu::Device, wgpu::Queue)> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let wanted = wgpu::RequestAdapterOptions::default();
-    let adapter = pollster::block_on(instance.request_adapter(&wanted)).ok()?;
-    let required_limits = wgpu::Limits::downlevel_webgl2_defaults();
+    let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default())).ok()?;
     let wanted = wgpu::DeviceDescriptor { required_limits, required_features, ..wgpu::DeviceDescriptor::default() };
     pollster::block_on(adapter.request_device(&wanted)).ok()
+}
+
+/// A device with the limits of WebGL 2: no arrays in buffers.
+fn webgl_device(features: wgpu::Features) -> Option<(wgpu::Device, wgpu::Queue)> {
+    device(wgpu::Limits::downlevel_webgl2_defaults(), features)
+}
+
+/// As [`webgl_device`], without any features.
+fn plain_device() -> Option<(wgpu::Device, wgpu::Queue)> {
+    webgl_device(wgpu::Features::empty())
 }
 
 /// A texture of `SIZE` with so many samples. It can be read back if that is one.
