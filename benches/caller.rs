@@ -11,9 +11,7 @@ use std::slice::Iter;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::import::step::{self, StepOptions};
-use trimtess::mesh::{
-    Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SceneInstance, SinkError, TileMemory, VertexLayout, WrittenTile,
-};
+use trimtess::mesh::{Batch, MeshSink, Scene, SceneInstance, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionMemory, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare};
@@ -58,16 +56,6 @@ impl MeshSink for Copies {
         self.indices.extend(batch.mesh.triangles.iter().flatten());
         Ok(())
     }
-
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn end(&mut self) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn abort(&mut self) {}
 }
 
 /// A block per worker that its tiles overwrite in turn, as a ring of staging memory does.
@@ -122,20 +110,6 @@ impl MeshSink for Hears {
         self.bytes += tiles.map(WrittenTile::vertex_bytes).sum::<usize>();
         Ok(())
     }
-
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn drawn(&mut self, _: &DrawnTiles) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn end(&mut self) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn abort(&mut self) {}
 }
 
 /// Times and allocations of the frames of a flight on the caller's thread, without the first one.

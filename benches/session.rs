@@ -10,7 +10,7 @@ use std::sync::Arc;
 use trimtess::control::Alone;
 use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{PlanLimits, PlannerOptions, plan_for_view_on};
-use trimtess::mesh::{Batch, EdgeLine, MeshSink, Scene, SinkError};
+use trimtess::mesh::{Batch, MeshSink, Scene, SinkError};
 use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -87,13 +87,6 @@ impl MeshSink for Nowhere {
         black_box(&batch.mesh);
         Ok(())
     }
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn end(&mut self) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn abort(&mut self) {}
 }
 
 fn frames(c: &mut Criterion) {

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use trimtess::control::{Control, Job, Jobs, Priority};
 use trimtess::frame::{Attributes, PlannerOptions};
 use trimtess::import::step::{StepOptions, read_file_on};
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::mesh::{Batch, DrawnTiles, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{Instance, PartId, TileId, shapes};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare_on};
@@ -122,16 +122,8 @@ impl MeshSink for Drawables {
         Ok(())
     }
 
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-        Ok(())
-    }
-
     fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
         self.drawn.clone_from(drawn);
-        Ok(())
-    }
-
-    fn end(&mut self) -> Result<(), SinkError> {
         Ok(())
     }
 

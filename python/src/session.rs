@@ -65,10 +65,6 @@ impl MeshSink for Changes {
         Ok(())
     }
 
-    fn end(&mut self) -> Result<(), SinkError> {
-        Ok(())
-    }
-
     fn abort(&mut self) {
         *self = Self::default();
     }

@@ -81,11 +81,13 @@ pub trait MeshSink: Send {
         Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
     }
 
-    /// Receives the polyline of one B-rep edge.
+    /// Receives the polyline of one B-rep edge. The provided implementation ignores it.
     ///
     /// # Errors
     /// When the sink cannot take the line; `abort` follows.
-    fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError>;
+    fn edge_line(&mut self, _line: EdgeLine) -> Result<(), SinkError> {
+        Ok(())
+    }
 
     /// Receives the set of tiles to draw, once per frame of views. There are no cracks between drawn tiles; a tile that
     /// is not drawn may be several frames old. Frames made without views draw everything and skip this call.
@@ -96,14 +98,17 @@ pub trait MeshSink: Send {
         Ok(())
     }
 
-    /// Completes the frame. Files become visible here, all at once.
+    /// Completes the frame. Files become visible here, all at once. The provided implementation does nothing.
     ///
     /// # Errors
     /// When the result cannot be finished; `abort` follows.
-    fn end(&mut self) -> Result<(), SinkError>;
+    fn end(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
 
-    /// Discards the frame: leave nothing half-written. If another frame follows, it is a whole one.
-    fn abort(&mut self);
+    /// Discards the frame: leave nothing half-written. If another frame follows, it is a whole one. The provided
+    /// implementation does nothing, for sinks that keep nothing.
+    fn abort(&mut self) {}
 }
 
 /// A sink that keeps the last frame in memory.

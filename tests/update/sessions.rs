@@ -224,16 +224,6 @@ impl MeshSink for OneModel {
     fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
         Ok(())
     }
-
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn end(&mut self) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn abort(&mut self) {}
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use trimtess::frame::internals::{PlacedInstances, Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions};
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
+use trimtess::mesh::{Batch, DrawnTiles, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
 use trimtess::parallel::{FrameError, InstanceError, Session, SessionOptions};
 use trimtess::prepare::Prepared;
@@ -245,17 +245,10 @@ impl MeshSink for Calls {
             false => Ok(()),
         }
     }
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-        Ok(())
-    }
     fn drawn(&mut self, _: &DrawnTiles) -> Result<(), SinkError> {
         self.drawn += 1;
         Ok(())
     }
-    fn end(&mut self) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn abort(&mut self) {}
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::slice::Iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use trimtess::frame::PlannerOptions;
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::mesh::{Batch, DrawnTiles, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
@@ -97,10 +97,6 @@ impl MeshSink for Pictures {
         Ok(())
     }
 
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-        Ok(())
-    }
-
     fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
         self.triangles = 0;
         for view in 0..drawn.views() {
@@ -111,10 +107,6 @@ impl MeshSink for Pictures {
                 }
             }
         }
-        Ok(())
-    }
-
-    fn end(&mut self) -> Result<(), SinkError> {
         Ok(())
     }
 

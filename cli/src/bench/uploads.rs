@@ -2,7 +2,7 @@
 
 use std::slice::Iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use trimtess::mesh::{Batch, EdgeLine, MeshLists, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::mesh::{Batch, MeshLists, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
@@ -182,10 +182,6 @@ impl MeshSink for Uploads {
             *tiles = [].iter();
         }
         tiles.for_each(|tile| self.hold(tile.part, tile.tile, size(tile)));
-        Ok(())
-    }
-
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
         Ok(())
     }
 
