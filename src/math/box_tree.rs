@@ -1,47 +1,38 @@
-//! Boxes in the plane -> a tree that finds those that meet a query box. Sort-tile-recursive packing (Leutenegger, Lopez
-//! & Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997).
+//! Boxes in the plane or in space -> a tree that finds those that meet a query box. Sort-tile-recursive packing
+//! (Leutenegger, Lopez & Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997).
 
-use glam::DVec2;
+use super::boxes::{Corner, around};
 
 /// Children per node.
 const FAN: usize = 8;
 
 /// A static tree of boxes, numbered in the order given.
-pub(crate) struct BoxTree {
+pub(crate) struct BoxTree<P> {
     /// The number of each box of the lowest level.
     numbers: Vec<u32>,
     /// From the boxes themselves up to the root. Each node bounds the next [`FAN`] nodes of the level below.
-    levels: Vec<Vec<[DVec2; 2]>>,
+    levels: Vec<Vec<[P; 2]>>,
 }
 
-impl BoxTree {
-    /// Builds the tree from lower and upper corners. Cost: O(n log n), 45 bytes per box.
-    pub(crate) fn new(boxes: &[[DVec2; 2]]) -> Self {
-        let middle = |k: &u32| boxes[*k as usize][0] + boxes[*k as usize][1];
+impl<P: Corner> BoxTree<P> {
+    /// Builds the tree from lower and upper corners. Cost: O(n log n), 45 bytes per box in the plane.
+    pub(crate) fn new(boxes: &[[P; 2]]) -> Self {
         let mut numbers: Vec<u32> = (0..u32::try_from(boxes.len()).unwrap_or(u32::MAX)).collect();
-        numbers.sort_unstable_by(|a, b| middle(a).x.total_cmp(&middle(b).x));
-        let nodes = numbers.len().div_ceil(FAN);
-        let slices = (nodes as f64).sqrt().ceil().max(1.0) as usize;
-        for slice in numbers.chunks_mut(FAN * nodes.div_ceil(slices).max(1)) {
-            slice.sort_unstable_by(|a, b| middle(a).y.total_cmp(&middle(b).y));
-        }
-        let mut levels: Vec<Vec<[DVec2; 2]>> = vec![numbers.iter().map(|&k| boxes[k as usize]).collect()];
+        tile(boxes, &mut numbers, 0);
+        let mut levels: Vec<Vec<[P; 2]>> = vec![numbers.iter().map(|&k| boxes[k as usize]).collect()];
         while let Some(below) = levels.last().filter(|level| level.len() > 1) {
-            let whole = |of: &[[DVec2; 2]]| of[1..].iter().fold(of[0], |[l, h], b| [l.min(b[0]), h.max(b[1])]);
-            levels.push(below.chunks(FAN).map(whole).collect());
+            levels.push(below.chunks(FAN).map(|of| around(of.as_flattened().iter().copied())).collect());
         }
         Self { numbers, levels }
     }
 
-    /// Calls `found` with the number of each box that overlaps or touches the box from `low` to `high`. The order
-    /// depends on the tree only.
-    pub(crate) fn meeting(&self, [low, high]: [DVec2; 2], mut found: impl FnMut(usize)) {
+    /// Calls `found` with the number of each box that overlaps or touches `query`. The order depends on the tree only.
+    pub(crate) fn meeting(&self, query: [P; 2], mut found: impl FnMut(usize)) {
         let mut open: Vec<(usize, usize)> = Vec::new();
         let top = self.levels.len() - 1;
         open.extend((0..self.levels[top].len()).map(|node| (top, node)));
         while let Some((level, node)) = open.pop() {
-            let [l, h] = self.levels[level][node];
-            if l.cmpgt(high).any() || h.cmplt(low).any() {
+            if !P::meet(&self.levels[level][node], &query) {
                 continue;
             }
             if level == 0 {
@@ -54,34 +45,52 @@ impl BoxTree {
     }
 }
 
+/// Orders boxes by their middles: slices across `axis`, each ordered by the axes after it.
+fn tile<P: Corner>(boxes: &[[P; 2]], numbers: &mut [u32], axis: usize) {
+    let middle = |k: &u32| (boxes[*k as usize][0] + boxes[*k as usize][1])[axis];
+    numbers.sort_unstable_by(|a, b| middle(a).total_cmp(&middle(b)));
+    let nodes = numbers.len().div_ceil(FAN);
+    let slices = match P::AXES - axis {
+        1 => return,
+        2 => (nodes as f64).sqrt(),
+        _ => libm::cbrt(nodes as f64),
+    };
+    let slice = FAN * nodes.div_ceil(slices.ceil().max(1.0) as usize).max(1);
+    numbers.chunks_mut(slice).for_each(|slice| tile(boxes, slice, axis + 1));
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::sequence::random::SplitMix;
+    use glam::{DVec2, DVec3};
+
+    /// `point`: coordinates from 0 to a size.
+    fn finds<P: Corner>(random: &mut SplitMix, point: impl Fn(&mut SplitMix, f64) -> P) {
+        for count in [0, 1, 2, 7, 8, 9, 63, 64, 65, 1000] {
+            let mut some = |size: f64| {
+                let low = point(random, 1.0);
+                [low, low + point(random, size)]
+            };
+            let mut boxes: Vec<[P; 2]> = (0..count).map(|_| some(0.1)).collect();
+            // Some twice: the parts of a node then have equal middles.
+            boxes.extend_from_within(..count / 2);
+            let tree = BoxTree::new(&boxes);
+            // Boxes, and some without an upper end.
+            for query in (0..50).map(|k| some(if k % 2 == 0 { 0.4 } else { f64::INFINITY })) {
+                let mut got = Vec::new();
+                tree.meeting(query, |k| got.push(k));
+                got.sort_unstable();
+                let want: Vec<usize> = (0..boxes.len()).filter(|&k| P::meet(&boxes[k], &query)).collect();
+                assert_eq!(got, want, "{count}");
+            }
+        }
+    }
 
     #[test]
     fn finds_the_boxes_that_a_linear_scan_finds() {
         let mut random = SplitMix(1);
-        let mut unit = || random.unit();
-        for count in [0, 1, 2, 7, 8, 9, 63, 64, 65, 1000] {
-            let boxes: Vec<[DVec2; 2]> = (0..count)
-                .map(|_| {
-                    let low = DVec2::new(unit(), unit());
-                    [low, low + DVec2::new(unit(), unit()) * 0.1]
-                })
-                .collect();
-            let tree = BoxTree::new(&boxes);
-            for _ in 0..50 {
-                let low = DVec2::new(unit(), unit());
-                // A box, or a ray.
-                let high = if unit() < 0.5 { low + DVec2::splat(0.2) } else { DVec2::new(f64::INFINITY, low.y) };
-                let mut got = Vec::new();
-                tree.meeting([low, high], |k| got.push(k));
-                got.sort_unstable();
-                let meets = |b: &[DVec2; 2]| b[0].cmple(high).all() && b[1].cmpge(low).all();
-                let want: Vec<usize> = (0..count).filter(|&k| meets(&boxes[k])).collect();
-                assert_eq!(got, want, "{count}");
-            }
-        }
+        finds(&mut random, |random, size| DVec2::new(random.unit(), random.unit()) * size);
+        finds(&mut random, |random, size| DVec3::from([(); 3].map(|()| random.unit())) * size);
     }
 }

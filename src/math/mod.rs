@@ -2,9 +2,9 @@
 
 pub(crate) mod bisection;
 pub(crate) mod bits;
-pub(crate) mod box_tree;
 pub(crate) mod boxes;
 
+pub(crate) mod box_tree;
 pub(crate) mod buckets;
 pub(crate) mod hilbert;
 pub(crate) mod lanes;

@@ -4,7 +4,8 @@
 //! as many separate edges.
 
 use super::candidate::Candidate;
-use crate::math::boxes::{Aabb, around, overlapping};
+use crate::math::box_tree::BoxTree;
+use crate::math::boxes::{Aabb, around};
 use crate::model::{Edge, Part};
 use glam::DVec3;
 use std::cmp::Ordering;
@@ -63,7 +64,7 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
         .collect();
     let mut partners = vec![0; firsts.len()];
     let mut left_out = BTreeMap::new();
-    overlapping(&boxes, &mut |a, b| {
+    let mut compare = |a: usize, b: usize| {
         let pair = [firsts[a], firsts[b]];
         let one = &candidates[pair[0]];
         if one.shell != candidates[pair[1]].shell || trims(pair[0], pair[1]) {
@@ -98,7 +99,15 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
         partners[a] += 1;
         partners[b] += 1;
         out.push(pair);
-    });
+    };
+    let tree = BoxTree::new(&boxes);
+    for (a, own) in boxes.iter().enumerate() {
+        tree.meeting(*own, |b| {
+            if a < b {
+                compare(a, b);
+            }
+        });
+    }
     out.sort_unstable();
     (out, left_out)
 }

@@ -449,7 +449,7 @@ type Through = (usize, usize, i32);
 
 /// The spans of all wires, in a tree for ray queries.
 struct Rays {
-    tree: BoxTree,
+    tree: BoxTree<DVec2>,
     /// Chain and span of each box. The spans of a wire's closure follow its own.
     names: Vec<(u32, u32)>,
 }

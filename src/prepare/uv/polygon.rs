@@ -18,7 +18,7 @@ pub(crate) struct Polygon {
     /// Lower and upper corner of its box.
     pub(crate) bounds: [DVec2; 2],
     /// Boxes of the sides, built by the first query that needs them.
-    tree: OnceCell<BoxTree>,
+    tree: OnceCell<BoxTree<DVec2>>,
     /// Queries within the box that were scanned.
     scans: Cell<u32>,
 }
