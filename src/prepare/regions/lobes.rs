@@ -214,20 +214,15 @@ fn append_stretch(l: &UvLoop, between: [LoopPlace; 2], wraps: bool, ends: [DVec2
         if a == b {
             continue;
         }
-        let mut samples: Vec<UvSample> =
-            p.samples.iter().copied().filter(|s| s.t > a.min(b) && s.t < a.max(b)).collect();
-        let [mut x, mut y] = [a, b].map(|t| UvSample::on(&p.samples, t));
+        let mut samples = UvSample::within(&p.samples, [a.min(b), a.max(b)]);
+        let last = samples.len() - 1;
+        let [start, end] = if p.reversed { [last, 0] } else { [0, last] };
         if is_first {
-            x.uv = ends[0];
+            samples[start].uv = ends[0];
         }
         if is_last {
-            y.uv = ends[1];
+            samples[end].uv = ends[1];
         }
-        if p.reversed {
-            std::mem::swap(&mut x, &mut y);
-        }
-        samples.insert(0, x);
-        samples.push(y);
         out.push(Piece { along: p.along, reversed: p.reversed, samples });
     }
 }

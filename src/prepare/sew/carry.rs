@@ -14,15 +14,6 @@ const ROUNDING: f64 = 1e-9;
 /// Maximum halvings between two samples.
 const MAX_DEPTH: u32 = 7;
 
-/// The part of a pcurve between two parameters.
-pub(crate) fn samples_within(samples: &[UvSample], [from, to]: [f64; 2]) -> Vec<UvSample> {
-    let margin = 1e-12 * (to - from);
-    let mut out = vec![UvSample::on(samples, from)];
-    out.extend(samples.iter().filter(|s| s.t > from + margin && s.t < to - margin));
-    out.push(UvSample::on(samples, to));
-    out
-}
-
 /// Reparametrizes a pcurve from the curve `own` to `kept`, which coincides with it within `width`; `against`: in the
 /// opposite direction. The ends keep their (u,v) to the bit.
 pub(crate) fn carry(

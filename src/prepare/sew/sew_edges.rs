@@ -5,7 +5,7 @@
 //! Matching pieces become one edge: the first one's curve, with a pcurve on each face. Their vertices merge, too.
 
 use super::candidate::{Candidate, is_sound};
-use super::carry::{carry, samples_within};
+use super::carry::carry;
 use super::overlap::{CurveQuery, Overlap};
 use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::slivers::SliverCheck;
@@ -18,6 +18,7 @@ use crate::model::{
 };
 use crate::prepare::report::finding::Finding;
 use crate::prepare::trims::free_faces::FreeFaces;
+use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::heal::Healing;
 use glam::{DVec3, DVec4};
@@ -469,7 +470,7 @@ fn replace(call: Call<'_>, part: &mut Part, free: &mut FreeFaces, replaced: &[Op
 
 /// The part of a loop's piece along one piece of its edge, moved to the edge that replaces it.
 fn moved(edges: &[Edge], piece: &Piece, old: u32, r: &Replacement) -> Piece {
-    let mut samples = samples_within(&piece.samples, r.range);
+    let mut samples = UvSample::within(&piece.samples, r.range);
     if !r.own {
         let own = CurveQuery::over(&edges[old as usize].curve, (r.range[0], r.range[1]));
         let kept = CurveQuery::new(&edges[r.edge as usize]);

@@ -56,6 +56,15 @@ impl UvSample {
         Self::at(&samples[k - 1], &samples[k], t)
     }
 
+    /// The samples between two parameters, and those at these.
+    pub(crate) fn within(samples: &[Self], [from, to]: [f64; 2]) -> Vec<Self> {
+        let margin = 1e-12 * (to - from);
+        let mut out = vec![Self::on(samples, from)];
+        out.extend(samples.iter().filter(|s| s.t > from + margin && s.t < to - margin));
+        out.push(Self::on(samples, to));
+        out
+    }
+
     /// Point and slope at `t` of the cubic between two samples.
     pub(crate) fn at(a: &Self, b: &Self, t: f64) -> Self {
         let h = b.t - a.t;
