@@ -111,6 +111,16 @@ impl Body {
         self.flat(frame(a, (b - a).cross(c - b), b - a), loops)
     }
 
+    /// A window between parameter lines of a cylinder about z, as a hole.
+    pub(crate) fn window(&mut self, radius: f64, (u0, u1): (f64, f64), (v0, v1): (f64, f64)) -> Vec<Coedge> {
+        let [south, north] = [v0, v1].map(|z| self.arc(&level(z), radius, u0, u1));
+        let [west, east] = [u0, u1].map(|u: f64| {
+            let foot = DVec3::new(radius * u.cos(), radius * u.sin(), 0.0);
+            self.line(foot + DVec3::Z * v0, foot + DVec3::Z * v1)
+        });
+        vec![west, north.along(), Coedge { reversed: !east.reversed, ..east }, south.against()]
+    }
+
     /// The six sides of a box; `top` and `bottom` are holes in its upper and lower side.
     pub(crate) fn cuboid(&mut self, low: DVec3, high: DVec3, top: Vec<Vec<Coedge>>, bottom: Vec<Vec<Coedge>>) {
         let p = |i: usize, j: usize, k: usize| {

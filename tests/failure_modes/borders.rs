@@ -142,14 +142,7 @@ fn touching_windows_in_a_cylinder() {
     let [low, high] = [0.0, height].map(|z| body.circle(&level(z), radius));
     let mut loops = vec![vec![low.along()], vec![high.against()]];
     for (u, v) in [(0.0, 3.0), (0.8, 6.0), (-0.8, 6.0), (0.0, 9.0)] {
-        let (u0, u1, v0, v1) = (u - 0.4, u + 0.4, v - 1.5, v + 1.5);
-        let [south, north] = [v0, v1].map(|z| body.arc(&level(z), radius, u0, u1));
-        let [west, east] = [u0, u1].map(|u: f64| {
-            let foot = DVec3::new(radius * u.cos(), radius * u.sin(), 0.0);
-            body.line(foot + DVec3::Z * v0, foot + DVec3::Z * v1)
-        });
-        let back = |c: &Coedge| Coedge { reversed: !c.reversed, ..*c };
-        loops.push(vec![west, north.along(), back(&east), south.against()]);
+        loops.push(body.window(radius, (u - 0.4, u + 0.4), (v - 1.5, v + 1.5)));
     }
     body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);
     let area = 2.0 * PI * radius * height - 4.0 * (0.8 * radius * 3.0);

@@ -363,7 +363,7 @@ fn windows_in_a_cylinder_and_a_sphere_across_a_stated_seam() {
         let [low, high] = [0.0, height].map(|z| body.circle(&level(z), radius));
         let seam = body.line(DVec3::X * radius, DVec3::new(radius, 0.0, height));
         let back = Coedge { reversed: !seam.reversed, ..seam };
-        let window = window(&mut body, radius, (u - 0.4, u + 0.4), (3.0, 7.0));
+        let window = body.window(radius, (u - 0.4, u + 0.4), (3.0, 7.0));
         let loops = vec![vec![low.along(), seam, high.against(), back], window];
         body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);
         let told: &[&'static str] = if u < 0.4 { &["edges-run-both-ways"] } else { &[] };
@@ -376,16 +376,6 @@ fn windows_in_a_cylinder_and_a_sphere_across_a_stated_seam() {
     let window = body.circle(&frame(DVec3::X * 4.0, DVec3::X, DVec3::Y), 3.0);
     body.face(sphere(radius), vec![vec![half.along(), half.against()], vec![window.against()]], false);
     Ladder::sheet(body.finish(), 4.0 * PI * radius * radius - TAU * radius).told(&["edges-run-both-ways"]).climb();
-}
-
-/// A window between parameter lines of a cylinder, as a hole.
-fn window(body: &mut Body, radius: f64, (u0, u1): (f64, f64), (v0, v1): (f64, f64)) -> Vec<Coedge> {
-    let [south, north] = [v0, v1].map(|z| body.arc(&level(z), radius, u0, u1));
-    let [west, east] = [u0, u1].map(|u: f64| {
-        let foot = DVec3::new(radius * u.cos(), radius * u.sin(), 0.0);
-        body.line(foot + DVec3::Z * v0, foot + DVec3::Z * v1)
-    });
-    vec![west, north.along(), Coedge { reversed: !east.reversed, ..east }, south.against()]
 }
 
 /// A meridian arc about (x = `major`, z = 0), turned about z. Volume and area by integration.

@@ -63,11 +63,14 @@ fn curves_around_a_closed_surface_keep_their_left() {
 }
 
 #[test]
-fn holes_over_seams_leave_nothing_else_open() {
+fn holes_leave_nothing_else_open_over_seams_and_away_from_them() {
     let sphere = Surface::Sphere { frame: Frame3::WORLD, radius: 1.0 };
     let torus = Surface::Torus { frame: Frame3::WORLD, major: 3.0, minor: 1.0 };
+    // The boundary of a hole is at most `rim` times as long in space as in (u,v).
     for (surface, centre, rim) in [
+        (sphere.clone(), (3.0, 0.3), 1.0),
         (sphere, (0.1, 0.3), 1.0),
+        (torus.clone(), (3.0, 2.0), 3.5),
         (torus.clone(), (0.1, 2.0), 3.5),
         (torus.clone(), (3.0, 6.2), 4.2),
         (torus, (0.1, 0.2), 4.2),
