@@ -98,7 +98,7 @@ fn change(
     (name, index): (&str, *mut u32),
     work: impl FnOnce(&mut Part) -> Result<usize, Failure>,
 ) -> Result<(), Failure> {
-    let out = if index.is_null() { None } else { Some(c.out(name, index)?) };
+    let out = c.out_if(name, index)?;
     let added = in_part(builder, part, work)?;
     out.into_iter().for_each(|out| out.give(added as u32));
     Ok(())
@@ -153,7 +153,7 @@ pub unsafe extern "C" fn tt_builder_new(name: *const c_char, builder: *mut tt_bu
 pub unsafe extern "C" fn tt_builder_add_part(builder: tt_builder, name: *const c_char, part: *mut u32) -> tt_status {
     entry!(c => {
         let name = c.text_or_empty("name", name)?.to_owned();
-        let out = if part.is_null() { None } else { Some(c.out("part", part)?) };
+        let out = c.out_if("part", part)?;
         let new = Part { name, ..Part::default() };
         let index = BUILDERS.get(builder.id)?.with(NAME, |draft| pushed(&mut draft.parts, new))?;
         out.into_iter().for_each(|out| out.give(index as u32));
@@ -408,7 +408,7 @@ pub unsafe extern "C" fn tt_builder_place(
 ) -> tt_status {
     entry!(c => {
         let from = c.read("placement", placement)?;
-        let out = if instance.is_null() { None } else { Some(c.out("instance", instance)?) };
+        let out = c.out_if("instance", instance)?;
         let name = c.text_or_empty("placement.name", from.name)?.into();
         let colour = (from.has_colour != 0).then_some(from.colour);
         let (part, transform) = (PartId(from.part), transform(&from.transform));

@@ -323,7 +323,7 @@ pub unsafe extern "C" fn tt_session_add_instance(
 ) -> tt_status {
     entry!(c => {
         let from = c.read("placement", placement)?;
-        let out = if key.is_null() { None } else { Some(c.out("key", key)?) };
+        let out = c.out_if("key", key)?;
         let placed = SceneInstance {
             colour: (from.has_colour != 0).then_some(from.colour),
             name: c.text_or_empty("placement.name", from.name)?.into(),

@@ -177,6 +177,11 @@ impl Caller {
         Ok(Out(to, PhantomData))
     }
 
+    /// Where to write, if anywhere.
+    pub(crate) fn out_if<T>(&self, name: &str, to: *mut T) -> Result<Option<Out<'_, T>>, Failure> {
+        if to.is_null() { Ok(None) } else { self.out(name, to).map(Some) }
+    }
+
     /// Where to write a struct that states its size.
     pub(crate) fn out_struct<T: Versioned>(&self, name: &str, to: *mut T) -> Result<OutStruct<'_, T>, Failure> {
         not_null(name, to)?;
