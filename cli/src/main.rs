@@ -95,6 +95,11 @@ fn within(text: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
     range.contains(&number).then_some(number).ok_or_else(refused)
 }
 
+/// The name of a value on the command line.
+fn name_of(value: &impl clap::ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
 /// Output format of the result.
 #[derive(Args)]
 struct AsJson {

@@ -23,16 +23,6 @@ pub(crate) enum Coherence {
     On,
 }
 
-impl Coherence {
-    pub(super) const fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Plan => "plan",
-            Self::On => "on",
-        }
-    }
-}
-
 /// How lattice lines follow changes of level, if plans are reused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Follow {
@@ -46,14 +36,6 @@ pub(crate) enum Follow {
 }
 
 impl Follow {
-    pub(super) const fn name(self) -> &'static str {
-        match self {
-            Self::Spread => "spread",
-            Self::Split => "split",
-            Self::SplitRendering => "split-rendering",
-        }
-    }
-
     pub(super) fn lines(self, most: f64, resync: Option<NonZeroU32>) -> LinePlacement {
         match self {
             Self::Spread => LinePlacement::Spread,

@@ -18,7 +18,7 @@ use crate::limits::unprepared;
 use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
 use crate::tessellate::{positive, size};
-use crate::{Common, Done, Failure, MOST_WORKERS};
+use crate::{Common, Done, Failure, MOST_WORKERS, name_of};
 use costs::Costs;
 use flight::{Coherence, Follow, Order, fly};
 use replay::{EPOCH, Policy, replay};
@@ -204,7 +204,7 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
         let ways = if coherence == Coherence::Off { &[Follow::Spread][..] } else { &args.lines };
         for &follow in ways {
             for &workers in if workers.is_empty() { &cores } else { &workers } {
-                let (path, coherent, how) = (args.path.name(), coherence.name(), follow.name());
+                let (path, coherent, how) = (args.path.name(), name_of(&coherence), name_of(&follow));
                 progress.stage(format!("flying {path}, coherence {coherent}, lines {how}, workers {workers}"));
                 let rounds = args.rounds as usize;
                 let lines = follow.lines(args.most_lines, args.resync);
@@ -257,14 +257,14 @@ fn replayed(costs: &Costs, numbers: &[usize], coherence: Coherence, costly: Vec<
     let epoch = (EPOCH / stride).max(1);
     let row = |&workers: &usize| {
         let efficiency = |policy| replay(policy, tiles, frames, workers, epoch).efficiency();
-        Row { workers, efficiency: Policy::ALL.map(|policy| (policy.name(), efficiency(policy))).into_iter().collect() }
+        Row { workers, efficiency: Policy::ALL.map(|(name, policy)| (name, efficiency(policy))).into_iter().collect() }
     };
     // Tiles that were not made have cost 0.
     let all: Vec<f64> = frames.iter().flatten().filter(|&&ms| ms > 0.0).map(|ms| 1e3 * ms).collect();
     let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
     let most = all.iter().copied().fold(0.0, f64::max);
     Replay {
-        coherence: coherence.name(),
+        coherence: name_of(&coherence),
         frames: frames.len(),
         tile_us: TileCosts { mean, spread: Spread::of(all), most },
         costly,

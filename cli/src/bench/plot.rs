@@ -77,12 +77,12 @@ fn balance<'a>(report: &Report, replay: &Replay, area: &Area<'a>) -> Drawn<'a> {
         .label_style(FONT)
         .light_line_style(TRANSPARENT)
         .draw()?;
-    for (k, policy) in Policy::ALL.into_iter().enumerate() {
+    for (k, (name, _)) in Policy::ALL.into_iter().enumerate() {
         let colour = Palette99::pick(k).to_rgba();
-        let points = rows.iter().map(|row| (row.workers as f64, row.efficiency[policy.name()]));
+        let points = rows.iter().map(|row| (row.workers as f64, row.efficiency[name]));
         chart
             .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
-            .label(policy.name())
+            .label(name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
     }
     let measured = report.runs.iter().filter(|run| run.coherence == replay.coherence);

@@ -2,6 +2,7 @@
 
 use super::flight::{Flight, FrameOutput, Times};
 use super::replay::{CAP, EPOCH, Policy};
+use crate::name_of;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -67,9 +68,9 @@ pub(super) struct Run {
     pub(super) path: String,
     pub(super) workers: usize,
     /// What frames reuse: a name of `Coherence`.
-    pub(super) coherence: &'static str,
+    pub(super) coherence: String,
     /// How lines follow changes of level: `spread`, `split` or `split-rendering`.
-    pub(super) lines: &'static str,
+    pub(super) lines: String,
     pub(super) frames: usize,
     pub(super) frames_per_s: f64,
     /// Time of a frame, from the view to the end of the commit.
@@ -126,8 +127,8 @@ impl Run {
         Self {
             path,
             workers: flight.workers,
-            coherence: flight.coherence.name(),
-            lines: flight.follow.name(),
+            coherence: name_of(&flight.coherence),
+            lines: name_of(&flight.follow),
             frames,
             frames_per_s: if seconds > 0.0 { frames as f64 / seconds } else { 0.0 },
             p50_ms: whole.p50,
@@ -165,7 +166,7 @@ fn efficiency(times: &[Times]) -> f64 {
 #[derive(Serialize)]
 pub(super) struct Replay {
     /// What frames reuse: `off` or `on`.
-    pub(super) coherence: &'static str,
+    pub(super) coherence: String,
     /// Frames in which tiles were timed.
     pub(super) frames: usize,
     /// Cost of a tile in a frame, microseconds.
@@ -280,14 +281,14 @@ impl Replay {
             self.frames, self.coherence, spread.p50, spread.p99
         );
         let _ = write!(text, "workers |");
-        Policy::ALL.iter().for_each(|policy| {
-            let _ = write!(text, " {:>10}", policy.name());
+        Policy::ALL.iter().for_each(|(name, _)| {
+            let _ = write!(text, " {name:>10}");
         });
         text.push('\n');
         for row in &self.rows {
             let _ = write!(text, "{:>7} |", row.workers);
-            Policy::ALL.iter().for_each(|policy| {
-                let _ = write!(text, " {:>10.3}", row.efficiency.get(policy.name()).copied().unwrap_or(0.0));
+            Policy::ALL.iter().for_each(|(name, _)| {
+                let _ = write!(text, " {:>10.3}", row.efficiency.get(name).copied().unwrap_or(0.0));
             });
             text.push('\n');
         }
