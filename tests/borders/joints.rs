@@ -1,18 +1,10 @@
 //! Borders along parts of others: T-junctions, and whole models without topology.
 
 use crate::patches::{
-    bicubic, ends_where_it_is_open, mesh, open, part, prepared, reversed_v, shared, strip, transposed,
+    ends_where_it_is_open, left, mesh, open, part, prepared, reversed_v, right, shared, strip, transposed,
 };
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use trimtess::model::{NurbsSurface, Part};
-
-fn left() -> NurbsSurface {
-    bicubic(DVec2::ZERO, DVec2::new(3.0, 3.0))
-}
-
-fn right() -> NurbsSurface {
-    bicubic(DVec2::new(3.0, 0.0), DVec2::new(6.0, 3.0))
-}
 
 /// Strips of a patch between these parameters, each in another orientation.
 fn strips(s: &NurbsSurface, at: &[f64]) -> Vec<NurbsSurface> {

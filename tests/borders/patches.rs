@@ -31,6 +31,14 @@ pub(crate) fn bicubic(low: DVec2, high: DVec2) -> NurbsSurface {
     patch(&[0, 1, 2, 3].map(|i| [0, 1, 2, 3].map(|j| at(i, j)).to_vec()))
 }
 
+pub(crate) fn left() -> NurbsSurface {
+    bicubic(DVec2::ZERO, DVec2::new(3.0, 3.0))
+}
+
+pub(crate) fn right() -> NurbsSurface {
+    bicubic(DVec2::new(3.0, 0.0), DVec2::new(6.0, 3.0))
+}
+
 /// The part of a Bézier patch between two parameters v, as a patch of its own.
 pub(crate) fn strip(surface: &NurbsSurface, from: f64, to: f64) -> NurbsSurface {
     let n = surface.degree_v + 1;

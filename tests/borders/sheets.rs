@@ -2,18 +2,11 @@
 
 use crate::common::elevated;
 use crate::patches::{
-    bicubic, ends_where_it_is_open, mesh, open, part, patch, prepared, prepared_within, reversed_v, shared, transposed,
+    ends_where_it_is_open, left, mesh, open, part, patch, prepared, prepared_within, reversed_v, right, shared,
+    transposed,
 };
 use glam::{DVec2, DVec3};
 use trimtess::model::{BorderTrouble, DiagnosticKind, NurbsSurface};
-
-fn left() -> NurbsSurface {
-    bicubic(DVec2::ZERO, DVec2::new(3.0, 3.0))
-}
-
-fn right() -> NurbsSurface {
-    bicubic(DVec2::new(3.0, 0.0), DVec2::new(6.0, 3.0))
-}
 
 /// Asserts that two patches have one common edge and three open edges each.
 fn joins(surfaces: [NurbsSurface; 2]) {

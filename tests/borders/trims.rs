@@ -1,16 +1,8 @@
 //! Neighbours with trims across their common border: the border pieces that both keep are shared.
 
-use crate::patches::{bicubic, ends_where_it_is_open, open, prepared, reversed_v, shared, trimmed};
+use crate::patches::{bicubic, ends_where_it_is_open, left, open, prepared, reversed_v, right, shared, trimmed};
 use glam::DVec2;
-use trimtess::model::{FreeTrims, NurbsSurface, TrimCurve, TrimRule};
-
-fn left() -> NurbsSurface {
-    bicubic(DVec2::ZERO, DVec2::new(3.0, 3.0))
-}
-
-fn right() -> NurbsSurface {
-    bicubic(DVec2::new(3.0, 0.0), DVec2::new(6.0, 3.0))
-}
+use trimtess::model::{FreeTrims, TrimCurve, TrimRule};
 
 /// A hole around a point of the domain.
 fn hole(x: f64, y: f64, radius: f64) -> TrimCurve {

@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use trimtess::audit;
 use trimtess::frame::{Tolerance, plan};
-use trimtess::model::{Coedge, EdgeId, Frame3, NurbsCurve3, NurbsSurface, Surface};
+use trimtess::model::{Coedge, CurveKind, Edge, EdgeId, Frame3, NurbsCurve3, NurbsSurface, Surface};
 
 /// The unit circle as nine points of a rational quadratic; `true` marks the corners of a square.
 const RING: [(f64, f64, bool); 9] = [
@@ -338,11 +338,18 @@ fn roof() -> NurbsSurface {
     }
 }
 
-/// A part of the roof's profile at the given y.
-fn ridge(y: f64, from: f64, to: f64) -> (NurbsCurve3, (f64, f64)) {
+/// The roof's profile at the given y.
+fn ridge(y: f64) -> NurbsCurve3 {
     let roof = roof();
     let points = roof.points.iter().step_by(2).map(|&p| DVec3::new(p.x, y, p.z)).collect();
-    (NurbsCurve3 { degree: 2, knots: roof.knots_u, points, weights: Vec::new() }, (from, to))
+    NurbsCurve3 { degree: 2, knots: roof.knots_u, points, weights: Vec::new() }
+}
+
+/// An edge along a part of the roof's profile at the given y.
+fn stretch(body: &mut Body, y: f64, from: f64, to: f64) -> Coedge {
+    let curve = ridge(y);
+    let (start, end) = (body.vertex(curve.point(from)), body.vertex(curve.point(to)));
+    body.part.edge(Edge { curve, range: (from, to), start, end, kind: CurveKind::Spline, entity: 0 }).along()
 }
 
 #[test]
@@ -356,18 +363,11 @@ fn trims_along_knots_creases_and_natural_borders() {
         let ends: Vec<[DVec3; 2]> = us.iter().map(|&u| [surface.point(u, 0.0), surface.point(u, 5.0)]).collect();
         let mut length = 0.0;
         for (k, w) in us.windows(2).enumerate() {
-            let side = |body: &mut Body, y: f64| -> Coedge {
-                let (curve, range) = ridge(y, w[0], w[1]);
-                let (start, end) = (body.vertex(curve.point(range.0)), body.vertex(curve.point(range.1)));
-                let kind = trimtess::model::CurveKind::Spline;
-                let edge = trimtess::model::Edge { curve, range, start, end, kind, entity: 0 };
-                body.part.edge(edge).along()
-            };
-            let (south, north) = (side(&mut body, 0.0), side(&mut body, 5.0));
+            let (south, north) = (stretch(&mut body, 0.0, w[0], w[1]), stretch(&mut body, 5.0, w[0], w[1]));
             let east = body.line(ends[k + 1][0], ends[k + 1][1]);
             let west = body.line(ends[k][1], ends[k][0]);
             body.face(surface.clone(), vec![vec![south, east, Coedge { reversed: true, ..north }, west]], false);
-            let (curve, _) = ridge(0.0, 0.0, 6.0);
+            let curve = ridge(0.0);
             let steps = 4000;
             let t = |k: i32| w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(steps);
             length += (0..steps).map(|k| curve.point(t(k)).distance(curve.point(t(k + 1)))).sum::<f64>();
@@ -382,12 +382,6 @@ fn a_hole_that_runs_along_a_crease() {
     let surface = Surface::Nurbs(roof());
     for (u0, u1) in [(4.0, 5.0), (3.0, 4.0), (3.2, 4.7)] {
         let mut body = Body::sheet();
-        let stretch = |body: &mut Body, y: f64, from: f64, to: f64| -> Coedge {
-            let (curve, range) = ridge(y, from, to);
-            let (start, end) = (body.vertex(curve.point(range.0)), body.vertex(curve.point(range.1)));
-            let kind = trimtess::model::CurveKind::Spline;
-            body.part.edge(trimtess::model::Edge { curve, range, start, end, kind, entity: 0 }).along()
-        };
         let turned = |c: Coedge| Coedge { reversed: !c.reversed, ..c };
         let rectangle = |body: &mut Body, (u0, u1): (f64, f64), (v0, v1): (f64, f64)| {
             let (south, north) = (stretch(body, v0, u0, u1), stretch(body, v1, u0, u1));
@@ -398,7 +392,7 @@ fn a_hole_that_runs_along_a_crease() {
         let outer = rectangle(&mut body, (0.0, 6.0), (0.0, 5.0));
         let hole = rectangle(&mut body, (u0, u1), (1.0, 4.0)).into_iter().rev().map(turned).collect();
         body.face(surface.clone(), vec![outer, hole], false);
-        let (curve, _) = ridge(0.0, 0.0, 6.0);
+        let curve = ridge(0.0);
         let length = |from: f64, to: f64| {
             let t = |k: i32| from + (to - from) * f64::from(k) / 4000.0;
             (0..4000).map(|k| curve.point(t(k)).distance(curve.point(t(k + 1)))).sum::<f64>()
