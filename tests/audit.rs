@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{face, placed, prepared_clean};
+use common::{placed, prepared_clean};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use trimtess::audit::{DeviationReport, deviation, economy};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, TileMesh, check_scene};
 use trimtess::model::{
-    Coedge, CurveKind, Edge, EdgeId, FaceId, Frame3, Loop, Model, NurbsCurve3, NurbsSurface, Part, PartId, Shell,
+    Coedge, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, Loop, Model, NurbsCurve3, NurbsSurface, Part, PartId, Shell,
     ShellKind, Surface, SurfaceKind, TileId, VertexId,
 };
 use trimtess::prepare::Prepared;
@@ -22,7 +22,7 @@ const HEIGHT: f64 = 15.0;
 
 fn whole(surface: Surface) -> Model {
     placed(Part {
-        faces: vec![face(surface, Vec::new(), false)],
+        faces: vec![Face::new(surface, 0, Vec::new(), false)],
         shells: vec![Shell { kind: ShellKind::Open, entity: 0 }],
         ..Part::default()
     })
@@ -54,10 +54,11 @@ fn cylinder() -> Model {
         vec![Loop::Edges(uses.iter().map(coedge).collect())]
     };
     let faces = vec![
-        face(Surface::Plane { frame: level(0.0) }, along(&[(0, false)]), true),
-        face(Surface::Plane { frame: level(HEIGHT) }, along(&[(1, false)]), false),
-        face(
+        Face::new(Surface::Plane { frame: level(0.0) }, 0, along(&[(0, false)]), true),
+        Face::new(Surface::Plane { frame: level(HEIGHT) }, 0, along(&[(1, false)]), false),
+        Face::new(
             Surface::Cylinder { frame: Frame3::WORLD, radius: RADIUS },
+            0,
             along(&[(0, false), (2, false), (1, true), (2, true)]),
             false,
         ),

@@ -2,13 +2,13 @@
 
 mod common;
 
-use common::{face, placed, prepared_clean};
+use common::{placed, prepared_clean};
 use glam::DVec3;
 use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::{
-    Coedge, CurveKind, Edge, EdgeId, Frame3, Loop, Model, NurbsCurve3, Part, Shell, ShellKind, Surface, VertexId,
+    Coedge, CurveKind, Edge, EdgeId, Face, Frame3, Loop, Model, NurbsCurve3, Part, Shell, ShellKind, Surface, VertexId,
 };
 use trimtess::parallel::{Session, SessionOptions};
 
@@ -36,9 +36,9 @@ fn cylinder(seam: bool) -> Part {
         vec![Loop::Edges(vec![coedge(0, false)]), Loop::Edges(vec![coedge(1, true)])]
     };
     let faces = vec![
-        face(Surface::Cylinder { frame: Frame3::WORLD, radius: 5.0 }, side, false),
-        face(Surface::Plane { frame: Frame3::WORLD }, vec![Loop::Edges(vec![coedge(0, true)])], true),
-        face(Surface::Plane { frame: top }, vec![Loop::Edges(vec![coedge(1, false)])], false),
+        Face::new(Surface::Cylinder { frame: Frame3::WORLD, radius: 5.0 }, 0, side, false),
+        Face::new(Surface::Plane { frame: Frame3::WORLD }, 0, vec![Loop::Edges(vec![coedge(0, true)])], true),
+        Face::new(Surface::Plane { frame: top }, 0, vec![Loop::Edges(vec![coedge(1, false)])], false),
     ];
     Part { vertices, edges, faces, shells: vec![Shell { kind: ShellKind::Outer, entity: 0 }], ..Part::default() }
 }

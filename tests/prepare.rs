@@ -4,7 +4,7 @@ mod common;
 #[path = "sequence/random.rs"]
 mod random;
 
-use common::{face, frame, placed, prepared, prepared_clean, whole_frame};
+use common::{frame, placed, prepared, prepared_clean, whole_frame};
 use glam::DVec3;
 use random::SplitMix;
 use std::f64::consts::{PI, TAU};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 use trimtess::frame::{Rung, Tolerance, plan};
 use trimtess::mesh::{MeshFacts, check_scene};
 use trimtess::model::{
-    Coedge, CurveKind, DiagnosticKind, FaceError, FaceTrouble, Frame3, Loop, NurbsCurve3, NurbsSurface, Part,
+    Coedge, CurveKind, DiagnosticKind, Face, FaceError, FaceTrouble, Frame3, Loop, NurbsCurve3, NurbsSurface, Part,
     PartBuilder, PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface,
 };
 use trimtess::prepare::Prepared;
@@ -152,7 +152,7 @@ fn sheet(profile: &[DVec3]) -> NurbsSurface {
 
 fn bare(surface: NurbsSurface) -> Part {
     Part {
-        faces: vec![face(Surface::Nurbs(surface), Vec::new(), false)],
+        faces: vec![Face::new(Surface::Nurbs(surface), 0, Vec::new(), false)],
         shells: vec![trimtess::model::Shell { kind: ShellKind::Open, entity: 0 }],
         ..Part::default()
     }

@@ -11,7 +11,7 @@ use std::ffi::c_char;
 use trimtess::glam::{DAffine3, DVec3};
 use trimtess::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, FreeTrims, Instance, Loop, ModelBuilder, NurbsCurve3, Part, PartId, Shell,
-    ShellKind, Surface, TrimCurve, TrimRule, VertexId,
+    ShellKind, TrimCurve, TrimRule, VertexId,
 };
 
 /// A model while it is built, by one thread at a time: another one gets TT_ERROR_BUSY.
@@ -269,14 +269,9 @@ pub unsafe extern "C" fn tt_builder_add_face(
             if shell as usize >= count {
                 return Err(Failure::index("shell", shell.into(), count));
             }
-            pushed(&mut part.faces, new_face(surface, shell, reversed != 0))
+            pushed(&mut part.faces, Face::new(surface, shell, Vec::new(), reversed != 0))
         })
     })
-}
-
-fn new_face(surface: Surface, shell: u32, reversed: bool) -> Face {
-    let (loops, name) = (Vec::new(), String::new());
-    Face { surface, loops, trims: None, reversed, shell, colour: None, name, entity: 0, lost: false, refused: None }
 }
 
 /// Changes a face.
@@ -412,7 +407,7 @@ pub unsafe extern "C" fn tt_builder_place(
         let name = c.text_or_empty("placement.name", from.name)?.into();
         let colour = (from.has_colour != 0).then_some(from.colour);
         let (part, transform) = (PartId(from.part), transform(&from.transform));
-        let placed = Instance { part, transform, colour, name, assembly: None };
+        let placed = Instance { colour, name, ..Instance::new(part, transform) };
         let index = BUILDERS.get(builder.id)?.with(NAME, |draft| pushed(&mut draft.instances, placed))?;
         out.into_iter().for_each(|out| out.give(index as u32));
         Ok(())

@@ -96,7 +96,7 @@ impl PartBuilder {
 
     /// Adds a face without colour or name. `reversed`: its outward normal is opposite to the surface's.
     pub fn plain_face(&mut self, surface: Surface, shell: u32, loops: Vec<Loop>, reversed: bool) -> FaceId {
-        self.face(face(surface, shell, loops, None, reversed))
+        self.face(Face::new(surface, shell, loops, reversed))
     }
 
     /// Adds a face without colour or name, trimmed by free curves in (u,v). On an unbounded surface (a plane, say), the
@@ -116,7 +116,7 @@ impl PartBuilder {
     /// # Ok::<(), trimtess::model::PartError>(())
     /// ```
     pub fn trimmed_face(&mut self, surface: Surface, shell: u32, trims: FreeTrims, reversed: bool) -> FaceId {
-        self.face(face(surface, shell, Vec::new(), Some(trims), reversed))
+        self.face(Face { trims: Some(trims), ..Face::new(surface, shell, Vec::new(), reversed) })
     }
 
     /// Returns the part as built so far.
@@ -133,11 +133,6 @@ impl PartBuilder {
         self.part.check()?;
         Ok(self.part)
     }
-}
-
-fn face(surface: Surface, shell: u32, loops: Vec<Loop>, trims: Option<FreeTrims>, reversed: bool) -> Face {
-    let name = String::new();
-    Face { surface, loops, trims, reversed, shell, colour: None, name, entity: 0, lost: false, refused: None }
 }
 
 impl EdgeId {
@@ -181,7 +176,7 @@ impl ModelBuilder {
 
     /// Adds an instance without colour or name of its own.
     pub fn place(&mut self, part: PartId, transform: DAffine3) -> InstanceId {
-        self.instance(Instance { part, transform, colour: None, name: "".into(), assembly: None })
+        self.instance(Instance::new(part, transform))
     }
 
     /// Checks and returns the model.

@@ -94,6 +94,13 @@ pub struct Face {
 }
 
 impl Face {
+    /// A face without colour or name. `reversed`: its outward normal is opposite to the surface's.
+    #[must_use]
+    pub fn new(surface: Surface, shell: u32, loops: Vec<Loop>, reversed: bool) -> Self {
+        let name = String::new();
+        Self { surface, loops, trims: None, reversed, shell, colour: None, name, entity: 0, lost: false, refused: None }
+    }
+
     /// The coedges of each loop of edges, in the order of the loops.
     pub fn wires(&self) -> impl Iterator<Item = &[Coedge]> {
         self.loops.iter().filter_map(|l| match l {
@@ -201,6 +208,14 @@ pub struct Instance {
     /// The assembly that it stands in; `None` for a root. Instances of one assembly share it: two assemblies of one
     /// name are two allocations.
     pub assembly: Option<Arc<Assembly>>,
+}
+
+impl Instance {
+    /// The part, placed, without colour or name, in no assembly.
+    #[must_use]
+    pub fn new(part: PartId, transform: DAffine3) -> Self {
+        Self { part, transform, colour: None, name: "".into(), assembly: None }
+    }
 }
 
 /// A scene: parts and their placements.

@@ -224,7 +224,7 @@ pub fn pair() -> Model {
         (cylinder, 0.0, [0.85, 0.75, 0.3, 1.0]),
     ] {
         let transform = DAffine3::from_translation(DVec3::Z * z);
-        model.instance(Instance { part, transform, colour: Some(colour), name: "".into(), assembly: None });
+        model.instance(Instance { colour: Some(colour), ..Instance::new(part, transform) });
     }
     model.finish().expect(SOUND)
 }

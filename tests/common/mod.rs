@@ -6,20 +6,13 @@ use std::sync::Arc;
 use trimtess::frame::Plan;
 use trimtess::math::predicates::orient2d;
 use trimtess::mesh::MemorySink;
-use trimtess::model::{Diagnostic, Face, Instance, Loop, Model, Part, PartId, Surface};
+use trimtess::model::{Diagnostic, Instance, Model, Part, PartId};
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
-/// A face of shell 0 without trims, colour or name.
-pub(crate) fn face(surface: Surface, loops: Vec<Loop>, reversed: bool) -> Face {
-    let name = String::new();
-    Face { surface, loops, trims: None, reversed, shell: 0, colour: None, name, entity: 0, lost: false, refused: None }
-}
-
 /// The part, placed once, sound or not.
 pub(crate) fn placed(part: Part) -> Model {
-    let instance =
-        Instance { part: PartId(0), transform: DAffine3::IDENTITY, colour: None, name: "".into(), assembly: None };
+    let instance = Instance::new(PartId(0), DAffine3::IDENTITY);
     Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() }
 }
 

@@ -6,7 +6,7 @@ use arbitrary::{Result, Unstructured};
 use glam::{DAffine3, DQuat, DVec2, DVec3, EulerRot};
 use std::f64::consts::{PI, TAU};
 use trimtess::model::{
-    Coedge, EdgeId, Frame3, Instance, Loop, Model, ModelBuilder, Part, PartBuilder, ShellKind, Surface, VertexId,
+    Coedge, EdgeId, Frame3, Loop, Model, ModelBuilder, Part, PartBuilder, ShellKind, Surface, VertexId,
 };
 
 /// A solid and its placement.
@@ -117,7 +117,7 @@ impl Solid {
         let ([z, y, x], scale) = self.placed;
         let turn = DQuat::from_euler(EulerRot::ZYX, z, y, x);
         let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(scale), turn, DVec3::ZERO);
-        model.instance(Instance { part: id, transform, colour: None, name: "".into(), assembly: None });
+        model.place(id, transform);
         Ok(model.finish()?)
     }
 }

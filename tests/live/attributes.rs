@@ -18,11 +18,8 @@ const BLUE: Colour = [0.1, 0.2, 0.9, 1.0];
 fn model() -> Model {
     let part = |name: &str| shapes::by_name(name).unwrap().parts.swap_remove(0);
     let place = |(k, part): (usize, u32)| Instance {
-        part: PartId(part),
-        transform: DAffine3::from_translation(DVec3::X * 45.0 * k as f64),
         colour: (k == 1).then_some(BLUE),
-        name: "".into(),
-        assembly: None,
+        ..Instance::new(PartId(part), DAffine3::from_translation(DVec3::X * 45.0 * k as f64))
     };
     let instances = [0, 1, 1].into_iter().enumerate().map(place).collect();
     Model { parts: ["washer", "torus"].map(part).into(), instances, millimetres_per_unit: 1.0, ..Model::default() }

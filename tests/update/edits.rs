@@ -54,8 +54,7 @@ impl Edit {
                 model.instances.iter_mut().for_each(|i| i.part.0 += u32::from(i.part.index() >= at));
                 let place = DVec3::new(draw.range(-60.0, 60.0), draw.range(-60.0, 60.0), draw.range(-20.0, 20.0));
                 let transform = DAffine3::from_translation(place);
-                let new =
-                    Instance { part: PartId::new(at), transform, colour: None, name: "new".into(), assembly: None };
+                let new = Instance { name: "new".into(), ..Instance::new(PartId::new(at), transform) };
                 let row = draw.below(model.instances.len() as u64 + 1) as usize;
                 model.instances.insert(row, new);
                 1

@@ -39,9 +39,9 @@ fn pool() -> Vec<Part> {
 /// Parts in a row, and a few instances of one of them, far and near.
 fn built() -> Model {
     let parts = pool();
-    let place = |part: u32, at: DVec3| {
-        let transform = DAffine3::from_translation(at);
-        Instance { part: PartId(part), transform, colour: None, name: format!("{part}").into(), assembly: None }
+    let place = |part: u32, at: DVec3| Instance {
+        name: format!("{part}").into(),
+        ..Instance::new(PartId(part), DAffine3::from_translation(at))
     };
     let mut instances: Vec<Instance> =
         (0..parts.len() as u32).map(|k| place(k, DVec3::new(12.0 * f64::from(k) - 40.0, 0.0, 0.0))).collect();

@@ -30,7 +30,7 @@ fn trio() -> Model {
     let place = |(k, part): (usize, u32)| {
         let transform = DAffine3::from_translation(DVec3::new(14.0 * k as f64, 9.0 * (k * k) as f64, 2.0 * k as f64));
         let colour = (k == 3).then_some(GREEN);
-        Instance { part: PartId(part), transform, colour, name: k.to_string().into(), assembly: None }
+        Instance { colour, name: k.to_string().into(), ..Instance::new(PartId(part), transform) }
     };
     Model {
         parts: ["torus", "washer", "sphere"].map(part).into(),
@@ -194,13 +194,9 @@ fn instances_of_a_part_have_levels_by_their_own_tolerance() {
 /// Two equal parts, side by side.
 fn twins() -> Arc<Prepared> {
     let part = trimtess_models::by_name("brake-hub").unwrap().parts.swap_remove(0);
-    let aside = |k: u32| DAffine3::from_translation(DVec3::X * 250.0 * f64::from(k));
-    let place = |k: u32| Instance {
-        part: PartId(k),
-        transform: aside(k),
-        colour: None,
-        name: k.to_string().into(),
-        assembly: None,
+    let place = |k: u32| {
+        let aside = DAffine3::from_translation(DVec3::X * 250.0 * f64::from(k));
+        Instance { name: k.to_string().into(), ..Instance::new(PartId(k), aside) }
     };
     let parts = vec![part.clone(), part];
     prepared(Model { parts, instances: vec![place(0), place(1)], millimetres_per_unit: 1.0, ..Model::default() })

@@ -29,7 +29,7 @@ use random::SplitMix;
 use std::sync::Arc;
 use trimtess::frame::plan_for_view;
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::model::{Instance, ModelBuilder};
+use trimtess::model::ModelBuilder;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::{Camera, Projection, View};
@@ -59,7 +59,7 @@ fn two_sizes(name: &str) -> Arc<Prepared> {
     model.place(part, DAffine3::IDENTITY);
     let turn = DQuat::from_rotation_y(1.0);
     let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(3.0), turn, DVec3::new(60.0, 10.0, -20.0));
-    model.instance(Instance { part, transform, colour: None, name: "".into(), assembly: None });
+    model.place(part, transform);
     prepared(model.finish().unwrap())
 }
 

@@ -67,19 +67,7 @@ impl Body {
                 other => other,
             };
             let loops = loops.into_iter().map(turned).collect();
-            let (shell, name) = (self.shell, String::new());
-            self.part.face(Face {
-                surface,
-                loops,
-                trims: None,
-                reversed,
-                shell,
-                colour,
-                name,
-                entity: 0,
-                lost: false,
-                refused: None,
-            });
+            self.part.face(Face { colour, ..Face::new(surface, self.shell, loops, reversed) });
         }
         self.part.finish().expect("the brake's parts are stated soundly")
     }

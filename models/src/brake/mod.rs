@@ -42,7 +42,7 @@ pub(crate) fn assembly() -> Model {
         let part = model.part(part);
         for (k, &transform) in places.iter().enumerate() {
             let name = if places.len() == 1 { name.clone() } else { format!("{name} {}", k + 1) }.into();
-            model.instance(Instance { part, transform, colour: None, name, assembly: None });
+            model.instance(Instance { name, ..Instance::new(part, transform) });
         }
     };
     let at = |x: f64, y: f64, z: f64| DAffine3::from_translation(DVec3::new(x, y, z));

@@ -120,8 +120,7 @@ impl<'a> Tree<'a> {
         if !left.is_empty() {
             let part = PartId::new(self.planned.len());
             self.planned.push(PlannedPart { name: String::new(), gathered: left, colour: None });
-            let transform = DAffine3::IDENTITY;
-            self.instances.push(Instance { part, transform, colour: None, name: "".into(), assembly: None });
+            self.instances.push(Instance::new(part, DAffine3::IDENTITY));
         }
         for (trouble, units) in std::mem::take(&mut self.gather.unread) {
             let place = Geometry::new(self.table, units, self.options.fit_tolerance).place_near(trouble.entity);
