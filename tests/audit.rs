@@ -11,8 +11,8 @@ use trimtess::audit::{DeviationReport, deviation, economy};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, TileMesh, check_scene};
 use trimtess::model::{
-    Coedge, CurveKind, Edge, EdgeId, Face, FaceId, Frame3, Loop, Model, NurbsCurve3, NurbsSurface, Part, PartId, Shell,
-    ShellKind, Surface, SurfaceKind, TileId, VertexId,
+    EdgeId, Face, FaceId, Frame3, Loop, Model, NurbsSurface, Part, PartBuilder, PartId, Shell, ShellKind, Surface,
+    SurfaceKind, TileId, VertexId,
 };
 use trimtess::prepare::Prepared;
 use trimtess::prepare::internals::PreparedFace;
@@ -30,41 +30,23 @@ fn whole(surface: Surface) -> Model {
 
 /// A solid cylinder: edges 0 and 1 are its circles (bottom, top), edge 2 its seam; faces bottom, top, wall.
 fn cylinder() -> Model {
-    let level = |z: f64| Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
-    let vertices = vec![DVec3::new(RADIUS, 0.0, 0.0), DVec3::new(RADIUS, 0.0, HEIGHT)];
-    let circle = |z: f64, vertex: u32| Edge {
-        curve: NurbsCurve3::arc(&level(z), RADIUS, RADIUS, 0.0, TAU),
-        range: (0.0, TAU),
-        start: VertexId(vertex),
-        end: VertexId(vertex),
-        kind: CurveKind::Circle,
-        entity: 0,
-    };
-    let seam = Edge {
-        curve: NurbsCurve3::line(vertices[0], vertices[1]),
-        range: (0.0, 1.0),
-        start: VertexId(0),
-        end: VertexId(1),
-        kind: CurveKind::Line,
-        entity: 0,
-    };
-    let edges = vec![circle(0.0, 0), circle(HEIGHT, 1), seam];
-    let along = |uses: &[(u32, bool)]| {
-        let coedge = |&(edge, reversed): &(u32, bool)| Coedge { edge: EdgeId(edge), reversed };
-        vec![Loop::Edges(uses.iter().map(coedge).collect())]
-    };
-    let faces = vec![
-        Face::new(Surface::Plane { frame: level(0.0) }, 0, along(&[(0, false)]), true),
-        Face::new(Surface::Plane { frame: level(HEIGHT) }, 0, along(&[(1, false)]), false),
-        Face::new(
-            Surface::Cylinder { frame: Frame3::WORLD, radius: RADIUS },
-            0,
-            along(&[(0, false), (2, false), (1, true), (2, true)]),
+    let mut part = PartBuilder::new("cylinder");
+    let shell = part.plain_shell(ShellKind::Outer);
+    let [bottom, top] = [0.0, HEIGHT].map(|z| Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD });
+    let [low, high] = [bottom, top].map(|frame| part.circle(&frame, RADIUS));
+    let seam = part.line(VertexId(0), VertexId(1));
+    for (surface, wire, reversed) in [
+        (Surface::Plane { frame: bottom }, vec![low.along()], true),
+        (Surface::Plane { frame: top }, vec![high.along()], false),
+        (
+            Surface::Cylinder { frame: bottom, radius: RADIUS },
+            vec![low.along(), seam.along(), high.against(), seam.against()],
             false,
         ),
-    ];
-    let shells = vec![Shell { kind: ShellKind::Outer, entity: 0 }];
-    placed(Part { vertices, edges, faces, shells, ..Part::default() })
+    ] {
+        part.plain_face(surface, shell, vec![Loop::Edges(wire)], reversed);
+    }
+    placed(part.finish().expect("a sound part"))
 }
 
 /// z = `bow` (x² + y²) over [-1, 1]², as a bicubic.
