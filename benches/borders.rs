@@ -2,10 +2,10 @@
 //! common borders. The difference is the cost of the search.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use std::hint::black_box;
 use trimtess::control::{Alone, Control};
-use trimtess::model::{Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface};
+use trimtess::model::{Model, NurbsSurface, PartBuilder, ShellKind, Surface};
 use trimtess::prepare::{PrepareOptions, prepare_on};
 
 /// `n` x `n` patches over a wavy square.
@@ -23,10 +23,7 @@ fn grid(n: usize) -> Model {
         let surface = NurbsSurface { degree_u: 3, degree_v: 3, knots_u, knots_v, points, weights: Vec::new() };
         part.plain_face(Surface::Nurbs(surface), shell, Vec::new(), false);
     }
-    let mut model = ModelBuilder::new("grid");
-    let part = model.part(part.finish().expect("a sound part"));
-    model.place(part, DAffine3::IDENTITY);
-    model.finish().expect("a sound model")
+    part.finish().expect("a sound part").into()
 }
 
 fn bench(c: &mut Criterion) {

@@ -5,12 +5,10 @@
 //! * `crossings/*`: lines across each other, by the number of their intersections.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 use std::hint::black_box;
-use trimtess::model::{
-    FreeTrims, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule,
-};
+use trimtess::model::{FreeTrims, Model, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule};
 use trimtess::prepare::{FreeRegion, PrepareOptions, UvDomain, prepare};
 
 fn model(curves: Vec<TrimCurve>) -> Model {
@@ -19,10 +17,7 @@ fn model(curves: Vec<TrimCurve>) -> Model {
     let mut part = PartBuilder::new("sheet");
     let shell = part.plain_shell(ShellKind::Open);
     part.trimmed_face(Surface::Nurbs(sheet), shell, FreeTrims { rule: TrimRule::Handedness, curves }, false);
-    let mut model = ModelBuilder::new("sheet");
-    let part = model.part(part.finish().expect("a sound part"));
-    model.place(part, DAffine3::IDENTITY);
-    model.finish().expect("a sound model")
+    part.finish().expect("a sound part").into()
 }
 
 fn holes(count: usize) -> Vec<TrimCurve> {

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use trimtess::draw::{RegionPanel, TileView, regions, tile};
 use trimtess::frame::internals::{TileRecord, record_tile};
 use trimtess::frame::{self, Tolerance};
-use trimtess::glam::{DAffine3, DVec2};
-use trimtess::model::{FreeTrims, ModelBuilder, PartId, TileId, TrimCurve, TrimRule, shapes};
+use trimtess::glam::DVec2;
+use trimtess::model::{FreeTrims, Model, PartId, TileId, TrimCurve, TrimRule, shapes};
 use trimtess::prepare::{self, PrepareOptions, UvDomain};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -116,10 +116,7 @@ fn traced() -> Result<TileRecord, Box<dyn Error>> {
     let cut = bezier([(0.0, 0.3), (0.45, 0.35), (0.4, 0.1), (0.7, 0.0)]).reversed();
     let curves = vec![circle(0.34, 0.62, 0.2).reversed(), jagged, cut.reversed()];
     part.faces[0].trims = Some(FreeTrims { rule: TrimRule::Handedness, curves });
-    let mut model = ModelBuilder::new("figure");
-    let part = model.part(part);
-    model.place(part, DAffine3::IDENTITY);
-    let prepared = prepare::prepare(model.finish()?, &PrepareOptions::DEFAULT)?;
+    let prepared = prepare::prepare(Model::from(part), &PrepareOptions::DEFAULT)?;
     let plan = frame::plan(&prepared, &Tolerance { chord: 0.12, angle: 0.5, max_edge: None });
     let record = record_tile(&prepared, &plan, PartId::new(0), TileId(0));
     assert!(record.outcome.degradation.is_none(), "{:?}", record.outcome.degradation);

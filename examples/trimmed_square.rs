@@ -4,8 +4,8 @@
 
 use std::{f64::consts::PI, path::PathBuf, sync::Arc};
 use trimtess::frame::{self, Tolerance};
-use trimtess::glam::{DAffine3, DVec3};
-use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
+use trimtess::glam::DVec3;
+use trimtess::model::{Frame3, Loop, Model, PartBuilder, ShellKind, Surface};
 use trimtess::{mesh, out, parallel, prepare};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,11 +19,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let hole = vec![part.circle(&Frame3::WORLD, 6.0).against()];
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(outer), Loop::Edges(hole)], false);
-    let mut model = ModelBuilder::new("square");
-    let part = model.part(part.finish()?);
-    model.place(part, DAffine3::IDENTITY);
+    let model = Model::from(part.finish()?);
 
-    let prepared = Arc::new(prepare::prepare(model.finish()?, &prepare::PrepareOptions::DEFAULT)?);
+    let prepared = Arc::new(prepare::prepare(model, &prepare::PrepareOptions::DEFAULT)?);
     let plan = frame::plan(&prepared, &Tolerance { chord: 0.01, angle: 0.2, max_edge: None }).require_full()?;
     let mut frame = mesh::MemorySink::default();
     parallel::serial(&prepared, &Arc::new(plan), false, &mut frame)?;

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{placed, prepared_clean};
+use common::{prepared_clean, whole};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -11,8 +11,8 @@ use trimtess::audit::{DeviationReport, deviation, economy};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, TileMesh, check_scene};
 use trimtess::model::{
-    EdgeId, Face, FaceId, Frame3, Loop, Model, NurbsSurface, Part, PartBuilder, PartId, Shell, ShellKind, Surface,
-    SurfaceKind, TileId, VertexId,
+    EdgeId, FaceId, Frame3, Loop, NurbsSurface, Part, PartBuilder, PartId, ShellKind, Surface, SurfaceKind, TileId,
+    VertexId,
 };
 use trimtess::prepare::Prepared;
 use trimtess::prepare::internals::PreparedFace;
@@ -20,16 +20,8 @@ use trimtess::prepare::internals::PreparedFace;
 const RADIUS: f64 = 10.0;
 const HEIGHT: f64 = 15.0;
 
-fn whole(surface: Surface) -> Model {
-    placed(Part {
-        faces: vec![Face::new(surface, 0, Vec::new(), false)],
-        shells: vec![Shell { kind: ShellKind::Open, entity: 0 }],
-        ..Part::default()
-    })
-}
-
 /// A solid cylinder: edges 0 and 1 are its circles (bottom, top), edge 2 its seam; faces bottom, top, wall.
-fn cylinder() -> Model {
+fn cylinder() -> Part {
     let mut part = PartBuilder::new("cylinder");
     let shell = part.plain_shell(ShellKind::Outer);
     let [bottom, top] = [0.0, HEIGHT].map(|z| Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD });
@@ -46,7 +38,7 @@ fn cylinder() -> Model {
     ] {
         part.plain_face(surface, shell, vec![Loop::Edges(wire)], reversed);
     }
-    placed(part.finish().expect("a sound part"))
+    part.finish().expect("a sound part")
 }
 
 /// z = `bow` (x² + y²) over [-1, 1]², as a bicubic.
@@ -129,10 +121,10 @@ fn sphere_lattice_has_its_sagitta() {
 
 #[test]
 fn cylinder_lattice_and_circle_have_their_sagitta() {
-    let model = cylinder();
-    let surface = model.parts[0].faces[2].surface.clone();
-    let circle = model.parts[0].edges[1].curve.clone();
-    let prepared = prepared_clean(model);
+    let part = cylinder();
+    let surface = part.faces[2].surface.clone();
+    let circle = part.edges[1].curve.clone();
+    let prepared = prepared_clean(part);
     for n in [5_u32, 16, 97, 1000] {
         let sagitta = RADIUS * (1.0 - (PI / f64::from(n)).cos());
         let mut mesh = lattice(&prepared, 2, &surface, n, 1);
@@ -165,8 +157,8 @@ fn bicubic_lattice_has_its_sagitta() {
 
 #[test]
 fn frames_keep_their_tolerance_here() {
-    for model in [cylinder(), whole(Surface::Sphere { frame: Frame3::WORLD, radius: RADIUS }), whole(paraboloid(0.4))] {
-        let prepared = prepared_clean(model);
+    for part in [cylinder(), whole(Surface::Sphere { frame: Frame3::WORLD, radius: RADIUS }), whole(paraboloid(0.4))] {
+        let prepared = prepared_clean(part);
         for chord in [0.5, 0.05, 0.005] {
             let report = deviation(&prepared, &framed(&prepared, chord), chord);
             assert!(report.beyond_gap.worst <= 1.0 && report.faces_over == 0, "{report}");

@@ -5,7 +5,7 @@ mod common;
 #[path = "sequence/random.rs"]
 mod random;
 
-use common::{placed, prepared};
+use common::prepared;
 use glam::DVec2;
 use random::SplitMix;
 use std::collections::BTreeSet;
@@ -77,7 +77,7 @@ fn areas(record: &TileRecord) -> [f64; 2] {
 fn sheet(curves: Vec<TrimCurve>) -> Model {
     let mut part = shapes::flower();
     part.faces[0].trims = Some(FreeTrims { rule: TrimRule::Handedness, curves });
-    placed(part)
+    part.into()
 }
 
 /// Number of closed figures in the path of a class.

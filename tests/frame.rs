@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{placed, prepared_clean};
+use common::prepared_clean;
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::audit::{DeviationReport, deviation};
@@ -128,7 +128,7 @@ fn as_many_lines_as_a_tolerance_needs_are_made_or_missed_by_limits() {
     let shell = part.plain_shell(ShellKind::Open);
     let boundary = vec![Loop::Edges(part.polygon(&corners))];
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
-    let strip = prepared_clean(placed(part.finish().unwrap()));
+    let strip = prepared_clean(part.finish().unwrap());
     let fine = |max_edge: f64| Tolerance { chord: 0.1, angle: 0.3, max_edge: Some(max_edge) };
     for (prepared, tolerance) in
         [(&cylinder, Tolerance { chord: 1e-7, ..CHORD }), (&strip, fine(4.0)), (&strip, fine(0.6))]

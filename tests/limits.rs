@@ -1,15 +1,16 @@
 //! Limits of preparing and planning: within them nothing changes, beyond them an error names the limit and the need.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use glam::{DAffine3, DVec2, DVec3};
+mod common;
+
+use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use trimtess::control::{Alone, Control};
 use trimtess::frame::{self, BYTES_PER_TRIANGLE, PlanLimits, Tolerance};
 use trimtess::model::{
-    Coedge, Frame3, FreeTrims, Loop, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve,
-    TrimRule, shapes,
+    Coedge, Frame3, FreeTrims, Loop, Model, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule, shapes,
 };
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions, Prepared, prepare, prepare_on};
 
@@ -43,14 +44,9 @@ fn a_surface_of_more_patches_than_memory_holds_is_refused_before_it_is_cut() {
     let knots: Vec<f64> = (0..side + 2).map(|k| f64::from((k - 1).clamp(0, side - 1))).collect();
     let net =
         NurbsSurface { degree_u: 1, degree_v: 1, knots_u: knots.clone(), knots_v: knots, points, weights: vec![] };
-    let mut part = PartBuilder::new("sheet");
-    let shell = part.plain_shell(ShellKind::Open);
-    part.plain_face(Surface::Nurbs(net), shell, Vec::new(), false);
-    let mut model = ModelBuilder::new("sheet");
-    let part = model.part(part.finish().unwrap());
-    model.place(part, DAffine3::IDENTITY);
+    let model = Model::from(common::whole(Surface::Nurbs(net)));
     let options = PrepareOptions::DEFAULT.with_limits(PrepareLimits::DEFAULT.with_bytes(20 << 20));
-    let error = prepare(model.finish().unwrap(), &options).unwrap_err();
+    let error = prepare(model, &options).unwrap_err();
     assert_eq!(error, PrepareError::TooMuchMemory { limit: 20 << 20, patches: 199 * 199 });
 }
 
@@ -64,10 +60,7 @@ fn free_trims_that_need_more_memory_than_the_limit_are_refused_before_they_are_c
     let mut part = PartBuilder::new("disk");
     let shell = part.plain_shell(ShellKind::Open);
     part.trimmed_face(Surface::Plane { frame: Frame3::WORLD }, shell, trims, false);
-    let mut model = ModelBuilder::new("disk");
-    let part = model.part(part.finish().unwrap());
-    model.place(part, DAffine3::IDENTITY);
-    let model = model.finish().unwrap();
+    let model = Model::from(part.finish().unwrap());
     let within = |bytes: u64| {
         let drafted = Arc::new(AtomicU64::new(0));
         let told = drafted.clone();

@@ -2,12 +2,12 @@
 
 mod common;
 
-use common::{placed, prepared_clean};
+use common::prepared_clean;
 use glam::DVec3;
 use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::model::{EdgeId, Frame3, Loop, Model, Part, PartBuilder, ShellKind, Surface, shapes};
+use trimtess::model::{EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, Surface, shapes};
 use trimtess::parallel::{Session, SessionOptions};
 
 /// The cylinder, with or without a seam edge on its side.
@@ -20,8 +20,8 @@ fn cylinder(seam: bool) -> Part {
     part
 }
 
-fn mesh(model: Model, chord: f64) -> MemorySink {
-    let prepared = prepared_clean(model);
+fn mesh(part: Part, chord: f64) -> MemorySink {
+    let prepared = prepared_clean(part);
     let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
     let mut sink = MemorySink::default();
     let mut session = Session::start(prepared, &SessionOptions::DEFAULT.with_workers(1)).expect("threads");
@@ -34,7 +34,7 @@ fn mesh(model: Model, chord: f64) -> MemorySink {
 fn a_cylinder_is_closed_with_and_without_a_seam() {
     for seam in [true, false] {
         for chord in [1.0, 0.1, 0.01, 1e-4] {
-            let sink = mesh(placed(cylinder(seam)), chord);
+            let sink = mesh(cylinder(seam), chord);
             let facts = check_scene(&sink).total;
             assert_eq!(facts.unbalanced_edges, 0, "seam {seam}, chord {chord}: {facts}");
             let exact = std::f64::consts::PI * 25.0 * 8.0;
@@ -58,9 +58,9 @@ fn a_plate_with_many_holes_has_the_same_bytes_each_time() {
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, loops, false);
     let part = part.finish().expect("a valid part");
-    let first = mesh(placed(part.clone()), 0.05);
+    let first = mesh(part.clone(), 0.05);
     assert!(first.batches.iter().map(|b| b.mesh.triangles.len()).sum::<usize>() > 1000);
     for _ in 0..4 {
-        assert_eq!(mesh(placed(part.clone()), 0.05).batches, first.batches);
+        assert_eq!(mesh(part.clone(), 0.05).batches, first.batches);
     }
 }

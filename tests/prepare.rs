@@ -4,7 +4,7 @@ mod common;
 #[path = "sequence/random.rs"]
 mod random;
 
-use common::{frame, placed, prepared, prepared_clean, whole_frame};
+use common::{frame, prepared, prepared_clean, whole, whole_frame};
 use glam::DVec3;
 use random::SplitMix;
 use std::f64::consts::{PI, TAU};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 use trimtess::frame::{Rung, Tolerance, plan};
 use trimtess::mesh::{MeshFacts, check_scene};
 use trimtess::model::{
-    Coedge, CurveKind, DiagnosticKind, Face, FaceError, FaceTrouble, Frame3, Loop, NurbsCurve3, NurbsSurface, Part,
+    Coedge, CurveKind, DiagnosticKind, FaceError, FaceTrouble, Frame3, Loop, Model, NurbsCurve3, NurbsSurface, Part,
     PartBuilder, PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface,
 };
 use trimtess::prepare::Prepared;
@@ -26,7 +26,7 @@ fn mesh(prepared: &Arc<Prepared>, chord: f64) -> MeshFacts {
 
 /// Asserts that a part is closed and has the given volume and area at all chords.
 fn is_closed(part: Part, volume: f64, area: f64) {
-    let prepared = prepared_clean(placed(part));
+    let prepared = prepared_clean(part);
     for chord in CHORDS {
         let facts = mesh(&prepared, chord);
         assert!(facts.is_well_formed() && facts.is_closed(), "chord {chord}: {facts} {:?}", facts.examples);
@@ -150,21 +150,13 @@ fn sheet(profile: &[DVec3]) -> NurbsSurface {
     }
 }
 
-fn bare(surface: NurbsSurface) -> Part {
-    Part {
-        faces: vec![Face::new(Surface::Nurbs(surface), 0, Vec::new(), false)],
-        shells: vec![trimtess::model::Shell { kind: ShellKind::Open, entity: 0 }],
-        ..Part::default()
-    }
-}
-
 #[test]
 fn creases_are_kept_at_every_tolerance() {
     // A folded sheet: its area is exact only if lines and borders break at the folds.
     let profile =
         [0.0, 1.0, 2.0, 3.5, 4.0, 7.0].map(|x: f64| DVec3::new(x, if x as i32 % 2 == 0 { 0.0 } else { 2.0 }, 0.0));
     let exact: f64 = profile.windows(2).map(|w| 10.0 * w[0].distance(w[1])).sum();
-    let prepared = prepared(placed(bare(sheet(&profile))));
+    let prepared = prepared(whole(Surface::Nurbs(sheet(&profile))));
     for chord in [100.0, 1.0, 0.01] {
         let facts = mesh(&prepared, chord);
         assert!((facts.area / exact - 1.0).abs() < 1e-12, "chord {chord}: area {} of {exact}", facts.area);
@@ -175,7 +167,7 @@ fn creases_are_kept_at_every_tolerance() {
 fn a_surface_without_area_is_reported_and_has_no_tiles() {
     let mut sheet = sheet(&[DVec3::ZERO, DVec3::X]);
     sheet.points.fill(DVec3::new(1.0, 2.0, 3.0));
-    let prepared = prepared(placed(bare(sheet)));
+    let prepared = prepared(whole(Surface::Nurbs(sheet)));
     assert_eq!(prepared.diagnostics.len(), 1, "{:?}", prepared.diagnostics);
     let why = prepared.diagnostics[0].kind.face_error();
     assert!(matches!(why, Some(FaceError::NoArea { .. })), "{why:?}");
@@ -201,7 +193,7 @@ fn a_thin_crescent_survives_coarse_tolerances() {
     let shell = part.plain_shell(ShellKind::Open);
     let boundary = vec![Loop::Edges(vec![high.along(), low.against()])];
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
-    let prepared = prepared(placed(part.finish().expect("a valid part")));
+    let prepared = prepared(part.finish().expect("a valid part"));
     let segment = |below: f64| {
         let r = 3.0_f64.hypot(below);
         let half = (3.0 / r).asin();
@@ -253,7 +245,7 @@ fn slots_side_by_side_are_kept_apart() {
     }
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
-    let prepared = prepared_clean(placed(part.finish().expect("a valid part")));
+    let prepared = prepared_clean(part.finish().expect("a valid part"));
     let breaks: usize = prepared.parts[0].edges.iter().map(|edge| edge.breaks.len()).sum();
     assert!(breaks > 1000, "{breaks} points");
 }
@@ -275,7 +267,7 @@ fn two_close_bends_to_both_sides_have_the_same_critical_points() {
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(boundary)], false);
     // Points of different parameters do not pair up everywhere. Without pairs, the area is twice as large.
-    assert_keeps_width(&prepared(placed(part.finish().expect("a valid part"))), 10.0 * gap, 0.15);
+    assert_keeps_width(&prepared(part.finish().expect("a valid part")), 10.0 * gap, 0.15);
 }
 
 /// Whether a strip has its area to a share: sides with chords of their own make it as wide as the tolerance.
@@ -292,7 +284,7 @@ fn two_close_arcs_have_the_same_critical_points() {
     // The can of a capacitor: two micrometres of plane next to a rounded edge. The outer arc needs 70 chords, 128 after
     // halving.
     let (radius, gap, turn) = (5.25, 0.002, 3.82);
-    let prepared = prepared(placed(open_ring(radius, gap, turn)));
+    let prepared = prepared(open_ring(radius, gap, turn));
     let points = |edge: usize| prepared.parts[0].edges[edge].breaks.len();
     assert!((71..=129).contains(&points(0)), "{} on the outer arc", points(0));
     assert_eq!(points(1), points(0), "on the inner arc");
@@ -300,7 +292,7 @@ fn two_close_arcs_have_the_same_critical_points() {
     assert_keeps_width(&prepared, ring(radius, gap, turn), 0.05);
     // Its tile is 16 times as long as wide.
     let (radius, gap, turn) = (5.25, 5e-4, 0.1);
-    assert_keeps_width(&self::prepared(placed(open_ring(radius, gap, turn))), ring(radius, gap, turn), 0.05);
+    assert_keeps_width(&self::prepared(open_ring(radius, gap, turn)), ring(radius, gap, turn), 0.05);
 }
 
 #[test]
@@ -323,7 +315,7 @@ fn edges_that_are_noise_have_few_critical_points() {
     let boundary = vec![Loop::Edges(vec![low.along(), high.against()])];
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
     let part = part.finish().expect("a valid part");
-    let prepared = prepared(placed(part));
+    let prepared = prepared(part);
     let breaks: usize = prepared.parts[0].edges.iter().map(|edge| edge.breaks.len()).sum();
     assert!(breaks <= 1200, "{breaks} points");
 }
@@ -357,7 +349,7 @@ fn hanging(height: f64) -> Arc<Prepared> {
     let boundary = part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, height)));
     let shell = part.plain_shell(ShellKind::Open);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(boundary)], false);
-    prepared(placed(part.finish().expect("a valid part")))
+    prepared(part.finish().expect("a valid part"))
 }
 
 #[test]
@@ -403,7 +395,7 @@ fn an_edge_without_a_range_is_straight() {
         let frame = Frame3 { origin: DVec3::Z * z, ..Frame3::WORLD };
         part.plain_face(Surface::Plane { frame }, shell, vec![Loop::Edges(vec![edge.along()])], false);
     }
-    let mut model = placed(part.finish().expect("a valid part"));
+    let mut model = Model::from(part.finish().expect("a valid part"));
     // The builder refuses this; the public fields allow it.
     model.parts[0].edges[circle.index()].kind = CurveKind::Spline;
     for range in [(1.0, 1.0), (2.0, 1.0), (f64::NAN, 1.0)] {
@@ -419,7 +411,7 @@ fn an_edge_without_a_range_is_straight() {
 }
 
 /// A bowl of outer radius 100 mm, and its volume.
-fn bowl(wall: f64, inside_out: bool) -> (trimtess::model::Model, f64) {
+fn bowl(wall: f64, inside_out: bool) -> (Model, f64) {
     let (outer, inner) = (100.0, 100.0 - wall);
     let mut part = PartBuilder::new("bowl");
     let rims = [outer, inner].map(|r| part.circle(&Frame3::WORLD, r));
@@ -430,7 +422,7 @@ fn bowl(wall: f64, inside_out: bool) -> (trimtess::model::Model, f64) {
     }
     let rim = vec![Loop::Edges(vec![rims[0].along()]), Loop::Edges(vec![rims[1].against()])];
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, rim, !inside_out);
-    (placed(part.finish().expect("a valid part")), 2.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3)))
+    (part.finish().expect("a valid part").into(), 2.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3)))
 }
 
 #[test]
@@ -458,7 +450,7 @@ fn thin_bowls_look_outwards_whichever_way_they_are_stated() {
     let ball = Surface::Sphere { frame: Frame3::WORLD, radius: outer };
     part.plain_face(ball, shell, vec![Loop::Edges(vec![rim.along()])], true);
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(vec![rim.along()])], false);
-    let prepared = common::prepared(placed(part.finish().expect("a valid part")));
+    let prepared = common::prepared(part.finish().expect("a valid part"));
     let turned =
         matches!(prepared.diagnostics[0].kind, DiagnosticKind::Shell(ShellTrouble::InsideOut { faces: 2, .. }));
     assert!(turned, "{:?}", prepared.diagnostics);
@@ -490,7 +482,7 @@ fn rings_with_a_gap_look_outwards_whichever_way_they_are_stated() {
         for (frame, cap, reversed) in caps {
             part.plain_face(Surface::Plane { frame }, shell, vec![Loop::Edges(vec![cap])], reversed != inside_out);
         }
-        let prepared = prepared(placed(part.finish().expect("a valid part")));
+        let prepared = prepared(part.finish().expect("a valid part"));
         let told =
             |kind: &DiagnosticKind| matches!(kind, DiagnosticKind::Shell(ShellTrouble::InsideOut { faces: 3, .. }));
         assert_eq!(prepared.diagnostics.iter().filter(|d| told(&d.kind)).count(), usize::from(inside_out));
@@ -508,7 +500,7 @@ fn dangling_indices_cause_no_panic() {
         let shell = part.plain_shell(ShellKind::Open);
         let boundary = vec![Loop::Edges(vec![circle.along()])];
         part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, boundary, false);
-        placed(part.finish().expect("a valid part"))
+        Model::from(part.finish().expect("a valid part"))
     };
     let mut model = whole();
     model.instances[0].part = PartId(7);
@@ -540,9 +532,9 @@ fn a_turned_surface_without_edges_is_kept_whole() {
     // A ball as a half circle turned about its diameter: only the surface states its size.
     let upright = Frame3 { origin: DVec3::ZERO, x: DVec3::X, y: DVec3::Z, z: -DVec3::Y };
     let curve = NurbsCurve3::arc(&upright, 5.0, 5.0, -0.5 * PI, 0.5 * PI);
-    let mut part = bare(sheet(&[DVec3::ZERO, DVec3::X]));
+    let mut part = whole(Surface::Nurbs(sheet(&[DVec3::ZERO, DVec3::X])));
     part.faces[0].surface = Surface::Revolution { curve, frame: Frame3::WORLD };
-    let prepared = prepared_clean(placed(part));
+    let prepared = prepared_clean(part);
     let facts = mesh(&prepared, 1e-3);
     assert!(facts.is_closed() && (facts.volume.abs() / (4.0 / 3.0 * PI * 125.0) - 1.0).abs() < 1e-2, "{facts}");
 }
@@ -602,10 +594,7 @@ fn tiles_are_cut_between_creases() {
     let points = (0..SIDE).flat_map(|i| (0..SIDE).map(move |j| at(i, j))).collect();
     let facets =
         NurbsSurface { degree_u: 1, degree_v: 1, knots_u: knots.clone(), knots_v: knots, points, weights: Vec::new() };
-    let mut part = PartBuilder::new("facets");
-    let shell = part.plain_shell(ShellKind::Open);
-    part.plain_face(Surface::Nurbs(facets), shell, Vec::new(), false);
-    let prepared = prepared_clean(placed(part.finish().expect("a sound part")));
+    let prepared = prepared_clean(whole(Surface::Nurbs(facets)));
     let tiles = &prepared.parts[0].tiles;
     let lines = tiles.iter().flat_map(|tile| [tile.min, tile.max]).flat_map(|corner| corner.to_array());
     let inner: Vec<f64> = lines.filter(|x| *x > 0.0 && *x < f64::from(SIDE - 1)).collect();
@@ -628,7 +617,7 @@ fn a_curved_face_of_many_holes_has_many_tiles() {
     let holes: Vec<Loop> = places.map(&mut hole).collect();
     let count = holes.len();
     part.plain_face(Surface::Sphere { frame: Frame3::WORLD, radius }, shell, holes, false);
-    let prepared = prepared_clean(placed(part.finish().expect("a sound part")));
+    let prepared = prepared_clean(part.finish().expect("a sound part"));
     let tiles = &prepared.parts[0].tiles;
     let most = tiles.iter().map(|tile| tile.loops.len()).max().unwrap();
     assert!(tiles.len() >= 9 && most < count / 4, "{} tiles, {most} of {count} loops in one", tiles.len());

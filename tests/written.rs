@@ -8,7 +8,7 @@ mod common;
 mod random;
 
 use blocks::{BlockSink, Blocks, Refusal, Room};
-use common::{placed, prepared};
+use common::prepared;
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use random::SplitMix;
 use std::sync::Arc;
@@ -184,7 +184,7 @@ fn every_layout_has_the_triangles_of_batches() {
 fn tangents_are_those_of_the_face_after_a_lost_one() {
     let layout = VertexLayout::COMPACT.with_tangent(true);
     let tangents = |part: Part| {
-        let prepared = prepared(placed(part));
+        let prepared = prepared(part);
         let plan = Arc::new(plan(&prepared, &tolerance(&prepared, 1e-2)));
         let (mut session, mut sink) = writing(&prepared, 1, layout);
         session.frame(plan, &mut sink).unwrap();

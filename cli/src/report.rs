@@ -511,7 +511,7 @@ mod tests {
     #[test]
     fn crossing_wires_and_their_area_are_reported_once() {
         use trimtess::frame::{Tolerance, plan};
-        use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, ShellKind, Surface};
+        use trimtess::model::{Frame3, Loop, Model, PartBuilder, ShellKind, Surface};
         use trimtess::prepare::{PrepareOptions, prepare};
         let mut part = PartBuilder::new("bitten");
         let shell = part.plain_shell(ShellKind::Open);
@@ -520,10 +520,7 @@ mod tests {
         let (outer, inner) = (part.polygon(&square(0.0, 6.0)), part.polygon(&square(3.0, 8.0)));
         let wires = vec![Loop::Edges(outer), Loop::Edges(inner)];
         part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, wires, false);
-        let mut model = ModelBuilder::new("case");
-        let part = model.part(part.finish().expect("a sound part"));
-        model.place(part, DAffine3::IDENTITY);
-        let model = model.finish().expect("a sound model");
+        let model = Model::from(part.finish().expect("a sound part"));
         let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
         let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
         let mut sink = MemorySink::default();

@@ -8,8 +8,7 @@
 //! assert_eq!(brake.parts.len(), 10);
 //! ```
 
-use glam::DAffine3;
-use trimtess::model::{Model, ModelBuilder, shapes};
+use trimtess::model::{Model, shapes};
 
 mod brake;
 mod teapot;
@@ -41,8 +40,5 @@ pub fn by_name(name: &str) -> Option<Model> {
         "brake-assembly" => return Some(brake::assembly()),
         _ => return shapes::by_name(name),
     };
-    let mut model = ModelBuilder::new(name);
-    let part = model.part(part);
-    model.place(part, DAffine3::IDENTITY);
-    Some(model.finish().expect("the models are stated soundly"))
+    Some(Model { name: name.into(), ..part.into() })
 }

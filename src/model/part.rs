@@ -233,6 +233,15 @@ pub struct Model {
     pub diagnostics: Vec<Diagnostic>,
 }
 
+impl From<Part> for Model {
+    /// The part, placed once, in a model of its name. Unchecked, as all that is not built by
+    /// [`ModelBuilder`](super::ModelBuilder).
+    fn from(part: Part) -> Self {
+        let instances = vec![Instance::new(PartId(0), DAffine3::IDENTITY)];
+        Self { name: part.name.clone(), parts: vec![part], instances, millimetres_per_unit: 1.0, ..Self::default() }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

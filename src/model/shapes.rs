@@ -37,10 +37,7 @@ pub fn by_name(name: &str) -> Option<Model> {
         "pair" => return Some(pair()),
         _ => return None,
     };
-    let mut model = ModelBuilder::new(name);
-    let part = model.part(part);
-    model.place(part, DAffine3::IDENTITY);
-    Some(model.finish().expect(SOUND))
+    Some(part.into())
 }
 
 /// A model of all shapes: the first part of each, placed once.

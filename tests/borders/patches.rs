@@ -1,12 +1,12 @@
 //! Hand-made patches, prepared and meshed.
 
-use crate::common::{placed, whole_frame};
-use glam::{DAffine3, DVec2, DVec3};
+use crate::common::whole_frame;
+use glam::{DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{MemorySink, MeshFacts, check_scene};
 use trimtess::model::{
-    Frame3, FreeTrims, Loop, ModelBuilder, NurbsCurve3, NurbsSurface, Part, PartBuilder, Severity, ShellKind, Surface,
+    Frame3, FreeTrims, Loop, Model, NurbsCurve3, NurbsSurface, Part, PartBuilder, Severity, ShellKind, Surface,
 };
 use trimtess::prepare::internals::OpenEdges;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -109,7 +109,7 @@ pub(crate) fn trimmed(faces: impl IntoIterator<Item = (NurbsSurface, FreeTrims)>
 
 pub(crate) fn prepared_within(part: Part, border_tolerance: f64) -> Arc<Prepared> {
     let options = PrepareOptions::DEFAULT.with_border_tolerance(border_tolerance);
-    let prepared = prepare(placed(part), &options).unwrap();
+    let prepared = prepare(Model::from(part), &options).unwrap();
     let bad: Vec<_> = prepared.diagnostics.iter().filter(|d| d.severity > Severity::Note).collect();
     assert!(bad.is_empty(), "{bad:?}");
     Arc::new(prepared)
@@ -151,10 +151,7 @@ fn a_face_that_ends_because_its_surface_does_is_open_there() {
     let curve = NurbsCurve3::line(DVec3::new(2.0, 0.0, 0.0), DVec3::new(2.0, 0.0, 5.0));
     let tube = Surface::Revolution { curve, frame: Frame3::WORLD };
     part.plain_face(tube, shell, vec![Loop::Edges(vec![ring.along()])], false);
-    let mut model = ModelBuilder::new("model");
-    let part = model.part(part.finish().unwrap());
-    model.place(part, DAffine3::IDENTITY);
-    let prepared = Arc::new(prepare(model.finish().unwrap(), &PrepareOptions::DEFAULT).unwrap());
+    let prepared = Arc::new(prepare(Model::from(part.finish().unwrap()), &PrepareOptions::DEFAULT).unwrap());
     ends_where_it_is_open(&prepared);
 }
 

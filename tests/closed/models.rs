@@ -1,7 +1,7 @@
 //! Smallest inputs, stated by hand.
 
 use crate::chains::assert_chains_close;
-use crate::common::{self, placed};
+use crate::common;
 use glam::DVec3;
 use std::sync::Arc;
 use trimtess::model::{
@@ -12,7 +12,7 @@ use trimtess::prepare::Prepared;
 
 /// Prepares a part, sound or not.
 fn prepared(part: Part) -> Arc<Prepared> {
-    let prepared = common::prepared(placed(part));
+    let prepared = common::prepared(part);
     assert_chains_close(&prepared);
     prepared
 }

@@ -1,19 +1,21 @@
 //! Parts and models -> prepared, and frames of them.
 #![allow(dead_code, reason = "not every test uses all of it")]
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::frame::Plan;
 use trimtess::math::predicates::orient2d;
 use trimtess::mesh::MemorySink;
-use trimtess::model::{Diagnostic, Instance, Model, Part, PartId};
+use trimtess::model::{Diagnostic, Model, Part, PartBuilder, ShellKind, Surface};
 use trimtess::parallel::{FrameReport, serial};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
-/// The part, placed once, sound or not.
-pub(crate) fn placed(part: Part) -> Model {
-    let instance = Instance::new(PartId(0), DAffine3::IDENTITY);
-    Model { parts: vec![part], instances: vec![instance], millimetres_per_unit: 1.0, ..Model::default() }
+/// An open part of one face: the surface, whole.
+pub(crate) fn whole(surface: Surface) -> Part {
+    let mut part = PartBuilder::new("whole");
+    let shell = part.plain_shell(ShellKind::Open);
+    part.plain_face(surface, shell, Vec::new(), false);
+    part.finish().expect("a sound part")
 }
 
 /// Asserts that `docs/diagnostics.md` has the code of each with its severity.
@@ -32,14 +34,14 @@ pub(crate) fn documented(diagnostics: &[Diagnostic]) {
 }
 
 /// The model, prepared with the default options. Asserts that its diagnostics are documented.
-pub(crate) fn prepared(model: Model) -> Arc<Prepared> {
-    let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+pub(crate) fn prepared(model: impl Into<Model>) -> Arc<Prepared> {
+    let prepared = prepare(model.into(), &PrepareOptions::DEFAULT).expect("within the limits");
     documented(&prepared.diagnostics);
     Arc::new(prepared)
 }
 
 /// The same. Asserts that there are no diagnostics.
-pub(crate) fn prepared_clean(model: Model) -> Arc<Prepared> {
+pub(crate) fn prepared_clean(model: impl Into<Model>) -> Arc<Prepared> {
     let prepared = prepared(model);
     assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
     prepared

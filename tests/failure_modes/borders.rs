@@ -1,7 +1,7 @@
 //! Holes that touch the outer border, each other, or a vertex; and hairlines between them.
 
 use crate::body::{Body, level};
-use crate::common::{frame, placed, prepared};
+use crate::common::{frame, prepared};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -73,7 +73,7 @@ fn holes_that_overlap_by_rounding_are_a_note() {
         plate(&mut body, holes.to_vec());
         let mut part = body.finish();
         part.tolerance = 1e-7;
-        let prepared = prepared(placed(part));
+        let prepared = prepared(part);
         assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
         let (sink, report) =
             frame(&prepared, &plan(&prepared, &Tolerance { chord: 1e-3, angle: 0.35, max_edge: None }), true);

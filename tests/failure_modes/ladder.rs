@@ -1,6 +1,6 @@
 //! A model -> meshes at four tolerances, each checked against everything that must hold.
 
-use crate::common::{frame, placed, prepared};
+use crate::common::{frame, prepared};
 use crate::flipped::{disagreeing, flipped};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -57,12 +57,12 @@ impl Ladder {
 
     /// A solid with the given volume and area.
     pub(crate) fn solid(part: Part, volume: f64, area: f64) -> Self {
-        Self { volume: Some(volume), area: Some(area), ..Self::new(placed(part), true) }
+        Self { volume: Some(volume), area: Some(area), ..Self::new(part.into(), true) }
     }
 
     /// An open shell with the given area.
     pub(crate) fn sheet(part: Part, area: f64) -> Self {
-        Self { area: Some(area), ..Self::new(placed(part), false) }
+        Self { area: Some(area), ..Self::new(part.into(), false) }
     }
 
     /// Names the input within its test.

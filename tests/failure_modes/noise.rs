@@ -1,7 +1,7 @@
 //! Edges less accurate than their faces need: images cross although edges do not.
 
 use crate::body::{Body, through};
-use crate::common::{frame, placed, prepared};
+use crate::common::{frame, prepared};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -103,7 +103,7 @@ fn edges_around_a_small_hole_of_a_closed_face_cross_at_their_vertex() {
         let one = body.spline(through(first, (0.0, 1.0), 400));
         let two = body.spline(through(|t| on(PI * (1.0 + t), 1.0), (0.0, 1.0), 40));
         body.face(torus.clone(), vec![vec![two.against(), one.against()]], false);
-        let prepared = prepared(placed(body.finish()));
+        let prepared = prepared(body.finish());
         let told: Vec<_> = prepared.diagnostics.iter().map(|d| d.kind.code()).collect();
         assert_eq!(told, ["edge-images-crossed"], "{past}: {:?}", prepared.diagnostics);
         for chord in [0.1, 0.01, 1e-3] {

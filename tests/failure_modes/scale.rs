@@ -1,7 +1,7 @@
 //! Sizes, places and tolerances far apart: from a micrometre to a kilometre, near the origin and far from it.
 
 use crate::body::{Body, frame};
-use crate::common::{placed, prepared, whole_frame};
+use crate::common::{prepared, whole_frame};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
@@ -95,7 +95,7 @@ fn the_coarsest_mesh_keeps_every_face_of_every_shape() {
 #[test]
 fn a_tolerance_far_smaller_than_rounding_is_reported() {
     let (part, volume, _) = block(1.0, DVec3::ZERO);
-    let prepared = prepared(placed(part));
+    let prepared = prepared(part);
     let limits = PlanLimits::DEFAULT.with_triangles_per_tile(20_000).with_triangles(200_000);
     for chord in [1e-7, 1e-12, 0.0] {
         let plan = plan_within(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }, &limits);

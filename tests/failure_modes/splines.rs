@@ -1,7 +1,7 @@
 //! B-spline faces: helices, closed faces with seams anywhere, trims along knots, creases and natural borders.
 
 use crate::body::{Body, frame, integral, level, through};
-use crate::common::{placed, prepared_clean, whole_frame};
+use crate::common::{prepared_clean, whole_frame};
 use crate::ladder::Ladder;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -475,7 +475,7 @@ fn a_patch_whose_whole_border_is_one_point() {
     let bag = NurbsSurface::bezier((3, 3), net.map(point).collect(), Vec::new());
     let mut body = Body::sheet();
     body.face(Surface::Nurbs(bag), Vec::new(), false);
-    let prepared = prepared_clean(placed(body.finish()));
+    let prepared = prepared_clean(body.finish());
     for chord in [1e-2, 1e-3] {
         let plan = plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None });
         let sink = whole_frame(&prepared, &plan, true);

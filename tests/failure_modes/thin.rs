@@ -1,7 +1,7 @@
 //! Faces between curves that run close together.
 
 use crate::body::{Body, level};
-use crate::common::{frame, placed, prepared};
+use crate::common::{frame, prepared};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -68,7 +68,7 @@ fn a_groove_narrower_than_the_tolerance() {
     let low: Vec<Coedge> = low.into_iter().rev().map(EdgeId::against).collect();
     let high: Vec<Coedge> = high.into_iter().map(EdgeId::along).collect();
     body.face(Surface::Torus { frame: Frame3::WORLD, major, minor }, vec![low, high], true);
-    let prepared = prepared(placed(body.finish()));
+    let prepared = prepared(body.finish());
     for chord in [0.3, 0.6, 0.95, 1.2, 1.6] {
         for angle in [30.0_f64, 35.0, 45.0, 60.0, 90.0] {
             let plan = plan(&prepared, &Tolerance { chord, angle: angle.to_radians(), max_edge: None });

@@ -1,13 +1,13 @@
 //! How bodies are composed: edges of many faces, coincident faces, lost faces, tiny faces.
 
 use crate::body::{Body, ball, frame};
-use crate::common::{self, placed, prepared};
+use crate::common::{self, prepared};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::check_scene;
-use trimtess::model::{EdgeId, Face, FaceId, Frame3, Loop, NurbsSurface, Part, ShellKind, Surface};
+use trimtess::model::{EdgeId, Face, FaceId, Frame3, Loop, Model, NurbsSurface, Part, ShellKind, Surface};
 
 fn at(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -200,7 +200,7 @@ fn one_broken_face_loses_only_its_surface_and_is_reported_by_entity() {
     ];
     let all = 2.0 * (12.0 - PI) + 28.0 + TAU * 2.0;
     for (number, (code, broken)) in breaks.into_iter().enumerate() {
-        let mut model = placed(numbered());
+        let mut model = Model::from(numbered());
         broken(&mut model.parts[0]);
         let Face { entity, loops, .. } = &model.parts[0].faces[0];
         let (entity, filled) = (*entity, matches!(loops.first(), Some(Loop::Edges(edges)) if !edges.is_empty()));
@@ -219,7 +219,7 @@ fn one_broken_face_loses_only_its_surface_and_is_reported_by_entity() {
 
 #[test]
 fn a_gap_in_a_loop_on_an_unsound_surface_is_bridged_by_a_line() {
-    let mut model = placed(numbered());
+    let mut model = Model::from(numbered());
     let face = &mut model.parts[0].faces[0];
     face.surface = unsound();
     let Loop::Edges(coedges) = &mut face.loops[0] else { panic!("a loop of edges") };
@@ -253,7 +253,7 @@ fn a_one_sided_strip_is_meshed() {
         let round = body.polygon(&[a, d, c, b]);
         body.face(Surface::Nurbs(piece), vec![round], false);
     }
-    let prepared = prepared(placed(body.finish()));
+    let prepared = prepared(body.finish());
     let plan = plan(&prepared, &Tolerance { chord: 0.05, angle: 0.5, max_edge: None });
     let facts = check_scene(&common::frame(&prepared, &plan, true).0);
     assert!(facts.total.is_well_formed() && facts.faces_without_triangles.is_empty(), "{}", facts.total);

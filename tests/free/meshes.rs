@@ -1,6 +1,6 @@
 //! Free trims down to triangles: watertight inside, true to the surface and to the exact area in (u,v).
 
-use crate::common::{self, frame, placed};
+use crate::common::{self, frame};
 use crate::draw::{each_configuration, flower};
 use crate::polylines::{crossings, refine, segments};
 use crate::random::SplitMix;
@@ -38,7 +38,7 @@ pub(crate) fn prepared(surface: Surface, trims: FreeTrims) -> Arc<Prepared> {
     let mut part = PartBuilder::new("part");
     let shell = part.plain_shell(ShellKind::Open);
     part.trimmed_face(surface, shell, trims, false);
-    common::prepared(placed(part.finish().unwrap()))
+    common::prepared(part.finish().unwrap())
 }
 
 pub(crate) fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MemorySink, FrameReport) {

@@ -1,9 +1,9 @@
 //! What the builder refuses in free trims.
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use trimtess::model::{
-    Frame3, FreeTrims, Loop, ModelBuilder, NurbsCurve2, PartBuilder, PartError, ShellKind, SplineError, Surface,
-    TrimCurve, TrimError, TrimPiece, TrimRule, VertexId,
+    Frame3, FreeTrims, Loop, Model, NurbsCurve2, PartBuilder, PartError, ShellKind, SplineError, Surface, TrimCurve,
+    TrimError, TrimPiece, TrimRule, VertexId,
 };
 
 fn fault(curve: TrimCurve) -> (TrimError, String) {
@@ -74,10 +74,7 @@ fn unbounded_surfaces_and_two_kinds_of_boundary_are_refused() {
     let mut part = part.finish().unwrap();
     part.vertices.push(DVec3::ZERO);
     part.faces[0].loops.push(Loop::Vertex(VertexId(0)));
-    let mut model = ModelBuilder::new("model");
-    let part = model.part(part);
-    model.place(part, DAffine3::IDENTITY);
-    let error = model.finish().unwrap_err().to_string();
+    let error = Model::from(part).check().unwrap_err().to_string();
     assert!(error.contains("face 0 has 1 loops and 1 free trimming curves; it cannot have both"), "{error}");
 }
 

@@ -3,11 +3,10 @@
 use crate::draw::{List, below, log_range, range, repeat, round};
 use crate::judge::Meshed;
 use arbitrary::{Result, Unstructured};
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 use trimtess::model::{
-    Coedge, CurveKind, Loop, Model, ModelBuilder, ModelError, NurbsCurve, NurbsSurface, PartBuilder, ShellKind,
-    Surface, VertexId,
+    Coedge, CurveKind, Loop, Model, ModelError, NurbsCurve, NurbsSurface, PartBuilder, ShellKind, Surface, VertexId,
 };
 
 /// A face on a B-spline surface.
@@ -70,11 +69,8 @@ impl Sheet {
         let usable = surface.check().is_ok();
         let loops = self.loops.iter().filter(|_| usable).map(|l| self.boundary(&mut part, &surface, l)).collect();
         part.plain_face(Surface::Nurbs(surface), shell, loops, self.reversed);
-        let mut model = ModelBuilder::new("sheet");
         let part = part.finish().map_err(|error| ModelError::Part { part: trimtess::model::PartId(0), error })?;
-        let part = model.part(part);
-        model.place(part, DAffine3::IDENTITY);
-        model.finish()
+        Ok(part.into())
     }
 
     fn boundary(&self, part: &mut PartBuilder, surface: &NurbsSurface, corners: &[[f64; 2]]) -> Loop {

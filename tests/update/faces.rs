@@ -3,12 +3,12 @@
 use crate::edits::{move_hole, shift};
 use crate::models;
 use crate::prepared::{OPTIONS, assert_same};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 use trimtess::control::{Alone, Control};
 use trimtess::model::{
-    EdgeId, FaceId, Frame3, Loop, Model, ModelBuilder, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
+    EdgeId, FaceId, Frame3, Loop, Model, NurbsCurve3, Part, PartBuilder, ShellKind, Surface, VertexId,
 };
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -121,13 +121,10 @@ fn odd_faces() -> Model {
     part.plain_face(plane(10.0), shell, vec![Loop::Edges(border), Loop::Edges(hole)], false);
     let plain = polygon(&mut part, 15.0, &square);
     part.plain_face(plane(15.0), shell, vec![Loop::Edges(plain)], false);
-    let mut model = ModelBuilder::new("odd faces");
-    let part = model.part(part.finish().unwrap());
-    model.place(part, DAffine3::IDENTITY);
-    let mut model = model.finish().unwrap();
+    let mut part = part.finish().unwrap();
     // Builders refuse gaps.
-    move_vertex(&mut model.parts[0], c, DVec3::Y * 0.3);
-    model
+    move_vertex(&mut part, c, DVec3::Y * 0.3);
+    part.into()
 }
 
 /// Moves a vertex of straight edges.

@@ -4,13 +4,11 @@ use super::frames::path;
 use super::pixels::project;
 use super::{prepared, shape};
 use crate::random::SplitMix;
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use std::sync::Arc;
 use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{Plan, PlannerOptions};
-use trimtess::model::{
-    CurveKind, EdgeId, Frame3, Loop, ModelBuilder, NurbsCurve3, PartBuilder, ShellKind, Surface, TileId,
-};
+use trimtess::model::{CurveKind, EdgeId, Frame3, Loop, NurbsCurve3, PartBuilder, ShellKind, Surface, TileId};
 use trimtess::prepare::Prepared;
 use trimtess::prepare::internals::{EdgeShape, TileUse};
 use trimtess::view::{Camera, Projection, View};
@@ -69,10 +67,7 @@ fn plate() -> Arc<Prepared> {
     part.plain_face(Surface::Plane { frame: frame(0.0) }, shell, vec![Loop::Edges(bottom)], true);
     let top = head.map(EdgeId::along).to_vec();
     part.plain_face(Surface::Plane { frame: frame(SIZE.z) }, shell, vec![Loop::Edges(top)], false);
-    let mut model = ModelBuilder::new("plate");
-    let part = model.part(part.finish().unwrap());
-    model.place(part, DAffine3::IDENTITY);
-    prepared(model.finish().unwrap())
+    prepared(part.finish().unwrap())
 }
 
 /// A view whose near plane cuts the far end of a plate gives it a step for each of its boxes. Then the camera flies

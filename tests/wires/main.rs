@@ -10,7 +10,7 @@ mod random;
 mod sewing;
 mod turns;
 
-use common::{frame, placed};
+use common::{frame, prepared};
 use glam::DVec3;
 use std::sync::Arc;
 use trimtess::frame::{Tolerance, plan};
@@ -23,11 +23,6 @@ use trimtess::prepare::Prepared;
 
 /// Chords: base, /4, /16, /32.
 pub(crate) const CHORDS: [f64; 4] = [0.2, 0.05, 0.0125, 0.00625];
-
-/// The part, placed once and prepared, sound or not.
-pub(crate) fn prepared(part: Part) -> Arc<Prepared> {
-    common::prepared(placed(part))
-}
 
 pub(crate) fn mesh(prepared: &Arc<Prepared>, chord: f64) -> (MeshFacts, FrameReport) {
     let plan = plan(prepared, &Tolerance { chord, angle: 0.5, max_edge: None });

@@ -1,5 +1,6 @@
 //! Faces without common edges: what is sewn and what is not.
 
+use crate::common::whole;
 use crate::{mesh, prepared, told, warned};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -159,10 +160,7 @@ fn surfaces_without_area_are_reported_and_have_no_triangles() {
     let line = NurbsSurface::bezier((1, 1), [0.0, 1.0, 1.0, 2.0].map(at).to_vec(), Vec::new());
     let circle = NurbsCurve3::arc(&Frame3::WORLD, 2.0, 2.0, 0.0, TAU);
     for surface in [Surface::Nurbs(line), Surface::Revolution { curve: circle, frame: Frame3::WORLD }] {
-        let mut part = PartBuilder::new("no area");
-        let shell = part.plain_shell(ShellKind::Open);
-        part.plain_face(surface, shell, Vec::new(), false);
-        let prepared = prepared(part.finish().expect("a sound part"));
+        let prepared = prepared(whole(surface));
         assert_eq!(prepared.tiles().count(), 0);
         let why = prepared.diagnostics[0].kind.face_error();
         assert!(matches!(why, Some(FaceError::NoArea { .. })), "{:?}", prepared.diagnostics);

@@ -18,11 +18,9 @@ use std::time::{Duration, Instant};
 use trimtess::control::{Alone, Control};
 use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::frame::{Plan, PlanLimits, plan_for_view_on};
-use trimtess::glam::{DAffine3, DVec2, DVec3};
+use trimtess::glam::{DVec2, DVec3};
 use trimtess::mesh::{MeshLists, NormalFormat, VertexLayout};
-use trimtess::model::{
-    FreeTrims, Model, ModelBuilder, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule,
-};
+use trimtess::model::{FreeTrims, Model, NurbsSurface, PartBuilder, ShellKind, Surface, TrimCurve, TrimRule};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{Prepared, prepare, prepare_on};
 use trimtess::view::{Camera, Projection, View};
@@ -122,10 +120,7 @@ fn scene() -> Result<(Model, Vec<NurbsSurface>), Failure> {
         part.trimmed_face(face.surface.clone(), shell, trims.clone(), face.reversed);
         patches.push(patch.clone());
     }
-    let mut model = ModelBuilder::new("trimmed teapot");
-    let part = model.part(part.finish().map_err(Failure::cannot)?);
-    model.place(part, DAffine3::IDENTITY);
-    Ok((model.finish().map_err(Failure::cannot)?, patches))
+    Ok((part.finish().map_err(Failure::cannot)?.into(), patches))
 }
 
 fn table(model: Model, patches: &[NurbsSurface], tolerances: &[f64], common: &Common) -> Result<(), Failure> {

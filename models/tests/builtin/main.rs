@@ -11,7 +11,7 @@ use std::sync::Arc;
 use trimtess::audit::{self, DeviationReport};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, SceneFacts, check_scene};
-use trimtess::model::{Model, ModelBuilder, Part, Severity};
+use trimtess::model::{Model, Part, Severity};
 use trimtess::parallel::serial;
 use trimtess::prepare::internals::EdgeShape;
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -31,10 +31,7 @@ fn of_model(model: Model) -> Arc<Prepared> {
 
 /// Prepares a model of one part.
 fn alone(part: Part) -> Arc<Prepared> {
-    let mut model = ModelBuilder::new(part.name.clone());
-    let part = model.part(part);
-    model.place(part, DAffine3::IDENTITY);
-    of_model(model.finish().unwrap())
+    of_model(part.into())
 }
 
 /// Meshes with a chord tolerance of `share` of the diagonal; returns the tolerance, the facts and the deviation.

@@ -333,9 +333,9 @@ mod tests {
     use crate::frame::plan::limits::PlanLimits;
     use crate::frame::plan::make::plan_on;
     use crate::frame::plan::output::{MAX_LINES, PartPlan};
-    use crate::model::{FreeTrims, Model, ModelBuilder, PartBuilder, ShellKind, TrimCurve, TrimRule, shapes};
+    use crate::model::{FreeTrims, Model, PartBuilder, ShellKind, TrimCurve, TrimRule, shapes};
     use crate::prepare::{PrepareOptions, prepare};
-    use glam::{DAffine3, DVec2};
+    use glam::DVec2;
     use std::f64::consts::TAU;
 
     /// A bent sheet with a hole of many short sides.
@@ -346,10 +346,7 @@ mod tests {
         let shell = part.plain_shell(ShellKind::Open);
         let surface = shapes::wave().faces.swap_remove(0).surface;
         part.trimmed_face(surface, shell, FreeTrims { rule: TrimRule::Handedness, curves }, false);
-        let mut model = ModelBuilder::new("sheet");
-        let part = model.part(part.finish().unwrap());
-        model.place(part, DAffine3::IDENTITY);
-        model.finish().unwrap()
+        part.finish().unwrap().into()
     }
 
     #[test]
