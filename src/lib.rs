@@ -57,6 +57,21 @@ macro_rules! setters {
     };
 }
 
+/// [`setters`] of a type whose default is its `DEFAULT`: `options! { Size: with_width(width: u32); }`.
+macro_rules! options {
+    ($options:ident: $($setters:tt)+) => {
+        impl $options {
+            setters! { $($setters)+ }
+        }
+
+        impl Default for $options {
+            fn default() -> Self {
+                Self::DEFAULT
+            }
+        }
+    };
+}
+
 /// Random tests with the same inputs in every run.
 #[cfg(test)]
 #[path = "../tests/sequence/mod.rs"]

@@ -44,15 +44,6 @@ impl SessionOptions {
         rebalance_every: None,
     };
 
-    setters! {
-        with_threads(threads: usize);
-        with_workers(workers: usize);
-        with_edge_lines(edge_lines: bool);
-        with_levels(levels: usize);
-        with_resident_bytes(resident_bytes: Option<u64>);
-        with_planner(planner: PlannerOptions);
-    }
-
     /// Sets [`rebalance_every`](Self::rebalance_every); 0 `frames` disable it.
     #[must_use]
     pub const fn with_rebalance_every(self, frames: u32) -> Self {
@@ -60,8 +51,12 @@ impl SessionOptions {
     }
 }
 
-impl Default for SessionOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
+options! {
+    SessionOptions:
+    with_threads(threads: usize);
+    with_workers(workers: usize);
+    with_edge_lines(edge_lines: bool);
+    with_levels(levels: usize);
+    with_resident_bytes(resident_bytes: Option<u64>);
+    with_planner(planner: PlannerOptions);
 }

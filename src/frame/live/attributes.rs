@@ -30,13 +30,6 @@ impl Attributes {
     /// Visible, in the colours of the model, with the tolerance of the views and priority 1.
     pub const DEFAULT: Self = Self { visible: true, colour: None, tolerance_scale: 1.0, priority: 1.0 };
 
-    setters! {
-        with_visible(visible: bool);
-        with_colour(colour: Option<Colour>);
-        with_tolerance_scale(tolerance_scale: f64);
-        with_priority(priority: f64);
-    }
-
     /// Those of an instance that has these, of a part that has `of_part`.
     fn combined(self, of_part: &Self) -> Self {
         /// Bounds on the scale, far beyond what meshes need: the inverse of a tolerance stays finite.
@@ -50,10 +43,12 @@ impl Attributes {
     }
 }
 
-impl Default for Attributes {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
+options! {
+    Attributes:
+    with_visible(visible: bool);
+    with_colour(colour: Option<Colour>);
+    with_tolerance_scale(tolerance_scale: f64);
+    with_priority(priority: f64);
 }
 
 /// Attributes of an instance.

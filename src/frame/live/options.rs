@@ -24,17 +24,12 @@ impl PlannerOptions {
     /// Default limits, no budget, no back-face culling, [`LinePlacement::Spread`].
     pub const DEFAULT: Self =
         Self { limits: PlanLimits::DEFAULT, budget: None, cull_back_faces: false, lines: LinePlacement::Spread };
-
-    setters! {
-        with_limits(limits: PlanLimits);
-        with_budget(budget: Option<Duration>);
-        with_cull_back_faces(cull_back_faces: bool);
-        with_lines(lines: LinePlacement);
-    }
 }
 
-impl Default for PlannerOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
+options! {
+    PlannerOptions:
+    with_limits(limits: PlanLimits);
+    with_budget(budget: Option<Duration>);
+    with_cull_back_faces(cull_back_faces: bool);
+    with_lines(lines: LinePlacement);
 }

@@ -29,18 +29,13 @@ impl PlanLimits {
     pub(crate) fn allowed(&self, held_mib: u32) -> u64 {
         self.triangles.min(self.bytes.saturating_sub(u64::from(held_mib) << 20) / BYTES_PER_TRIANGLE)
     }
-
-    setters! {
-        with_triangles_per_tile(triangles_per_tile: u64);
-        with_triangles(triangles: u64);
-        with_bytes(bytes: u64);
-    }
 }
 
-impl Default for PlanLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
+options! {
+    PlanLimits:
+    with_triangles_per_tile(triangles_per_tile: u64);
+    with_triangles(triangles: u64);
+    with_bytes(bytes: u64);
 }
 
 /// Where a plan is coarser than its tolerance requires, and because of which limits.

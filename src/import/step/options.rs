@@ -43,22 +43,17 @@ impl StepOptions {
         max_memory: 16 << 30,
         supplemental: false,
     };
-
-    setters! {
-        with_fit_tolerance(fit_tolerance: f64);
-        with_max_bytes(max_bytes: u64);
-        with_max_syntax_repairs(max_syntax_repairs: usize);
-        with_max_entities(max_entities: u64);
-        with_max_instances(max_instances: u64);
-        with_max_memory(max_memory: u64);
-        with_supplemental(supplemental: bool);
-    }
 }
 
-impl Default for StepOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
+options! {
+    StepOptions:
+    with_fit_tolerance(fit_tolerance: f64);
+    with_max_bytes(max_bytes: u64);
+    with_max_syntax_repairs(max_syntax_repairs: usize);
+    with_max_entities(max_entities: u64);
+    with_max_instances(max_instances: u64);
+    with_max_memory(max_memory: u64);
+    with_supplemental(supplemental: bool);
 }
 
 /// Why a file cannot be read at all.

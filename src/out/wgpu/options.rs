@@ -123,23 +123,18 @@ impl RenderOptions {
         other_bounds: None,
         background: [[0.97, 0.98, 0.99, 1.0], [0.83, 0.86, 0.9, 1.0]],
     };
-
-    setters! {
-        with_size(size: (u32, u32));
-        with_camera(camera: Option<Camera>);
-        with_colour_by(colour_by: ColourBy);
-        with_wireframe(wireframe: bool);
-        with_lattice(lattice: bool);
-        with_edges(edges: bool);
-        with_backfaces(backfaces: bool);
-        with_section(section: Option<Section>);
-        with_other_bounds(other_bounds: Option<[DVec3; 2]>);
-        with_background(background: [Colour; 2]);
-    }
 }
 
-impl Default for RenderOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
+options! {
+    RenderOptions:
+    with_size(size: (u32, u32));
+    with_camera(camera: Option<Camera>);
+    with_colour_by(colour_by: ColourBy);
+    with_wireframe(wireframe: bool);
+    with_lattice(lattice: bool);
+    with_edges(edges: bool);
+    with_backfaces(backfaces: bool);
+    with_section(section: Option<Section>);
+    with_other_bounds(other_bounds: Option<[DVec3; 2]>);
+    with_background(background: [Colour; 2]);
 }

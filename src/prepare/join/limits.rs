@@ -23,17 +23,12 @@ pub struct PrepareLimits {
 impl PrepareLimits {
     /// 16 million patches, 16 GiB. The largest real files have thousands of patches.
     pub const DEFAULT: Self = Self { patches: 1 << 24, bytes: 16 << 30 };
-
-    setters! {
-        with_patches(patches: u64);
-        with_bytes(bytes: u64);
-    }
 }
 
-impl Default for PrepareLimits {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
+options! {
+    PrepareLimits:
+    with_patches(patches: u64);
+    with_bytes(bytes: u64);
 }
 
 /// The model exceeds [`PrepareLimits`].

@@ -34,18 +34,13 @@ pub struct PrepareOptions {
 impl PrepareOptions {
     /// [`PrepareLimits::DEFAULT`], a border tolerance of 1e-6, for coordinates of seven digits, and no faces kept.
     pub const DEFAULT: Self = Self { limits: PrepareLimits::DEFAULT, border_tolerance: 1e-6, keep_faces: false };
-
-    setters! {
-        with_limits(limits: PrepareLimits);
-        with_border_tolerance(border_tolerance: f64);
-        with_keep_faces(keep_faces: bool);
-    }
 }
 
-impl Default for PrepareOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
+options! {
+    PrepareOptions:
+    with_limits(limits: PrepareLimits);
+    with_border_tolerance(border_tolerance: f64);
+    with_keep_faces(keep_faces: bool);
 }
 
 /// Prepares a model for tessellation: an [update](Prepared::update) of nothing.
