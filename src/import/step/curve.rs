@@ -286,7 +286,7 @@ impl Geometry<'_> {
         } else if SPLINES.into_iter().any(|kind| instance.is(kind)) {
             Carrier::Spline { curve: self.b_spline(instance)?, kind: CurveKind::Spline }
         } else {
-            return Err(Trouble::new(id, StepTrouble::NotRead { what: "curves", keyword: instance.keyword() }));
+            return Err(instance.not_read("curves"));
         };
         Ok((carrier, true))
     }

@@ -83,7 +83,7 @@ impl Geometry<'_> {
                     return Err(Trouble::new(id, StepTrouble::TooDeep { what: "oriented faces" }));
                 }
                 if !is_face(face) {
-                    return Err(Trouble::new(id, StepTrouble::NotRead { what: "faces", keyword: face.keyword() }));
+                    return Err(face.not_read("faces"));
                 }
                 let own = face.fields("FACE_SURFACE", 2);
                 let plain = !(face.is("FACE_SURFACE") || face.is("ADVANCED_FACE"));
@@ -120,8 +120,7 @@ impl Geometry<'_> {
                     let own = surface.fields("CURVE_BOUNDED_SURFACE", 1);
                     // The sides of the surface bound it, and these are holes.
                     if own.flag(2, false) {
-                        let (what, keyword) = ("implicit outer bounds", surface.keyword());
-                        return Err(Trouble::new(id, StepTrouble::NotRead { what, keyword }));
+                        return Err(surface.not_read("implicit outer bounds"));
                     }
                     for boundary in own.links(1)? {
                         let segments = self.get(boundary)?.fields("COMPOSITE_CURVE", 1).links(0)?;
@@ -164,7 +163,7 @@ impl Geometry<'_> {
             let (sides, again) = unique(sides(&points));
             (Bound::Edges(sides.collect()), again)
         } else {
-            return Err(Trouble::new(of.id, StepTrouble::NotRead { what: "bounds", keyword: of.keyword() }));
+            return Err(of.not_read("bounds"));
         };
         if let Bound::Edges(uses) = &bound
             && uses.is_empty()
@@ -204,7 +203,7 @@ impl Geometry<'_> {
             }
             // A seam edge only selects one of the seam's two parameter curves.
             if !(edge.is("ORIENTED_EDGE") || edge.is("SEAM_EDGE")) {
-                return Err(Trouble::new(edge.id, StepTrouble::NotRead { what: "edges", keyword: edge.keyword() }));
+                return Err(edge.not_read("edges"));
             }
             // name, (start, end, derived), edge, orientation
             let own = edge.fields("ORIENTED_EDGE", 3);
@@ -228,7 +227,7 @@ impl Geometry<'_> {
                 same ^= !own.flag(1, true);
                 self.get(own.reference(0)?)?
             } else {
-                return Err(Trouble::new(edge.id, StepTrouble::NotRead { what: "edges", keyword: edge.keyword() }));
+                return Err(edge.not_read("edges"));
             };
         }
         Err(Trouble::new(id, StepTrouble::TooDeep { what: "subedges" }))

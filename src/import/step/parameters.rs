@@ -89,6 +89,9 @@ impl Parametric {
     }
 }
 
+/// What some types have none of.
+const PARAMETERS: &str = "parameters on curves and surfaces";
+
 impl Geometry<'_> {
     /// A surface, with the map from the file's parameters to its natural ones. Flipped surfaces and replicas are refused.
     pub(super) fn parametric(&self, id: u64, depth: usize) -> Read<Parametric> {
@@ -132,7 +135,7 @@ impl Geometry<'_> {
                     let along = self.vector(swept.reference(1)?)?;
                     let (Carrier::Line { along: line, .. }, same) = self.carrier(swept.reference(0)?, depth + 1)?
                     else {
-                        return Err(self.no_parameters(instance));
+                        return Err(instance.not_read(PARAMETERS));
                     };
                     let line = if same { line } else { -line };
                     let flat = |v: DVec3| DVec2::new(v.dot(frame.x), v.dot(frame.y));
@@ -154,15 +157,10 @@ impl Geometry<'_> {
                     let spans = (curve.points.len() - 1) / 2;
                     Ok(Each([angle, StatedAxis { arc: arc((start, end), spans), ..angle }]))
                 }
-                Surface::Extrusion { .. } => Err(self.no_parameters(instance)),
+                Surface::Extrusion { .. } => Err(instance.not_read(PARAMETERS)),
                 Surface::Nurbs(_) => Ok(Each([StatedAxis::SAME; 2])),
             }
         }
-    }
-
-    fn no_parameters(&self, instance: Entity<'_>) -> Trouble {
-        let keyword = instance.keyword();
-        Trouble::new(instance.id, StepTrouble::NotRead { what: "parameters on curves and surfaces", keyword })
     }
 
     /// Maps the parameter of a curve with ends to that of [`bounded`](Self::bounded).
@@ -184,7 +182,7 @@ impl Geometry<'_> {
         } else if instance.is("POLYLINE") || SPLINES.into_iter().any(|kind| instance.is(kind)) {
             Ok(StatedAxis::SAME)
         } else {
-            Err(self.no_parameters(instance))
+            Err(instance.not_read(PARAMETERS))
         }
     }
 
@@ -207,7 +205,7 @@ impl Geometry<'_> {
             Carrier::Parabola { .. } => Ok(axis),
             Carrier::Spline { .. } if self.stated_axis(basis, depth + 1)? == StatedAxis::SAME => Ok(axis),
             // A hyperbola's NURBS form has other parameters inside its spans.
-            Carrier::Hyperbola { .. } | Carrier::Spline { .. } => Err(self.no_parameters(instance)),
+            Carrier::Hyperbola { .. } | Carrier::Spline { .. } => Err(instance.not_read(PARAMETERS)),
         }
     }
 }

@@ -161,7 +161,7 @@ impl<'a> Gather<'a> {
                 into.shells.push(ShellUse { kind: ShellKind::Open, entity: item.id, faces, colour, units });
             }
         } else if !is_shapeless(item) && !self.annotations.contains(&item.id) && self.take(item.id, into) {
-            return Err(Trouble::new(item.id, StepTrouble::NotRead { what: "items", keyword: item.keyword() }));
+            return Err(item.not_read("items"));
         }
         Ok(())
     }
@@ -297,10 +297,7 @@ impl<'a> Gather<'a> {
                     }
                 }
                 Ok(item) if is_shapeless(item) => {}
-                Ok(item) => {
-                    let what = StepTrouble::NotRead { what: "elements of geometric sets", keyword: item.keyword() };
-                    self.unread.push((Trouble::new(element, what), units));
-                }
+                Ok(item) => self.unread.push((item.not_read("elements of geometric sets"), units)),
                 Err(trouble) => self.unread.push((trouble, units)),
             }
         }

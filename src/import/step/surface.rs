@@ -97,7 +97,7 @@ impl Geometry<'_> {
             let base = instance.fields("CURVE_BOUNDED_SURFACE", 1).reference(0)?;
             self.surface(base, reach, depth + 1)
         } else {
-            Err(Trouble::new(id, StepTrouble::NotRead { what: "surfaces", keyword: instance.keyword() }))
+            Err(instance.not_read("surfaces"))
         }
     }
 

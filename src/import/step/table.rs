@@ -299,6 +299,11 @@ impl<'a> Entity<'a> {
         self.types().collect::<Vec<_>>().join("+")
     }
 
+    /// The trouble that instances of its type are not read as `what`.
+    pub(super) fn not_read(&self, what: &'static str) -> Trouble {
+        Trouble::new(self.id, StepTrouble::NotRead { what, keyword: self.keyword() })
+    }
+
     /// Names of its types.
     pub(super) fn types(&self) -> impl Iterator<Item = &'a str> + use<'a> {
         let parts = self.kind.is_none().then(|| self.parts().map(|(name, _)| name));

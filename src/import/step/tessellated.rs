@@ -97,7 +97,7 @@ impl Mesh {
                     // Holders may list curves and points, too.
                     Ok(())
                 } else {
-                    Err(Trouble::new(id, StepTrouble::NotRead { what: "tessellated faces", keyword: face.keyword() }))
+                    Err(face.not_read("tessellated faces"))
                 }
             });
             if let Err(trouble) = read {
