@@ -109,7 +109,7 @@ impl<F: Fn(f64, f64) -> Option<DVec3>> Search<F> {
             let (du, dv) = (self.slope(uv, 0)?, self.slope(uv, 1)?);
             let step = least_squares(du, dv, p - at);
             let halved = (0..8).find_map(|k| {
-                let share = 0.5f64.powi(k);
+                let share = 0.5_f64.powi(k);
                 let uv = self.inside([uv[0] + share * step.x, uv[1] + share * step.y]);
                 Some((uv, self.point(uv)?)).filter(|(_, moved)| moved.distance(p) < at.distance(p))
             });
