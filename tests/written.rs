@@ -7,17 +7,17 @@ mod common;
 #[path = "sequence/random.rs"]
 mod random;
 
-use blocks::{BlockSink, Blocks, Refusal, Room};
+use blocks::{BlockSink, Blocks, Refusal, decoded};
 use common::prepared;
-use glam::{DAffine3, DVec3, Vec2, Vec3};
+use glam::{DAffine3, DVec3, Vec3};
 use random::SplitMix;
 use std::sync::Arc;
 use std::time::Duration;
 use trimtess::control::Control;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{
-    Batch, IndexFormat, MemorySink, NormalFormat, PositionFormat, SceneInstance, SinkError, TileMemory, TileMesh,
-    VertexLayout, WrittenTile, check_scene,
+    Batch, IndexFormat, MemorySink, NormalFormat, PositionFormat, SceneInstance, SinkError, TileMemory, VertexLayout,
+    WrittenTile, check_scene,
 };
 use trimtess::model::{Face, Part, PartId, shapes};
 use trimtess::parallel::{FrameError, Session, SessionOptions, serial};
@@ -55,71 +55,6 @@ fn writing(prepared: &Arc<Prepared>, workers: usize, layout: VertexLayout) -> (S
 
 fn tolerance(prepared: &Prepared, rel: f64) -> Tolerance {
     Tolerance { chord: rel * prepared.diagonal, angle: 0.5, max_edge: None }
-}
-
-/// Reads attributes one after the other.
-struct Reader<'a>(&'a [u8]);
-
-impl Reader<'_> {
-    fn next<const N: usize>(&mut self) -> [u8; N] {
-        let (head, tail) = self.0.split_first_chunk().unwrap();
-        self.0 = tail;
-        *head
-    }
-
-    fn f32s<const N: usize>(&mut self) -> [f32; N] {
-        std::array::from_fn(|_| f32::from_le_bytes(self.next()))
-    }
-}
-
-/// The mesh that the bytes of a tile mean, without what the layout leaves out; tangents; and the words of the origins.
-fn decoded(
-    tile: &WrittenTile,
-    Room { vertices, indices }: &Room,
-    centre: DVec3,
-) -> (TileMesh, Vec<Vec3>, Vec<[u32; 3]>) {
-    let (mut mesh, mut tangents, mut origins) = (TileMesh::default(), Vec::new(), Vec::new());
-    for vertex in vertices.chunks_exact(tile.layout.stride()) {
-        let mut rest = Reader(vertex);
-        mesh.positions.push(match tile.layout.position {
-            PositionFormat::F64 => DVec3::from(std::array::from_fn(|_| f64::from_le_bytes(rest.next()))),
-            PositionFormat::F32 => centre + Vec3::from(rest.f32s()).as_dvec3(),
-            _ => {
-                let grid = tile.grid.unwrap();
-                let [x, y, z, zero] = std::array::from_fn(|_| u16::from_le_bytes(rest.next()));
-                assert_eq!(zero, 0);
-                let corner = DVec3::from(grid.corner.map(f64::from));
-                centre + grid.step * (corner + DVec3::from([x, y, z].map(f64::from)))
-            }
-        });
-        match tile.layout.normal {
-            NormalFormat::F32 => mesh.normals.push(Vec3::from(rest.f32s())),
-            NormalFormat::Octahedral => {
-                let [x, y] = std::array::from_fn(|_| f32::from(i16::from_le_bytes(rest.next())) / 32_767.0);
-                let z = 1.0 - x.abs() - y.abs();
-                let below = (-z).max(0.0);
-                mesh.normals.push(Vec3::new(x - below.copysign(x), y - below.copysign(y), z).normalize());
-            }
-            _ => {}
-        }
-        if tile.layout.uv {
-            mesh.uvs.push(Vec2::from(rest.f32s()));
-        }
-        if tile.layout.tangent {
-            tangents.push(Vec3::from(rest.f32s()));
-        }
-        if tile.layout.origin {
-            origins.push(std::array::from_fn(|_| u32::from_le_bytes(rest.next())));
-        }
-        assert!(rest.0.is_empty());
-    }
-    let corners: Vec<u32> = if tile.wide {
-        indices.chunks_exact(4).map(|bytes| u32::from_le_bytes(bytes.try_into().unwrap())).collect()
-    } else {
-        indices.chunks_exact(2).map(|bytes| u16::from_le_bytes(bytes.try_into().unwrap()).into()).collect()
-    };
-    mesh.triangles = corners.chunks_exact(3).map(|corners| corners.try_into().unwrap()).collect();
-    (mesh, tangents, origins)
 }
 
 /// Asserts that a sink holds the same tiles as another one.

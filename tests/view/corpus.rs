@@ -1,11 +1,13 @@
 //! Cameras that move around files of the corpus: no cracks, and every tile within the screen-space error.
 
-use super::frames::{balanced, drawn, from_scratch, options, path};
+use super::frames::{balanced, balanced_as, drawn, from_scratch, options, path};
 use super::pixels::measured;
 use super::{lines, of_corpus};
+use crate::blocks::{BlockSink, Blocks, decoded};
 use crate::random::SplitMix;
+use glam::DVec3;
 use std::sync::Arc;
-use trimtess::mesh::MemorySink;
+use trimtess::mesh::{Batch, MemorySink, VertexLayout};
 use trimtess::parallel::Session;
 
 /// Whole solids of all kinds of surfaces, with few enough triangles to measure each.
@@ -53,5 +55,39 @@ fn files_stay_closed_and_within_the_stated_error_with_split_lines() {
             let (most, made) = lines::flown(name, &prepared, lines, &views);
             println!("{name}, {lines:?}: at most {most} of the tolerance, {made} tiles");
         }
+    }
+}
+
+/// The meshes that the bytes of the drawn tiles mean, with positions relative to their parts.
+fn packed(sink: &BlockSink, session: &Session) -> Vec<Batch> {
+    let instances = || session.scene().instances.iter().enumerate();
+    let shows = |part, tile| instances().any(|(i, of)| of.part == part && sink.drawn.contains(0, i, tile));
+    let tiles = sink.tiles.values().filter(|tile| shows(tile.part, tile.tile));
+    let read = |tile| decoded(tile, &sink.memory.room(tile), DVec3::ZERO).0;
+    tiles.map(|tile| Batch { part: tile.part, face: tile.face, tile: tile.tile, worker: 0, mesh: read(tile) }).collect()
+}
+
+#[test]
+fn packed_vertices_of_large_files_leave_no_border_open() {
+    for (k, name) in ["tri_zero_skirts.step", "odrive_pcb_v35.step"].into_iter().enumerate() {
+        let Some(prepared) = of_corpus(name) else { continue };
+        let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
+        let mut sink = BlockSink::default();
+        session.write_into(VertexLayout::COMPACT, Arc::<Blocks>::clone(&sink.memory));
+        // Three frames in a row, and a jump.
+        let whole = path(&mut SplitMix(80 + k as u64), prepared.bounds.unwrap(), 120);
+        let views = whole.chunks(30).flat_map(|flight| &flight[..3]);
+        let (mut stretches, mut rebuilt) = (0, 0);
+        for (f, view) in views.enumerate() {
+            let report = session.view(&[*view], &mut sink).unwrap();
+            assert!(report.whole == (f == 0), "{name} {f}");
+            rebuilt += usize::from(f > 0) * report.tiles;
+            let scene = session.scene();
+            let rounded = |p: usize, point: DVec3| (point - scene.parts[p].centre).as_vec3().as_dvec3();
+            let (model, plan, case) = (session.prepared(), session.plan().unwrap(), format!("{name} {f}"));
+            stretches += balanced_as(model, &plan, &packed(&sink, &session), rounded, &case);
+        }
+        println!("{name}: {stretches} edge segments, {rebuilt} tiles rebuilt");
+        assert!(stretches > 10_000 && rebuilt > 100, "{name}: {stretches}, {rebuilt}");
     }
 }

@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod attributes;
+#[path = "../common/blocks.rs"]
+mod blocks;
 mod budget;
 #[path = "../common/mod.rs"]
 mod common;
