@@ -3,8 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 mod common;
+#[path = "common/pools.rs"]
+mod pools;
 
 use common::prepared;
+use pools::{Engine, Shuffled};
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, mpsc};
@@ -16,56 +19,6 @@ use trimtess::mesh::{Batch, MemorySink};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::{Camera, Projection, View};
-
-/// An engine's pool: rayon's.
-struct Engine {
-    pool: rayon::ThreadPool,
-    /// The threads that jobs ran on.
-    seen: Arc<Mutex<HashSet<ThreadId>>>,
-}
-
-impl Engine {
-    fn of(threads: usize) -> Self {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        Self { pool, seen: Arc::default() }
-    }
-}
-
-impl Jobs for Engine {
-    fn width(&self) -> usize {
-        self.pool.current_num_threads()
-    }
-
-    fn spawn(&self, _: Priority, job: Job) {
-        let seen = Arc::clone(&self.seen);
-        self.pool.spawn(move || {
-            seen.lock().unwrap().insert(thread::current().id());
-            job();
-        });
-    }
-}
-
-/// Keeps jobs, and runs some of them in between, in shuffled order: one thread for each.
-#[derive(Default)]
-struct Shuffled(Mutex<Vec<Job>>);
-
-impl Jobs for Shuffled {
-    fn width(&self) -> usize {
-        5
-    }
-
-    fn spawn(&self, _: Priority, job: Job) {
-        let mut kept = self.0.lock().unwrap();
-        kept.push(job);
-        if kept.len() == 7 {
-            // The others never run.
-            for k in [5, 1, 3, 0] {
-                thread::spawn(kept.swap_remove(k));
-            }
-            kept.clear();
-        }
-    }
-}
 
 /// Runs a job in the call that spawns it, and keeps what jobs are for.
 #[derive(Default)]

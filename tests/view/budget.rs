@@ -3,11 +3,13 @@
 use super::frames::{balanced, drawn, from_scratch, options, path};
 use super::pixels::measured;
 use super::{of_corpus, shape};
+use crate::pools::{Engine, Shuffled};
 use crate::random::SplitMix;
 use std::sync::Arc;
 use std::time::Duration;
+use trimtess::control::{Alone, Jobs};
 use trimtess::frame::{PlanLimits, PlannerOptions};
-use trimtess::mesh::MemorySink;
+use trimtess::mesh::{Batch, MemorySink};
 use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
@@ -90,6 +92,55 @@ fn reaches_the_picture(name: &str, prepared: &Arc<Prepared>, micros: u64) {
     assert!(triangles <= 2 * at_once.triangles + coarse.triangles, "{name}: {triangles} for {}", at_once.triangles);
     let held: usize = drawn(&sink).iter().map(|batch| batch.mesh.triangles.len()).sum();
     assert_eq!(held as u64, at_once.triangles, "{name}");
+}
+
+/// What is drawn once no tile waits, with frames that are cancelled or replaced at random in between. Asserts that each
+/// commit is closed.
+fn settled(session: &mut Session, view: View, draw: &mut SplitMix, case: &str) -> Vec<Batch> {
+    let mut sink = MemorySink::default();
+    for _ in 0..1000 {
+        while draw.unit() < 0.6 {
+            session.begin(&[view]).unwrap();
+            (0..draw.below(300)).for_each(|_| std::thread::yield_now());
+            if draw.unit() < 0.7 {
+                session.cancel();
+            }
+        }
+        let report = session.view(&[view], &mut sink).unwrap();
+        let batches = drawn(&sink);
+        balanced(session.prepared(), &session.plan().unwrap(), &batches, case);
+        if report.deferred == 0 {
+            return batches;
+        }
+    }
+    panic!("{case}: tiles still wait");
+}
+
+#[test]
+fn pools_budgets_cancels_and_workers_do_not_change_the_picture() {
+    let pools: [(&str, Arc<dyn Jobs>); 4] = [
+        ("an engine's", Arc::new(Engine::of(2))),
+        ("of one", Arc::new(Engine::of(1))),
+        ("shuffled", Arc::new(Shuffled::default())),
+        ("none", Arc::new(Alone)),
+    ];
+    let mut draw = SplitMix(21);
+    for name in ["brake-hub", "trimmed-teapot"] {
+        let prepared = shape(name);
+        let view = a_view(&prepared);
+        let mut at_once = MemorySink::default();
+        Session::start(Arc::clone(&prepared), &options(1)).unwrap().view(&[view], &mut at_once).unwrap();
+        let expected = drawn(&at_once);
+        for (pool, jobs) in &pools {
+            for (workers, micros) in [1, 2, 3, 8, 29].into_iter().flat_map(|w| [50, 1000].map(|m| (w, m))) {
+                let planner = PlannerOptions::DEFAULT.with_budget(Some(Duration::from_micros(micros)));
+                let options = options(workers).with_planner(planner);
+                let mut session = Session::start_on(Arc::clone(jobs), Arc::clone(&prepared), &options);
+                let case = format!("{name}, pool: {pool}, {workers} workers, {micros} us");
+                assert!(settled(&mut session, view, &mut draw, &case) == expected, "{case}");
+            }
+        }
+    }
 }
 
 #[test]

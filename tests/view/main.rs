@@ -17,6 +17,8 @@ mod frames;
 mod instances;
 mod lines;
 mod pixels;
+#[path = "../common/pools.rs"]
+mod pools;
 mod reads;
 #[path = "../sequence/random.rs"]
 mod random;
