@@ -47,12 +47,26 @@ struct Pictures {
     tiles: BTreeMap<(PartId, TileId), WrittenTile>,
     /// The part, or level of detail, of each instance.
     parts: Vec<PartId>,
+    drawn: DrawnTiles,
+    /// Whether each picture is hashed, as it comes.
+    each: bool,
     /// Of the last picture.
     triangles: u64,
     hash: u64,
 }
 
 impl Pictures {
+    /// A session, and a sink of its own that its workers write into.
+    fn start(prepared: &Arc<Prepared>, threads: usize, limits: &LimitArgs) -> Result<(Session, Self), Failure> {
+        let planner = PlannerOptions::DEFAULT.with_limits(limits.plan());
+        let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(false).with_planner(planner);
+        let mut session = Session::start(Arc::clone(prepared), &options).map_err(Failure::cannot)?;
+        let memory = Arc::<Blocks>::default();
+        session.write_into(VertexLayout::COMPACT, Arc::clone(&memory) as Arc<dyn TileMemory>);
+        let (tiles, parts, drawn) = (BTreeMap::new(), Vec::new(), DrawnTiles::default());
+        Ok((session, Self { memory, tiles, parts, drawn, each: false, triangles: 0, hash: 0xcbf2_9ce4_8422_2325 }))
+    }
+
     fn hash(&mut self, bytes: &[u8]) {
         const PRIME: u64 = 0x100_0000_01b3;
         self.hash = bytes.iter().fold(self.hash, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME));
@@ -69,6 +83,31 @@ impl Pictures {
         let memory = Arc::clone(&self.memory);
         memory.lock().1.get(&tile.place).into_iter().flatten().for_each(|bytes| self.hash(bytes));
         self.triangles += u64::from(tile.triangles);
+    }
+
+    /// Hashes the last picture.
+    fn draw_all(&mut self) {
+        self.triangles = 0;
+        let drawn = std::mem::take(&mut self.drawn);
+        for view in 0..drawn.views() {
+            for instance in 0..self.parts.len() {
+                for tile in drawn.tiles(view, instance) {
+                    let known = self.tiles.get(&(self.parts[instance], tile)).copied();
+                    known.into_iter().for_each(|tile| self.draw(instance, tile));
+                }
+            }
+        }
+        self.drawn = drawn;
+    }
+
+    /// Hashes all tiles, as frames without views draw them.
+    fn draw_whole(&mut self) {
+        for instance in 0..self.parts.len() {
+            let part = self.parts[instance];
+            let tiles = self.tiles.range((part, TileId(0))..=(part, TileId(u32::MAX)));
+            let tiles: Vec<_> = tiles.map(|(_, tile)| *tile).collect();
+            tiles.into_iter().for_each(|tile| self.draw(instance, tile));
+        }
     }
 }
 
@@ -98,14 +137,9 @@ impl MeshSink for Pictures {
     }
 
     fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
-        self.triangles = 0;
-        for view in 0..drawn.views() {
-            for instance in 0..self.parts.len() {
-                for tile in drawn.tiles(view, instance) {
-                    let known = self.tiles.get(&(self.parts[instance], tile)).copied();
-                    known.into_iter().for_each(|tile| self.draw(instance, tile));
-                }
-            }
+        self.drawn.clone_from(drawn);
+        if self.each {
+            self.draw_all();
         }
         Ok(())
     }
@@ -122,16 +156,32 @@ pub(super) fn of(
     threads: usize,
     limits: &LimitArgs,
 ) -> Result<(u64, u64), Failure> {
-    let planner = PlannerOptions::DEFAULT.with_limits(limits.plan());
-    let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(false).with_planner(planner);
-    let mut session = Session::start(Arc::clone(prepared), &options).map_err(Failure::cannot)?;
-    let memory = Arc::<Blocks>::default();
-    session.write_into(VertexLayout::COMPACT, Arc::clone(&memory) as Arc<dyn TileMemory>);
-    let (tiles, parts) = (BTreeMap::new(), Vec::new());
-    let mut pictures = Pictures { memory, tiles, parts, triangles: 0, hash: 0xcbf2_9ce4_8422_2325 };
+    let (mut session, mut pictures) = Pictures::start(prepared, threads, limits)?;
+    pictures.each = true;
     for view in views {
         session.view(&[*view], &mut pictures).map_err(Failure::cannot)?;
         limits.check(session.shortfall())?;
     }
     Ok((pictures.triangles, pictures.hash))
+}
+
+/// The hashes of the last frame of a cold flight and of a coherent one.
+pub(super) fn of_last(
+    prepared: &Arc<Prepared>,
+    views: &[View],
+    threads: usize,
+    limits: &LimitArgs,
+) -> Result<[u64; 2], Failure> {
+    let (mut session, mut cold) = Pictures::start(prepared, threads, limits)?;
+    if let Some(view) = views.last() {
+        let plan = session.plan_for_view(view, &limits.plan());
+        session.frame(plan, &mut cold).map_err(Failure::cannot)?;
+        cold.draw_whole();
+    }
+    let (mut session, mut coherent) = Pictures::start(prepared, threads, limits)?;
+    for view in views {
+        session.view(&[*view], &mut coherent).map_err(Failure::cannot)?;
+    }
+    coherent.draw_all();
+    Ok([cold.hash, coherent.hash])
 }

@@ -44,8 +44,8 @@ pub(super) struct Scaling {
     stages: Vec<Stage>,
     /// Cold and coherent frames on more threads than there may be.
     replayed: Vec<Replayed>,
-    /// Hash of the mesh of the last view, by number of threads: all are equal.
-    hashes: Vec<String>,
+    /// Hashes of the last frame, cold and coherent, by number of threads: all rows are equal.
+    hashes: Vec<[String; 2]>,
     /// As many copies of the model as threads.
     weak: Vec<Weak>,
     #[serde(skip)]
@@ -135,9 +135,8 @@ pub(super) fn measure(
         let parts: [fn(&Times) -> f64; 4] = [|t| t.plan, |t| t.make, |t| t.commit, |t| t.frame];
         let of_frames = [&cold, &coherent].into_iter().flat_map(|flight| parts.map(|of| mean(flight, of)));
         columns.iter_mut().zip([read, prepared_in].into_iter().chain(of_frames)).for_each(|(c, ms)| c.push(ms));
-        let last_view = &views[views.len().saturating_sub(1)..];
-        let (_, hash) = hash::of(&prepared, last_view, threads, &common.limits)?;
-        hashes.push(format!("{hash:016x}"));
+        let of_frames = hash::of_last(&prepared, &views, threads, &common.limits)?;
+        hashes.push(of_frames.map(|hash| format!("{hash:016x}")));
         last = Some((prepared, views));
 
         progress.stage(format!("{threads} threads: {threads} copies"));
@@ -206,7 +205,7 @@ fn side_by_side(model: &Model, copies: u32, step: f64) -> Model {
 }
 
 impl Scaling {
-    /// Whether all numbers of threads give the same mesh.
+    /// Whether all numbers of threads give the same last frame, cold and coherent.
     pub(super) fn is_equal(&self) -> bool {
         self.hashes.windows(2).all(|pair| pair[0] == pair[1])
     }
@@ -227,7 +226,11 @@ impl Scaling {
             }
             text.push('\n');
         }
-        let _ = writeln!(text, "mesh: {}", if self.is_equal() { "equal" } else { "NOT EQUAL" });
+        for (name, k) in [("cold", 0), ("coherent", 1)] {
+            let hashes: String = self.hashes.iter().map(|row| format!(" {:>30}", row[k])).collect();
+            let _ = writeln!(text, "{:<29}{hashes}", format!("last {name} frame, hash"));
+        }
+        let _ = writeln!(text, "last frames: {}", if self.is_equal() { "equal" } else { "NOT EQUAL" });
         self.replayed.iter().for_each(|frames| frames.tell(&mut text));
         let _ = writeln!(text, "as many copies as threads: ms (efficiency)");
         for Weak { threads, faces, prepare_ms, frame_ms, prepare_efficiency, frame_efficiency } in &self.weak {
