@@ -130,6 +130,18 @@ fn an_inside_out_piece_is_found() {
     assert!((facts.volume - 0.875).abs() < 1e-14);
 }
 
+/// A square in a slanted plane and its other side, split along the other diagonal, as a part thinner than the tolerance.
+#[test]
+fn a_piece_without_thickness_is_not_inside_out() {
+    for turn in (0..100).map(|k| DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.1 * f64::from(k))) {
+        let corners = [[0.0, 0.0], [7.0, 0.0], [7.0, 9.0], [0.0, 9.0]];
+        let corners = corners.map(|[x, y]| (turn * DVec3::new(x, y, 0.1) + DVec3::splat(0.3)).to_array());
+        let facts = check_part([&mesh(&corners, &[[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])]);
+        assert_eq!((facts.components, facts.negative_components), (1, 0), "volume {:e}", facts.volume);
+        assert!(facts.is_closed());
+    }
+}
+
 #[test]
 fn a_scene_counts_placed_parts() {
     let turned = DAffine3::from_scale_rotation_translation(

@@ -277,16 +277,20 @@ impl<'a> Soup<'a> {
 
     /// Area, volume and components.
     fn measure(&self, facts: &mut MeshFacts) {
+        /// Thickness that rounding gives to a flat component, as a share of the largest coordinates.
+        const ROUNDING: f64 = 32.0 * f64::EPSILON;
         let [low, high] = around(self.points.iter().copied());
         let centre = if self.points.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };
+        let thickness = ROUNDING * low.abs().max(high.abs()).length();
         let mut pieces = DisjointSets::new(self.points.len());
         for &[a, b, c] in &self.triangles {
             pieces.join(a, b);
             pieces.join(b, c);
         }
         let mut volumes = vec![0.0; self.points.len()];
+        let mut areas = vec![0.0; self.points.len()];
         let mut used = vec![false; self.points.len()];
-        let (mut total, mut swept) = (0.0, 0.0);
+        let mut total = 0.0;
         for &triangle in &self.triangles {
             let [a, b, c] = self.corners(triangle).map(|point| point - centre);
             let area = 0.5 * (b - a).cross(c - a).length();
@@ -294,15 +298,16 @@ impl<'a> Soup<'a> {
             facts.area += area;
             let volume = a.dot(b.cross(c)) / 6.0;
             total += volume;
-            swept += f64::abs(volume);
             let root = pieces.root(triangle[0]) as usize;
             volumes[root] += volume;
+            areas[root] += area;
             used[root] = true;
         }
         facts.volume = total;
         facts.components = used.iter().filter(|used| **used).count() as u64;
-        // Rounding may push a flat component's volume just below zero.
-        facts.negative_components = volumes.iter().filter(|volume| **volume < -1e-12 * swept).count() as u64;
+        // A component that is flat in the mesh, because it is thinner than the tolerance, faces both ways.
+        let inwards = volumes.iter().zip(&areas).filter(|(volume, area)| **volume < -thickness * **area);
+        facts.negative_components = inwards.count() as u64;
     }
 
     /// Groups the directed uses of each edge: a counting sort by the lower vertex, then a sort of each short list.
