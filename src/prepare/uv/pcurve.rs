@@ -9,6 +9,7 @@ use super::lead::{EndBlend, before_breaks, leads, only_neighbour};
 use super::seeds::Seeds;
 use super::uv_curve::UvSample;
 use crate::math::least_squares::least_squares;
+use crate::math::order::larger;
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
@@ -88,7 +89,7 @@ pub(crate) struct Projector<'a> {
 pub(crate) struct Marched {
     /// In order of the edge's parameter.
     pub(crate) samples: Vec<UvSample>,
-    /// Largest distance between edge and surface at the samples.
+    /// Largest distance between edge and surface, at the samples and in the middles between them.
     pub(crate) gap: f64,
     /// Poles at the ends, in order of the edge's parameter.
     pub(crate) poles: [Option<usize>; 2],
@@ -543,6 +544,9 @@ impl Walk<'_> {
             self.refine(a, &mid, depth + 1, out);
             out.push((mid, gap));
             self.refine(&mid, b, depth + 1, out);
+        } else if let Some((_, before)) = out.last_mut() {
+            // The edge may be farthest from the surface between samples: a chord, between its corners.
+            *before = larger(gap, *before);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Feet of points on a spline and off it, against samples.
 
 use super::{MAX_STEPS, Projector};
-use crate::model::{CurveKind, Edge, NurbsCurve, NurbsSurface, Surface, VertexId};
+use crate::model::{CurveKind, Edge, Frame3, NurbsCurve, NurbsSurface, Surface, VertexId};
 use crate::prepare::uv::uv_curve::UvSample;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -174,4 +174,32 @@ fn images_that_are_right_in_the_middle_only_are_refined() {
             assert!(off < 1e-4, "{slow}: {off} at {t}");
         }
     }
+}
+
+/// The corners of a polygon are on the surface, its sides are not.
+#[test]
+fn chords_of_a_circle_are_off_the_surface_between_their_ends() {
+    let (radius, sides) = (5.0_f64, 40);
+    let turn = |k: u32| TAU * f64::from(k) / f64::from(sides);
+    let corners: Vec<DVec3> = (0..=sides / 2).map(|k| radius * DVec3::new(turn(k).cos(), turn(k).sin(), 0.0)).collect();
+    let ends = [corners[0], corners[corners.len() - 1]];
+    let knots: Vec<f64> = (0..corners.len() as u32).map(f64::from).collect();
+    let last = knots[knots.len() - 1];
+    let edge = Edge {
+        curve: NurbsCurve {
+            degree: 1,
+            knots: [vec![0.0], knots, vec![last]].concat(),
+            points: corners,
+            weights: Vec::new(),
+        },
+        range: (0.0, last),
+        start: VertexId(0),
+        end: VertexId(1),
+        kind: CurveKind::Polyline,
+        entity: 0,
+    };
+    let surface = Surface::Cylinder { frame: Frame3::WORLD, radius };
+    let gap = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).gap;
+    let height = radius * (1.0 - (0.5 * turn(1)).cos());
+    assert!((gap - height).abs() < 1e-9, "{gap} instead of {height}");
 }
