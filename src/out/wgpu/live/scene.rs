@@ -41,7 +41,7 @@ use std::fmt;
 /// | | tiles drawn one by one | [merged](Self::new) |
 /// |---|---|---|
 /// | a vertex | 16 | 20 |
-/// | an index | 2; 4 in tiles of more than 65 536 vertices | 4 |
+/// | an index | 2; 4 in tiles of more than 65 535 vertices | 4 |
 /// | a tile of an instance | 40 | 8 |
 /// | an instance | 16, and 48 for each picture under way at once | the same |
 ///
