@@ -153,6 +153,20 @@ mod tests {
     }
 
     #[test]
+    fn triangles_may_be_far_off_only_where_the_tolerance_is_uneven() {
+        let prepared = prepare(shapes::by_name("torus").expect("a shape"), &PrepareOptions::DEFAULT);
+        let prepared = prepared.expect("within the limits");
+        let face = prepared.parts[0].face_of(&prepared.parts[0].tiles[0]);
+        let allows = |loosest: f64, off: f64| {
+            let surface = FaceSurface { face, uvs: &mut Vec::new(), chord: 0.1, loosest };
+            surface.is_uneven() && surface.allows(off)
+        };
+        assert!(allows(5.0, 3.0) && allows(f64::INFINITY, 3.0));
+        // Near enough to be where the tolerance is strict; beyond any tolerance; an even one.
+        assert!(!allows(5.0, 0.5) && !allows(5.0, 6.0) && !allows(0.1, 3.0));
+    }
+
+    #[test]
     fn the_extreme_of_a_quadratic_is_exact() {
         const STEPS: u32 = 300;
         for middles in
