@@ -66,7 +66,7 @@ mod tests {
     use glam::{DVec2, DVec3};
 
     /// `point`: coordinates from 0 to a size.
-    fn finds<P: Corner>(random: &mut SplitMix, point: impl Fn(&mut SplitMix, f64) -> P) {
+    fn assert_finds<P: Corner>(random: &mut SplitMix, point: impl Fn(&mut SplitMix, f64) -> P) {
         for count in [0, 1, 2, 7, 8, 9, 63, 64, 65, 1000] {
             let mut some = |size: f64| {
                 let low = point(random, 1.0);
@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn finds_the_boxes_that_a_linear_scan_finds() {
         let mut random = SplitMix(1);
-        finds(&mut random, |random, size| DVec2::new(random.unit(), random.unit()) * size);
-        finds(&mut random, |random, size| DVec3::from([(); 3].map(|()| random.unit())) * size);
+        assert_finds(&mut random, |random, size| DVec2::new(random.unit(), random.unit()) * size);
+        assert_finds(&mut random, |random, size| DVec3::from([(); 3].map(|()| random.unit())) * size);
     }
 }

@@ -5,14 +5,14 @@ use super::{Frame3, NurbsCurve3, Surface};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Border rows within this share of the size of the lines between them are equal: some files print the coordinates of closed surfaces with seven
-/// digits.
+/// Two border rows are equal if they are this close, as a share of the size of the lines from one to the other. Some
+/// files print the coordinates of closed surfaces with seven digits.
 const SAME_ROW: f64 = 1e-6;
 /// Ends of a meridian within this share of the size lie on the axis: files print axis directions with as few as seven
 /// digits.
 const SAME_POINT: f64 = 1e-7;
-/// Points of a collapsed NURBS border within this share of the size of the lines beside it are one: the file states and
-/// rounds each by itself.
+/// A NURBS border is one point if its points are this close, as a share of the size of the lines beside it. Files state
+/// and round each point by itself.
 const SAME_END: f64 = 1e-5;
 
 /// A line of constant parameter that is a single point in space.
@@ -105,7 +105,7 @@ impl Surface {
             }
             Self::Nurbs(surface) => {
                 let ((u0, u1), (v0, v1)) = surface.domain();
-                // By the lines beside it: a strip may be shorter than this share of its length.
+                // Not by the whole net: the end of a long strip is short, and no point.
                 let tolerances = [1, 0].map(|along| SAME_END * surface.size_along(along));
                 [(0, u0), (0, u1), (1, v0), (1, v1)]
                     .into_iter()

@@ -80,7 +80,7 @@ fn two_vertices_in_one_place_close_a_circle_but_a_short_arc_stays_short() {
 
 #[test]
 fn a_circle_alone_in_its_loop_closes_where_corners_join() {
-    // Beside each other along the circle, and away from its centre: nine times the tolerance.
+    // The ends are nine tolerances apart: along the circle, and across it.
     for end in [[2.0 * 4.5e-5f64.cos(), 2.0 * 4.5e-5f64.sin(), 0.0], [2.0 + 9e-5, 0.0, 0.0]] {
         let text = world()
             + &vertex(30, [2.0, 0.0, 0.0])

@@ -69,8 +69,8 @@ pub(crate) fn drawn(sink: &MemorySink) -> Vec<Batch> {
     sink.batches.iter().filter(shows).cloned().map(|batch| Batch { worker: 0, ..batch }).collect()
 }
 
-/// Asserts that what is drawn is closed but for edges of which a tile is missing: triangles use every other segment
-/// equally often in both directions. Returns the number of segments between tessellants that were found so.
+/// Asserts that what is drawn is closed: triangles use every segment equally often in both directions. Only edges of
+/// which a tile is missing may be open. Returns the number of segments between tessellants that were found so.
 pub(crate) fn balanced(prepared: &Prepared, plan: &Plan, batches: &[Batch], case: &str) -> usize {
     balanced_as(prepared, plan, batches, |_, point| point, case)
 }

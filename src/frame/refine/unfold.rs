@@ -301,7 +301,7 @@ impl Web<'_> {
             let mut distances: Vec<f64> = fan.iter().map(|&(_, to)| distance(to)).collect();
             farthest = *distances.select_nth_unstable_by(MOST_TARGETS - 1, f64::total_cmp).1;
         }
-        // Only the two beside it in the fan may be neighbours of the point.
+        // A third neighbour in the fan would give an edge more than two triangles.
         let keeps_edges = |a: u32| {
             let others = fan.iter().filter(|&&(_, b)| self.one(a) != self.one(b) && self.has_edge(a, b));
             others.count() == 2

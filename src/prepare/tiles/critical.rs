@@ -28,9 +28,9 @@ const MAX_DEPTH_TANGENT: u32 = 12;
 const WORK: usize = 1 << 19;
 const WORK_PER_POINT: usize = 1000;
 
-/// Share of what is left of the budget that halving two arcs may take before one alone is tried.
+/// Halving two arcs may take one of so many shares of the budget that is left. Then one alone is tried.
 const SHARE_OF_BOTH: usize = 4;
-/// The same for an attempt to halve one alone.
+/// The same for the attempt to halve one alone.
 const SHARE_ALONE: usize = 8;
 
 /// The constant for free trims: circles at a distance of 10⁻⁸ need half of it.
