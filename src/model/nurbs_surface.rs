@@ -274,12 +274,10 @@ impl NurbsSurface {
     /// Half the diagonal of the largest box of a line of control points along which parameter `axis` varies. Tolerances
     /// of coincidence along such lines are relative to it: the rest of the surface may be far larger.
     pub(super) fn size_along(&self, axis: usize) -> f64 {
-        let rows = self.points.chunks_exact(self.count_v());
-        if axis == 1 {
-            return rows.map(extent).fold(0.0, f64::max);
-        }
-        let column = |v: usize| -> Vec<DVec3> { rows.clone().map(|row| row[v]).collect() };
-        (0..self.count_v()).map(|v| extent(&column(v))).fold(0.0, f64::max)
+        let (rows, row) = (self.count_u(), self.count_v());
+        let [lines, length, from, step] = if axis == 1 { [rows, row, row, 1] } else { [row, rows, 1, row] };
+        let size = |line: usize| extent(self.points[line * from..].iter().step_by(step).take(length));
+        (0..lines).map(size).fold(0.0, f64::max)
     }
 }
 
@@ -343,9 +341,10 @@ fn add(to: &mut [f64; 4], factor: f64, from: &[f64; 4]) {
 }
 
 /// Half the diagonal of the box of `points`.
-pub(super) fn extent(points: &[DVec3]) -> f64 {
-    let Some(&first) = points.first() else { return 0.0 };
-    let (low, high) = points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
+pub(super) fn extent<'a>(points: impl IntoIterator<Item = &'a DVec3>) -> f64 {
+    let mut points = points.into_iter();
+    let Some(&first) = points.next() else { return 0.0 };
+    let (low, high) = points.fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
     0.5 * low.distance(high)
 }
 
