@@ -1,0 +1,131 @@
+//! What frames cost on an engine's pool, against threads of the session's own. By the pool: the session's threads,
+//! rayon's global pool, an engine's (rayon's, too, without priorities and loops of its own), and the caller alone.
+//!
+//! `cargo bench --bench pools -- FILE [FRAMES [ROUNDS]]`. Without a file, the brake assembly. Each round flies once on
+//! every pool, frame by frame in turn, so that a machine that is slower for a while is slower for all. Of each frame,
+//! the quickest round counts. *Cold*: every frame from scratch. *Coherent*: what changes since the one before.
+
+use std::error::Error;
+use std::hint::black_box;
+use std::slice::Iter;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use trimtess::control::{Alone, Job, Jobs, Priority, Rayon, Threads};
+use trimtess::frame::PlanLimits;
+use trimtess::import::step::{self, StepOptions};
+use trimtess::mesh::{Batch, MeshSink, Scene, SinkError, WrittenTile};
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::view::{CameraPath, Picture, View};
+
+const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: 0.5 };
+
+/// A pool of an engine, which has one way to run a job.
+struct Engine(rayon::ThreadPool);
+
+impl Jobs for Engine {
+    fn width(&self) -> usize {
+        self.0.current_num_threads()
+    }
+
+    fn spawn(&self, _: Priority, job: Job) {
+        self.0.spawn(job);
+    }
+}
+
+/// Accepts everything and keeps nothing.
+struct Nowhere;
+
+impl MeshSink for Nowhere {
+    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
+        black_box(&batch.mesh);
+        Ok(())
+    }
+
+    fn written(&mut self, _: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        Ok(())
+    }
+}
+
+/// A session on a pool, and its quickest times.
+struct Column {
+    name: &'static str,
+    session: Session,
+    cold: Vec<Duration>,
+    coherent: Vec<Duration>,
+}
+
+impl Column {
+    fn of(name: &'static str, jobs: Arc<dyn Jobs>, prepared: &Arc<Prepared>, frames: usize) -> Self {
+        let options = SessionOptions::DEFAULT.with_edge_lines(false);
+        let session = Session::start_on(jobs, Arc::clone(prepared), &options);
+        Self { name, session, cold: vec![Duration::MAX; frames], coherent: vec![Duration::MAX; frames] }
+    }
+
+    /// Makes a frame from scratch.
+    fn cold(&mut self, k: usize, view: &View) -> Result<(), Box<dyn Error>> {
+        let begun = Instant::now();
+        let plan = self.session.plan_for_view(view, &PlanLimits::DEFAULT);
+        self.session.frame(plan, &mut Nowhere)?;
+        self.cold[k] = self.cold[k].min(begun.elapsed());
+        Ok(())
+    }
+
+    /// Goes on from the last frame.
+    fn coherent(&mut self, k: usize, view: &View) -> Result<(), Box<dyn Error>> {
+        let begun = Instant::now();
+        self.session.view(&[*view], &mut Nowhere)?;
+        self.coherent[k] = self.coherent[k].min(begun.elapsed());
+        Ok(())
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
+    let model = match arguments.first() {
+        Some(file) => step::read_file(file.as_ref(), &StepOptions::DEFAULT)?,
+        None => trimtess_models::by_name("brake-assembly").ok_or("no such model")?,
+    };
+    let frames: usize = arguments.get(1).map_or(Ok(30), |count| count.parse())?;
+    let rounds: usize = arguments.get(2).map_or(Ok(5), |count| count.parse())?;
+    let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT)?);
+    let views = CameraPath::Orbit.views(prepared.bounds.ok_or("an empty model")?, frames, &PICTURE);
+
+    let own = Threads::start(0)?;
+    let threads = own.width();
+    let pools: [(_, Arc<dyn Jobs>); 4] = [
+        ("own threads", Arc::new(own)),
+        ("rayon's", Arc::new(Rayon)),
+        ("an engine's", Arc::new(Engine(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?))),
+        ("the caller", Arc::new(Alone)),
+    ];
+    let mut columns = pools.map(|(name, jobs)| Column::of(name, jobs, &prepared, frames));
+    for _ in 0..rounds {
+        for (k, view) in views.iter().enumerate() {
+            columns.iter_mut().try_for_each(|column| column.cold(k, view))?;
+        }
+        for (k, view) in views.iter().enumerate() {
+            columns.iter_mut().try_for_each(|column| column.coherent(k, view))?;
+        }
+    }
+
+    // The first coherent frame of a round comes after whole frames, and is one.
+    let ms = |times: &[Duration]| {
+        1e3 * times.iter().skip(1).sum::<Duration>().as_secs_f64() / frames.saturating_sub(1).max(1) as f64
+    };
+    let [cold, coherent] = [ms(&columns[0].cold), ms(&columns[0].coherent)];
+    println!("{threads} threads, {frames} views, least of {rounds} rounds: ms a frame, and as a share of own threads");
+    for Column { name, cold: theirs, coherent: changes, .. } in &columns {
+        let (a, b) = (ms(theirs), ms(changes));
+        println!("{name:<12} cold {a:>8.3} {:>6.3}   coherent {b:>8.3} {:>6.3}", a / cold, b / coherent);
+    }
+    Ok(())
+}
