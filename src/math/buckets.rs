@@ -1,5 +1,7 @@
 //! Values with small integer keys -> one list per key, contiguous in memory, by a counting sort.
 
+use std::ops::Range;
+
 /// Values sorted by key; those of one key keep their order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Buckets<T> {
@@ -24,21 +26,30 @@ impl<T: Copy + Default> Buckets<T> {
         Self { starts, values: sorted }
     }
 
+    /// All values.
+    pub(crate) fn all(&self) -> &[T] {
+        &self.values
+    }
+
+    /// Where the values of a key are among all; empty if no key is that large.
+    #[inline]
+    pub(crate) fn range(&self, k: u32) -> Range<usize> {
+        match self.starts.get(k as usize..k as usize + 2) {
+            Some(&[from, to]) => from as usize..to as usize,
+            _ => 0..0,
+        }
+    }
+
     /// The values of a key; empty if no key is that large.
     #[inline]
     pub(crate) fn at(&self, k: u32) -> &[T] {
-        match self.starts.get(k as usize..k as usize + 2) {
-            Some(&[from, to]) => &self.values[from as usize..to as usize],
-            _ => &[],
-        }
+        &self.values[self.range(k)]
     }
 
     /// The values of a key, mutable.
     pub(crate) fn at_mut(&mut self, k: u32) -> &mut [T] {
-        match self.starts.get(k as usize..k as usize + 2) {
-            Some(&[from, to]) => &mut self.values[from as usize..to as usize],
-            _ => &mut [],
-        }
+        let range = self.range(k);
+        &mut self.values[range]
     }
 }
 

@@ -7,9 +7,11 @@ use crate::control::{Jobs, Rayon};
 use crate::frame::tolerance::box_tolerance::PartTolerance;
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::frame::tolerance::part_camera::PartCamera;
-use crate::mesh::ScenePart;
+use crate::math::buckets::Buckets;
+use crate::mesh::{Scene, ScenePart};
 use crate::prepare::Prepared;
 use crate::view::View;
+use std::sync::Arc;
 
 /// Plans lattice lines and tessellants for one camera, within [`PlanLimits::DEFAULT`].
 ///
@@ -45,20 +47,18 @@ pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimit
 /// As [`plan_for_view_within`], on the threads of `jobs`. The plan does not depend on their number.
 #[must_use]
 pub fn plan_for_view_on(jobs: &dyn Jobs, prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
-    let lens = view.lens();
-    let mut counts = vec![0; prepared.parts.len()];
-    prepared.scene.instances.iter().for_each(|instance| counts[instance.part.index()] += 1);
-    let mut seen: Vec<Vec<PartCamera>> = counts.into_iter().map(Vec::with_capacity).collect();
-    for instance in &prepared.scene.instances {
-        seen[instance.part.index()].extend(lens.map(|lens| view.sight(lens, instance)));
-    }
+    let (lens, Scene { parts, instances, .. }) = (view.lens(), &prepared.scene);
+    let rows = instances.iter().enumerate().map(|(row, instance)| (instance.part.0, row as u32));
+    let of_parts = Buckets::of(parts.len(), rows);
+    let sights = |lens| of_parts.all().iter().map(|&row| view.sight(lens, &instances[row as usize])).collect();
+    let cameras: Arc<[PartCamera]> = lens.map(sights).unwrap_or_default();
     let per_pixel = Tolerance { chord: view.deviation_px, angle: view.angle, max_edge: view.size_px };
     let unseen = Tolerance { chord: f64::INFINITY, angle: view.angle, max_edge: None };
-    let of_part = |(part, sights): (&ScenePart, Vec<PartCamera>)| match sights[..] {
-        [] => PartTolerance::everywhere(&unseen, part.radius),
-        _ => PartTolerance::seen(&per_pixel, sights, (part.centre, part.radius)),
+    let of_part = |(row, part): (usize, &ScenePart)| match of_parts.range(row as u32) {
+        seen if cameras.is_empty() || seen.is_empty() => PartTolerance::everywhere(&unseen, part.radius),
+        seen => PartTolerance::seen(&per_pixel, (Arc::clone(&cameras), seen), (part.centre, part.radius)),
     };
-    let mut asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(seen).map(of_part).collect();
+    let mut asked: Vec<PartTolerance> = parts.iter().enumerate().map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
     plan_parts(jobs, prepared.parts.clone(), asked, limits, 0)
 }

@@ -5,6 +5,8 @@ use super::part_camera::{PartCamera, PixelScale};
 use crate::math::order::{larger, smaller};
 use crate::prepare::internals::BoundingBox;
 use glam::DVec3;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Tolerances of boxes that are at least this fraction of each other count as equal: the number of lines differs by a
 /// twentieth at most.
@@ -49,8 +51,10 @@ impl BoxTolerances {
 pub(crate) struct PartTolerance {
     /// In part coordinates; with `seen`, the tolerance where one millimetre covers one pixel.
     tolerance: Tolerance,
-    /// Cameras in the coordinates of the part's instances; empty for the same tolerance everywhere.
-    seen: Vec<PartCamera>,
+    /// Cameras in the coordinates of all instances, and where those of the part are; none for the same tolerance
+    /// everywhere.
+    cameras: Arc<[PartCamera]>,
+    seen: Range<usize>,
     radius: f64,
     /// The largest of any place of the part.
     loosest: Tolerance,
@@ -63,19 +67,27 @@ impl PartTolerance {
     pub(crate) fn everywhere(tolerance: &Tolerance, radius: f64) -> Self {
         let usable = tolerance.usable(radius);
         let unusable = usable != *tolerance;
-        Self { tolerance: usable, seen: Vec::new(), radius, loosest: usable, unusable }
+        Self { tolerance: usable, cameras: Arc::default(), seen: 0..0, radius, loosest: usable, unusable }
     }
 
     /// Screen-space error of a part with this centre and radius: `per_pixel` is the tolerance where one millimetre of the
-    /// part covers one pixel.
-    pub(crate) fn seen(per_pixel: &Tolerance, seen: Vec<PartCamera>, (centre, radius): (DVec3, f64)) -> Self {
+    /// part covers one pixel. `seen`: where its cameras are among those of all instances.
+    pub(crate) fn seen(
+        per_pixel: &Tolerance,
+        (cameras, seen): (Arc<[PartCamera]>, Range<usize>),
+        (centre, radius): (DVec3, f64),
+    ) -> Self {
         let known = |x: f64| x > 0.0;
         let unusable = !(known(per_pixel.chord) && known(per_pixel.angle) && per_pixel.max_edge.is_none_or(known));
-        let mut new = Self { tolerance: *per_pixel, seen, radius, loosest: *per_pixel, unusable };
+        let mut new = Self { tolerance: *per_pixel, cameras, seen, radius, loosest: *per_pixel, unusable };
         let whole = BoundingBox { low: centre - radius, high: centre + radius };
-        let least = new.seen.iter().map(|camera| camera.pixel_scale(&whole).least).fold(0.0, larger);
+        let least = new.cameras().iter().map(|camera| camera.pixel_scale(&whole).least).fold(0.0, larger);
         new.loosest = new.at(least);
         new
+    }
+
+    fn cameras(&self) -> &[PartCamera] {
+        &self.cameras[self.seen.clone()]
     }
 
     /// See [`Tolerance::around`]; the fewest lines that any place of the part needs.
@@ -98,11 +110,11 @@ impl PartTolerance {
             return;
         }
         let whole = places.clone().fold(BoundingBox::EMPTY, |all, place| all.with(place));
-        let scales = self.seen.iter().map(|camera| camera.pixel_scale(&whole));
+        let scales = self.cameras().iter().map(|camera| camera.pixel_scale(&whole));
         let PixelScale { mut most, least } = scales.fold(PixelScale { most: 0.0, least: 0.0 }, PixelScale::max);
         if least < SAME * most {
             let nearest = |place: &BoundingBox| {
-                self.seen.iter().map(|camera| camera.pixels_per_length(place)).fold(0.0, |most, x| larger(x, most))
+                self.cameras().iter().map(|camera| camera.pixels_per_length(place)).fold(0.0, |most, x| larger(x, most))
             };
             shares.extend(places.map(nearest));
             most = shares.iter().fold(0.0, |most, &x| larger(x, most));
@@ -121,7 +133,7 @@ impl PartTolerance {
             return None;
         }
         let whole = places.fold(BoundingBox::EMPTY, |all, place| all.with(place));
-        let scales = self.seen.iter().map(|camera| camera.look_within(&whole));
+        let scales = self.cameras().iter().map(|camera| camera.look_within(&whole));
         let most = scales.reduce(|a, b| Some(a?.max(b?)))??.most;
         Some(self.at(most))
     }
