@@ -227,7 +227,7 @@ fn tiles_are_weighed_and_dealt_where_they_are_placed() {
     let (waves, boxes): (Vec<&Load>, Vec<&Load>) = loads.iter().partition(|load| load.weight > 3.0 * flat);
     assert!(flat > 0.0 && waves.len() == 1 && boxes.iter().all(|load| load.weight == flat), "{loads:?}");
     // The worker with the patch gets no box before the other has as much weight.
-    let hands = deal(&loads, 2);
+    let hands = deal(&loads, 2, 2);
     let sums = hands.iter().map(|hand| hand.iter().map(|&k| loads[k].weight).sum::<f64>());
     let (least, most) = sums.fold((f64::INFINITY, 0.0_f64), |(least, most), sum| (least.min(sum), most.max(sum)));
     assert!(most - least <= flat, "{hands:?}");

@@ -45,17 +45,20 @@ pub fn loads(prepared: &Prepared) -> Vec<Load> {
 const WINDOW: usize = 4;
 /// Most tiles of a run. Longer ones gain little, and a small view would load fewer workers.
 const RUN: usize = 64;
-/// Several tiles are a run only if they weigh no more than a worker's share divided by this.
-const RUNS_PER_WORKER: f64 = 16.0;
+/// Several tiles are a run only if they weigh no more than a thread's share divided by this,
+const RUNS_PER_THREAD: usize = 16;
+/// and a worker's share divided by this: threads even out what their workers differ by.
+const RUNS_PER_WORKER: usize = 4;
 
 /// Deals tiles to workers: element `w` of the result holds worker `w`'s indices into `loads`, ascending.
 ///
-/// Every index is dealt exactly once. The workers' total weights differ by at most the largest weight, or a sixteenth
-/// of their mean if that is more. Deterministic. `O(n (log n + workers))`. 0 `workers` are treated as 1.
+/// Every index is dealt exactly once. The workers' total weights differ by at most the largest weight, or if that is
+/// more, a sixteenth of what each of `threads` threads would get, but no more than a quarter of their mean.
+/// Deterministic. `O(n (log n + workers))`. 0 `workers` and `threads` are treated as 1.
 #[must_use]
-pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {
+pub fn deal(loads: &[Load], workers: usize, threads: usize) -> Vec<Vec<usize>> {
     let workers = workers.max(1);
-    let runs = runs(loads, workers);
+    let runs = runs(loads, heaviest_run(loads, workers, threads));
     let weights: Vec<f64> = runs.iter().map(|run| weight(&loads[run.clone()])).collect();
     let centre = |run: &Range<usize>| loads[run.clone()].iter().map(|l| l.centre).sum::<DVec3>() / run.len() as f64;
     let curve = hilbert::along_curve(runs.iter().map(centre));
@@ -80,9 +83,14 @@ pub fn deal(loads: &[Load], workers: usize) -> Vec<Vec<usize>> {
     hands
 }
 
-/// Cuts the tiles into runs.
-fn runs(loads: &[Load], workers: usize) -> Vec<Range<usize>> {
-    let most = weight(loads) / (RUNS_PER_WORKER * workers as f64);
+/// The most that several tiles of a run weigh.
+fn heaviest_run(loads: &[Load], workers: usize, threads: usize) -> f64 {
+    let count = (RUNS_PER_THREAD * threads.max(1)).max(RUNS_PER_WORKER * workers);
+    weight(loads) / count as f64
+}
+
+/// Cuts the tiles into runs that weigh `most`, or have one tile.
+fn runs(loads: &[Load], most: f64) -> Vec<Range<usize>> {
     let (mut runs, mut first, mut sum) = (Vec::new(), 0, 0.0);
     for (tile, load) in loads.iter().enumerate() {
         if tile > first && (tile - first == RUN || sum + load.weight > most) {
@@ -121,9 +129,9 @@ mod tests {
                 let centre = DVec3::new(coordinate()?, coordinate()?, coordinate()?);
                 loads.push(Load { centre, weight: f64::from(u.int_in_range(1..=100_u32)?) });
             }
-            let workers = u.int_in_range(1..=9_usize)?;
-            let hands = deal(&loads, workers);
-            assert_eq!(hands, deal(&loads, workers));
+            let (workers, threads) = (u.int_in_range(1..=9_usize)?, u.int_in_range(0..=9_usize)?);
+            let hands = deal(&loads, workers, threads);
+            assert_eq!(hands, deal(&loads, workers, threads));
             assert_eq!(hands.len(), workers);
             assert!(hands.iter().all(|hand| hand.is_sorted()));
             let mut all = hands.concat();
@@ -131,7 +139,8 @@ mod tests {
             assert!(all.iter().copied().eq(0..count));
             let sums: Vec<f64> = hands.iter().map(|h| h.iter().map(|&i| loads[i].weight).sum()).collect();
             let spread = sums.iter().copied().fold(0.0, f64::max) - sums.iter().copied().fold(f64::INFINITY, f64::min);
-            let run = weight(&loads) / (RUNS_PER_WORKER * workers as f64);
+            let run = heaviest_run(&loads, workers, threads);
+            assert!(run <= 0.25 * weight(&loads) / workers as f64);
             assert!(spread <= loads.iter().map(|l| l.weight).fold(run, f64::max), "{sums:?}");
             Ok(())
         };
@@ -144,7 +153,7 @@ mod tests {
         let cells: Vec<(u32, u32)> = (0..32).flat_map(|x| (0..32).map(move |y| (x, y))).collect();
         let loads: Vec<Load> = cells.iter().map(|&(x, y)| Load { centre: at(x, y), weight: 1.0 }).collect();
         for workers in [2, 4, 8] {
-            let hands = deal(&loads, workers);
+            let hands = deal(&loads, workers, workers);
             for corner in [(0, 0), (0, 24), (24, 0), (24, 24), (12, 12)] {
                 let inside = |i: usize| {
                     (corner.0..corner.0 + 8).contains(&cells[i].0) && (corner.1..corner.1 + 8).contains(&cells[i].1)

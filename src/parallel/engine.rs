@@ -114,9 +114,10 @@ pub(super) struct FinishedFrame {
 impl Engine {
     /// Deals the tiles of `prepared`, which has the parts of all `levels`.
     pub(super) fn new(prepared: Arc<Prepared>, levels: Levels, jobs: Arc<dyn Jobs>, options: &SessionOptions) -> Self {
-        let workers = if options.workers == 0 { workers_on(jobs.width()) } else { options.workers };
-        let hands = hands(&prepared, workers, options.edge_lines);
-        let owners = Owners::of(&prepared, &hands, options.rebalance_every);
+        let threads = jobs.width();
+        let workers = if options.workers == 0 { workers_on(threads) } else { options.workers };
+        let hands = hands(&prepared, (workers, threads), options.edge_lines);
+        let owners = Owners::of(&prepared, (&hands, threads), options.rebalance_every);
         let crew = Crew::of(&prepared, hands);
         let placed = PlacedInstances::of(&prepared);
         Self {
@@ -169,8 +170,9 @@ impl Engine {
         let (prepared, from) = self.levels.update(&self.prepared, model);
         self.prepared = prepared;
         let SessionOptions { edge_lines, rebalance_every, .. } = self.options;
-        let hands = hands(&self.prepared, self.crew.len(), edge_lines);
-        self.owners = Owners::of(&self.prepared, &hands, rebalance_every);
+        let threads = self.owners.threads;
+        let hands = hands(&self.prepared, (self.crew.len(), threads), edge_lines);
+        self.owners = Owners::of(&self.prepared, (&hands, threads), rebalance_every);
         self.crew = Crew::of(&self.prepared, hands);
         self.placed.update(&self.prepared, &from);
         if let Some(writer) = &mut self.writer {

@@ -39,7 +39,8 @@ pub fn tessellate_on(
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
     fits(plan, &prepared.parts)?;
-    let mut crew = Crew::of(prepared, hands(prepared, workers_on(jobs.width()), edge_lines));
+    let threads = jobs.width();
+    let mut crew = Crew::of(prepared, hands(prepared, (workers_on(threads), threads), edge_lines));
     let with = (&mut crew, &mut Rows::default());
     whole_frame(with, (jobs, prepared, None), plan, (&prepared.scene, control), sink)
 }

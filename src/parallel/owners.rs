@@ -16,10 +16,10 @@ pub(super) const fn workers_on(threads: usize) -> usize {
     if threads > 1 { PER_THREAD * threads } else { 1 }
 }
 
-/// Deals the model to workers: tiles by weight, edges (far cheaper) round-robin.
-pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Vec<Hand> {
+/// Deals the model to workers of `threads` threads: tiles by weight, edges (far cheaper) round-robin.
+pub(super) fn hands(prepared: &Prepared, (workers, threads): (usize, usize), edge_lines: bool) -> Vec<Hand> {
     let tiles: Vec<_> = prepared.tiles().map(|(part, tile, row)| (part, tile, row.face)).collect();
-    let mut hands: Vec<Hand> = deal(&loads(prepared), workers)
+    let mut hands: Vec<Hand> = deal(&loads(prepared), workers, threads)
         .into_iter()
         .map(|hand| Hand { tiles: hand.into_iter().map(|index| tiles[index]).collect(), edges: Vec::new() })
         .collect();
@@ -35,6 +35,8 @@ pub(super) fn hands(prepared: &Prepared, workers: usize, edge_lines: bool) -> Ve
 pub(super) struct Owners {
     parts: Vec<Vec<u32>>,
     workers: usize,
+    /// Threads that make what workers own.
+    pub(super) threads: usize,
     epoch: Option<Epoch>,
 }
 
@@ -48,8 +50,12 @@ struct Epoch {
 }
 
 impl Owners {
-    /// The owners as dealt in `hands`, rebalanced every `rebalance_every` frames.
-    pub(super) fn of(prepared: &Prepared, hands: &[Hand], rebalance_every: Option<NonZeroU32>) -> Self {
+    /// The owners as dealt in `hands` for so many threads, rebalanced every `rebalance_every` frames.
+    pub(super) fn of(
+        prepared: &Prepared,
+        (hands, threads): (&[Hand], usize),
+        rebalance_every: Option<NonZeroU32>,
+    ) -> Self {
         let mut parts: Vec<Vec<u32>> = prepared.parts.iter().map(|part| vec![0; part.tiles.len()]).collect();
         for (worker, hand) in hands.iter().enumerate() {
             for (part, tile, _) in &hand.tiles {
@@ -58,7 +64,7 @@ impl Owners {
         }
         let nothing = || prepared.parts.iter().map(|part| vec![0.0; part.tiles.len()]).collect();
         let epoch = rebalance_every.map(|length| Epoch { length: length.get(), frames: 0, spent: nothing() });
-        Self { parts, workers: hands.len(), epoch }
+        Self { parts, workers: hands.len(), threads, epoch }
     }
 
     /// Appends an LOD of a part: its tiles have the owners of the part's.
@@ -93,7 +99,7 @@ impl Owners {
             load.weight = EXPECTED * load.weight + std::mem::take(spent);
         }
         let mut owners = vec![0; loads.len()];
-        for (worker, hand) in deal(&loads, self.workers).into_iter().enumerate() {
+        for (worker, hand) in deal(&loads, self.workers, self.threads).into_iter().enumerate() {
             hand.into_iter().for_each(|tile| owners[tile] = worker as u32);
         }
         for ((part, tile, _), worker) in prepared.tiles().zip(owners) {
@@ -134,8 +140,8 @@ mod tests {
             model.place(part, DAffine3::IDENTITY);
         }
         let prepared = prepare(model.finish().unwrap(), &PrepareOptions::DEFAULT).unwrap();
-        let hands = hands(&prepared, 2, false);
-        let mut owners = Owners::of(&prepared, &hands, NonZeroU32::new(3));
+        let hands = hands(&prepared, (2, 2), false);
+        let mut owners = Owners::of(&prepared, (&hands, 2), NonZeroU32::new(3));
         let before = owners.parts.clone();
         // One worker's tiles take a hundred times as long.
         let owner = before.clone();

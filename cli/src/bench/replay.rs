@@ -70,7 +70,7 @@ pub(super) fn replay(policy: Policy, tiles: &[Load], frames: &[Vec<f64>], worker
     }
     let mut owners = match policy {
         Policy::Windows | Policy::Epoch | Policy::Capped | Policy::Dynamic => {
-            owners(&deal(tiles, workers), tiles.len())
+            owners(&deal(tiles, workers, workers), tiles.len())
         }
         Policy::Contiguous => stretches(tiles, workers),
         Policy::Random => lots(tiles.len(), workers),
