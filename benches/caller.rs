@@ -11,7 +11,9 @@ use std::slice::Iter;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::import::step::{self, StepOptions};
-use trimtess::mesh::{Batch, MeshSink, Scene, SceneInstance, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::mesh::{
+    Batch, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, TileMemory, VertexLayout, WrittenTile,
+};
 use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionMemory, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare};
@@ -29,12 +31,12 @@ struct Copies {
 
 impl MeshSink for Copies {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.begin_changes(scene)
+        self.begin_changes(scene, &SceneChanges::default())
     }
 
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.centres.clear();
-        self.centres.extend(scene.parts.iter().map(|part| part.centre));
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
+        self.centres.truncate(changes.first_part);
+        self.centres.extend(scene.parts[changes.first_part..].iter().map(|part| part.centre));
         self.vertices.clear();
         self.indices.clear();
         Ok(())
@@ -98,7 +100,7 @@ impl MeshSink for Hears {
         Ok(())
     }
 
-    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
         Ok(())
     }
 

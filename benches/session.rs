@@ -10,7 +10,7 @@ use std::sync::Arc;
 use trimtess::control::Alone;
 use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{PlanLimits, PlannerOptions, plan_for_view_on};
-use trimtess::mesh::{Batch, MeshSink, Scene, SinkError};
+use trimtess::mesh::{Batch, MeshSink, Scene, SceneChanges, SinkError};
 use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
@@ -80,7 +80,7 @@ impl MeshSink for Nowhere {
     fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
         Ok(())
     }
-    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
         Ok(())
     }
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {

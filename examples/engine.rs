@@ -4,7 +4,7 @@
 //! Run with `cargo run --release --example engine -- tests/data/nist_ctc05.step`.
 
 use glam::{DAffine3, DVec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::path::Path;
 use std::slice::Iter;
@@ -13,7 +13,10 @@ use std::time::{Duration, Instant};
 use trimtess::control::{Control, Job, Jobs, Priority};
 use trimtess::frame::{Attributes, PlannerOptions};
 use trimtess::import::step::{StepOptions, read_file_on};
-use trimtess::mesh::{Batch, DrawnTiles, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::mesh::{
+    Batch, DrawnTiles, InstanceKey, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, TileMemory, VertexLayout,
+    WrittenTile,
+};
 use trimtess::model::{Instance, PartId, TileId, shapes};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare_on};
@@ -66,37 +69,67 @@ impl TileMemory for Blocks {
     }
 }
 
-/// The engine's list of what to draw.
+/// The engine's list of what to draw. Frames tell what of it differs.
 #[derive(Default)]
 struct Drawables {
     memory: Arc<Blocks>,
-    scene: Scene,
+    instances: BTreeMap<InstanceKey, SceneInstance>,
+    /// Keys by row of the scene.
+    rows: Vec<InstanceKey>,
     tiles: BTreeMap<(PartId, TileId), WrittenTile>,
-    drawn: DrawnTiles,
+    draws: BTreeSet<(InstanceKey, TileId)>,
+    /// Tiles that come or go in a frame.
+    difference: DrawnTiles,
 }
 
 impl Drawables {
     /// Triangles in the picture: what a draw list would hold.
     fn triangles(&self) -> u32 {
-        let rows = self.drawn.instances(0).map(|row| (row, self.scene.instances[row].part));
-        let tiles = rows.flat_map(|(row, part)| self.drawn.tiles(0, row).map(move |tile| (part, tile)));
+        let tiles = self.draws.iter().map(|(key, tile)| (self.instances[key].part, *tile));
         tiles.filter_map(|key| self.tiles.get(&key)).map(|tile| tile.triangles).sum()
+    }
+
+    /// The draws of `difference`.
+    fn differing(&self) -> impl Iterator<Item = (InstanceKey, TileId)> + '_ {
+        let draws = |row| self.difference.tiles(0, row).map(move |tile| (self.rows[row], tile));
+        self.difference.instances(0).flat_map(draws)
+    }
+
+    fn release_all(&mut self) {
+        std::mem::take(&mut self.tiles).values().for_each(|tile| self.memory.release(tile));
+        self.instances.clear();
+        self.rows.clear();
+        self.draws.clear();
     }
 }
 
 impl MeshSink for Drawables {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        std::mem::take(&mut self.tiles).values().for_each(|tile| self.memory.release(tile));
-        self.begin_changes(scene)
+        self.release_all();
+        self.begin_changes(scene, &SceneChanges::default())
     }
 
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.scene = scene.clone();
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
+        for key in changes.removed {
+            self.instances.remove(key);
+            self.draws.retain(|(of, _)| of != key);
+        }
+        let new = scene.instances.iter().skip(changes.first_instance);
+        for instance in changes.changed.iter().map(|row| &scene.instances[*row]).chain(new) {
+            self.instances.extend(instance.key.map(|key| (key, instance.clone())));
+        }
+        // Sessions give a key to each.
+        changes.apply(scene, &mut self.rows, |instance| instance.key.expect("a key"));
         Ok(())
     }
 
     /// Another model: tiles of parts that go on get the part's new number, the others go.
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+    fn begin_update(
+        &mut self,
+        scene: &Scene,
+        changes: &SceneChanges<'_>,
+        from: &[Option<PartId>],
+    ) -> Result<(), SinkError> {
         let goes_on = |(old, new): (&Option<PartId>, u32)| Some(((*old)?, PartId(new)));
         let new: BTreeMap<PartId, PartId> = from.iter().zip(0..).filter_map(goes_on).collect();
         for tile in std::mem::take(&mut self.tiles).into_values() {
@@ -105,7 +138,7 @@ impl MeshSink for Drawables {
                 None => self.memory.release(&tile),
             }
         }
-        self.begin_changes(scene)
+        self.begin_changes(scene, changes)
     }
 
     fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
@@ -122,14 +155,19 @@ impl MeshSink for Drawables {
         Ok(())
     }
 
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
-        self.drawn.clone_from(drawn);
+    fn drawn(&mut self, drawn: &DrawnTiles, before: &DrawnTiles) -> Result<(), SinkError> {
+        self.difference.set_difference(before, drawn);
+        let gone: Vec<_> = self.differing().collect();
+        gone.iter().for_each(|draw| _ = self.draws.remove(draw));
+        self.difference.set_difference(drawn, before);
+        let new: Vec<_> = self.differing().collect();
+        self.draws.extend(new);
         Ok(())
     }
 
     /// The next frame is a whole one.
     fn abort(&mut self) {
-        std::mem::take(&mut self.tiles).values().for_each(|tile| self.memory.release(tile));
+        self.release_all();
     }
 }
 
@@ -203,17 +241,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let aside = DAffine3::from_translation(DVec3::new(0.0, 0.0, -1e-3)) * session.scene().instances[0].transform;
     session.move_instance(key, aside)?;
     session.view(&views[59..], &mut sink)?;
-    assert_eq!(sink.scene.instances[0].transform, aside);
+    assert_eq!(sink.instances[&key].transform, aside);
 
     // Attributes: a colour costs no tile, what is hidden is not drawn, and half the tolerance is more triangles.
     let part = session.part_of(0).ok_or("an instance")?;
     session.set_part(part, &Attributes::DEFAULT.with_colour(Some([0.1, 0.5, 0.9, 1.0])))?;
     assert_eq!(session.view(&views[59..], &mut sink)?.tiles, 0);
-    assert_eq!(sink.scene.instances[0].colour, Some([0.1, 0.5, 0.9, 1.0]));
+    assert_eq!(sink.instances[&key].colour, Some([0.1, 0.5, 0.9, 1.0]));
     let before = sink.triangles();
     session.set_instance(key, &Attributes::DEFAULT.with_visible(false))?;
     session.view(&views[59..], &mut sink)?;
-    assert!(sink.drawn.instances(0).all(|row| row != 0) && sink.triangles() < before);
+    assert!(sink.draws.iter().all(|(of, _)| *of != key) && sink.triangles() < before);
     session.set_instance(key, &Attributes::DEFAULT.with_tolerance_scale(0.5).with_priority(4.0))?;
     until_nothing_waits(&mut session, views[59], &mut sink)?;
     assert!(sink.triangles() > before, "{} {before}", sink.triangles());

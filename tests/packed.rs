@@ -10,7 +10,7 @@ use out_fixture::{box_frame, play};
 use std::sync::Arc;
 use trimtess::audit;
 use trimtess::frame::{Tolerance, plan};
-use trimtess::mesh::{Batch, FlatMesh, FrameView, MeshSink, PackedFrame, Scene, check_scene};
+use trimtess::mesh::{Batch, FlatMesh, FrameView, MeshSink, PackedFrame, Scene, SceneChanges, check_scene};
 use trimtess::mesh::{MemorySink, TileMesh};
 use trimtess::model::{FaceId, PartId, TileId};
 use trimtess::out::{write_obj, write_ply, write_stl};
@@ -120,7 +120,7 @@ fn indices_out_of_range_stay_out_of_range() {
 #[test]
 fn a_packed_frame_takes_whole_frames_only_and_forgets_what_is_aborted() {
     let mut packed = packed(&box_frame(DVec3::ONE, &[DAffine3::IDENTITY]));
-    assert!(packed.begin_changes(&Scene::default()).is_err());
+    assert!(packed.begin_changes(&Scene::default(), &SceneChanges::default()).is_err());
     packed.abort();
     assert!(packed.parts.is_empty() && packed.edge_lines.is_empty());
     // A batch of an unknown part is dropped, as writers drop it.

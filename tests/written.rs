@@ -17,8 +17,8 @@ use std::time::Duration;
 use trimtess::control::Control;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{
-    Batch, EdgeLine, IndexFormat, MemorySink, MeshSink, NormalFormat, PositionFormat, Scene, SceneInstance, SinkError,
-    TileMemory, VertexLayout, WrittenTile, check_scene,
+    Batch, EdgeLine, IndexFormat, MemorySink, MeshSink, NormalFormat, PositionFormat, Scene, SceneChanges,
+    SceneInstance, SinkError, TileMemory, VertexLayout, WrittenTile, check_scene,
 };
 use trimtess::model::{Face, Part, PartId, shapes};
 use trimtess::parallel::{FrameError, Session, SessionOptions, serial};
@@ -391,7 +391,7 @@ impl MeshSink for Forgets {
     fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
         Ok(())
     }
-    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
         Ok(())
     }
     fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {

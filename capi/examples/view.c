@@ -92,11 +92,18 @@ static int32_t on_begin(void *user, const tt_scene *frame) {
         all->parts = parts;
         all->part_count = frame->parts;
     }
-    uint32_t *drawn = realloc(all->drawn_parts, (frame->instances + 1) * sizeof *drawn);
-    if (!drawn) return 1;
-    for (uint32_t i = 0; i < frame->instances; i++) drawn[i] = frame->placed[i].part;
-    all->drawn_parts = drawn;
-    all->instance_count = frame->instances;
+    if (frame->whole || frame->instances != all->instance_count) {
+        uint32_t *drawn = realloc(all->drawn_parts, (frame->instances + 1) * sizeof *drawn);
+        if (!drawn) return 1;
+        all->drawn_parts = drawn;
+        all->instance_count = frame->instances;
+    }
+    // Indices shift where instances go. Else only those differ that are listed, and those that are new.
+    uint32_t first = frame->removed_count > 0 ? 0 : frame->first_instance;
+    for (uint32_t i = first; i < frame->instances; i++) all->drawn_parts[i] = frame->placed[i].part;
+    for (uint32_t k = 0; k < frame->changed_count; k++) {
+        all->drawn_parts[frame->changed[k]] = frame->placed[frame->changed[k]].part;
+    }
     return 0;
 }
 

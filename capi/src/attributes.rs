@@ -5,8 +5,8 @@ use crate::limits::positive;
 use crate::session::{tt_session, with_session};
 use crate::status::{Failure, tt_status};
 use trimtess::frame::Attributes;
+use trimtess::mesh::InstanceKey;
 use trimtess::model::PartId;
-use trimtess::parallel::InstanceKey;
 
 /// How views draw a part, or an instance. Zeros are the defaults. Attributes of an instance and of its part are
 /// combined.

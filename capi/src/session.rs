@@ -16,9 +16,9 @@ use crate::status::{self, Failure, tt_status};
 use crate::view::{tt_view, view};
 use std::sync::Arc;
 use trimtess::control::Alone;
-use trimtess::mesh::SceneInstance;
+use trimtess::mesh::{InstanceKey, SceneInstance};
 use trimtess::model::PartId;
-use trimtess::parallel::{FrameReport, InstanceError, InstanceKey, Session};
+use trimtess::parallel::{FrameReport, InstanceError, Session};
 use trimtess::view::View;
 
 /// Workers for one prepared model, and one sink that they keep up to date.

@@ -9,7 +9,9 @@ use crate::version::TT_NONE;
 use std::ffi::c_void;
 use std::ptr::null;
 use std::slice::Iter;
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshLists, MeshSink, Scene, SinkError, WrittenTile};
+use trimtess::mesh::{
+    Batch, DrawnTiles, EdgeLine, InstanceKey, MeshLists, MeshSink, Scene, SceneChanges, SinkError, WrittenTile,
+};
 use trimtess::model::PartId;
 
 /// What a frame shows, as `tt_sink.begin` gets it. Pointers are valid until the callback returns.
@@ -34,6 +36,21 @@ pub struct tt_scene {
     /// whose tiles and lines it starts with, TT_NONE if it starts with none. None is named twice; tiles and lines of
     /// parts that are not named go. Null in other frames.
     pub from: *const u32,
+    /// The keys of the instances, which the session's functions take; 0 in frames by a tolerance.
+    pub keys: *const u64,
+    /// The first part that is new. All later ones are. 0 in a whole frame, and where `from` tells.
+    pub first_part: u32,
+    /// The first instance that is new. All later ones are. Those before it were in the last frame, in the same order.
+    pub first_instance: u32,
+    /// Number of `removed`.
+    pub removed_count: u32,
+    /// Number of `changed`.
+    pub changed_count: u32,
+    /// Keys of instances of the last frame that are gone, each once.
+    pub removed: *const u64,
+    /// Indices of instances of the last frame whose level of detail, transform, colour or `hidden` may differ,
+    /// ascending. `first_face` differs after removed ones, too; these are not listed.
+    pub changed: *const u32,
 }
 
 /// The tiles to draw, as `tt_sink.drawn` gets them. Pointers are valid until the callback returns.
@@ -52,6 +69,16 @@ pub struct tt_drawn {
     pub rows: *const tt_drawn_row,
     /// Bits of tiles: tile t of an instance is bit `t % 64` of word `t / 64` of its row, the lowest bit first.
     pub words: *const u64,
+    /// Number of `appeared`.
+    pub appeared_count: u32,
+    /// Number of `disappeared`.
+    pub disappeared_count: u32,
+    /// The tiles among these that the last frame did not draw, as `rows`. Their bits are in `words`, too.
+    pub appeared: *const tt_drawn_row,
+    /// The tiles that the last frame drew and this one does not, as `rows`: those of instances that there still are, by
+    /// their indices now. An instance with another level of detail draws the tiles of that, also those that are in
+    /// neither list.
+    pub disappeared: *const tt_drawn_row,
 }
 
 /// The tiles that an instance draws in a view.
@@ -108,8 +135,34 @@ pub(crate) struct Lists {
     mesh_of: Vec<u32>,
     from: Vec<u32>,
     placed: Vec<tt_instance>,
+    keys: Vec<u64>,
+    changed: Vec<u32>,
+    removed: Vec<u64>,
     rows: Vec<tt_drawn_row>,
     words: Vec<u64>,
+    difference: DrawnTiles,
+}
+
+impl Lists {
+    /// Appends the rows of a set of tiles. Returns their number.
+    fn list(&mut self, tiles: &DrawnTiles) -> usize {
+        let before = self.rows.len();
+        for (view, instance, of_row) in tiles.rows() {
+            let (start, count) = (self.words.len() as u32, of_row.len() as u32);
+            self.rows.push(tt_drawn_row { view: view as u32, instance: instance as u32, start, count });
+            self.words.extend(of_row);
+        }
+        self.rows.len() - before
+    }
+
+    /// As [`list`](Self::list), of the tiles of `all` that `others` do not have.
+    fn list_difference(&mut self, all: &DrawnTiles, others: &DrawnTiles) -> usize {
+        let mut difference = std::mem::take(&mut self.difference);
+        difference.set_difference(all, others);
+        let count = self.list(&difference);
+        self.difference = difference;
+        count
+    }
 }
 
 /// A [`tt_sink`] in use.
@@ -135,14 +188,24 @@ impl<'a> Sink<'a> {
         Ok(Self { user: User::of(user), begin, tile, line, drawn, end, abort, lists })
     }
 
-    fn start(&mut self, scene: &Scene, whole: bool, kept: Option<&[Option<PartId>]>) -> Result<(), SinkError> {
-        let Lists { mesh_of, from, placed, .. } = self.lists;
+    fn start(
+        &mut self,
+        scene: &Scene,
+        changes: Option<&SceneChanges<'_>>,
+        kept: Option<&[Option<PartId>]>,
+    ) -> Result<(), SinkError> {
+        let Lists { mesh_of, from, placed, keys, changed, removed, .. } = self.lists;
+        let (whole, changes) = (changes.is_none(), changes.copied().unwrap_or_default());
         from.clear();
         from.extend(kept.into_iter().flatten().map(|part| part.map_or(TT_NONE, |part| part.0)));
-        mesh_of.clear();
-        mesh_of.extend(scene.parts.iter().map(|part| part.mesh_of.map_or(TT_NONE, |of| of.0)));
-        placed.clear();
-        placed.extend(scene.instances.iter().map(instance));
+        mesh_of.truncate(changes.first_part);
+        mesh_of.extend(scene.parts[changes.first_part..].iter().map(|part| part.mesh_of.map_or(TT_NONE, |of| of.0)));
+        changes.apply(scene, placed, instance);
+        changes.apply(scene, keys, |instance| instance.key.map_or(0, InstanceKey::to_bits));
+        changed.clear();
+        changed.extend(changes.changed.iter().map(|row| *row as u32));
+        removed.clear();
+        removed.extend(changes.removed.iter().map(|key| key.to_bits()));
         let Some(begin) = self.begin else { return Ok(()) };
         let scene = tt_scene {
             size: size_of::<tt_scene>() as u32,
@@ -152,6 +215,13 @@ impl<'a> Sink<'a> {
             mesh_of: mesh_of.as_ptr(),
             placed: placed.as_ptr(),
             from: if kept.is_some() { from.as_ptr() } else { null() },
+            keys: keys.as_ptr(),
+            first_part: changes.first_part as u32,
+            first_instance: changes.first_instance as u32,
+            removed_count: removed.len() as u32,
+            changed_count: changed.len() as u32,
+            removed: removed.as_ptr(),
+            changed: changed.as_ptr(),
         };
         took("tt_sink.begin", begin(self.user.get(), &scene))
     }
@@ -164,15 +234,20 @@ impl MeshSink for Sink<'_> {
     }
 
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.start(scene, true, None)
+        self.start(scene, None, None)
     }
 
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.start(scene, false, None)
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
+        self.start(scene, Some(changes), None)
     }
 
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
-        self.start(scene, false, Some(from))
+    fn begin_update(
+        &mut self,
+        scene: &Scene,
+        changes: &SceneChanges<'_>,
+        from: &[Option<PartId>],
+    ) -> Result<(), SinkError> {
+        self.start(scene, Some(changes), Some(from))
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
@@ -209,23 +284,26 @@ impl MeshSink for Sink<'_> {
         took("tt_sink.line", to(self.user.get(), &as_line(&line)))
     }
 
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles, before: &DrawnTiles) -> Result<(), SinkError> {
         let Some(to) = self.drawn else { return Ok(()) };
-        let Lists { rows, words, .. } = &mut *self.lists;
-        rows.clear();
-        words.clear();
-        for (view, instance, of_row) in drawn.rows() {
-            let (start, count) = (words.len() as u32, of_row.len() as u32);
-            rows.push(tt_drawn_row { view: view as u32, instance: instance as u32, start, count });
-            words.extend(of_row);
-        }
+        let lists = &mut *self.lists;
+        lists.rows.clear();
+        lists.words.clear();
+        let count = lists.list(drawn);
+        let appeared = lists.list_difference(drawn, before);
+        let disappeared = lists.list_difference(before, drawn);
+        let Lists { rows, words, .. } = lists;
         let given = tt_drawn {
             size: size_of::<tt_drawn>() as u32,
             everything: drawn.is_everything().into(),
             views: drawn.views() as u32,
-            count: rows.len() as u32,
+            count: count as u32,
             rows: rows.as_ptr(),
             words: words.as_ptr(),
+            appeared_count: appeared as u32,
+            disappeared_count: disappeared as u32,
+            appeared: rows[count..].as_ptr(),
+            disappeared: rows[count + appeared..].as_ptr(),
         };
         took("tt_sink.drawn", to(self.user.get(), &given))
     }

@@ -111,6 +111,14 @@ std::int32_t on_begin(void *, const tt_scene *scene) {
     for (std::uint32_t k = 0; k < scene->instances; k++) {
         if (scene->placed[k].part >= scene->parts) fail("an instance of no part", k);
     }
+    if (scene->first_instance > scene->instances || scene->first_part > scene->parts) fail("news beyond the end", 0);
+    for (std::uint32_t k = 0; k < scene->changed_count; k++) {
+        if (scene->changed[k] >= scene->first_instance) fail("a change of what is new", scene->changed[k]);
+    }
+    std::set<std::uint64_t> keys(scene->keys, scene->keys + scene->instances);
+    for (std::uint32_t k = 0; k < scene->removed_count; k++) {
+        if (!keys.insert(scene->removed[k]).second) fail("a key that stays or goes twice", k);
+    }
     std::set<std::uint32_t> kept;
     for (std::uint32_t k = 0; scene->from && k < scene->parts; k++) {
         if (scene->from[k] != TT_NONE && !kept.insert(scene->from[k]).second) fail("a part that goes on twice", k);
@@ -149,6 +157,28 @@ std::int32_t on_drawn(void *, const tt_drawn *drawn) {
     for (std::uint32_t k = 0; k < drawn->count; k++) {
         const tt_drawn_row &row = drawn->rows[k];
         for (std::uint32_t word = 0; word < row.count; word++) bits += drawn->words[row.start + word];
+    }
+    // What appears is drawn, and what disappears is not.
+    const auto is_drawn = [&](const tt_drawn_row &of, std::uint32_t word) -> std::uint64_t {
+        for (std::uint32_t k = 0; k < drawn->count; k++) {
+            const tt_drawn_row &row = drawn->rows[k];
+            if (row.view == of.view && row.instance == of.instance && word < row.count) {
+                return drawn->words[row.start + word];
+            }
+        }
+        return 0;
+    };
+    for (std::uint32_t k = 0; k < drawn->appeared_count; k++) {
+        const tt_drawn_row &row = drawn->appeared[k];
+        for (std::uint32_t word = 0; word < row.count; word++) {
+            if (drawn->words[row.start + word] & ~is_drawn(row, word)) fail("a tile that appears, not drawn", word);
+        }
+    }
+    for (std::uint32_t k = 0; k < drawn->disappeared_count; k++) {
+        const tt_drawn_row &row = drawn->disappeared[k];
+        for (std::uint32_t word = 0; word < row.count; word++) {
+            if (drawn->words[row.start + word] & is_drawn(row, word)) fail("a tile that disappears, drawn", word);
+        }
     }
     return bits == 1 ? 0 : refuses();
 }

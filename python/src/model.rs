@@ -51,6 +51,7 @@ impl Model {
             visible: true,
             assembly: i.assembly.clone(),
             transform: i.transform,
+            key: None,
         };
         self.model.instances.iter().map(of).collect()
     }
@@ -301,6 +302,9 @@ pub(crate) struct Instance {
     /// Whether views draw it: `Session.set_instance`, `Session.set_part`.
     #[pyo3(get)]
     visible: bool,
+    /// Its key in the session; None elsewhere.
+    #[pyo3(get)]
+    key: Option<u64>,
     assembly: Option<Arc<model::Assembly>>,
     transform: trimtess::glam::DAffine3,
 }
@@ -315,6 +319,7 @@ impl Instance {
             visible: instance.visible,
             assembly: instance.assembly.clone(),
             transform: instance.transform,
+            key: instance.key.map(trimtess::mesh::InstanceKey::to_bits),
         }
     }
 }

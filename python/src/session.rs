@@ -12,9 +12,11 @@ use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use trimtess::glam::{DAffine3, DMat4};
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MeshLists, MeshSink, Scene, SceneInstance, SinkError};
+use trimtess::mesh::{
+    Batch, DrawnTiles, EdgeLine, InstanceKey, MeshLists, MeshSink, Scene, SceneChanges, SceneInstance, SinkError,
+};
 use trimtess::model::PartId;
-use trimtess::parallel::{self, FrameReport, InstanceError, InstanceKey, SessionOptions};
+use trimtess::parallel::{self, FrameReport, InstanceError, SessionOptions};
 use trimtess::prepare;
 
 /// What a frame changes. Arrays keep their tile alive, not the frame.
@@ -28,6 +30,16 @@ struct Changes {
     instances: Arc<Vec<SceneInstance>>,
     /// After an update: the parts of which tiles are kept, and what they were.
     from: Option<Vec<Option<PartId>>>,
+    /// Keys of instances.
+    added: Vec<u64>,
+    changed: Vec<u64>,
+    removed: Vec<u64>,
+    appeared: DrawnTiles,
+    disappeared: DrawnTiles,
+}
+
+fn keys<'a>(instances: impl Iterator<Item = &'a SceneInstance>) -> Vec<u64> {
+    instances.filter_map(|instance| instance.key).map(InstanceKey::to_bits).collect()
 }
 
 impl MeshSink for Changes {
@@ -37,17 +49,27 @@ impl MeshSink for Changes {
     }
 
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.begin_changes(scene)
+        self.begin_changes(scene, &SceneChanges::default())
     }
 
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.instances = Arc::new(scene.instances.clone());
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
+        if !changes.keep_instances(scene) {
+            self.instances = Arc::new(scene.instances.clone());
+        }
+        self.added = keys(scene.instances.iter().skip(changes.first_instance));
+        self.changed = keys(changes.changed.iter().map(|row| &scene.instances[*row]));
+        self.removed = changes.removed.iter().map(|key| key.to_bits()).collect();
         Ok(())
     }
 
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+    fn begin_update(
+        &mut self,
+        scene: &Scene,
+        changes: &SceneChanges<'_>,
+        from: &[Option<PartId>],
+    ) -> Result<(), SinkError> {
         self.from = Some(from.to_vec());
-        self.begin_changes(scene)
+        self.begin_changes(scene, changes)
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
@@ -60,8 +82,10 @@ impl MeshSink for Changes {
         Ok(())
     }
 
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles, before: &DrawnTiles) -> Result<(), SinkError> {
         self.drawn = Arc::new(drawn.clone());
+        self.appeared.set_difference(drawn, before);
+        self.disappeared.set_difference(before, drawn);
         Ok(())
     }
 
@@ -349,6 +373,23 @@ pub(crate) struct Frame {
     shortfall: Option<String>,
 }
 
+/// A row of `Frame.instances`, and tiles.
+type TilesOf<'py> = (usize, Bound<'py, PyAny>);
+
+impl Frame {
+    fn listed<'py>(&self, py: Python<'py>, view: usize, tiles: &DrawnTiles) -> PyResult<Vec<TilesOf<'py>>> {
+        let views = self.changes.drawn.views();
+        if view >= views {
+            return Err(errors::out_of_range(py, "view", view, &format!("below {views}, the number of views")));
+        }
+        let of = |instance| {
+            let tiles: Arc<Vec<u32>> = Arc::new(tiles.tiles(view, instance).map(|tile| tile.0).collect());
+            Ok((instance, array::view(py, &tiles, &tiles)?))
+        };
+        tiles.instances(view).map(of).collect()
+    }
+}
+
 #[pymethods]
 impl Frame {
     /// Whether it replaces everything before it, rather than changing some tiles.
@@ -403,17 +444,53 @@ impl Frame {
     /// Raises:
     ///     RangeError: There is no such view.
     #[pyo3(signature = (view=0))]
-    fn drawn<'py>(&self, py: Python<'py>, view: usize) -> PyResult<Vec<(usize, Bound<'py, PyAny>)>> {
-        let drawn = &self.changes.drawn;
-        if view >= drawn.views() {
-            let most = format!("below {}, the number of views", drawn.views());
-            return Err(errors::out_of_range(py, "view", view, &most));
-        }
-        let tiles = |instance| {
-            let tiles: Arc<Vec<u32>> = Arc::new(drawn.tiles(view, instance).map(|tile| tile.0).collect());
-            Ok((instance, array::view(py, &tiles, &tiles)?))
-        };
-        drawn.instances(view).map(tiles).collect()
+    fn drawn<'py>(&self, py: Python<'py>, view: usize) -> PyResult<Vec<TilesOf<'py>>> {
+        self.listed(py, view, &self.changes.drawn)
+    }
+
+    /// The tiles of `drawn` that the frame before did not draw, in the same form.
+    ///
+    /// Args:
+    ///     view: Which of the views.
+    ///
+    /// Raises:
+    ///     RangeError: There is no such view.
+    #[pyo3(signature = (view=0))]
+    fn appeared<'py>(&self, py: Python<'py>, view: usize) -> PyResult<Vec<TilesOf<'py>>> {
+        self.listed(py, view, &self.changes.appeared)
+    }
+
+    /// The tiles that the frame before drew and this one does not, in the form of `drawn`: those of instances that there
+    /// still are, by their rows now. An instance of `changed_instances` may draw another level of detail: then its tiles
+    /// are others, also those in neither list.
+    ///
+    /// Args:
+    ///     view: Which of the views.
+    ///
+    /// Raises:
+    ///     RangeError: There is no such view.
+    #[pyo3(signature = (view=0))]
+    fn disappeared<'py>(&self, py: Python<'py>, view: usize) -> PyResult<Vec<TilesOf<'py>>> {
+        self.listed(py, view, &self.changes.disappeared)
+    }
+
+    /// Keys of instances that the frame before did not have, in the order of `instances`, whose last rows they are. All
+    /// of them in a whole frame.
+    #[getter]
+    fn added_instances(&self) -> Vec<u64> {
+        self.changes.added.clone()
+    }
+
+    /// Keys of instances of the frame before whose level of detail, transform, colour or visibility may differ.
+    #[getter]
+    fn changed_instances(&self) -> Vec<u64> {
+        self.changes.changed.clone()
+    }
+
+    /// Keys of instances of the frame before that are gone; none in a whole frame, which replaces all.
+    #[getter]
+    fn removed_instances(&self) -> Vec<u64> {
+        self.changes.removed.clone()
     }
 
     /// Number of triangles in `changed`.

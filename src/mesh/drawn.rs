@@ -34,11 +34,45 @@ impl Row {
 }
 
 impl DrawnTiles {
+    /// No tile of no view.
+    pub const NONE: Self = Self { views: Some(0), rows: Vec::new(), words: Vec::new() };
+
     /// Becomes the empty set for `views` views, and reuses the memory.
     pub fn reset(&mut self, views: usize) {
         self.views = Some(views as u32);
         self.rows.clear();
         self.words.clear();
+    }
+
+    /// Becomes the tiles of `all` that `others` do not have, and reuses the memory. Both are of views. Cost: a pass over
+    /// both.
+    pub fn set_difference(&mut self, all: &Self, others: &Self) {
+        self.reset(all.views());
+        let mut others = others.rows().peekable();
+        for (view, instance, words) in all.rows() {
+            while others.next_if(|&(v, i, _)| (v, i) < (view, instance)).is_some() {}
+            let same = others.next_if(|&(v, i, _)| (v, i) == (view, instance)).map_or(&[][..], |(.., words)| words);
+            let start = self.words.len();
+            let same = same.iter().chain(std::iter::repeat(&0));
+            self.words.extend(words.iter().zip(same).map(|(word, same)| word & !same));
+            let used = self.words[start..].iter().rposition(|&word| word != 0).map_or(0, |last| last + 1);
+            self.words.truncate(start + used);
+            if used > 0 {
+                self.rows.push(Row { view: view as u32, instance: instance as u32, end: self.words.len() as u32 });
+            }
+        }
+    }
+
+    /// Removes instances, whose rows ascend. The rows of later ones decrease.
+    pub(crate) fn remove_instances(&mut self, rows: &[usize]) {
+        let before = std::mem::take(self);
+        self.reset(before.views());
+        for (view, instance, words) in before.rows() {
+            let below = rows.partition_point(|row| *row < instance);
+            if rows.get(below) != Some(&instance) {
+                self.push(view, instance - below, 0, words);
+            }
+        }
     }
 
     /// Whether everything is drawn in every view.

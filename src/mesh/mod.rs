@@ -7,8 +7,14 @@ mod drawn;
 pub use drawn::DrawnTiles;
 pub(crate) use drawn::tiles_of_word;
 
+mod keys;
+pub use keys::{InstanceKey, PartKey};
+
 mod scene;
 pub use scene::{Scene, SceneInstance, ScenePart};
+
+mod scene_changes;
+pub use scene_changes::SceneChanges;
 
 mod sink_error;
 pub use sink_error::SinkError;

@@ -1,5 +1,6 @@
 //! What a sink needs besides triangles: parts, instances, names, colours.
 
+use super::{InstanceKey, PartKey};
 use crate::model::{Assembly, Colour, EdgeId, FaceId, PartId};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
@@ -27,6 +28,8 @@ pub struct ScenePart {
     pub radius: f64,
     /// The model's part of which this is another level of detail. `None` for the model's parts themselves.
     pub mesh_of: Option<PartId>,
+    /// Set by a session for its frames of views; `None` in other scenes.
+    pub key: Option<PartKey>,
 }
 
 /// A placed part, as sinks see it.
@@ -47,6 +50,8 @@ pub struct SceneInstance {
     /// Index of this instance's first face when faces are numbered across all instances. Set by `prepare`; a session
     /// renumbers when instances come and go.
     pub first_face: u32,
+    /// Set by a session for its frames of views; `None` in other scenes.
+    pub key: Option<InstanceKey>,
 }
 
 /// Everything a sink gets besides triangles and lines.
@@ -64,7 +69,7 @@ impl SceneInstance {
     /// A visible instance without colour, name and assembly.
     #[must_use]
     pub fn new(part: PartId, transform: DAffine3) -> Self {
-        Self { part, transform, colour: None, visible: true, name: "".into(), assembly: None, first_face: 0 }
+        Self { part, transform, colour: None, visible: true, name: "".into(), assembly: None, first_face: 0, key: None }
     }
 
     /// Uniform scale of the transform: the cube root of its determinant's absolute value.
@@ -96,9 +101,9 @@ impl Scene {
         }
     }
 
-    /// Appends an LOD of a part of the model.
+    /// Appends an LOD of a part of the model, without a key.
     pub(crate) fn add_level(&mut self, part: PartId) {
-        self.parts.push(ScenePart { mesh_of: Some(part), ..self.parts[part.index()].clone() });
+        self.parts.push(ScenePart { mesh_of: Some(part), key: None, ..self.parts[part.index()].clone() });
     }
 
     /// The model's part of a part, which may be one of its LODs: both have the same tiles.

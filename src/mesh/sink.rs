@@ -1,6 +1,6 @@
 //! The trait through which triangles leave the engine, and a sink that keeps them in memory.
 
-use super::{Batch, DrawnTiles, EdgeLine, MeshLists, Scene, SinkError, WrittenTile};
+use super::{Batch, DrawnTiles, EdgeLine, MeshLists, Scene, SceneChanges, SceneInstance, SinkError, WrittenTile};
 use crate::model::PartId;
 use std::collections::BTreeMap;
 use std::slice::Iter;
@@ -35,11 +35,12 @@ pub trait MeshSink: Send {
 
     /// Starts an incremental frame: it equals the last completed frame except for what is sent now. Each batch replaces
     /// that of its tile; a batch without triangles removes the tile. Each line replaces that of its edge. Known
-    /// parts stay the same, and others may follow them; instances may have changed.
+    /// parts stay the same, and others may follow them; instances may have changed. `changes` lists what of the scene
+    /// differs, so that a sink need not look at all of it.
     ///
     /// # Errors
     /// When the sink takes whole frames only, like files; `abort` follows. The provided implementation always fails.
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, scene: &Scene, _changes: &SceneChanges<'_>) -> Result<(), SinkError> {
         let context = format!("incremental frame of {:?} for a sink that takes whole frames only", scene.name);
         Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
     }
@@ -48,12 +49,17 @@ pub trait MeshSink: Send {
     /// `p` of `scene` starts with the tiles and lines of part `from[p]` of the last completed frame, and with none if
     /// that is `None`. No part is named twice; parts that are not named go, with their tiles and lines. `from` has a
     /// row for each part of `scene`. A part that goes on has the same centre and radius; name, colours and instances
-    /// may differ. Then as [`begin_changes`](Self::begin_changes).
+    /// may differ. Instances are all new. Then as [`begin_changes`](Self::begin_changes).
     ///
     /// # Errors
     /// When the sink takes whole frames only, or one model only; `abort` follows, and the next frame is a whole one.
     /// The provided implementation always fails.
-    fn begin_update(&mut self, scene: &Scene, _from: &[Option<PartId>]) -> Result<(), SinkError> {
+    fn begin_update(
+        &mut self,
+        scene: &Scene,
+        _changes: &SceneChanges<'_>,
+        _from: &[Option<PartId>],
+    ) -> Result<(), SinkError> {
         let context = format!("another model, {:?}, for a sink that takes one model only", scene.name);
         Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
     }
@@ -92,9 +98,13 @@ pub trait MeshSink: Send {
     /// Receives the set of tiles to draw, once per frame of views. There are no cracks between drawn tiles; a tile that
     /// is not drawn may be several frames old. Frames made without views draw everything and skip this call.
     ///
+    /// `before`: those of the last completed frame, without instances that were removed, by the rows that instances have
+    /// now; none in a whole frame. [`DrawnTiles::set_difference`] tells what comes and what goes. An instance that has
+    /// another LOD now draws the tiles of that, also where their numbers are in both sets.
+    ///
     /// # Errors
     /// When the sink cannot take it; `abort` follows.
-    fn drawn(&mut self, _drawn: &DrawnTiles) -> Result<(), SinkError> {
+    fn drawn(&mut self, _drawn: &DrawnTiles, _before: &DrawnTiles) -> Result<(), SinkError> {
         Ok(())
     }
 
@@ -181,17 +191,21 @@ impl MeshSink for MemorySink {
         Ok(())
     }
 
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.scene = scene.clone();
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
+        self.scene.parts.truncate(changes.first_part);
+        self.scene.parts.extend_from_slice(&scene.parts[self.scene.parts.len()..]);
+        changes.apply(scene, &mut self.scene.instances, SceneInstance::clone);
         self.changes = Changes { only: true, ..Changes::default() };
         Ok(())
     }
 
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+    fn begin_update(&mut self, scene: &Scene, _: &SceneChanges<'_>, from: &[Option<PartId>]) -> Result<(), SinkError> {
         let new = successors(from);
         renumber(&mut self.batches, &new, |batch| &mut batch.part, |batch| (batch.part, batch.tile));
         renumber(&mut self.edge_lines, &new, |line| &mut line.part, |line| (line.part, line.edge));
-        self.begin_changes(scene)
+        self.scene = scene.clone();
+        self.changes = Changes { only: true, ..Changes::default() };
+        Ok(())
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
@@ -206,7 +220,7 @@ impl MeshSink for MemorySink {
         Ok(())
     }
 
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles, _: &DrawnTiles) -> Result<(), SinkError> {
         self.drawn = drawn.clone();
         Ok(())
     }

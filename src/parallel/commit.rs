@@ -8,7 +8,9 @@ use super::seats::{Seat, Seats};
 use super::writer::Writer;
 use crate::control::Control;
 use crate::frame::{Ladder, Rung};
-use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshSink, NotWritten, Scene, SinkError, TileMesh, WrittenTile};
+use crate::mesh::{
+    Batch, DrawnTiles, EdgeLine, MeshSink, NotWritten, Scene, SceneChanges, SinkError, TileMesh, WrittenTile,
+};
 use crate::model::{FaceId, PartId, TileId};
 use crate::prepare::internals::panic_message;
 use std::any::Any;
@@ -69,9 +71,12 @@ pub(super) enum Feed<'a> {
     Views {
         /// Whether to send a whole frame rather than changes.
         whole: bool,
+        /// Of the scene since the last frame.
+        changes: SceneChanges<'a>,
         /// For changes of another model than the sink has.
         from: Option<&'a [Option<PartId>]>,
-        drawn: &'a DrawnTiles,
+        /// And those before.
+        drawn: [&'a DrawnTiles; 2],
         forgotten: Gone<'a>,
     },
 }
@@ -210,9 +215,9 @@ impl Rows {
         (writer, sink): (Option<&Writer>, &mut dyn MeshSink),
     ) -> Result<(), FrameError> {
         match feed {
-            _ if whole => sink.begin(scene),
-            Feed::Views { from: Some(from), .. } => sink.begin_update(scene, from),
-            _ => sink.begin_changes(scene),
+            Feed::Views { whole: false, changes, from: Some(from), .. } => sink.begin_update(scene, &changes, from),
+            Feed::Views { whole: false, changes, from: None, .. } => sink.begin_changes(scene, &changes),
+            _ => sink.begin(scene),
         }
         .map_err(FrameError::Sink)?;
         let gone = match feed {
@@ -228,8 +233,8 @@ impl Rows {
             sink.edge_line(line).map_err(FrameError::Sink)?;
         }
         feed.goes_on()?;
-        if let Feed::Views { drawn, .. } = feed {
-            sink.drawn(drawn).map_err(FrameError::Sink)?;
+        if let Feed::Views { drawn: [drawn, before], .. } = feed {
+            sink.drawn(drawn, before).map_err(FrameError::Sink)?;
         }
         sink.end().map_err(FrameError::Sink)
     }

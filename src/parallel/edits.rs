@@ -1,10 +1,10 @@
 //! Edits of parts and instances between two frames of views -> what the job of the next one applies.
 
 use super::error::AttributeError;
-use super::instances::{InstanceKey, Instances};
+use super::scene_keys::SceneKeys;
 use crate::frame::Attributes;
 use crate::math::rows::take_rows;
-use crate::mesh::{Scene, SceneInstance};
+use crate::mesh::{InstanceKey, Scene, SceneInstance};
 use crate::model::{PartId, bad_colour};
 use glam::DAffine3;
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,12 +38,12 @@ impl Edited {
 
 impl Edits {
     /// Nothing edited yet, of a scene whose parts have these attributes.
-    pub(super) fn of(scene: &Scene, rows: &Instances, parts: BTreeMap<PartId, Attributes>) -> Self {
+    pub(super) fn of(scene: &Scene, parts: BTreeMap<PartId, Attributes>) -> Self {
         let (moved, changed_parts, changed_instances) = Default::default();
         let places = scene.instances.iter().map(|instance| instance.transform).collect();
         let mut new = Self { parts, instances: BTreeMap::new(), places, moved, changed_parts, changed_instances };
-        for (row, instance) in scene.instances.iter().enumerate().filter(|(_, instance)| !instance.visible) {
-            rows.key(row).into_iter().for_each(|key| new.show(key, instance.visible));
+        for instance in scene.instances.iter().filter(|instance| !instance.visible) {
+            instance.key.into_iter().for_each(|key| new.show(key, instance.visible));
         }
         new
     }
@@ -105,10 +105,10 @@ impl Edits {
     }
 
     /// What was edited since the last call.
-    pub(super) fn take(&mut self, rows: &Instances) -> Edited {
+    pub(super) fn take(&mut self, keys: &SceneKeys) -> Edited {
         let Self { parts, instances, places, moved, changed_parts, changed_instances } = self;
         let of_part = |part: PartId| (part, parts.get(&part).copied().unwrap_or_default());
-        let of_key = |key: InstanceKey| Some((rows.row(key)?, instances.get(&key).copied().unwrap_or_default()));
+        let of_key = |key: InstanceKey| Some((keys.row(key)?, instances.get(&key).copied().unwrap_or_default()));
         Edited {
             moved: std::mem::take(moved).into_iter().map(|row| (row, places[row])).collect(),
             parts: std::mem::take(changed_parts).into_iter().map(of_part).collect(),

@@ -19,8 +19,8 @@ use crate::frame::internals::{
     Levels, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, tessellate_tile,
 };
 use crate::mesh::{
-    Batch, EdgeLine, MeshLists, MeshSink, Scene, SceneInstance, SinkError, TileMemory, TileMesh, VertexLayout,
-    successors,
+    Batch, EdgeLine, MeshLists, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, TileMemory, TileMesh,
+    VertexLayout, successors,
 };
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
@@ -163,8 +163,8 @@ impl Engine {
         }
     }
 
-    /// Switches to another model, and its instances. What parts of both have is kept.
-    pub(super) fn update(&mut self, model: &Arc<Prepared>) {
+    /// Switches to another model, and its instances. What parts of both have is kept. Returns the part before of each.
+    pub(super) fn update(&mut self, model: &Arc<Prepared>) -> Vec<Option<PartId>> {
         self.rests = false;
         self.add_levels();
         let (prepared, from) = self.levels.update(&self.prepared, model);
@@ -182,6 +182,7 @@ impl Engine {
             planner.update(Arc::clone(&self.prepared), &from);
             residency.update(&self.prepared, &from);
         }
+        from
     }
 
     /// Removes instances, whose rows ascend, and returns them in the colours of the model. The rows of later ones
@@ -189,6 +190,7 @@ impl Engine {
     pub(super) fn remove_instances(&mut self, rows: &[usize]) -> Vec<SceneInstance> {
         self.rests = false;
         self.levels.remove(rows);
+        self.live.iter_mut().for_each(|live| live.residency.remove_instances(rows));
         self.placed.remove(rows)
     }
 
@@ -282,7 +284,8 @@ impl Engine {
     pub(super) fn commit(
         &mut self,
         mut frame: FinishedFrame,
-        (scene, degraded): (&Scene, &mut Degraded),
+        (scene, changes): (&Scene, SceneChanges<'_>),
+        degraded: &mut Degraded,
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         if let Some(error) = refusal(&mut frame.deliveries) {
@@ -306,7 +309,8 @@ impl Engine {
         let notes = deliveries.iter().filter_map(|delivery| delivery.notes.as_ref());
         let times: Vec<_> = notes.flat_map(|notes| notes.times.iter().copied()).collect();
         let from = due.from.as_deref();
-        let feed = Feed::Views { whole: due.whole, from, drawn: &plan.drawn, forgotten: &due.forgotten };
+        let drawn = [&plan.drawn, residency.shown()];
+        let feed = Feed::Views { whole: due.whole, changes, from, drawn, forgotten: &due.forgotten };
         let made = (deliveries, &seats[..]);
         let report = match commit(made, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
             Ok(report) => report,

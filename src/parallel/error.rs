@@ -1,7 +1,6 @@
 //! Why a frame is not made.
 
-use super::instances::InstanceKey;
-use crate::mesh::{GridTooCoarse, SinkError};
+use crate::mesh::{GridTooCoarse, InstanceKey, SinkError};
 use crate::model::{Colour, PartId, transform_fault};
 use crate::view::InvalidView;
 

@@ -13,8 +13,7 @@ pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 
 mod seats;
 
-mod instances;
-pub use instances::InstanceKey;
+mod scene_keys;
 
 mod error;
 pub use error::{AttributeError, FrameError, InstanceError};

@@ -2,11 +2,9 @@
 
 use super::edits::check;
 use super::error::{AttributeError, InstanceError};
-use super::instances::InstanceKey;
 use super::session::Session;
 use crate::frame::Attributes;
-use crate::math::rows::take_rows;
-use crate::mesh::SceneInstance;
+use crate::mesh::{InstanceKey, SceneInstance};
 use crate::model::{PartId, bad_colour, not_rigid};
 use glam::DAffine3;
 use std::sync::OnceLock;
@@ -34,13 +32,14 @@ impl Session {
         let looks = engine.placed.take_looks();
         if has_level {
             self.scene.add_level(instance.part);
+            self.keys.name_part(&mut self.scene);
             self.grown = OnceLock::new();
         }
-        let key = self.rows.push();
-        self.edits.add(key, &instance);
-        self.scene.instances.push(instance);
+        let row = self.scene.instances.len();
+        let key = self.keys.push(&mut self.scene, instance);
+        self.edits.add(key, &self.scene.instances[row]);
         self.repaint(looks);
-        self.scene.number_faces(self.scene.instances.len() - 1);
+        self.scene.number_faces(row);
         Ok(key)
     }
 
@@ -63,7 +62,7 @@ impl Session {
     /// # Errors
     /// When one was removed before, or is named twice: nothing changes. When an internal error ended the session.
     pub fn remove_instances(&mut self, keys: &[InstanceKey]) -> Result<Vec<SceneInstance>, InstanceError> {
-        let row = |key: InstanceKey| self.rows.row(key).ok_or(InstanceError::NoInstance { key });
+        let row = |key: InstanceKey| self.keys.row(key).ok_or(InstanceError::NoInstance { key });
         let rows = keys.iter().enumerate().map(|(k, key)| Ok((row(*key)?, k)));
         let mut order = rows.collect::<Result<Vec<(usize, usize)>, InstanceError>>()?;
         order.sort_unstable();
@@ -75,14 +74,13 @@ impl Session {
         let engine = self.edited()?;
         let (looks, stated) = (engine.placed.take_looks(), engine.remove_instances(&rows));
         self.repaint(looks);
-        self.rows.remove(&rows);
+        let gone = self.keys.remove(&mut self.scene, &rows);
         self.edits.remove_rows(&rows);
-        let gone = take_rows(&mut self.scene.instances, &rows);
         self.scene.number_faces(first);
         let mut gone: Vec<(usize, SceneInstance)> = order.iter().map(|(_, k)| *k).zip(gone).collect();
         for ((k, gone), stated) in gone.iter_mut().zip(stated) {
             gone.visible = self.edits.remove(keys[*k]).visible;
-            (gone.part, gone.colour) = (self.scene.of_model(gone.part), stated.colour);
+            (gone.part, gone.colour, gone.key) = (self.scene.of_model(gone.part), stated.colour, None);
         }
         gone.sort_unstable_by_key(|(k, _)| *k);
         Ok(gone.into_iter().map(|(_, gone)| gone).collect())
@@ -93,7 +91,7 @@ impl Session {
     /// # Errors
     /// When it was removed, or the transform is not a rigid motion with an optional uniform scale.
     pub fn move_instance(&mut self, key: InstanceKey, transform: DAffine3) -> Result<(), InstanceError> {
-        let row = self.rows.row(key).ok_or(InstanceError::NoInstance { key })?;
+        let row = self.keys.row(key).ok_or(InstanceError::NoInstance { key })?;
         not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
         self.edits.move_row(row, transform);
         Ok(())
@@ -141,7 +139,7 @@ impl Session {
     /// # Errors
     /// When it was removed.
     pub fn instance_attributes(&self, key: InstanceKey) -> Result<Attributes, AttributeError> {
-        let known = self.rows.row(key).is_some();
+        let known = self.keys.row(key).is_some();
         if known { Ok(self.edits.instance(key)) } else { Err(AttributeError::NoInstance { key }) }
     }
 }

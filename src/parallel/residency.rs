@@ -94,7 +94,8 @@ pub(super) struct Residency {
     from: Option<Vec<Option<PartId>>>,
     /// Number of parts that the sink knows: those of the last committed frame.
     known: usize,
-    /// The drawn tiles of the last committed frame.
+    /// The drawn tiles of the last committed frame, with instances in the rows that they have now. Empty before a whole
+    /// frame.
     shown: DrawnTiles,
     /// The version of the instances then.
     placed: u64,
@@ -131,7 +132,7 @@ impl Residency {
             whole: true,
             from: None,
             known: 0,
-            shown: DrawnTiles::default(),
+            shown: DrawnTiles::NONE,
             placed: 0,
             frames: 0,
         };
@@ -174,7 +175,13 @@ impl Residency {
             self.from = Some(from.iter().map(|part| part.and_then(in_sink)).collect());
         }
         self.placed = 0;
+        self.shown.reset(0);
         self.find_active();
+    }
+
+    /// Removes instances, whose rows ascend.
+    pub(super) fn remove_instances(&mut self, rows: &[usize]) {
+        self.shown.remove_instances(rows);
     }
 
     /// Its memory, bytes.
@@ -189,6 +196,7 @@ impl Residency {
         self.whole = true;
         self.from = None;
         self.edges.clear();
+        self.shown.reset(0);
         self.held = 0;
         self.parts.iter_mut().for_each(PartTiles::forget);
         self.find_active();
@@ -316,6 +324,11 @@ impl Residency {
     /// Whether tiles take more than they may.
     pub(super) fn is_full(&self) -> bool {
         self.held > self.most
+    }
+
+    /// The drawn tiles of the last committed frame, with instances in the rows that they have now.
+    pub(super) fn shown(&self) -> &DrawnTiles {
+        &self.shown
     }
 
     /// Whether the last committed frame had the same drawn tiles, and instances of this version.

@@ -7,13 +7,13 @@ use super::engine::{Degraded, Engine, FinishedFrame};
 use super::error::{FrameError, Lost};
 use super::flight::{Flight, Orders};
 use super::handoff::DegradedTile;
-use super::instances::{InstanceKey, Instances};
 use super::metrics::SessionMemory;
 use super::options::SessionOptions;
+use super::scene_keys::SceneKeys;
 use crate::control::{Control, Jobs, StartError, Threads};
 use crate::frame::internals::{InstanceLook, Levels, add_level, completed};
 use crate::frame::{Plan, PlanLimits, Shortfall, Tolerance, plan_for_view_on, plan_on};
-use crate::mesh::{MeshSink, Scene, TileMemory, VertexLayout};
+use crate::mesh::{InstanceKey, MeshSink, PartKey, Scene, TileMemory, VertexLayout};
 use crate::model::PartId;
 use crate::prepare::Prepared;
 use crate::view::View;
@@ -78,7 +78,7 @@ pub struct Session {
     /// Without them.
     pub(super) model: Arc<Prepared>,
     pub(super) scene: Scene,
-    pub(super) rows: Instances,
+    pub(super) keys: SceneKeys,
     workers: usize,
     engine: EngineState,
     /// Of the engine on its way.
@@ -130,9 +130,9 @@ impl Session {
         let model = prepared;
         let (prepared, levels) = Levels::of(&model, options.levels);
         let engine = Engine::new(Arc::clone(&prepared), levels, Arc::clone(&jobs), options);
-        let scene = prepared.scene.clone();
-        let rows = Instances::of(scene.instances.len());
-        let edits = Edits::of(&scene, &rows, BTreeMap::new());
+        let mut scene = prepared.scene.clone();
+        let keys = SceneKeys::of(&mut scene);
+        let edits = Edits::of(&scene, BTreeMap::new());
         let workers = engine.workers();
         Self {
             prepared,
@@ -140,7 +140,7 @@ impl Session {
             jobs,
             model,
             scene,
-            rows,
+            keys,
             workers,
             engine: EngineState::Idle(Box::new(engine), None),
             orders: Arc::new(Orders::new()),
@@ -233,13 +233,26 @@ impl Session {
     /// The key of the instance in this row of [`scene`](Self::scene). `None` if out of range.
     #[must_use]
     pub fn instance_key(&self, row: usize) -> Option<InstanceKey> {
-        self.rows.key(row)
+        self.scene.instances.get(row)?.key
     }
 
     /// The row of an instance in [`scene`](Self::scene), from the next frame of views on. `None` if it was removed.
     #[must_use]
     pub fn instance_row(&self, key: InstanceKey) -> Option<usize> {
-        self.rows.row(key)
+        self.keys.row(key)
+    }
+
+    /// The key of a part of [`scene`](Self::scene), which may be an LOD. `None` if out of range.
+    #[must_use]
+    pub fn part_key(&self, part: PartId) -> Option<PartKey> {
+        self.scene.parts.get(part.index())?.key
+    }
+
+    /// The part of [`scene`](Self::scene) that has this key, also after an [update](Self::update). `None` once no part
+    /// has its content. Cost: a look at all parts.
+    #[must_use]
+    pub fn part_row(&self, key: PartKey) -> Option<PartId> {
+        self.scene.parts.iter().position(|part| part.key == Some(key)).map(PartId::new)
     }
 
     /// A plan for [`frame`](Self::frame), for a tolerance everywhere ([`plan_within`](crate::frame::plan_within())),
@@ -279,20 +292,21 @@ impl Session {
         // Its rows are changed in place if nobody else has it.
         self.plan = None;
         let engine = self.edited()?;
-        engine.update(&prepared);
+        let from = engine.update(&prepared);
         let (parts, looks) = (engine.placed.part_attributes().clone(), engine.placed.take_looks());
         self.prepared = Arc::clone(&engine.prepared);
         self.grown = OnceLock::new();
         self.model = prepared;
-        self.scene = self.prepared.scene.clone();
-        self.rows.update(self.scene.instances.len());
-        self.edits = Edits::of(&self.scene, &self.rows, parts);
+        let before = std::mem::replace(&mut self.scene, self.prepared.scene.clone());
+        self.keys.update(&before, &mut self.scene, &from);
+        self.edits = Edits::of(&self.scene, parts);
         self.repaint(looks);
         Ok(())
     }
 
     /// Draws instances as the engine says.
     pub(super) fn repaint(&mut self, looks: Vec<(usize, InstanceLook)>) {
+        self.keys.change(looks.iter().map(|(row, _)| *row));
         for (row, InstanceLook { transform, visible, colour }) in looks {
             let instance = &mut self.scene.instances[row];
             (instance.transform, instance.visible, instance.colour) = (transform, visible, colour);
@@ -369,7 +383,7 @@ impl Session {
             return Ok(());
         }
         self.cancel();
-        let (edited, views, control) = (self.edits.take(&self.rows), SmallVec::from_slice(views), Control::default());
+        let (edited, views, control) = (self.edits.take(&self.keys), SmallVec::from_slice(views), Control::default());
         let is_lost = matches!(self.engine, EngineState::Lost(_));
         let is_served = !is_lost && self.orders.add(FrameOrder { edited, views, control: control.clone() });
         let landed = match std::mem::replace(&mut self.engine, EngineState::Lost(String::new())) {
@@ -437,7 +451,12 @@ impl Session {
         self.wait()?;
         match &mut self.engine {
             EngineState::Idle(engine, frame) => match frame.take() {
-                Some(frame) => engine.commit(frame, (&self.scene, &mut self.degraded), sink),
+                Some(frame) => {
+                    let scene = (&self.scene, self.keys.changes());
+                    let report = engine.commit(frame, scene, &mut self.degraded, sink)?;
+                    self.keys.committed(&self.scene);
+                    Ok(report)
+                }
                 None => Ok(engine.unchanged()),
             },
             EngineState::Busy(..) => Err(FrameError::Lost { why: "the engine is not back".into() }),
@@ -484,7 +503,7 @@ impl Session {
     /// The engine, with what was set or moved since the last call. A frame that was begun is cancelled.
     pub(super) fn edited(&mut self) -> Result<&mut Engine, Lost> {
         self.cancel();
-        let edited = self.edits.take(&self.rows);
+        let edited = self.edits.take(&self.keys);
         let (engine, _) = self.wait()?;
         engine.apply(edited);
         Ok(engine)
@@ -492,6 +511,7 @@ impl Session {
 
     fn landed(&mut self, mut engine: Box<Engine>, frame: Option<FinishedFrame>, control: &Control) -> EngineState {
         let selected = engine.placed.take_selected();
+        self.keys.change(selected.iter().map(|(row, _)| *row));
         selected.into_iter().for_each(|(row, part)| self.scene.instances[row].part = part);
         self.repaint(engine.placed.take_looks());
         self.prepared = Arc::clone(&engine.prepared);

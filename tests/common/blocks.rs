@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 use std::slice::Iter;
 use std::sync::{Arc, Mutex};
 use trimtess::mesh::{
-    DrawnTiles, EdgeLine, MeshSink, NormalFormat, PositionFormat, Scene, SinkError, TileMemory, TileMesh, WrittenTile,
+    DrawnTiles, EdgeLine, MeshSink, NormalFormat, PositionFormat, Scene, SceneChanges, SceneInstance, SinkError,
+    TileMemory, TileMesh, WrittenTile,
 };
 use trimtess::model::{PartId, TileId};
 
@@ -125,11 +126,11 @@ impl BlockSink {
         if now { Err(refused()) } else { Ok(()) }
     }
 
-    fn start(&mut self, scene: &Scene, whole: bool) -> Result<(), SinkError> {
+    fn start(&mut self, scene: &Scene, changes: &SceneChanges<'_>, whole: bool) -> Result<(), SinkError> {
         self.call()?;
-        if self.scene.instances.len() != scene.instances.len() || self.scene.parts.len() != scene.parts.len() {
-            self.scene = scene.clone();
-        }
+        self.scene.parts.truncate(changes.first_part);
+        self.scene.parts.extend_from_slice(&scene.parts[changes.first_part..]);
+        changes.apply(scene, &mut self.scene.instances, SceneInstance::clone);
         self.whole = whole;
         Ok(())
     }
@@ -137,15 +138,20 @@ impl BlockSink {
 
 impl MeshSink for BlockSink {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.start(scene, true)
+        self.start(scene, &SceneChanges::default(), true)
     }
 
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.start(scene, false)
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
+        self.start(scene, changes, false)
     }
 
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
-        self.start(scene, false)?;
+    fn begin_update(
+        &mut self,
+        scene: &Scene,
+        changes: &SceneChanges<'_>,
+        from: &[Option<PartId>],
+    ) -> Result<(), SinkError> {
+        self.start(scene, changes, false)?;
         let mut old = std::mem::take(&mut self.tiles);
         for (part, from) in (0..).map(PartId).zip(from) {
             let tiles = old.keys().copied().filter(|(part, _)| Some(*part) == *from).collect::<Vec<_>>();
@@ -181,7 +187,7 @@ impl MeshSink for BlockSink {
         self.call()
     }
 
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles, _: &DrawnTiles) -> Result<(), SinkError> {
         self.drawn.clone_from(drawn);
         self.call()
     }

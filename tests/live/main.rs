@@ -19,7 +19,8 @@ use glam::{DAffine3, DVec3, Vec2, Vec3};
 use out_fixture::{box_frame, play};
 use random::SplitMix;
 use trimtess::mesh::{
-    Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneInstance, ScenePart, SinkError, TileMesh,
+    Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneChanges, SceneInstance, ScenePart,
+    SinkError, TileMesh,
 };
 use trimtess::model::{EdgeId, FaceId, InstanceId, PartId, TileId};
 use trimtess::out::wgpu::{ColourBy, DrawCall, Image, LiveScene, RenderOptions, Renderer, SurfaceDraw};
@@ -112,7 +113,7 @@ impl Changes {
     }
 
     fn play(&self, scene: &Scene, sink: &mut dyn MeshSink) -> Result<(), SinkError> {
-        sink.begin_changes(scene)?;
+        sink.begin_changes(scene, &SceneChanges::default())?;
         for batch in &self.batches {
             sink.batch(&mut batch.clone())?;
         }
@@ -211,7 +212,7 @@ fn a_frame_that_is_not_ended_changes_nothing() {
     let scene = scene();
     let mut live = renderer.live();
     let view = options(ColourBy::Tile);
-    assert!(live.begin_changes(&scene).is_err(), "there is no frame to change yet");
+    assert!(live.begin_changes(&scene, &SceneChanges::default()).is_err(), "there is no frame to change yet");
     assert!(live.batch(&mut square(0, 0, 1)).is_err() && live.end().is_err());
     send(&whole(&scene, 2), &mut live);
     let shown = picture(renderer, &mut live, &view);
@@ -220,7 +221,7 @@ fn a_frame_that_is_not_ended_changes_nothing() {
     assert!(picture(renderer, &mut live, &view) == shown, "before the frame ends");
     live.abort();
     assert!(picture(renderer, &mut live, &view) == shown);
-    assert!(live.begin_changes(&scene).is_err(), "the sender does not know what is shown");
+    assert!(live.begin_changes(&scene, &SceneChanges::default()).is_err(), "the sender does not know what is shown");
     play(&whole(&scene, 5), &mut live).unwrap();
     live.abort();
     assert!(picture(renderer, &mut live, &view) == shown);
@@ -292,7 +293,7 @@ fn tiles_outside_the_drawn_set_are_not_drawn() {
         drawn.push(view, instance, 0, &[u64::MAX]); // part 0 is the second instance
     }
     play(&frame, &mut live).unwrap();
-    live.drawn(&drawn).unwrap();
+    live.drawn(&drawn, &DrawnTiles::NONE).unwrap();
     live.end().unwrap();
     let pictures = [0, 1].map(|view| renderer.picture(&mut live, view, &by).unwrap().0);
     let all = renderer.picture(&mut live, usize::MAX, &by).unwrap().0;

@@ -213,7 +213,7 @@ fn vertices_know_what_they_belong_to() {
             }
             // The same tiles with other instances.
             scene.instances.swap(0, 1);
-            live.begin_changes(&scene).unwrap();
+            live.begin_changes(&scene, &SceneChanges::default()).unwrap();
             live.end().unwrap();
         }
     }

@@ -2,7 +2,7 @@
 
 use super::random::SplitMix;
 use super::{Changes, SIDE, options, picture, renderer, scene, send, square, whole};
-use trimtess::mesh::{MeshSink, Scene};
+use trimtess::mesh::{MeshSink, Scene, SceneChanges};
 use trimtess::model::PartId;
 use trimtess::out::wgpu::ColourBy;
 
@@ -21,12 +21,15 @@ fn other() -> Scene {
 fn parts_that_go_on_are_drawn_from_the_tiles_that_the_device_has() {
     let Some(renderer) = renderer() else { return };
     let mut live = renderer.live();
-    assert!(live.begin_update(&other(), &[None; 3]).is_err(), "there is no frame to go on from");
+    assert!(
+        live.begin_update(&other(), &SceneChanges::default(), &[None; 3]).is_err(),
+        "there is no frame to go on from"
+    );
     let mut memory = whole(&scene(), 2);
     send(&memory, &mut live);
     let shown = picture(renderer, &mut live, &options(ColourBy::Part));
     let update = |sink: &mut dyn MeshSink| {
-        sink.begin_update(&other(), &[Some(PartId(1)), None, Some(PartId(0))]).unwrap();
+        sink.begin_update(&other(), &SceneChanges::default(), &[Some(PartId(1)), None, Some(PartId(0))]).unwrap();
         (0..SIDE).for_each(|tile| sink.batch(&mut square(1, tile, 4)).unwrap());
     };
     update(&mut live);
@@ -53,7 +56,7 @@ fn parts_that_go_on_are_drawn_from_the_tiles_that_the_device_has() {
     let options = options(ColourBy::Part).with_edges(true);
     assert!(picture(renderer, &mut live, &options) == renderer.render(&memory, &options).unwrap());
     for sink in [&mut live as &mut dyn MeshSink, &mut memory] {
-        sink.begin_update(&other(), &[None; 3]).unwrap();
+        sink.begin_update(&other(), &SceneChanges::default(), &[None; 3]).unwrap();
         sink.end().unwrap();
     }
     assert!(memory.batches.is_empty() && memory.edge_lines.is_empty());

@@ -17,6 +17,7 @@ mod faces;
 #[cfg(feature = "step")]
 #[path = "../corpus/folder.rs"]
 mod folder;
+mod lists;
 mod prepared;
 #[path = "../sequence/random.rs"]
 mod random;

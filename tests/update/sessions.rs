@@ -10,7 +10,7 @@ use std::sync::Arc;
 use trimtess::control::Alone;
 use trimtess::frame::{PlanLimits, Tolerance};
 use trimtess::mesh::{
-    Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneInstance, SinkError, VertexLayout,
+    Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, VertexLayout,
 };
 use trimtess::model::{Instance, Model, PartId};
 use trimtess::parallel::{FrameError, InstanceError, Session, SessionOptions, serial};
@@ -52,16 +52,21 @@ impl MeshSink for Spy {
         self.sink.begin(scene)
     }
 
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
         self.sent.clear();
-        self.sink.begin_changes(scene)
+        self.sink.begin_changes(scene, changes)
     }
 
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+    fn begin_update(
+        &mut self,
+        scene: &Scene,
+        changes: &SceneChanges<'_>,
+        from: &[Option<PartId>],
+    ) -> Result<(), SinkError> {
         assert_eq!(from.len(), scene.parts.len());
         assert!(from.iter().flatten().all(|part| part.index() < self.sink.scene.parts.len()), "{from:?}");
         self.sent.clear();
-        self.sink.begin_update(scene, from)
+        self.sink.begin_update(scene, changes, from)
     }
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
@@ -74,8 +79,8 @@ impl MeshSink for Spy {
         self.sink.edge_line(line)
     }
 
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
-        self.sink.drawn(drawn)
+    fn drawn(&mut self, drawn: &DrawnTiles, before: &DrawnTiles) -> Result<(), SinkError> {
+        self.sink.drawn(drawn, before)
     }
 
     fn end(&mut self) -> Result<(), SinkError> {

@@ -12,9 +12,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 use trimtess::control::Threads;
 use trimtess::frame::{Attributes, PlanLimits, PlannerOptions};
-use trimtess::mesh::{Batch, MemorySink, SceneInstance, TileMesh};
+use trimtess::mesh::{Batch, InstanceKey, MemorySink, SceneInstance, TileMesh};
 use trimtess::model::{Colour, Instance, Model, PartId, TileId};
-use trimtess::parallel::{AttributeError, InstanceKey, Session};
+use trimtess::parallel::{AttributeError, Session};
 use trimtess::prepare::{PrepareOptions, Prepared};
 use trimtess::view::View;
 

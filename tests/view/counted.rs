@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trimtess::control::{Job, Jobs, Priority, Threads};
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneChanges, SinkError};
 use trimtess::model::PartId;
 
 /// A sink in memory that counts frames and bytes, and refuses them on request.
@@ -20,13 +20,18 @@ impl MeshSink for Counting {
         self.frames += 1;
         self.sink.begin(scene)
     }
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
         self.frames += 1;
-        self.sink.begin_changes(scene)
+        self.sink.begin_changes(scene, changes)
     }
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+    fn begin_update(
+        &mut self,
+        scene: &Scene,
+        changes: &SceneChanges<'_>,
+        from: &[Option<PartId>],
+    ) -> Result<(), SinkError> {
         self.frames += 1;
-        self.sink.begin_update(scene, from)
+        self.sink.begin_update(scene, changes, from)
     }
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
         self.sent += batch.mesh.bytes() as u64;
@@ -35,11 +40,11 @@ impl MeshSink for Counting {
     fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
         self.sink.edge_line(line)
     }
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles, before: &DrawnTiles) -> Result<(), SinkError> {
         if self.refuses {
             return Err(SinkError { context: "memory".into(), cause: std::io::Error::other("full") });
         }
-        self.sink.drawn(drawn)
+        self.sink.drawn(drawn, before)
     }
     fn end(&mut self) -> Result<(), SinkError> {
         self.sink.end()

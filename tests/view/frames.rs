@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use trimtess::frame::internals::{PlacedInstances, Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions};
-use trimtess::mesh::{Batch, DrawnTiles, MemorySink, MeshSink, Scene, SceneInstance, SinkError};
+use trimtess::mesh::{Batch, DrawnTiles, MemorySink, MeshSink, Scene, SceneChanges, SceneInstance, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
 use trimtess::parallel::{FrameError, InstanceError, Session, SessionOptions};
 use trimtess::prepare::Prepared;
@@ -243,9 +243,9 @@ struct Calls {
 impl MeshSink for Calls {
     fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
         self.whole += 1;
-        self.begin_changes(&Scene::default())
+        self.begin_changes(&Scene::default(), &SceneChanges::default())
     }
-    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
         self.begun += 1;
         Ok(())
     }
@@ -255,7 +255,7 @@ impl MeshSink for Calls {
             false => Ok(()),
         }
     }
-    fn drawn(&mut self, _: &DrawnTiles) -> Result<(), SinkError> {
+    fn drawn(&mut self, _: &DrawnTiles, _: &DrawnTiles) -> Result<(), SinkError> {
         self.drawn += 1;
         Ok(())
     }

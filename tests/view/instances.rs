@@ -5,9 +5,9 @@ use crate::common::prepared;
 use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
-use trimtess::mesh::{MemorySink, SceneInstance};
+use trimtess::mesh::{InstanceKey, MemorySink, SceneInstance};
 use trimtess::model::{ModelBuilder, PartId};
-use trimtess::parallel::{InstanceError, InstanceKey, Session};
+use trimtess::parallel::{InstanceError, Session};
 use trimtess::prepare::Prepared;
 
 /// Parts in a row, each placed once.

@@ -5,7 +5,7 @@ use super::{shape, two_sizes};
 use crate::random::SplitMix;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshLists, MeshSink, Scene, SinkError};
+use trimtess::mesh::{Batch, DrawnTiles, EdgeLine, MemorySink, MeshLists, MeshSink, Scene, SceneChanges, SinkError};
 use trimtess::parallel::{FrameError, Session, SessionOptions};
 
 /// A sink in memory that reads these lists, and the last batches that it was sent.
@@ -24,8 +24,8 @@ impl MeshSink for Reader {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.1.begin(scene)
     }
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.1.begin_changes(scene)
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
+        self.1.begin_changes(scene, changes)
     }
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
         self.2.push(Batch { worker: 0, ..batch.clone() });
@@ -34,8 +34,8 @@ impl MeshSink for Reader {
     fn edge_line(&mut self, line: EdgeLine) -> Result<(), SinkError> {
         self.1.edge_line(line)
     }
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
-        self.1.drawn(drawn)
+    fn drawn(&mut self, drawn: &DrawnTiles, before: &DrawnTiles) -> Result<(), SinkError> {
+        self.1.drawn(drawn, before)
     }
     fn end(&mut self) -> Result<(), SinkError> {
         self.1.end()

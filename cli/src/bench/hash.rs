@@ -7,7 +7,9 @@ use std::collections::BTreeMap;
 use std::slice::Iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use trimtess::frame::PlannerOptions;
-use trimtess::mesh::{Batch, DrawnTiles, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::mesh::{
+    Batch, DrawnTiles, MeshSink, Scene, SceneChanges, SinkError, TileMemory, VertexLayout, WrittenTile,
+};
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
@@ -114,11 +116,12 @@ impl Pictures {
 impl MeshSink for Pictures {
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
         self.release_all();
-        self.begin_changes(scene)
+        self.parts.clear();
+        self.begin_changes(scene, &SceneChanges::default())
     }
 
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        self.parts = scene.instances.iter().map(|instance| instance.part).collect();
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
+        changes.apply(scene, &mut self.parts, |instance| instance.part);
         Ok(())
     }
 
@@ -136,7 +139,7 @@ impl MeshSink for Pictures {
         Ok(())
     }
 
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles, _: &DrawnTiles) -> Result<(), SinkError> {
         self.drawn.clone_from(drawn);
         if self.each {
             self.draw_all();

@@ -2,7 +2,9 @@
 
 use std::slice::Iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use trimtess::mesh::{Batch, MeshLists, MeshSink, Scene, SinkError, TileMemory, VertexLayout, WrittenTile};
+use trimtess::mesh::{
+    Batch, MeshLists, MeshSink, Scene, SceneChanges, SinkError, TileMemory, VertexLayout, WrittenTile,
+};
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
@@ -158,7 +160,7 @@ impl MeshSink for Uploads {
         Ok(())
     }
 
-    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
         self.whole = false;
         self.held.resize(self.tiles(), [0; 2]);
         let Self { starts, held, lists, .. } = self;

@@ -7,7 +7,7 @@ use super::gpu::Gpu;
 use super::live::{DrawStats, LiveScene};
 use super::target::{texture, whole};
 use super::{Image, RenderOptions};
-use crate::mesh::{FrameView, MemorySink, MeshSink, SinkError};
+use crate::mesh::{DrawnTiles, FrameView, MemorySink, MeshSink, SinkError};
 use crate::out::placed::placed;
 use crate::view::ViewPoint;
 use ::wgpu::TextureUsages;
@@ -100,6 +100,6 @@ fn send(frame: &MemorySink, scene: &mut LiveScene) -> Result<(), SinkError> {
     scene.begin(&frame.scene)?;
     frame.batches.iter().try_for_each(|batch| scene.add(batch))?;
     frame.edge_lines.iter().try_for_each(|line| scene.add_line(line))?;
-    scene.drawn(&frame.drawn)?;
+    scene.drawn(&frame.drawn, &DrawnTiles::NONE)?;
     scene.end()
 }

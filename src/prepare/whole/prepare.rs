@@ -226,12 +226,13 @@ fn scene(model: &Model, prepared: &[Arc<PreparedPart>]) -> Scene {
             centre,
             radius,
             mesh_of: None,
+            key: None,
         }
     };
     let parts = model.parts.iter().zip(prepared).map(part).collect();
     let place = |i: &Instance| {
         let Instance { part, transform, colour, name, assembly } = i.clone();
-        SceneInstance { part, transform, colour, visible: true, name, assembly, first_face: 0 }
+        SceneInstance { part, transform, colour, visible: true, name, assembly, first_face: 0, key: None }
     };
     let of_known_parts = model.instances.iter().filter(|i| i.part.index() < model.parts.len());
     let mut scene = Scene { name: model.name.clone(), parts, instances: of_known_parts.map(place).collect() };

@@ -1,7 +1,7 @@
 //! A scene description to the scene on the device: parts with their tiles, instances sorted by part.
 
 use super::store::{Line, StoredTile};
-use crate::mesh::{DrawnTiles, Scene};
+use crate::mesh::{DrawnTiles, Scene, SceneChanges, SceneInstance};
 use crate::model::{Colour, InstanceId};
 use crate::view::{Camera, box_corners};
 use glam::{DAffine3, DVec3};
@@ -43,8 +43,20 @@ pub(super) fn look_like(a: &[DevicePlace], b: &[DevicePlace]) -> bool {
 }
 
 impl DevicePlace {
+    /// The instance in this row.
+    fn of(row: usize, instance: &SceneInstance) -> Self {
+        Self {
+            instance: row as u32,
+            part: instance.part.0,
+            transform: instance.transform,
+            colour: instance.colour,
+            visible: instance.visible,
+            first_face: instance.first_face,
+        }
+    }
+
     /// Whether the two have the same records and draws. Transforms may differ.
-    fn looks_like(&self, other: &Self) -> bool {
+    pub(super) fn looks_like(&self, other: &Self) -> bool {
         (self.instance, self.part, self.colour, self.visible, self.first_face)
             == (other.instance, other.part, other.colour, other.visible, other.first_face)
     }
@@ -87,18 +99,30 @@ impl DeviceScene {
 
     /// The instances of `scene`, which must have the same parts.
     pub(super) fn places_of(&self, scene: &Scene) -> Vec<DevicePlace> {
-        let place = |(number, instance): (usize, &crate::mesh::SceneInstance)| DevicePlace {
-            instance: number as u32,
-            part: instance.part.0,
-            transform: instance.transform,
-            colour: instance.colour,
-            visible: instance.visible,
-            first_face: instance.first_face,
-        };
-        let mut places: Vec<DevicePlace> = scene.instances.iter().enumerate().map(place).collect();
+        let of = |(row, instance)| DevicePlace::of(row, instance);
+        let mut places: Vec<DevicePlace> = scene.instances.iter().enumerate().map(of).collect();
         places.retain(|place| (place.part as usize) < self.parts.len());
         places.sort_by_key(|place| place.part);
         places
+    }
+
+    /// The places that change, with their indices. `None` if others shift: where instances come, go, or have another LOD.
+    pub(super) fn changed_places(
+        &self,
+        scene: &Scene,
+        changes: &SceneChanges<'_>,
+    ) -> Option<Vec<(usize, DevicePlace)>> {
+        if !changes.removed.is_empty() || changes.first_instance < scene.instances.len() {
+            return None;
+        }
+        let place = |&row: &usize| {
+            let place = DevicePlace::of(row, &scene.instances[row]);
+            let Range { start, end } = self.parts.get(place.part as usize)?.places.clone();
+            let of_part = &self.places[start as usize..end as usize];
+            let at = of_part.binary_search_by_key(&place.instance, |place| place.instance).ok()?;
+            Some((start as usize + at, place))
+        };
+        changes.changed.iter().map(place).collect()
     }
 
     /// Whether the instances have the same records and draws, and are of the same parts.
@@ -117,6 +141,11 @@ impl DeviceScene {
                 self.places[start as usize..].iter().take_while(|place| place.part as usize == number).count() as u32;
             part.places = start..end;
         }
+        self.measure();
+    }
+
+    /// Finds the extent again, after instances moved.
+    pub(super) fn measure(&mut self) {
         let outside = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (low, high) = self.corners().fold(outside, |(low, high), point| (low.min(point), high.max(point)));
         self.extent =

@@ -19,8 +19,10 @@ pub(super) enum Base {
     /// A new scene. Each of its parts starts with the tiles and lines of a part that is drawn, or with none; all start
     /// with none where the list is empty.
     New(DeviceScene, Vec<Option<PartId>>),
-    /// The frame that is drawn, with new instances.
-    Changes(Vec<DevicePlace>),
+    /// The frame that is drawn, with these instances.
+    Instances(Vec<DevicePlace>),
+    /// The frame that is drawn, with its instances but these: indices of [`DeviceScene::places`].
+    Changes(Vec<(usize, DevicePlace)>),
 }
 
 impl Base {
@@ -28,7 +30,7 @@ impl Base {
     pub(super) fn parts<'a>(&'a self, shown: &'a DeviceScene) -> &'a [DevicePart] {
         match self {
             Self::New(shown, _) => &shown.parts,
-            Self::Changes(_) => &shown.parts,
+            Self::Instances(_) | Self::Changes(_) => &shown.parts,
         }
     }
 }

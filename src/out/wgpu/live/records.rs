@@ -28,6 +28,8 @@ pub(super) struct Records {
     all: bool,
     /// Parts and tiles whose rows are outdated.
     stale: Vec<(u32, u32)>,
+    /// Places whose rows are outdated.
+    stale_places: Vec<u32>,
     /// Counts changes of `instances`, and of the frame's instances, which `instances` follow with the next refresh.
     pub(super) layout: u64,
 }
@@ -60,6 +62,16 @@ impl Records {
         }
     }
 
+    /// Marks the rows of a place as outdated, because its colour has changed. The list stays bounded, too.
+    pub(super) fn stale_place(&mut self, place: usize) {
+        self.all |= self.stale_places.len() > self.instances.len();
+        if self.all {
+            self.stale_places.clear();
+        } else {
+            self.stale_places.push(place as u32);
+        }
+    }
+
     /// The row of a tile at a place.
     pub(super) fn row(&self, place: u32, tile: u32) -> u32 {
         self.instances[place as usize][FIRST] + tile
@@ -80,19 +92,31 @@ impl Records {
             self.palette = palette;
             return self.refresh_all(shown);
         }
+        let (stale, places) = (std::mem::take(&mut self.stale), std::mem::take(&mut self.stale_places));
+        let of_tiles = stale
+            .into_iter()
+            .flat_map(|(part, tile)| shown.parts[part as usize].places.clone().map(move |place| (place, tile)));
+        let of_places = places.into_iter().flat_map(|place| {
+            let tiles = self.end(place) - self.instances[place as usize][FIRST];
+            (0..tiles).map(move |tile| (place, tile))
+        });
+        let stale: Vec<(u32, u32)> = of_tiles.chain(of_places).collect();
         let (mut first, mut end) = (usize::MAX, 0);
-        for (part, tile) in std::mem::take(&mut self.stale) {
-            for place in shown.parts[part as usize].places.clone() {
-                let row = self.row(place, tile) as usize;
-                self.rows[row] = self.made(shown, place, tile);
-                (first, end) = (first.min(row), end.max(row + 1));
-            }
+        for (place, tile) in stale {
+            let row = self.row(place, tile) as usize;
+            self.rows[row] = self.made(shown, place, tile);
+            (first, end) = (first.min(row), end.max(row + 1));
         }
         first.min(end)..end
     }
 
+    /// The end of the rows of a place.
+    fn end(&self, place: u32) -> u32 {
+        self.instances.get(place as usize + 1).map_or(self.rows.len() as u32, |next| next[FIRST])
+    }
+
     fn refresh_all(&mut self, shown: &DeviceScene) -> std::ops::Range<usize> {
-        (self.all, self.stale) = (false, Vec::new());
+        (self.all, self.stale, self.stale_places) = (false, Vec::new(), Vec::new());
         let before = std::mem::take(&mut self.instances);
         self.rows.clear();
         for (number, place) in shown.places.iter().enumerate() {
@@ -109,9 +133,8 @@ impl Records {
     /// Whether some place of the part has no row for this tile.
     fn is_beyond(&self, shown: &DeviceScene, part: u32, tile: u32) -> bool {
         shown.parts[part as usize].places.clone().any(|place| {
-            let first = |place: usize| self.instances.get(place).map(|instance| instance[FIRST]);
-            let end = first(place as usize + 1).unwrap_or(self.rows.len() as u32);
-            first(place as usize).is_none_or(|first| first + tile >= end)
+            let first = self.instances.get(place as usize).map(|instance| instance[FIRST]);
+            first.is_none_or(|first| first + tile >= self.end(place))
         })
     }
 

@@ -5,7 +5,7 @@ use super::device_scene::{DeviceScene, look_like};
 use super::pending::{Base, Pending};
 use super::scene::LiveScene;
 use super::store::line as encoded_line;
-use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshLists, MeshSink, Scene, SinkError};
+use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshLists, MeshSink, Scene, SceneChanges, SinkError};
 use crate::model::PartId;
 use std::io;
 
@@ -76,12 +76,27 @@ impl LiveScene {
                 }
                 edges_changed = true;
             }
-            Base::Changes(places) => {
+            Base::Instances(places) => {
                 if !look_like(&places, &self.shown.places) {
                     self.records.leave_instances();
                     edges_changed = true;
                 }
                 self.shown.place(places);
+            }
+            Base::Changes(places) => {
+                let mut moved = false;
+                for (place, new) in places {
+                    let old = std::mem::replace(&mut self.shown.places[place], new);
+                    let new = &self.shown.places[place];
+                    moved |= old.transform != new.transform;
+                    if !old.looks_like(new) {
+                        self.records.stale_place(place);
+                        edges_changed = true;
+                    }
+                }
+                if moved {
+                    self.shown.measure();
+                }
             }
         }
         for (part, tile, new) in tiles {
@@ -128,7 +143,7 @@ impl MeshSink for LiveScene {
         Ok(())
     }
 
-    fn begin_update(&mut self, scene: &Scene, from: &[Option<PartId>]) -> Result<(), SinkError> {
+    fn begin_update(&mut self, scene: &Scene, _: &SceneChanges<'_>, from: &[Option<PartId>]) -> Result<(), SinkError> {
         if !self.whole {
             return Err(no_base());
         }
@@ -136,13 +151,15 @@ impl MeshSink for LiveScene {
         Ok(())
     }
 
-    fn begin_changes(&mut self, scene: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, scene: &Scene, changes: &SceneChanges<'_>) -> Result<(), SinkError> {
         if !self.whole {
             return Err(no_base());
         }
         self.shown.add_parts(scene);
-        let places = self.shown.places_of(scene);
-        self.start(Base::Changes(places));
+        self.start(match self.shown.changed_places(scene, changes) {
+            Some(places) => Base::Changes(places),
+            None => Base::Instances(self.shown.places_of(scene)),
+        });
         Ok(())
     }
 
@@ -154,7 +171,7 @@ impl MeshSink for LiveScene {
         self.add_line(&line)
     }
 
-    fn drawn(&mut self, drawn: &DrawnTiles) -> Result<(), SinkError> {
+    fn drawn(&mut self, drawn: &DrawnTiles, _: &DrawnTiles) -> Result<(), SinkError> {
         self.pending.as_mut().ok_or_else(not_begun)?.drawn = drawn.clone();
         Ok(())
     }
