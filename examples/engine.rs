@@ -91,7 +91,7 @@ impl Drawables {
 
     /// The draws of `difference`.
     fn differing(&self) -> impl Iterator<Item = (InstanceKey, TileId)> + '_ {
-        let draws = |row| self.difference.tiles(0, row).map(move |tile| (self.rows[row], tile));
+        let draws = move |row| self.difference.tiles(0, row).map(move |tile| (self.rows[row], tile));
         self.difference.instances(0).flat_map(draws)
     }
 

@@ -154,6 +154,8 @@ pub(crate) fn tiles_of_word(word: u64, k: usize) -> impl Iterator<Item = TileId>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::random::SplitMix;
+    use std::collections::BTreeSet;
 
     #[test]
     fn holds_one_bit_per_tile_instance_and_view() {
@@ -181,5 +183,45 @@ mod tests {
 
         drawn.reset(1);
         assert!(drawn.rows().next().is_none() && drawn.views() == 1);
+    }
+
+    type Tiles = BTreeSet<(usize, usize, u32)>;
+
+    fn random(draw: &mut SplitMix) -> (DrawnTiles, Tiles) {
+        let (mut drawn, views) = (DrawnTiles::NONE, draw.below(3) as usize);
+        drawn.reset(views);
+        let mut tiles = Tiles::new();
+        for (view, instance) in (0..views).flat_map(|view| (0..5).map(move |instance| (view, instance))) {
+            let words: Vec<u64> = (0..draw.below(4)).map(|_| draw.bits() & draw.bits() & draw.bits()).collect();
+            if words.iter().any(|word| *word != 0) {
+                drawn.push(view, instance, 0, &words);
+                tiles.extend(drawn.tiles(view, instance).map(|tile| (view, instance, tile.0)));
+            }
+        }
+        (drawn, tiles)
+    }
+
+    fn listed(drawn: &DrawnTiles) -> Tiles {
+        let tiles = |(view, instance, _)| drawn.tiles(view, instance).map(move |tile| (view, instance, tile.0));
+        drawn.rows().flat_map(tiles).collect()
+    }
+
+    #[test]
+    fn differences_and_removals_are_those_of_sets() {
+        let (mut draw, mut difference) = (SplitMix(79), DrawnTiles::default());
+        for _ in 0..2000 {
+            let ((a, of_a), (b, of_b)) = (random(&mut draw), random(&mut draw));
+            difference.set_difference(&a, &b);
+            assert_eq!(listed(&difference), &of_a - &of_b);
+            assert!(difference.rows().all(|(_, _, words)| words.last().is_some_and(|word| *word != 0)));
+            difference.set_difference(&a, &a);
+            assert!(difference.rows().next().is_none() && difference.views() == a.views());
+            let gone: Vec<usize> = (0..5).filter(|_| draw.below(3) == 0).collect();
+            let mut left = a.clone();
+            left.remove_instances(&gone);
+            let below = |instance: usize| gone.iter().filter(|gone| **gone < instance).count();
+            let stays = of_a.iter().filter(|(_, instance, _)| !gone.contains(instance));
+            assert_eq!(listed(&left), stays.map(|&(v, i, t)| (v, i - below(i), t)).collect());
+        }
     }
 }

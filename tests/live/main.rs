@@ -6,6 +6,7 @@
 mod adapter;
 mod attributes;
 mod failures;
+mod lists;
 #[path = "../out_fixture/mod.rs"]
 mod out_fixture;
 mod own_pipelines;
@@ -96,6 +97,8 @@ fn whole(scene: &Scene, cells: u32) -> MemorySink {
 struct Changes {
     batches: Vec<Batch>,
     lines: Vec<EdgeLine>,
+    /// Rows of instances that differ. `None` if any may.
+    instances: Option<Vec<usize>>,
 }
 
 impl Changes {
@@ -113,7 +116,13 @@ impl Changes {
     }
 
     fn play(&self, scene: &Scene, sink: &mut dyn MeshSink) -> Result<(), SinkError> {
-        sink.begin_changes(scene, &SceneChanges::default())?;
+        let changed = |rows| SceneChanges {
+            changed: rows,
+            first_instance: scene.instances.len(),
+            first_part: scene.parts.len(),
+            ..SceneChanges::default()
+        };
+        sink.begin_changes(scene, &self.instances.as_deref().map_or_else(SceneChanges::default, changed))?;
         for batch in &self.batches {
             sink.batch(&mut batch.clone())?;
         }
@@ -156,10 +165,12 @@ fn frames_of_changes_draw_the_same_as_whole_frames() {
         let from_scratch = renderer.render(&memory, &options).unwrap();
         assert!(incremental == from_scratch, "frame {frame} by {by:?}");
         pictures.push(incremental);
-        let changes = Changes::random(&mut draw, 12);
+        let mut changes = Changes { instances: Some(Vec::new()), ..Changes::random(&mut draw, 12) };
         if frame % 5 == 4 {
             scene.instances[0].transform.translation.z += 0.5;
-            scene.instances[2].colour = Some([0.2, 0.9, 0.4, 1.0]);
+            scene.instances[1].visible = frame % 10 == 4;
+            scene.instances[2].colour = Some([0.2, 0.9, 0.1 * (frame % 7) as f32, 1.0]);
+            changes.instances = (frame % 3 > 0).then(|| vec![0, 1, 2]);
         }
         changes.play(&scene, &mut live).unwrap();
         live.end().unwrap();
@@ -185,7 +196,7 @@ fn only_what_changed_is_sent() {
         first - records_and_draws(3 * 64) - 3 * 16,
         "the same again: only placements, nothing of records, draws and instances"
     );
-    let changes = Changes { batches: vec![square(0, 3, 4), square(1, 5, 0)], lines: Vec::new() };
+    let changes = Changes { batches: vec![square(0, 3, 4), square(1, 5, 0)], ..Changes::default() };
     changes.play(&scene, &mut live).unwrap();
     live.end().unwrap();
     assert_eq!(live.uploaded(), 25 * 16 + 32 * 6);
@@ -270,7 +281,7 @@ fn pages_are_added_and_taken_back() {
     let off = coarse.pixels.iter().zip(&fine.pixels).filter(|(a, b)| a.abs_diff(**b) > 2).count();
     assert!(off < 20, "the sheet is flat, whatever its triangles: {off} bytes differ");
     // One tile of more than 65 536 vertices: indices of four bytes.
-    let changes = Changes { batches: vec![square(0, 0, 300)], lines: Vec::new() };
+    let changes = Changes { batches: vec![square(0, 0, 300)], ..Changes::default() };
     changes.play(&scene, &mut live).unwrap();
     live.end().unwrap();
     let wide = picture(renderer, &mut live, &view);
