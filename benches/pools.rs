@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use trimtess::control::{Alone, Job, Jobs, Priority, Rayon, Threads};
 use trimtess::frame::PlanLimits;
 use trimtess::import::step::{self, StepOptions};
-use trimtess::mesh::{Batch, MeshSink, Scene, SinkError, WrittenTile};
+use trimtess::mesh::{Batch, MeshSink, Scene, SceneChanges, SinkError, WrittenTile};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 use trimtess::view::{CameraPath, Picture, View};
@@ -41,7 +41,7 @@ impl MeshSink for Nowhere {
         Ok(())
     }
 
-    fn begin_changes(&mut self, _: &Scene) -> Result<(), SinkError> {
+    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
         Ok(())
     }
 
