@@ -8,8 +8,9 @@ use crate::math::lanes::widest;
 use crate::math::order::larger;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
+use std::ops::Range;
 
-/// Stands for an edge of the boundary.
+/// Stands for the other side of an edge of the boundary, and of an edge with one triangle so far.
 pub(crate) const BORDER: u32 = u32::MAX;
 
 /// Circle tests below this share of the fourth power of the distances count as zero. Rounding changes them by less than
@@ -20,126 +21,201 @@ const COCIRCULAR: f64 = 1e-13;
 /// corners. By then no triangle is thin by much (bench `one_cell`).
 const FLIPS_PER_EDGE: usize = 6;
 
-/// Triangles, and which of them have an edge in common.
-#[derive(Default)]
+/// The edges of this many triangles are flipped before the next are looked at: with their points they fit the second
+/// cache.
+const AT_ONCE: usize = 4096;
+
+/// Sides in the queue, a power of two. Should there be more, the oldest are not tested.
+const QUEUE: usize = 1 << 14;
+
+/// Triangles, and which of them have an edge in common. A *side* is an edge as seen from one of its triangles: four
+/// times the triangle plus the corner that the side starts from.
 pub(crate) struct Mesh {
     triangles: Vec<Triangle>,
-    /// By edge, its sides: four times a triangle plus the corner that the side starts from.
-    sides: Vec<[u32; 2]>,
-    /// Edges that were or will be tested, in order, and by edge, whether it will be.
-    queue: Vec<u32>,
-    waits: Vec<bool>,
+    /// By edge that had no triangles when it was added, the first side that it got.
+    open: Vec<u32>,
+    queue: Box<[u32; QUEUE]>,
 }
 
-/// Counter-clockwise corners, and the edge from each to the next. The fourth place stays free: no index needs a check.
+/// Counter-clockwise corners, and by side, from each corner to the next, the same edge's side in the next triangle.
+/// With four places no index needs a check.
 #[derive(Clone, Copy)]
 struct Triangle {
+    /// The fourth is a set of bits: the sides that are in the queue.
     corners: [u32; 4],
-    edges: [u32; 4],
+    twins: [u32; 4],
 }
 
-impl Triangle {
-    fn new([a, b, c]: [u32; 3], [ab, bc, ca]: [u32; 3]) -> Self {
-        Self { corners: [a, b, c, NONE], edges: [ab, bc, ca, NONE] }
+/// The place in [`Triangle::corners`] of the sides that are in the queue.
+const WAITS: usize = 3;
+
+impl Default for Mesh {
+    fn default() -> Self {
+        Self { triangles: Vec::new(), open: Vec::new(), queue: Box::new([0; QUEUE]) }
     }
 }
 
 impl Mesh {
     pub(crate) fn clear(&mut self) {
         self.triangles.clear();
-        self.sides.clear();
+        self.open.clear();
     }
 
     pub(crate) fn triangles(&self) -> impl ExactSizeIterator<Item = [u32; 3]> + '_ {
         self.triangles.iter().map(|&Triangle { corners: [a, b, c, _], .. }| [a, b, c])
     }
 
-    /// Adds an edge that has no sides yet.
+    /// Adds an edge that has no triangles yet. What it returns stands for both of its sides.
     pub(crate) fn add_edge(&mut self) -> u32 {
-        self.sides.push([NONE; 2]);
-        self.sides.len() as u32 - 1
+        self.open.push(NONE);
+        4 * (self.open.len() as u32 - 1) + 3
     }
 
-    /// Adds a triangle with the edges from each of its corners to the next.
+    /// Adds a triangle. `ab` and `bc` are the other sides of its first edges. Returns its third side.
     #[inline(always)]
-    pub(crate) fn add(&mut self, corners: [u32; 3], edges: [u32; 3]) {
+    pub(crate) fn add(&mut self, [a, b, c]: [u32; 3], [ab, bc]: [u32; 2]) -> u32 {
         let first = 4 * self.triangles.len() as u32;
-        self.triangles.push(Triangle::new(corners, edges));
-        for (side, edge) in (first..).zip(edges) {
-            self.replace(edge, NONE, side);
-        }
+        let twins = [self.join(ab, first), self.join(bc, first + 1), BORDER, BORDER];
+        self.triangles.push(Triangle { corners: [a, b, c, 0], twins });
+        first + 2
     }
 
+    /// Makes `side` the twin of a side, or the first side of an edge. Returns its own twin.
     #[inline(always)]
-    fn replace(&mut self, edge: u32, old: u32, new: u32) {
-        if edge != BORDER {
-            let sides = &mut self.sides[edge as usize];
-            let at = usize::from(sides[0] != old);
-            sides[at] = new;
+    fn join(&mut self, mut other: u32, side: u32) -> u32 {
+        if other % 4 == 3 && other != BORDER {
+            other = std::mem::replace(&mut self.open[(other / 4) as usize], side);
         }
+        if other != BORDER {
+            let (t, k) = place(other);
+            self.triangles[t].twins[k] = side;
+        }
+        other
     }
 
-    /// Flips edges until none has a vertex inside a circle through its other side, or there were too many flips. First
-    /// come first served: it takes three quarters of the flips that the last first takes.
+    /// Flips edges until none has a vertex inside a circle through its other side, or there were too many flips.
     pub(crate) fn flip(&mut self, points: &[DVec2]) {
-        let count = self.sides.len();
-        self.queue.clear();
-        self.queue.extend(0..count as u32);
-        self.waits.clear();
-        self.waits.resize(count, true);
-        let (mut at, mut left) = (0, FLIPS_PER_EDGE * count);
+        let Self { triangles, queue, .. } = self;
         widest(
             #[inline(always)]
             || {
-                while at < self.queue.len() && left > 0 {
-                    let edge = self.queue[at];
-                    self.waits[edge as usize] = false;
-                    left -= usize::from(self.flip_edge(points, edge));
-                    at += 1;
+                for start in (0..triangles.len()).step_by(AT_ONCE) {
+                    let end = triangles.len().min(start + AT_ONCE);
+                    flip_some(triangles, points, queue, start..end);
                 }
             },
         );
     }
+}
 
-    /// Flips one edge, if that is better, and puts the edges around it into the queue. Returns whether it did.
-    #[inline(always)]
-    fn flip_edge(&mut self, points: &[DVec2], edge: u32) -> bool {
-        let [first, second] = self.sides[edge as usize];
-        if second == NONE {
-            return false;
+/// Flips edges among some triangles and those before them. First come first served: it takes three quarters of the flips
+/// that the last first takes.
+///
+/// Numbers of triangles are loaded and stored one by one: a load of a whole triangle would wait for the stores.
+#[inline(always)]
+fn flip_some(triangles: &mut [Triangle], points: &[DVec2], queue: &mut [u32; QUEUE], some: Range<usize>) {
+    let mut queue = Queue { sides: queue, head: 0, tail: 0 };
+    // Each edge once, when both of its triangles are there.
+    for t in some {
+        let mut waits = 0;
+        for k in 0..3 {
+            let side = 4 * t as u32 + k;
+            let is_second = triangles[t].twins[k as usize] < side;
+            queue.push_if(is_second, side);
+            waits |= u32::from(is_second) << k;
         }
-        let [t, s] = [first, second].map(|side| (side / 4) as usize);
-        let [k, l] = [first, second].map(|side| (side % 4) as usize);
-        let (one, other) = (self.triangles[t], self.triangles[s]);
-        let [a, b, c] = [k, AFTER[k], BEFORE[k]].map(|x| one.corners[x]);
-        let d = other.corners[BEFORE[l]];
-        let [pa, pb, pc, pd] = [a, b, c, d].map(|v| points[v as usize]);
-        let [reach_a, reach_b, reach_c] = [pa, pb, pc].map(|p| (p - pd).length_squared());
-        let reach = larger(larger(reach_a, reach_b), reach_c);
-        if in_circle(pa, pb, pc, pd) <= COCIRCULAR * reach * reach
-            || orient2d(pc, pa, pd) <= 0.0
-            || orient2d(pd, pb, pc) <= 0.0
-        {
-            return false;
-        }
-        let [bc, ca] = [AFTER[k], BEFORE[k]].map(|x| one.edges[x]);
-        let [ad, db] = [AFTER[l], BEFORE[l]].map(|x| other.edges[x]);
-        let (of_t, of_s) = (first - k as u32, second - l as u32);
-        self.replace(ca, of_t + BEFORE[k] as u32, of_t);
-        self.replace(ad, of_s + AFTER[l] as u32, of_t + 1);
-        self.replace(db, of_s + BEFORE[l] as u32, of_s);
-        self.replace(bc, of_t + AFTER[k] as u32, of_s + 1);
-        self.sides[edge as usize] = [of_t + 2, of_s + 2];
-        self.triangles[t] = Triangle::new([c, a, d], [ca, ad, edge]);
-        self.triangles[s] = Triangle::new([d, b, c], [db, bc, edge]);
-        for around in [ca, ad, db, bc] {
-            if around != BORDER && !self.waits[around as usize] {
-                self.waits[around as usize] = true;
-                self.queue.push(around);
-            }
-        }
-        true
+        triangles[t].corners[WAITS] = waits;
     }
+    let mut left = FLIPS_PER_EDGE * queue.tail;
+    while queue.head < queue.tail && left > 0 {
+        let side = queue.pop();
+        if flip_edge(triangles, points, side, &mut queue) {
+            left -= 1;
+        }
+    }
+}
+
+/// Sides in order; the oldest are lost when there are too many.
+struct Queue<'a> {
+    sides: &'a mut [u32; QUEUE],
+    head: usize,
+    tail: usize,
+}
+
+impl Queue<'_> {
+    #[inline(always)]
+    fn push_if(&mut self, condition: bool, side: u32) {
+        self.sides[self.tail % QUEUE] = side;
+        self.tail += usize::from(condition);
+    }
+
+    /// The next side. There has to be one.
+    #[inline(always)]
+    fn pop(&mut self) -> u32 {
+        let side = self.sides[self.head % QUEUE];
+        self.head += 1;
+        side
+    }
+}
+
+/// Takes the edge of a side out of the queue. Flips it if that is better, and puts those around it into the queue.
+/// Returns whether it did. Does nothing if the side is not in the queue: its edge moved, or was tested from its other
+/// side.
+#[inline(always)]
+fn flip_edge(triangles: &mut [Triangle], points: &[DVec2], side: u32, queue: &mut Queue<'_>) -> bool {
+    let (t, k) = place(side);
+    let one = &mut triangles[t];
+    if one.corners[WAITS] >> k & 1 == 0 {
+        return false;
+    }
+    one.corners[WAITS] ^= 1 << k;
+    let twin = one.twins[k];
+    let [pa, pb, pc] = [k, AFTER[k], BEFORE[k]].map(|k| points[one.corners[k] as usize]);
+    let (s, l) = place(twin);
+    let other = &mut triangles[s];
+    other.corners[WAITS] &= !(1 << l);
+    let d = other.corners[BEFORE[l]];
+    let pd = points[d as usize];
+    let [reach_a, reach_b, reach_c] = [pa, pb, pc].map(|p| (p - pd).length_squared());
+    let reach = larger(larger(reach_a, reach_b), reach_c);
+    // The turns' products are those of the circle test.
+    if in_circle(pa, pb, pc, pd) <= COCIRCULAR * reach * reach
+        || orient2d(pc, pa, pd) <= 0.0
+        || orient2d(pb, pc, pd) <= 0.0
+    {
+        return false;
+    }
+    let one = &mut triangles[t];
+    let (c, ca) = (one.corners[BEFORE[k]], one.twins[BEFORE[k]]);
+    one.corners[k] = d;
+    one.twins[BEFORE[k]] = twin - l as u32 + BEFORE[l] as u32;
+    let other = &mut triangles[s];
+    let db = other.twins[BEFORE[l]];
+    other.corners[l] = c;
+    other.twins[BEFORE[l]] = side - k as u32 + BEFORE[k] as u32;
+    // Each triangle keeps the side after the edge's. The edge's gets one of the other triangle.
+    for (t, k, side, outer) in [(t, k, side, db), (s, l, twin, ca)] {
+        let triangle = &mut triangles[t];
+        triangle.twins[k] = outer;
+        let mut waits = u32::from(triangle.twins[AFTER[k]] != BORDER) << AFTER[k];
+        queue.push_if(waits & !triangle.corners[WAITS] != 0, side - k as u32 + AFTER[k] as u32);
+        if outer != BORDER {
+            waits |= 1 << k;
+            queue.push_if(true, side);
+        }
+        triangle.corners[WAITS] = waits;
+        if outer != BORDER {
+            let (t, k) = place(outer);
+            triangles[t].twins[k] = side;
+        }
+    }
+    true
+}
+
+/// A side's triangle, and the corner that it starts from.
+#[inline(always)]
+fn place(side: u32) -> (usize, usize) {
+    ((side / 4) as usize, (side % 4) as usize)
 }
 
 const AFTER: [usize; 4] = [1, 2, 0, 0];

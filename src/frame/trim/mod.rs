@@ -18,6 +18,7 @@ pub(crate) mod input;
 pub(crate) mod output;
 mod bits;
 mod trace;
+mod runs;
 mod flip;
 mod sweep;
 mod triangulate;

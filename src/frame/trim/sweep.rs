@@ -9,41 +9,49 @@
 //!
 //! Diagonals and triangles are cut off chains, so the boundary of all triangles is the loops, whatever the input: that
 //! all are positive is the only thing to prove, and it is checked. Simple loops, with holes and islands to any depth,
-//! always pass. Cost: sorting, and for each vertex that starts, splits, joins or ends an interval, a search and a move
-//! in the list of intervals.
+//! always pass. Cost: sorting, and for each vertex that starts or splits an interval, a search in the list of intervals.
 
 use super::flip::{BORDER, Mesh};
 use super::input::NONE;
-use crate::math::order::{larger, ordered, smaller};
+use super::runs::{Place, Runs};
+use crate::math::order::{larger, smaller};
 use crate::math::predicates::orient2d;
 use glam::DVec2;
+use std::cmp::Ordering;
 
 /// Work space of [`Sweep::triangulate`].
 #[derive(Default)]
 pub(crate) struct Sweep {
-    /// By vertex: its neighbours in its loop.
-    next: Vec<u32>,
-    prev: Vec<u32>,
-    /// The vertices in the order in which the line meets them, each with its coordinate as a number in [`ordered`]; and
-    /// the place of each there.
-    order: Vec<(i64, u32)>,
+    /// By rank, which is the order in which the line meets the vertices: the vertex in its low half, and its coordinate
+    /// along the way of the line in the other, in steps of the box's length / 2^32.
+    order: Vec<u64>,
+    /// By vertex, its rank. All else counts vertices by rank.
     rank: Vec<u32>,
-    /// By the vertex that a segment starts from: the interval that it bounds.
-    bounds: Vec<u32>,
+    points: Vec<DVec2>,
+    links: Vec<Link>,
     intervals: Vec<Interval>,
     /// The intervals that the line cuts, from below.
-    cut: Vec<u32>,
+    cut: Runs,
     nodes: Vec<Node>,
     mesh: Mesh,
+}
+
+/// A vertex's neighbours in its loop, and the interval bounded by the segment that starts from it.
+#[derive(Clone, Copy)]
+struct Link {
+    from: u32,
+    to: u32,
+    interval: u32,
 }
 
 /// A stretch of the sweep line inside the region.
 #[derive(Clone, Copy)]
 struct Interval {
-    /// Where the segment below starts, which runs to the right, and the one above, which runs to the left.
-    below: u32,
+    /// The ends of the segment below: the search needs nothing else.
+    line: [DVec2; 2],
+    /// Where the segment above starts, which runs to the left.
     above: u32,
-    /// The ends of the chain: nodes of the left ends of these segments.
+    /// The ends of the chain: nodes of the left ends of both segments.
     low: u32,
     high: u32,
     /// The node of the last vertex that the line met in this interval.
@@ -56,7 +64,7 @@ struct Node {
     vertex: u32,
     lower: u32,
     upper: u32,
-    /// The edge to the node above.
+    /// The side, of a triangle on the left, of the edge to the node above.
     edge: u32,
 }
 
@@ -67,101 +75,116 @@ pub(crate) struct NotSimple;
 impl Sweep {
     /// Triangulates the region to the left of loops of vertices: loop k has the indices from `starts[k]` to the next
     /// start, or to the end.
-    pub(crate) fn triangulate(&mut self, points: &[DVec2], starts: &[u32]) -> Result<&Mesh, NotSimple> {
+    pub(crate) fn triangulate(
+        &mut self,
+        points: &[DVec2],
+        starts: &[u32],
+    ) -> Result<impl ExactSizeIterator<Item = [u32; 3]> + '_, NotSimple> {
         self.load(points, starts);
-        for at in 0..self.order.len() {
-            self.meet(points, self.order[at].1)?;
+        for v in 0..self.links.len() as u32 {
+            self.meet(v)?;
         }
         if !self.cut.is_empty() {
             return Err(NotSimple);
         }
-        self.mesh.flip(points);
-        Ok(&self.mesh)
+        self.mesh.flip(&self.points);
+        Ok(self.mesh.triangles().map(|t| t.map(|v| self.order[v as usize] as u32)))
     }
 
     fn load(&mut self, points: &[DVec2], starts: &[u32]) {
         let n = points.len() as u32;
-        self.next.clear();
-        self.prev.clear();
-        self.order.clear();
-        for (k, &start) in starts.iter().enumerate() {
-            let end = starts.get(k + 1).copied().unwrap_or(n);
-            if start == end {
-                continue;
-            }
-            self.next.extend(start + 1..end);
-            self.next.push(start);
-            self.prev.push(end - 1);
-            self.prev.extend(start..end - 1);
-            // The two segments of a loop of two vertices cancel.
-            if end - start > 2 {
-                self.order.extend((start..end).map(|v| (0, v)));
+        let ends = starts.iter().skip(1).copied().chain([n]);
+        // The two segments of a loop of two vertices cancel.
+        let loops = starts.iter().copied().zip(ends).filter(|(start, end)| end - start > 2);
+        self.sort(points, loops.clone());
+        self.rank.resize(points.len(), 0);
+        for (&key, rank) in self.order.iter().zip(0..) {
+            self.rank[key as u32 as usize] = rank;
+        }
+        self.points.resize(self.order.len(), DVec2::ZERO);
+        self.links.resize(self.order.len(), Link { from: 0, to: 0, interval: NONE });
+        for (start, end) in loops {
+            let vertices = start as usize..end as usize;
+            let ranks = &self.rank[vertices.clone()];
+            let mut from = ranks[ranks.len() - 1];
+            let after = ranks[1..].iter().chain(&ranks[..1]);
+            for ((&rank, &to), &point) in ranks.iter().zip(after).zip(&points[vertices]) {
+                self.points[rank as usize] = point;
+                self.links[rank as usize] = Link { from, to, interval: NONE };
+                from = rank;
             }
         }
-        self.sort(points);
-        self.rank.clear();
-        self.rank.resize(n as usize, 0);
-        for (rank, &(_, v)) in self.order.iter().enumerate() {
-            self.rank[v as usize] = rank as u32;
-        }
-        self.bounds.clear();
-        self.bounds.resize(n as usize, NONE);
         self.intervals.clear();
         self.cut.clear();
         self.nodes.clear();
         self.mesh.clear();
     }
 
-    /// Puts the vertices into the order in which the line meets them. It moves along the longer side of their box: the
-    /// triangles that it leaves are wider that way, and fewer of them are flipped.
-    fn sort(&mut self, points: &[DVec2]) {
+    /// Puts the vertices of loops into the order in which the line meets them. It moves along the longer side of their
+    /// box: the triangles that it leaves are wider that way, and fewer of them are flipped.
+    fn sort(&mut self, points: &[DVec2], loops: impl Iterator<Item = (u32, u32)>) {
         let (low, high) = points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
             let axis = |k: usize| (smaller(p[k], low[k]), larger(p[k], high[k]));
             let [x, y] = [0, 1].map(axis);
             (DVec2::new(x.0, y.0), DVec2::new(x.1, y.1))
         });
         // Turned by a right angle if it is tall.
-        let tall = high.y - low.y > high.x - low.x;
-        let along = |p: DVec2| ordered(if tall { p.y } else { p.x });
-        let across = |v: u32| ordered(if tall { -points[v as usize].x } else { points[v as usize].y });
-        self.order.iter_mut().for_each(|(key, v)| *key = along(points[*v as usize]));
-        self.order
-            .sort_unstable_by(|&(p, a), &(q, b)| p.cmp(&q).then_with(|| across(a).cmp(&across(b)).then(a.cmp(&b))));
+        let size = high - low;
+        let tall = size.y > size.x;
+        let along = |p: DVec2| if tall { p.y } else { p.x };
+        let steps = f64::from(u32::MAX) / along(size);
+        self.order.clear();
+        for (start, end) in loops {
+            let key =
+                |v: u32| u64::from(((along(points[v as usize]) - along(low)) * steps) as u32) << 32 | u64::from(v);
+            self.order.extend((start..end).map(key));
+        }
+        self.order.sort_unstable();
+        // Those of one step.
+        let exact = |key: u64| {
+            let p = points[key as u32 as usize];
+            (along(p), if tall { -p.x } else { p.y }, key)
+        };
+        for same in self.order.chunk_by_mut(|a, b| a >> 32 == b >> 32).filter(|same| same.len() > 1) {
+            same.sort_unstable_by(|&a, &b| exact(a).partial_cmp(&exact(b)).unwrap_or(Ordering::Equal));
+        }
     }
 
     /// Moves the line over vertex `v`.
-    fn meet(&mut self, points: &[DVec2], v: u32) -> Result<(), NotSimple> {
-        let (from, to) = (self.prev[v as usize], self.next[v as usize]);
-        let here = self.rank[v as usize];
-        match (self.rank[from as usize] < here, self.rank[to as usize] < here) {
+    #[inline(always)]
+    fn meet(&mut self, v: u32) -> Result<(), NotSimple> {
+        let Link { from, to, .. } = self.links[v as usize];
+        match (from < v, to < v) {
             (true, false) => {
                 let interval = self.bounded_by(from)?;
-                self.extend_low(points, interval, v, BORDER);
-                self.intervals[interval as usize].below = v;
-                self.bounds[v as usize] = interval;
+                self.extend_low(interval, v, BORDER);
+                self.intervals[interval as usize].line = [v, to].map(|v| self.points[v as usize]);
+                self.links[v as usize].interval = interval;
             }
             (false, true) => {
                 let interval = self.bounded_by(v)?;
-                self.extend_high(points, interval, v, BORDER);
+                self.extend_high(interval, v, BORDER);
                 self.intervals[interval as usize].above = from;
-                self.bounds[from as usize] = interval;
+                self.links[from as usize].interval = interval;
             }
             (true, true) => {
                 let (over, under) = (self.bounded_by(from)?, self.bounded_by(v)?);
-                self.leave(points, over, v)?;
+                if !self.cut.remove(over) {
+                    return Err(NotSimple);
+                }
                 if over == under {
-                    self.finish(points, over, v)?;
+                    self.finish(over, v)?;
                 } else {
-                    self.join(points, under, over, v);
+                    self.join(under, over, v);
                 }
             }
             (false, false) => {
-                let turn = orient2d(points[from as usize], points[v as usize], points[to as usize]);
-                let below = self.count_below(points, v, false);
+                let turn = self.turn([from, v, to]);
+                let place = self.place_of(v);
                 if turn > 0.0 {
-                    self.start(v, from, below);
-                } else if turn < 0.0 && below > 0 {
-                    self.split(points, v, from, below);
+                    self.start(v, [from, to], place);
+                } else if turn < 0.0 {
+                    self.split(v, [from, to], place)?;
                 } else {
                     return Err(NotSimple);
                 }
@@ -172,116 +195,110 @@ impl Sweep {
 
     /// The interval bounded by the segment that starts from `v`.
     fn bounded_by(&self, v: u32) -> Result<u32, NotSimple> {
-        let interval = self.bounds[v as usize];
+        let interval = self.links[v as usize].interval;
         if interval == NONE { Err(NotSimple) } else { Ok(interval) }
     }
 
-    /// How many of the intervals begin below vertex `v`; with `or_at`, those that begin at it count too.
-    fn count_below(&self, points: &[DVec2], v: u32, or_at: bool) -> usize {
-        self.cut.partition_point(|&interval| {
-            let below = self.intervals[interval as usize].below as usize;
-            let turn = orient2d(points[below], points[self.next[below] as usize], points[v as usize]);
-            turn > 0.0 || (or_at && turn == 0.0)
+    #[inline(always)]
+    fn turn(&self, corners: [u32; 3]) -> f64 {
+        let [a, b, c] = corners.map(|v| self.points[v as usize]);
+        orient2d(a, b, c)
+    }
+
+    /// The place after the intervals that begin below vertex `v`.
+    fn place_of(&self, v: u32) -> Place {
+        let point = self.points[v as usize];
+        self.cut.after(|interval| {
+            let [from, to] = self.intervals[interval as usize].line;
+            orient2d(from, to, point) > 0.0
         })
     }
 
     /// Begins an interval at a vertex that points to the left, out of the region.
-    fn start(&mut self, v: u32, from: u32, at: usize) {
+    fn start(&mut self, v: u32, [from, to]: [u32; 2], place: Place) {
         let node = self.add_node(v);
+        let line = [v, to].map(|v| self.points[v as usize]);
         let interval = self.intervals.len() as u32;
-        self.intervals.push(Interval { below: v, above: from, low: node, high: node, last: node });
-        self.bounds[v as usize] = interval;
-        self.bounds[from as usize] = interval;
-        self.cut.insert(at, interval);
+        self.intervals.push(Interval { line, above: from, low: node, high: node, last: node });
+        self.links[v as usize].interval = interval;
+        self.links[from as usize].interval = interval;
+        self.cut.insert(place, interval);
     }
 
-    /// Splits the interval before `at`. Its chain is split at its last vertex, from which a diagonal leads to `v`.
-    fn split(&mut self, points: &[DVec2], v: u32, from: u32, at: usize) {
-        let (lower, upper) = (self.cut[at - 1], self.intervals.len() as u32);
+    /// Splits the interval before a place. Its chain is split at its last vertex, from which a diagonal leads to `v`.
+    fn split(&mut self, v: u32, [from, to]: [u32; 2], place: Place) -> Result<(), NotSimple> {
+        let (lower, upper) = (self.cut.before(place).ok_or(NotSimple)?, self.intervals.len() as u32);
         let Interval { above, high, last, .. } = self.intervals[lower as usize];
         let Node { vertex, upper: onward, edge, .. } = self.nodes[last as usize];
         let twin = self.add_node(vertex);
         self.nodes[last as usize].upper = NONE;
         self.link(twin, onward, edge);
+        let line = [v, to].map(|v| self.points[v as usize]);
         let high_of_upper = if onward == NONE { twin } else { high };
-        self.intervals.push(Interval { below: v, above, low: twin, high: high_of_upper, last: twin });
+        self.intervals.push(Interval { line, above, low: twin, high: high_of_upper, last: twin });
         let interval = &mut self.intervals[lower as usize];
         (interval.above, interval.high) = (from, last);
-        self.bounds[from as usize] = lower;
-        self.bounds[above as usize] = upper;
-        self.bounds[v as usize] = upper;
-        self.cut.insert(at, upper);
+        self.links[from as usize].interval = lower;
+        self.links[above as usize].interval = upper;
+        self.links[v as usize].interval = upper;
+        self.cut.insert(place, upper);
         let diagonal = self.mesh.add_edge();
-        self.extend_high(points, lower, v, diagonal);
-        self.extend_low(points, upper, v, diagonal);
+        self.extend_high(lower, v, diagonal);
+        self.extend_low(upper, v, diagonal);
+        Ok(())
     }
 
     /// Joins two intervals that meet at a vertex which points to the right, into the region.
-    fn join(&mut self, points: &[DVec2], under: u32, over: u32, v: u32) {
-        self.extend_high(points, under, v, BORDER);
-        self.extend_low(points, over, v, BORDER);
+    fn join(&mut self, under: u32, over: u32, v: u32) {
+        self.extend_high(under, v, BORDER);
+        self.extend_low(over, v, BORDER);
         let Interval { above, low, high, .. } = self.intervals[over as usize];
         let joint = self.intervals[under as usize].high;
         let Node { upper: onward, edge, .. } = self.nodes[low as usize];
         self.link(joint, onward, edge);
         let interval = &mut self.intervals[under as usize];
         (interval.above, interval.high, interval.last) = (above, high, joint);
-        self.bounds[above as usize] = under;
-    }
-
-    /// Takes out of the list the interval that begins at `v`.
-    fn leave(&mut self, points: &[DVec2], interval: u32, v: u32) -> Result<(), NotSimple> {
-        let count = self.count_below(points, v, true);
-        if count == 0 || self.cut[count - 1] != interval {
-            return Err(NotSimple);
-        }
-        self.cut.remove(count - 1);
-        Ok(())
+        self.links[above as usize].interval = under;
     }
 
     /// Cuts off all triangles that are left in an interval that ends at `v`.
-    fn finish(&mut self, points: &[DVec2], interval: u32, v: u32) -> Result<(), NotSimple> {
-        let mut low = self.intervals[interval as usize].low;
-        let mut edge = BORDER;
-        loop {
-            let Node { vertex: b, upper, edge: side, .. } = self.nodes[low as usize];
-            if upper == NONE {
-                return Ok(());
-            }
-            let Node { vertex: a, upper: beyond, .. } = self.nodes[upper as usize];
-            if orient2d(points[a as usize], points[b as usize], points[v as usize]) <= 0.0 {
-                return Err(NotSimple);
-            }
-            let cut = if beyond == NONE { BORDER } else { self.mesh.add_edge() };
-            self.mesh.add([a, b, v], [side, edge, cut]);
-            (low, edge) = (upper, cut);
-        }
+    fn finish(&mut self, interval: u32, v: u32) -> Result<(), NotSimple> {
+        let low = self.intervals[interval as usize].low;
+        let (last, _) = self.cut_low(low, v, BORDER);
+        if self.nodes[last as usize].upper == NONE { Ok(()) } else { Err(NotSimple) }
     }
 
     /// Appends `v` below a chain, after it has cut off what triangles it can. `edge` leads from the lowest node to `v`.
-    fn extend_low(&mut self, points: &[DVec2], interval: u32, v: u32, mut edge: u32) {
-        let mut low = self.intervals[interval as usize].low;
-        loop {
-            let Node { vertex: b, upper, edge: side, .. } = self.nodes[low as usize];
-            if upper == NONE {
-                break;
-            }
-            let a = self.nodes[upper as usize].vertex;
-            if orient2d(points[a as usize], points[b as usize], points[v as usize]) <= 0.0 {
-                break;
-            }
-            let cut = self.mesh.add_edge();
-            self.mesh.add([a, b, v], [side, edge, cut]);
-            (low, edge) = (upper, cut);
-        }
+    #[inline(always)]
+    fn extend_low(&mut self, interval: u32, v: u32, edge: u32) {
+        let (low, edge) = self.cut_low(self.intervals[interval as usize].low, v, edge);
         let node = self.add_node(v);
         self.link(node, low, edge);
         let interval = &mut self.intervals[interval as usize];
         (interval.low, interval.last) = (node, node);
     }
 
+    /// Cuts off the triangles between `v` and a chain from its lowest node on. Returns the lowest node that is left, and
+    /// the edge from it to `v`.
+    #[inline(always)]
+    fn cut_low(&mut self, mut low: u32, v: u32, mut edge: u32) -> (u32, u32) {
+        loop {
+            let Node { vertex: b, upper, edge: side, .. } = self.nodes[low as usize];
+            if upper == NONE {
+                return (low, edge);
+            }
+            let a = self.nodes[upper as usize].vertex;
+            if self.turn([a, b, v]) <= 0.0 {
+                return (low, edge);
+            }
+            edge = self.mesh.add([a, b, v], [side, edge]);
+            low = upper;
+        }
+    }
+
     /// Appends `v` above a chain, as [`Self::extend_low`] does below.
-    fn extend_high(&mut self, points: &[DVec2], interval: u32, v: u32, mut edge: u32) {
+    #[inline(always)]
+    fn extend_high(&mut self, interval: u32, v: u32, mut edge: u32) {
         let mut high = self.intervals[interval as usize].high;
         loop {
             let Node { vertex: b, lower, .. } = self.nodes[high as usize];
@@ -289,12 +306,11 @@ impl Sweep {
                 break;
             }
             let Node { vertex: a, edge: side, .. } = self.nodes[lower as usize];
-            if orient2d(points[v as usize], points[b as usize], points[a as usize]) <= 0.0 {
+            if self.turn([v, b, a]) <= 0.0 {
                 break;
             }
-            let cut = self.mesh.add_edge();
-            self.mesh.add([v, b, a], [edge, side, cut]);
-            (high, edge) = (lower, cut);
+            edge = self.mesh.add([v, b, a], [edge, side]);
+            high = lower;
         }
         let node = self.add_node(v);
         self.link(high, node, edge);
@@ -340,7 +356,7 @@ mod tests {
     /// Sweeps, and proves that the boundary of the triangles is the loops and that all are positive.
     fn sweep(points: &[DVec2], starts: &[u32]) -> Result<usize, NotSimple> {
         let mut sweep = Sweep::default();
-        let triangles: Vec<_> = sweep.triangulate(points, starts)?.triangles().collect();
+        let triangles: Vec<_> = sweep.triangulate(points, starts)?.collect();
         let mut sides: Vec<[u32; 2]> = Vec::new();
         for (k, &start) in starts.iter().enumerate() {
             let end = starts.get(k + 1).map_or(points.len() as u32, |&end| end);
@@ -392,12 +408,21 @@ mod tests {
         points.extend(hole);
         assert_eq!(sweep(&points, &[0, 24]).ok(), Some(48));
         // Teeth that end in one column. The line meets all at once if the comb is wide, one after the other if it is tall.
-        for back in [300.0, 3.0] {
-            let teeth = (0..41).map(|k| DVec2::new(f64::from(k % 2), f64::from(40 - k)));
-            let comb: Vec<_> = [DVec2::new(back, 0.0), DVec2::new(back, 40.0)].into_iter().chain(teeth).collect();
+        for (back, count) in [(300.0, 40), (3.0, 40), (300.0, 600)] {
+            let teeth = (0..=count).map(|k| DVec2::new(f64::from(k % 2), f64::from(count - k)));
+            let ends = [DVec2::new(back, 0.0), DVec2::new(back, f64::from(count))];
+            let comb: Vec<_> = ends.into_iter().chain(teeth).collect();
             let turned: Vec<_> = comb.iter().map(|p| p.perp()).collect();
-            assert_eq!([comb, turned].map(|comb| sweep(&comb, &[0]).ok()), [Some(41); 2]);
+            let triangles = count as usize + 1;
+            assert_eq!([comb, turned].map(|comb| sweep(&comb, &[0]).ok()), [Some(triangles); 2]);
         }
+    }
+
+    #[test]
+    fn corners_closer_than_the_steps_of_the_order() {
+        let hole = |x: f64| (x, 0.0, -24, 1e-12);
+        let (points, starts) = rounds(&[(0.0, 0.0, 9, 1.0), hole(0.0), hole(0.1), hole(1e-10)]);
+        assert_eq!(sweep(&points, &starts).ok(), Some(7 + 3 * 26));
     }
 
     /// The deciles of the triangles' smallest angles, and the length of all sides.
@@ -425,9 +450,10 @@ mod tests {
         for loops in [&[(0.0, 0.0, 40, 1.0)][..], &[(0.0, 0.0, 256, 1.0)], &ring, &plate] {
             let (points, starts) = rounds(loops);
             let mut sweep = Sweep::default();
-            let swept: Vec<_> = sweep.triangulate(&points, &starts).expect("simple").triangles().collect();
-            let next = sweep.next.iter().zip(0..);
-            let segments: Vec<_> = next.map(|(&to, from)| Segment { ends: [from, to], weight: 1 }).collect();
+            let swept: Vec<_> = sweep.triangulate(&points, &starts).expect("simple").collect();
+            let names = sweep.order.iter().map(|&key| key as u32);
+            let ends = sweep.links.iter().zip(names).map(|(link, v)| [v, sweep.order[link.to as usize] as u32]);
+            let segments: Vec<_> = ends.map(|ends| Segment { ends, weight: 1 }).collect();
             let delaunay = cdt::triangulate(&points, &segments, AtCrossings::Refuse).expect("simple").triangles;
             let ((ours, length), (theirs, least)) = (shapes(&points, &swept), shapes(&points, &delaunay));
             assert_eq!(swept.len(), delaunay.len());

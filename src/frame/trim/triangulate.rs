@@ -173,8 +173,8 @@ fn triangulate_loops(
             }
             halves.is_some()
         }
-        _ => sweep.triangulate(points, starts).is_ok_and(|mesh| {
-            out.extend(mesh.triangles().map(|t| t.map(&name)));
+        _ => sweep.triangulate(points, starts).is_ok_and(|triangles| {
+            out.extend(triangles.map(|t| t.map(&name)));
             true
         }),
     }
