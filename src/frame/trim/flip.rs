@@ -108,8 +108,8 @@ impl Mesh {
     }
 }
 
-/// Flips edges among some triangles and those before them. First come first served: it takes three quarters of the flips
-/// that the last first takes.
+/// Flips edges among some triangles and those before them. First come first served: it takes three quarters of the
+/// flips that the last first takes.
 ///
 /// Numbers of triangles are loaded and stored one by one: a load of a whole triangle would wait for the stores.
 #[inline(always)]

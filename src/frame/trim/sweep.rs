@@ -9,7 +9,8 @@
 //!
 //! Diagonals and triangles are cut off chains, so the boundary of all triangles is the loops, whatever the input: that
 //! all are positive is the only thing to prove, and it is checked. Simple loops, with holes and islands to any depth,
-//! always pass. Cost: sorting, and for each vertex that starts or splits an interval, a search in the list of intervals.
+//! always pass. Cost: sorting, and for each vertex that starts or splits an interval, a search in the list of
+//! intervals.
 
 use super::flip::{BORDER, Mesh};
 use super::input::NONE;
@@ -278,8 +279,8 @@ impl Sweep {
         (interval.low, interval.last) = (node, node);
     }
 
-    /// Cuts off the triangles between `v` and a chain from its lowest node on. Returns the lowest node that is left, and
-    /// the edge from it to `v`.
+    /// Cuts off the triangles between `v` and a chain from its lowest node on. Returns the lowest node that is left and
+    /// its edge to `v`.
     #[inline(always)]
     fn cut_low(&mut self, mut low: u32, v: u32, mut edge: u32) -> (u32, u32) {
         loop {
@@ -407,7 +408,7 @@ mod tests {
         assert!(orient2d(hole[0], hole[8], hole[16]) < 0.0);
         points.extend(hole);
         assert_eq!(sweep(&points, &[0, 24]).ok(), Some(48));
-        // Teeth that end in one column. The line meets all at once if the comb is wide, one after the other if it is tall.
+        // Teeth that end in one column. The line meets all at once if the comb is wide, else one after the other.
         for (back, count) in [(300.0, 40), (3.0, 40), (300.0, 600)] {
             let teeth = (0..=count).map(|k| DVec2::new(f64::from(k % 2), f64::from(count - k)));
             let ends = [DVec2::new(back, 0.0), DVec2::new(back, f64::from(count))];
