@@ -60,7 +60,10 @@ impl Surface {
                 turned(frame, u, &NurbsCurve3 { points, ..curve }, AxisMap::Identity)
             }
             Self::Nurbs(surface) => {
-                let period = self.period();
+                let leaves = |(a, b): (f64, f64), (low, high): (f64, f64)| low < a || high > b;
+                let domain = surface.domain();
+                // Finding the periods of a net takes many points.
+                let period = if leaves(domain.0, u) || leaves(domain.1, v) { self.period() } else { [None; 2] };
                 let mut surface = surface.clone();
                 if period[0].is_some() {
                     surface = unrolled_u(surface, u);

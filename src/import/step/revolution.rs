@@ -254,26 +254,34 @@ impl<'a> Meridian<'a> {
         self.nearest(p).0
     }
 
-    /// Distance from the profile itself: a search by thirds around the nearest segment.
-    fn exact_distance(&self, p: DVec2) -> f64 {
+    /// Distance from the profile itself: a golden-section search around the nearest segment. One that is at most
+    /// `enough` may be too large.
+    fn exact_distance(&self, p: DVec2, enough: f64) -> f64 {
+        /// Each step keeps this share of the interval, and one of the two points inside it.
+        const KEPT: f64 = 0.618_033_988_749_894_9;
         let (_, k) = self.nearest(p);
         let steps = (self.points.len() - 1) as f64;
-        let off = |share: f64| self.at(share).distance(p);
+        let at = |share: f64| (self.at(share).distance(p), share);
         let (mut low, mut high) = ((k as f64 - 1.0).max(0.0) / steps, (k as f64 + 2.0).min(steps) / steps);
-        for _ in 0..40 {
-            let third = (high - low) / 3.0;
-            if off(low + third) <= off(high - third) {
-                high -= third;
+        let (mut a, mut b) = (at(high - KEPT * (high - low)), at(low + KEPT * (high - low)));
+        for _ in 0..34 {
+            if a.0.min(b.0) <= enough {
+                break;
+            }
+            if a.0 <= b.0 {
+                (high, b) = (b.1, a);
+                a = at(high - KEPT * (high - low));
             } else {
-                low += third;
+                (low, a) = (a.1, b);
+                b = at(low + KEPT * (high - low));
             }
         }
-        off(low).min(off(high))
+        a.0.min(b.0)
     }
 
-    /// Largest distance of its points from another one.
-    fn beyond(&self, other: &Self) -> f64 {
-        self.points.iter().map(|p| other.exact_distance(*p)).fold(0.0, f64::max)
+    /// Whether its points are at most `near` from another one.
+    fn is_along(&self, other: &Self, near: f64) -> bool {
+        self.points.iter().all(|p| other.exact_distance(*p, near) <= near)
     }
 }
 
@@ -318,7 +326,7 @@ pub(super) fn one_sheet(
     let first = on.first().copied().unwrap_or_default();
     let same = COINCIDENT * size(curve, frame);
     let misses: Vec<Vec<f64>> =
-        on.iter().map(|p| profiles.iter().map(|sheet| sheet.exact_distance(*p)).collect()).collect();
+        on.iter().map(|p| profiles.iter().map(|sheet| sheet.exact_distance(*p, 0.0)).collect()).collect();
     let least = |misses: &Vec<f64>| misses.iter().copied().fold(f64::INFINITY, f64::min);
     // A boundary as far off its surface as its worst point may be nearer to another sheet at the others. A boundary
     // that is one vertex has no size.
@@ -330,24 +338,26 @@ pub(super) fn one_sheet(
         holds.iter_mut().zip(misses).for_each(|(holds, miss)| *holds &= *miss <= most);
     }
     let held: Vec<usize> = (0..pieces.len()).filter(|k| holds[*k]).collect();
-    let apart = |k: usize, other: usize| profiles[k].beyond(&profiles[other]).max(profiles[other].beyond(&profiles[k]));
+    let is_along = |k: usize, other: usize| profiles[k].is_along(&profiles[other], same);
     let chosen = match held.as_slice() {
         [] => None,
         [only] => Some(*only),
-        [first, others @ ..] => others.iter().all(|other| apart(*first, *other) <= same).then(|| {
-            let (a, b) = curve.domain();
-            let along = along();
-            let stated = |k: usize| along.iter().filter(|t| is_inside(&pieces[k], **t, b - a)).count();
-            let halves = || held.iter().filter_map(|&k| Some((k, sphere(&pieces[k], frame)?)));
-            let by_side = || {
-                let (_, (Surface::Sphere { frame, radius }, _)) = halves().next()? else { return None };
-                let outwards = is_outwards(frame.origin, frame.z * radius)?;
-                halves().find(|(_, (_, inwards))| *inwards != outwards).map(|(k, _)| k)
-            };
-            let by_side = if along.is_empty() { by_side() } else { None };
-            // The first of those with as many.
-            by_side.unwrap_or_else(|| held.iter().copied().rev().max_by_key(|k| stated(*k)).unwrap_or(*first))
-        }),
+        [first, others @ ..] => {
+            others.iter().all(|&other| is_along(*first, other) && is_along(other, *first)).then(|| {
+                let (a, b) = curve.domain();
+                let along = along();
+                let stated = |k: usize| along.iter().filter(|t| is_inside(&pieces[k], **t, b - a)).count();
+                let halves = || held.iter().filter_map(|&k| Some((k, sphere(&pieces[k], frame)?)));
+                let by_side = || {
+                    let (_, (Surface::Sphere { frame, radius }, _)) = halves().next()? else { return None };
+                    let outwards = is_outwards(frame.origin, frame.z * radius)?;
+                    halves().find(|(_, (_, inwards))| *inwards != outwards).map(|(k, _)| k)
+                };
+                let by_side = if along.is_empty() { by_side() } else { None };
+                // The first of those with as many.
+                by_side.unwrap_or_else(|| held.iter().copied().rev().max_by_key(|k| stated(*k)).unwrap_or(*first))
+            })
+        }
     };
     drop(profiles);
     let frame = *frame;

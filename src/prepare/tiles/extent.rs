@@ -56,13 +56,15 @@ const BYTES_PER_PATCH: usize = 2048;
 
 /// Number of patches of a surface over a box. A closed spline may go round several times.
 fn patches_within(surface: &Surface, low: DVec2, high: DVec2) -> usize {
-    let (domain, period) = (surface.natural_domain(), surface.period());
-    let along = |axis: usize| match period[axis].filter(|_| surface.knots(axis).is_some()) {
-        Some(period) if high[axis] - low[axis] > period => {
-            let turns = ((high[axis] - low[axis]) / period).ceil() as usize;
-            spans(surface, axis, domain[axis].0, domain[axis].1).saturating_mul(turns)
+    let domain = surface.natural_domain();
+    let along = |axis: usize| {
+        let ((a, b), extent) = (domain[axis], high[axis] - low[axis]);
+        // The period of a spline is the length of its domain. Whether it has one takes many points.
+        if surface.knots(axis).is_some() && extent > b - a && surface.period()[axis].is_some() {
+            spans(surface, axis, a, b).saturating_mul((extent / (b - a)).ceil() as usize)
+        } else {
+            spans(surface, axis, low[axis], high[axis])
         }
-        _ => spans(surface, axis, low[axis], high[axis]),
     };
     along(0).saturating_mul(along(1))
 }

@@ -16,6 +16,11 @@ pub(super) struct Foot {
 }
 
 impl Foot {
+    /// No foot yet: any other is nearer.
+    pub(super) fn none(uv: DVec2) -> Self {
+        Self { uv, off: f64::INFINITY, tangents: [DVec3::NAN; 3] }
+    }
+
     /// The foot of `p` at `uv`, where the surface has these tangents.
     pub(super) fn new(uv: DVec2, p: DVec3, tangents: [DVec3; 3]) -> Self {
         Self { uv, off: p.distance(tangents[0]), tangents }

@@ -193,8 +193,8 @@ impl<'a> Projector<'a> {
     }
 
     fn search(&self, p: DVec3) -> Foot {
-        let seeds = self.seeds.get_or_init(|| Seeds::of(self.surface, self.domain));
-        let mut answer = Foot { off: f64::INFINITY, ..self.foot_at(DVec2::ZERO, p) };
+        let seeds = self.seeds.get_or_init(|| Seeds::of(self.surface, self.domain, self.period));
+        let mut answer = Foot::none(DVec2::ZERO);
         for start in seeds.starts(p) {
             let found = self.newton(p, start);
             if found.off < answer.off {
@@ -241,7 +241,7 @@ impl<'a> Projector<'a> {
     /// and are halved until the distance falls.
     fn newton(&self, p: DVec3, start: DVec2) -> Foot {
         let mut uv = self.clamp(start);
-        let mut best = Foot { uv, off: f64::INFINITY, tangents: [DVec3::NAN; 3] };
+        let mut best = Foot::none(uv);
         for step in 0..MAX_STEPS {
             let mut second = (step >= FIRST_STEPS).then(|| self.derivatives(uv));
             let mut here = second.map_or_else(|| self.foot_at(uv, p), |s| Foot::new(uv, p, [s.point, s.du, s.dv]));

@@ -24,7 +24,7 @@ pub(super) struct Seeds {
 }
 
 impl Seeds {
-    pub(super) fn of(surface: &Surface, domain: [(f64, f64); 2]) -> Self {
+    pub(super) fn of(surface: &Surface, domain: [(f64, f64); 2], period: [Option<f64>; 2]) -> Self {
         let wanted = |axis: usize| -> usize {
             let enough = match (surface, axis) {
                 (Surface::Nurbs(s), 0) => s.count_u() * 2,
@@ -64,7 +64,7 @@ impl Seeds {
             Surface::Extrusion { direction, .. } => Some(direction.normalize_or_zero()),
             _ => None,
         };
-        Self { counts, closed: surface.period().map(|p| p.is_some()), places, sweep }
+        Self { counts, closed: period.map(|p| p.is_some()), places, sweep }
     }
 
     /// Where to start, best first: at the nearest seed, which is enough for most points; then at those that are nearer to
