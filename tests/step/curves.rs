@@ -80,18 +80,33 @@ fn two_vertices_in_one_place_close_a_circle_but_a_short_arc_stays_short() {
 
 #[test]
 fn a_circle_alone_in_its_loop_closes_where_corners_join() {
-    // The ends are nine tolerances apart: along the circle, and across it.
-    for end in [[2.0 * 4.5e-5f64.cos(), 2.0 * 4.5e-5f64.sin(), 0.0], [2.0 + 9e-5, 0.0, 0.0]] {
-        let text = world()
-            + &vertex(30, [2.0, 0.0, 0.0])
-            + &vertex(32, end)
-            + CIRCLE
-            + "#50=EDGE_CURVE('',#30,#32,#60,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));\
-               #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
-            + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
-        let model = model(&text);
-        let edge = edge_of(only_part(&model), 50);
-        assert!((edge.range.1 - edge.range.0 - TAU).abs() < 1e-4 && !only_face(&model).lost, "{end:?}: {edge:?}");
+    // The ends are nine tolerances apart: along the circle, and across it. On the larger one they are 50 apart.
+    for (radius, end) in [
+        (2.0, [2.0 * 4.5e-5f64.cos(), 2.0 * 4.5e-5f64.sin(), 0.0]),
+        (2.0, [2.0 + 9e-5, 0.0, 0.0]),
+        (100.0, [100.0, 5e-4, 0.0]),
+        (100.0, [100.0, -5e-4, 0.0]),
+        (100.0, [100.0 + 5e-4, 0.0, 0.0]),
+    ] {
+        for curve in [
+            format!("#60=CIRCLE('',#20,{radius:?});"),
+            "#60=POLYLINE('',(#61,#62,#63,#61));".to_owned()
+                + &point(61, [radius, 0.0, 0.0])
+                + &point(62, [0.0, radius, 0.0])
+                + &point(63, [-radius, -radius, 0.0]),
+        ] {
+            let text = world()
+                + &vertex(30, [radius, 0.0, 0.0])
+                + &vertex(32, end)
+                + &curve
+                + "#50=EDGE_CURVE('',#30,#32,#60,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));\
+                   #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
+                + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
+            let model = model(&text);
+            let edge = edge_of(only_part(&model), 50);
+            let middle = at(edge, 0.5);
+            assert!(middle.x < 0.0 && edge.start == edge.end && !only_face(&model).lost, "{end:?}: {edge:?}");
+        }
     }
 }
 

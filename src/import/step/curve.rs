@@ -133,7 +133,7 @@ impl Geometry<'_> {
                 let from = carrier.parameter(ends.start);
                 let sweep = (carrier.parameter(ends.end) - from).rem_euclid(TAU);
                 let rounding = rounding(frame.origin.abs().max_element() + a.max(b));
-                let whole = ends.whole.holds(chord, rounding, self.units);
+                let whole = ends.whole.holds(chord, spline::ROUNDED * 2.0 * a.max(b), rounding, self.units);
                 // Rounding may give an empty sweep either sign.
                 if !whole && chord <= rounding {
                     return Ok(None);
@@ -157,8 +157,10 @@ impl Geometry<'_> {
             }
             Carrier::Spline { curve, kind } => {
                 let curve = if forward { curve } else { curve.reversed() };
-                let together = ends.whole.holds(chord, rounding(0.0), self.units);
-                match cut(curve, ends, together, tolerance) {
+                let [low, high] = around(curve.points.iter().copied());
+                let near = spline::ROUNDED * low.distance(high);
+                let together = ends.whole.holds(chord, near, rounding(0.0), self.units);
+                match cut((curve, near), ends, together, tolerance) {
                     Some((curve, range)) => BoundedCurve { curve: spline::window(curve, range), range, kind },
                     None if chord <= tolerance => return Ok(None),
                     None => return Err(Trouble::new(id, CurveTrouble::SameParameter)),
@@ -507,8 +509,14 @@ fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
     Ok(())
 }
 
-/// The part of a spline between two vertices, forward; on a closed curve, possibly across its seam.
-fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option<(NurbsCurve3, (f64, f64))> {
+/// The part of a spline between two vertices, forward; on a closed curve, possibly across its seam. Its ends are one
+/// within `closes`.
+fn cut(
+    (curve, closes): (NurbsCurve3, f64),
+    ends: Ends,
+    together: bool,
+    tolerance: f64,
+) -> Option<(NurbsCurve3, (f64, f64))> {
     let (a, b) = curve.domain();
     let (first, last) = (curve.point(a), curve.point(b));
     let whole = (a, b);
@@ -518,8 +526,7 @@ fn cut(curve: NurbsCurve3, ends: Ends, together: bool, tolerance: f64) -> Option
     if first.distance(ends.start) <= near && last.distance(ends.end) <= near {
         return Some((curve, whole));
     }
-    let [low, high] = around(curve.points.iter().copied());
-    let loops = first.distance(last) <= tolerance.max(spline::ROUNDED * low.distance(high));
+    let loops = first.distance(last) <= tolerance.max(closes);
     if together && !loops {
         return Some((curve, whole));
     }

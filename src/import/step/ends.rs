@@ -24,19 +24,21 @@ pub(super) enum Whole {
     BesideSeam,
     /// If its two vertices are within the file's tolerance. A line between them is the rest of the loop.
     BesideLine,
-    /// If its two vertices are one corner. The edge is the whole loop.
+    /// If its two vertices are one corner, or as close as ends of closed curves of its size. The edge is the whole loop,
+    /// and a short arc encloses nothing.
     Alone,
     /// Always: start and end are one vertex.
     OneVertex,
 }
 
 impl Whole {
-    pub(super) fn holds(self, chord: f64, rounding: f64, units: Units) -> bool {
+    /// Whether an edge with this chord covers a whole curve. Ends of closed curves of its size are one within `near`.
+    pub(super) fn holds(self, chord: f64, near: f64, rounding: f64, units: Units) -> bool {
         match self {
             Self::Never => false,
             Self::BesideSeam => chord <= rounding,
             Self::BesideLine => chord <= units.tolerance.max(rounding),
-            Self::Alone => chord <= units.corner().max(rounding),
+            Self::Alone => chord <= units.corner().max(near).max(rounding),
             Self::OneVertex => true,
         }
     }

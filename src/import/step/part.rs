@@ -313,7 +313,10 @@ impl<'a> Assembly<'a> {
             for edge in uses {
                 let Some(Ok(draft)) = self.edges.get_mut(edge.edge) else { continue };
                 let (tail, head) = self.corners.ends(draft, edge.reversed);
-                if draft.empty {
+                // A curve that closes is a loop by itself, however far its two vertices are apart.
+                let [first, last] = draft.tips;
+                let closes = uses.len() == 1 && first.distance(last) <= draft.units.corner();
+                if draft.empty || closes {
                     self.corners.unite(tail, head);
                 }
                 ends.push((tail, head, draft.units.corner()));
