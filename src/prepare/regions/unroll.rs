@@ -248,7 +248,7 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
 /// Orients loops by nesting: outermost counter-clockwise, holes clockwise, islands counter-clockwise.
 ///
 /// A loop that crosses the largest one is a hole if its stated direction is opposite. Other loops that cross are not
-/// inside each other.
+/// inside each other. Of two that coincide, the smaller one is a hole if its stated direction is opposite.
 fn nest(loops: &mut [UvLoop], polylines: Vec<Vec<DVec2>>, areas: &[f64]) {
     /// Number of points of a loop to test. One may lie on the other loop, at a common vertex.
     const PROBES: usize = 5;
@@ -270,13 +270,19 @@ fn nest(loops: &mut [UvLoop], polylines: Vec<Vec<DVec2>>, areas: &[f64]) {
         let n = points.len();
         let probes: [DVec2; PROBES] = std::array::from_fn(|i| points[(i * n / PROBES + i) % n]);
         let holds = |o: usize| {
-            o != k
-                && match probes.iter().filter(|q| polygons[o].holds(**q)).count() {
-                    0 | 1 => false,
-                    _ if coincide(boxes[o], areas[o], boxes[k], areas[k]) => false,
-                    count if count + 1 >= PROBES => true,
-                    _ => largest == Some(o) && (areas[k] > 0.0) != (areas[o] > 0.0),
-                }
+            if o == k {
+                return false;
+            }
+            let opposite = (areas[k] > 0.0) != (areas[o] > 0.0);
+            if coincide(boxes[o], areas[o], boxes[k], areas[k]) {
+                // Points of one may be on either side of the other: a ring may be as thin as polygons are exact.
+                return opposite && (areas[o].abs(), o) > (areas[k].abs(), k);
+            }
+            match probes.iter().filter(|q| polygons[o].holds(**q)).count() {
+                0 | 1 => false,
+                count if count + 1 >= PROBES => true,
+                _ => largest == Some(o) && opposite,
+            }
         };
         let mut depth = 0;
         tree.meeting(boxes[k], |o| depth += usize::from(holds(o)));
@@ -449,6 +455,26 @@ mod tests {
         let sample = |k: usize| UvSample { t: k as f64, uv: points[k % n], d: DVec2::ZERO };
         let piece = Piece { along: Along::Edge(0), reversed, samples: (0..=n).map(sample).collect() };
         UvLoop { pieces: vec![piece], winding: [0, 0] }
+    }
+
+    #[test]
+    fn a_ring_is_one_however_thin_it_is() {
+        for wall in [1e-3, 1e-5, 1e-7, 1e-9, 0.0] {
+            // Both rims, and which of them is stated backwards.
+            for (backwards, expected) in [([false, true], [true, false]), ([true, false], [true, false])] {
+                let rim = |radius: f64, turned: bool| {
+                    let corner = |k: u32| radius * DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 64.0);
+                    ring(&(0..64).map(corner).collect::<Vec<_>>(), turned)
+                };
+                let mut loops = [rim(1.0 + wall, backwards[0]), rim(1.0, backwards[1])];
+                let polylines = loops.iter().map(UvLoop::polyline).collect();
+                let areas = loops.each_ref().map(UvLoop::double_area);
+                nest(&mut loops, polylines, &areas);
+                let outlines = loops.each_ref().map(|l| l.double_area() > 0.0);
+                let is_ring = if wall > 0.0 { outlines == expected } else { outlines[0] != outlines[1] };
+                assert!(is_ring, "{wall} {backwards:?}: {outlines:?}");
+            }
+        }
     }
 
     #[test]
