@@ -31,12 +31,14 @@ pub(super) fn curve(curve: NurbsCurve3, tolerance: f64) -> NurbsCurve3 {
 
 /// Moves border rows of a net that are within `tolerance` of a point to that point, and both border rows of a direction
 /// within `tolerance` of each other to the row between them. `closed`: directions that the file calls closed, whose rows
-/// may also be as far apart as rounding explains.
+/// may also be as far apart as rounding explains. Then their points at a pole may be as far from it.
 pub(super) fn net(mut net: NurbsSurface, closed: [bool; 2], tolerance: f64) -> NurbsSurface {
     let weld = |net: &mut NurbsSurface| {
-        let collapsed = [0, 1].map(|axis| collapse(net, axis, tolerance));
+        // The points of a pole are rounded, too: those of rows that close may be as far apart as the rows were.
         let joined = [0, 1].map(|axis| close(net, axis, closed[axis], tolerance));
-        collapsed.into_iter().chain(joined).any(|moved| moved)
+        let within = joined.map(|gap| gap.unwrap_or(0.0).max(tolerance));
+        let collapsed = [0, 1].map(|axis| collapse(net, axis, within[1 - axis]));
+        joined.iter().any(Option::is_some) || collapsed.contains(&true)
     };
     if is_clamped(net.degree_u, &net.knots_u) && is_clamped(net.degree_v, &net.knots_v) {
         weld(&mut net);
@@ -91,7 +93,8 @@ fn collapse(net: &mut NurbsSurface, axis: usize, tolerance: f64) -> bool {
     moved
 }
 
-fn close(net: &mut NurbsSurface, axis: usize, closed: bool, tolerance: f64) -> bool {
+/// Joins both border rows of a direction, and returns how far apart they were. `None` if they stay.
+fn close(net: &mut NurbsSurface, axis: usize, closed: bool, tolerance: f64) -> Option<f64> {
     let rows = Rows::of(net, axis);
     let ends = |k: usize| [rows.at(0, k), rows.at(rows.count - 1, k)];
     let gap = |k: usize| {
@@ -116,7 +119,7 @@ fn close(net: &mut NurbsSurface, axis: usize, closed: bool, tolerance: f64) -> b
             (net.points[a], net.points[b]) = (middle, middle);
         }
     }
-    moves
+    moves.then_some(wide)
 }
 
 #[cfg(test)]
@@ -171,6 +174,19 @@ mod tests {
             let cone = net(cone, [false; 2], 1e-5);
             let apex = cone.points[1];
             assert_eq!(cone.points.iter().skip(1).step_by(2).all(|p| *p == apex), collapses, "{spread}");
+        }
+    }
+
+    #[test]
+    fn a_pole_is_one_where_the_surface_is_as_open_as_rounding_explains() {
+        for (gap, is_pole) in [(3e-5, true), (3e-4, false)] {
+            let mut cone = tube(1.0, 3.0, gap);
+            for (i, row) in cone.points.chunks_mut(2).enumerate() {
+                row[1] = DVec3::new(if i == 8 { gap } else { 0.0 }, 0.0, 3.0);
+            }
+            let cone = net(cone, [true, false], 1e-5);
+            let apex = cone.points[1];
+            assert_eq!(cone.points.iter().skip(1).step_by(2).all(|p| *p == apex), is_pole, "{gap}");
         }
     }
 
