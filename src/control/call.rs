@@ -26,6 +26,11 @@ impl<'a> Call<'a> {
         self.control.is_cancelled()
     }
 
+    /// `None` once the caller asked to stop.
+    pub(crate) fn goes_on(&self) -> Option<()> {
+        (!self.is_cancelled()).then_some(())
+    }
+
     /// Calls `work` with each item, and returns its results in order. Items are begun in order. A thread takes `share`
     /// items at a time: one, if each takes longer than a few microseconds.
     ///

@@ -12,7 +12,7 @@ pub use threads::{Rayon, StartError, Threads};
 mod progress;
 pub(crate) use progress::Counter;
 #[cfg(test)]
-pub(crate) use progress::looks::assert_each_cancels;
+pub(crate) use progress::looks::{assert_each_cancels, cancelled_at, so_far};
 pub use progress::{Control, Progress, Stage};
 
 mod call;

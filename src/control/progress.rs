@@ -168,17 +168,27 @@ pub(crate) mod looks {
         }
     }
 
+    /// A control that is cancelled at a look, counted from 0.
+    pub(crate) fn cancelled_at(look: u64) -> Control {
+        let looks = Looks { cancel_at: Some(look), ..Looks::default() };
+        Control(Arc::new(Shared { looks, ..Shared::default() }))
+    }
+
+    /// How often somebody has looked.
+    pub(crate) fn so_far(control: &Control) -> u64 {
+        control.0.looks.so_far.load(Ordering::Relaxed)
+    }
+
     /// Cancels `work` at one of its looks after another. Asserts that it then returns `true`, for cancelled, and does not
     /// panic. If it looks more than `count` times: at about so many looks, evenly spread, and at each of the last 50.
     pub(crate) fn assert_each_cancels(name: &str, count: u64, work: impl Fn(&Control) -> bool) {
         let whole = Control::default();
         assert!(!work(&whole), "{name}: nobody cancels");
-        let total = whole.0.looks.so_far.load(Ordering::Relaxed);
+        let total = so_far(&whole);
         assert!(total > 0, "{name}: nobody looks");
         let step = usize::try_from(total.div_ceil(count)).expect("few looks");
         for look in (0..total).step_by(step).chain(total.saturating_sub(50)..total) {
-            let looks = Looks { cancel_at: Some(look), ..Looks::default() };
-            let control = Control(Arc::new(Shared { looks, ..Shared::default() }));
+            let control = cancelled_at(look);
             let cancelled = catch_unwind(AssertUnwindSafe(|| work(&control)));
             assert!(cancelled.is_ok_and(|cancelled| cancelled), "{name}: cancelled at look {look} of {total}");
         }

@@ -38,6 +38,7 @@ pub mod internals {
     pub use super::live::placed::PlacedInstances;
     pub use super::live::planner::Planner;
     pub(crate) use super::plan::make::completed;
+    pub(crate) use super::plan::output::free;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
     pub use super::plan::rows::PlanRows;
     pub use super::tile::fill::fill_tile;

@@ -13,10 +13,10 @@ use super::residency::{Due, Residency};
 use super::seats::Seat;
 use super::worker::{Order, Stages};
 use super::writer::Writer;
-use crate::control::{Control, Jobs, map};
+use crate::control::{Call, Control, Jobs, map};
 use crate::frame::Plan;
 use crate::frame::internals::{
-    Levels, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, tessellate_tile,
+    Levels, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, free, tessellate_tile,
 };
 use crate::mesh::{
     Batch, EdgeLine, MeshLists, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, TileMemory, TileMesh,
@@ -84,12 +84,23 @@ pub(super) struct Engine {
     live: Option<Live>,
     /// Whether the sink has the last frame, and the same views would change nothing.
     rests: bool,
+    last: LastFrame,
     /// Number of the next frame.
     next: u64,
 }
 
 /// The degraded tiles that a sink has.
 pub(super) type Degraded = BTreeMap<(PartId, TileId), DegradedTile>;
+
+/// What has become of the last frame of views.
+enum LastFrame {
+    /// It is history, or has left no trace.
+    Settled,
+    /// It is planned, or more. The engine rested before it, or not.
+    Planned { rested: bool },
+    /// It is history from the next frame on.
+    Committed,
+}
 
 /// State between frames of views.
 struct Live {
@@ -133,7 +144,28 @@ impl Engine {
             rows: Rows::default(),
             live: None,
             rests: false,
+            last: LastFrame::Settled,
             next: 0,
+        }
+    }
+
+    /// Makes the last frame of views history if it was committed. If not, takes it back: later frames do not depend on it.
+    ///
+    /// Frames begin with this, so that a commit has less to do.
+    pub(super) fn settle(&mut self) {
+        let Self { jobs, levels, placed, live: Some(Live { planner, residency }), .. } = self else { return };
+        match std::mem::replace(&mut self.last, LastFrame::Settled) {
+            LastFrame::Settled => {}
+            LastFrame::Planned { rested } => {
+                levels.revert(placed);
+                residency.revert(&planner.changes().parts);
+                planner.revert(&**jobs);
+                self.rests = rested;
+            }
+            LastFrame::Committed => {
+                planner.keep();
+                residency.keep();
+            }
         }
     }
 
@@ -196,6 +228,7 @@ impl Engine {
 
     /// Moves instances, and sets attributes.
     pub(super) fn apply(&mut self, edited: Edited) {
+        self.settle();
         self.rests &= edited.is_empty();
         edited.moved.into_iter().for_each(|(row, transform)| self.placed.move_to(row, transform));
         self.placed.set_attributes(&edited.parts, &edited.instances);
@@ -231,30 +264,41 @@ impl Engine {
         FrameReport { frame: self.next, ..FrameReport::default() }
     }
 
-    /// Makes a frame of views. `None` if it was cancelled.
+    /// Makes a frame of views, after [`apply`](Self::apply). `None` once it is cancelled: it leaves no trace.
     pub(super) fn make(&mut self, views: &[View], control: &Control) -> Option<FinishedFrame> {
         let _span = tracing::debug_span!("make").entered();
-        self.rests = false;
+        let made = self.planned_and_made(views, control);
+        if made.is_none() {
+            self.settle();
+        }
+        made
+    }
+
+    fn planned_and_made(&mut self, views: &[View], control: &Control) -> Option<FinishedFrame> {
+        let jobs = Arc::clone(&self.jobs);
+        let call = Call::new(&*jobs, control);
+        call.goes_on()?;
         let mut laps = Laps::start();
+        self.last = LastFrame::Planned { rested: std::mem::take(&mut self.rests) };
         self.add_levels();
         let lists = self.lists();
-        let Self { prepared, jobs, placed, .. } = self;
+        let Self { prepared, placed, .. } = self;
         let Live { planner, residency } = self.live.get_or_insert_with(|| Live {
             planner: Planner::new(Arc::clone(prepared), &self.options.planner),
             residency: Residency::new(prepared, self.options.resident_bytes, self.options.edge_lines),
         });
-        // Planned even if it is cancelled by now: rates have hysteresis, so it must not matter when that was.
         let shown = tracing::trace_span!("show").in_scope(|| {
             let shown = placed.shown_by(views, self.options.planner.cull_back_faces);
             self.levels.assign(placed, &shown);
             shown
         });
-        let plan = Arc::clone(planner.plan_on(&**jobs, placed, (views, shown)));
+        let plan = Arc::clone(planner.plan_on(call, placed, (views, shown))?);
         let owing = tracing::trace_span!("owe").entered();
         let changes = planner.changes();
         residency.outdate(prepared, changes);
         let deferred = changes.deferred;
         let due = residency.due(prepared, placed.instances(), &plan.drawn);
+        call.goes_on()?;
         let planned_in = laps.lap();
         let (hands, seats) = self.owners.share(prepared, &due);
         let idle = hands.iter().all(Hand::is_empty);
@@ -263,13 +307,14 @@ impl Engine {
         let watch = Watch::of(control);
         let order = Order { plan: Arc::clone(&plan), watch: watch.clone(), writer: self.writer.clone(), lists };
         let written = &mut self.rows.written;
-        let deliveries = if idle { Vec::new() } else { self.crew.make(&**jobs, order, work, written) };
+        let deliveries = if idle { Vec::new() } else { self.crew.make(&*jobs, order, work, written) };
         let frame = FinishedFrame { plan, due, deliveries, seats, planned_in, made_in: laps.lap(), deferred, lists };
         (!watch.is_cancelled()).then_some(frame)
     }
 
     /// Makes the next frame of views a whole one.
     pub(super) fn forget(&mut self) {
+        self.settle();
         self.rests = false;
         self.reads = MeshLists::ALL;
         self.live.iter_mut().for_each(|live| live.residency.forget());
@@ -280,8 +325,24 @@ impl Engine {
         self.writer.as_ref().map_or(self.reads, |writer| writer.lists())
     }
 
-    /// Updates `sink`, and the degraded tiles that it has. Without changes, does not touch it.
+    /// Updates `sink`, and the degraded tiles that it has. Without changes, does not touch it. The frame is history if this
+    /// succeeds.
     pub(super) fn commit(
+        &mut self,
+        frame: FinishedFrame,
+        scene: (&Scene, SceneChanges<'_>),
+        degraded: &mut Degraded,
+        sink: &mut dyn MeshSink,
+    ) -> Result<FrameReport, FrameError> {
+        let report = self.feed(frame, scene, degraded, sink);
+        match report {
+            Ok(_) => self.last = LastFrame::Committed,
+            Err(_) => self.settle(),
+        }
+        report
+    }
+
+    fn feed(
         &mut self,
         mut frame: FinishedFrame,
         (scene, changes): (&Scene, SceneChanges<'_>),
@@ -355,7 +416,8 @@ impl Engine {
         fits(&plan, &self.prepared.parts[..scene.parts.len()])?;
         let with = (&*self.jobs, &*self.prepared, self.writer.as_ref());
         let report = whole_frame((&mut self.crew, &mut self.rows), with, &plan, (scene, control), sink)?;
-        free(&*self.jobs, plan);
+        // The caller may keep it.
+        Arc::into_inner(plan).into_iter().for_each(|plan| free(&*self.jobs, plan.parts));
         Ok(FrameReport { frame: self.count(), ..report })
     }
 
@@ -380,25 +442,6 @@ pub(super) fn fits(plan: &Plan, parts: &[Arc<PreparedPart>]) -> Result<(), Frame
         }
     }
     Ok(())
-}
-
-/// Frees a plan, unless it has other owners, on all threads: it has an allocation per tile and per edge.
-fn free(jobs: &dyn Jobs, plan: Arc<Plan>) {
-    /// Blocks of rows that a call frees, less than twice as many.
-    const BLOCKS: usize = 16;
-    let _span = tracing::trace_span!("free").entered();
-    let Some(plan) = Arc::into_inner(plan) else { return };
-    let (mut calls, mut call, mut freed) = (Vec::new(), Vec::new(), 0);
-    for (piece, blocks) in plan.parts.into_iter().flat_map(|part| part.pieces(BLOCKS)) {
-        call.push(piece);
-        freed += blocks;
-        if freed >= BLOCKS {
-            calls.push(std::mem::take(&mut call));
-            freed = 0;
-        }
-    }
-    calls.push(call);
-    map(jobs, calls, drop);
 }
 
 /// Frees what a sink left of its batches; those of many tiles on all threads.

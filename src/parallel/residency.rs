@@ -3,7 +3,7 @@
 
 use super::handoff::MadeTile;
 use crate::frame::internals::PlanChanges;
-use crate::mesh::{DrawnTiles, SceneInstance, successors, tiles_of_word};
+use crate::mesh::{DrawnTiles, SceneInstance, tiles_of_word};
 use crate::model::{EdgeId, FaceId, PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
@@ -64,12 +64,17 @@ impl PartTiles {
         self.is_outdated = true;
         self.present.fill(0);
         self.bytes.fill(0);
-        self.stale.fill(u64::MAX);
+        self.freshen();
+    }
+
+    /// Marks those tiles stale that are not resident, as they are between committed frames.
+    fn freshen(&mut self) {
+        self.stale.iter_mut().zip(&self.present).for_each(|(stale, present)| *stale = !present);
         let tiles = self.triangles.len();
         if let Some(last) = self.stale.last_mut()
             && !tiles.is_multiple_of(64)
         {
-            *last = (1 << (tiles % 64)) - 1;
+            *last &= (1 << (tiles % 64)) - 1;
         }
     }
 }
@@ -164,9 +169,6 @@ impl Residency {
         self.parts = prepared.parts.iter().zip(from).map(state).collect();
         self.held = self.parts.iter().flat_map(|part| &part.bytes).map(|&bytes| u64::from(bytes)).sum();
         if !self.whole {
-            let new = successors(from);
-            let edges = std::mem::take(&mut self.edges).into_iter();
-            self.edges = edges.filter_map(|(part, edge)| Some((*new.get(&part)?, edge))).collect();
             let before = self.from.take();
             let in_sink = |part: PartId| match &before {
                 Some(before) => before[part.index()],
@@ -223,7 +225,8 @@ impl Residency {
         self.edges.extend(changes.edges.iter().filter(of_model).map(|&(part, edge)| (part, EdgeId(edge.0))));
     }
 
-    /// What the sink needs in order to draw `drawn`. Counts one frame of the epoch.
+    /// What the sink needs in order to draw `drawn`. [`keep`](Self::keep) or [`revert`](Self::revert) comes before the
+    /// next frame.
     pub(super) fn due(&mut self, prepared: &Prepared, instances: &[SceneInstance], drawn: &DrawnTiles) -> Due {
         let Self { parts, active, .. } = self;
         for &part in &*active {
@@ -241,7 +244,9 @@ impl Residency {
             part.is_drawn = true;
         }
         active.sort_unstable();
-        self.age();
+        if self.frames + 1 == EPOCH {
+            self.age();
+        }
         if self.held > self.most {
             self.shed();
             self.find_active();
@@ -262,35 +267,54 @@ impl Residency {
         due
     }
 
-    /// At the end of an epoch, marks tiles stale that were not drawn for two epochs, if too much is resident. That
+    /// Marks tiles stale that were drawn neither in this epoch nor in the one before, if too much is resident. That
     /// evicts them.
     fn age(&mut self) {
-        for &part in &self.active {
-            let part = &mut self.parts[part];
-            part.recent[0].iter_mut().zip(&part.drawn).for_each(|(recent, drawn)| *recent |= drawn);
-        }
-        self.frames += 1;
-        if self.frames < EPOCH {
-            return;
-        }
-        self.frames = 0;
         let sum = |part: &PartTiles, words: &[u64]| -> u64 {
             let tiles = words.iter().enumerate().flat_map(|(k, &word)| tiles_of_word(word & part.present[k], k));
             tiles.map(|TileId(tile)| u64::from(part.triangles[tile as usize])).sum()
         };
         let drawn: u64 = self.parts.iter().map(|part| sum(part, &part.drawn)).sum();
         let held: u64 = self.parts.iter().map(|part| sum(part, &part.present)).sum();
+        if held <= KEPT * drawn {
+            return;
+        }
         for part in &mut self.parts {
-            if held > KEPT * drawn {
-                part.is_outdated = true;
-                for (k, stale) in part.stale.iter_mut().enumerate() {
-                    *stale |= part.present[k] & !(part.recent[0][k] | part.recent[1][k]);
-                }
+            part.is_outdated = true;
+            for (k, stale) in part.stale.iter_mut().enumerate() {
+                *stale |= part.present[k] & !(part.drawn[k] | part.recent[0][k] | part.recent[1][k]);
             }
-            part.recent.swap(0, 1);
-            part.recent[0].fill(0);
         }
         self.find_active();
+    }
+
+    /// Counts the last frame, which was committed, as one of the epoch.
+    pub(super) fn keep(&mut self) {
+        for &part in &self.active {
+            let part = &mut self.parts[part];
+            part.recent[0].iter_mut().zip(&part.drawn).for_each(|(recent, drawn)| *recent |= drawn);
+        }
+        self.frames = (self.frames + 1) % EPOCH;
+        if self.frames == 0 {
+            for part in &mut self.parts {
+                part.recent.swap(0, 1);
+                part.recent[0].fill(0);
+            }
+        }
+    }
+
+    /// Takes back the last frame, which was not committed, and planned these parts first: the sink has what it had.
+    pub(super) fn revert(&mut self, planned: &[PartId]) {
+        self.edges.clear();
+        planned.iter().for_each(|part| self.parts[part.index()].is_planned = false);
+        for &part in &self.active {
+            let part = &mut self.parts[part];
+            if std::mem::take(&mut part.is_outdated) {
+                part.freshen();
+            }
+        }
+        let Self { parts, active, .. } = self;
+        active.retain(|&part| parts[part].is_drawn);
     }
 
     /// Marks tiles stale that no view draws, those first that were not drawn for longest, until the others take no more

@@ -182,8 +182,9 @@ impl Session {
     /// The scene of frames of views: the model's parts, then one more part for each further LOD, and the current
     /// instances.
     ///
-    /// The place, LOD, colour and visibility of instances are those of the last frame that a call has waited for, also
-    /// if it was cancelled. Calls that add or remove an instance, or update the model, bring them up to date.
+    /// The place, colour and visibility of instances are those of the last frame that a call has waited for, also if it
+    /// was cancelled; their LODs are those of the last one that was not. Calls that add or remove an instance, or update
+    /// the model, bring them up to date.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -362,8 +363,8 @@ impl Session {
     }
 
     /// Begins a frame of views: a job plans and makes it. Returns at once, unless [`Jobs::spawn`] runs the job itself,
-    /// as that of [`Alone`](crate::control::Alone) does. Cancels an unfinished frame, whose changes become part of this
-    /// one. If the sink shows these views already and holds no more than it may, there is nothing to begin, and no job
+    /// as that of [`Alone`](crate::control::Alone) does. Cancels an unfinished frame: what was set or moved before it
+    /// becomes part of this one, and nothing else of it. If the sink shows these views already and holds no more than it may, there is nothing to begin, and no job
     /// is spawned.
     ///
     /// Cost on this thread: a copy of the views, and of what was set or moved since the last call.
@@ -406,6 +407,8 @@ impl Session {
         let make = move || {
             let mut frame = None;
             while let Some(FrameOrder { edited, views, control }) = orders.next() {
+                // It holds the plan, which is taken back.
+                drop(frame.take());
                 engine.apply(edited);
                 frame = engine.make(&views, &control);
             }
@@ -425,11 +428,17 @@ impl Session {
         }
     }
 
-    /// Cancels the frame that was begun, if any. Its tiles in progress are made to their end.
+    /// Cancels the frame that was begun, if any: later frames are as if it had not been. Levels follow committed frames
+    /// alone, whenever others were cancelled. Tiles in progress are made to their end.
     pub fn cancel(&mut self) {
         match &mut self.engine {
             EngineState::Busy(_, control) => control.cancel(),
-            EngineState::Idle(_, frame) => *frame = None,
+            EngineState::Idle(engine, frame) => {
+                if frame.take().is_some() {
+                    engine.settle();
+                    select((&mut self.scene, &mut self.keys), engine);
+                }
+            }
             EngineState::Lost(_) => {}
         }
     }
@@ -510,16 +519,25 @@ impl Session {
     }
 
     fn landed(&mut self, mut engine: Box<Engine>, frame: Option<FinishedFrame>, control: &Control) -> EngineState {
-        let selected = engine.placed.take_selected();
-        self.keys.change(selected.iter().map(|(row, _)| *row));
-        selected.into_iter().for_each(|(row, part)| self.scene.instances[row].part = part);
+        let frame = frame.filter(|_| !control.is_cancelled());
+        if frame.is_none() {
+            // It may have been made before it was cancelled.
+            engine.settle();
+        }
+        select((&mut self.scene, &mut self.keys), &mut engine);
         self.repaint(engine.placed.take_looks());
         self.prepared = Arc::clone(&engine.prepared);
         self.grown = OnceLock::new();
-        let frame = frame.filter(|_| !control.is_cancelled());
         self.plan = frame.as_ref().map(|frame| Arc::clone(&frame.plan)).or(self.plan.take());
         EngineState::Idle(engine, frame)
     }
+}
+
+/// Takes over the LODs that the engine has selected.
+fn select((scene, keys): (&mut Scene, &mut SceneKeys), engine: &mut Engine) {
+    let selected = engine.placed.take_selected();
+    keys.change(selected.iter().map(|(row, _)| *row));
+    selected.into_iter().for_each(|(row, part)| scene.instances[row].part = part);
 }
 
 impl Drop for Session {

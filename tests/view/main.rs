@@ -5,6 +5,7 @@ mod attributes;
 #[path = "../common/blocks.rs"]
 mod blocks;
 mod budget;
+mod cancelled;
 #[path = "../common/mod.rs"]
 mod common;
 mod corpus;

@@ -146,7 +146,7 @@ pub(super) struct VisibleTiles {
 /// Result of looking at tiles: what should change.
 #[derive(Default)]
 pub(super) struct RateChanges {
-    /// In lists of up to [`PLANNED`].
+    /// In lists of up to [`PLANNED`], or in one.
     pub(super) rates: Vec<Vec<WantedRate>>,
     pub(super) near: Vec<(usize, usize)>,
     /// Tiles whose turn has come.
@@ -163,6 +163,13 @@ impl RateChanges {
             self.rates.push(Vec::new());
         }
         self.rates.last_mut().expect("pushed above").push(rate);
+    }
+
+    /// Puts the rates of a part into one list, ascending by tile, as a budget takes them.
+    pub(super) fn sort(&mut self) {
+        let mut all: Vec<_> = std::mem::take(&mut self.rates).into_iter().flatten().collect();
+        all.sort_unstable_by_key(|wanted| wanted.tile);
+        self.rates.extend((!all.is_empty()).then_some(all));
     }
 }
 
@@ -231,17 +238,6 @@ pub(super) struct TessellantUpdate {
     pub(super) kept: bool,
     /// Whether they follow the old ones.
     pub(super) follows: bool,
-}
-
-/// What limits last did to the common terms, within one plan.
-#[derive(Default)]
-pub(super) struct LimitStep {
-    /// By how many steps they became coarser; below 0 if finer, 0 if they have not changed.
-    pub(super) coarser: i16,
-    /// Whether a finer step did not fit. None follows: so plans end.
-    pub(super) turned: bool,
-    /// The triangles drawn before it.
-    pub(super) triangles: u64,
 }
 
 /// A tile whose rate should change.

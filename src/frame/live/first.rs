@@ -5,7 +5,7 @@ use super::draft::{CellsAt, GroupBand, SeenTiles};
 use super::rate::Rate;
 use super::rates::{PartRates, Rates, TileCounts, along};
 use super::resync::LineHistory;
-use crate::control::{Jobs, map};
+use crate::control::{Call, Jobs, map};
 use crate::frame::plan::budget::cells;
 use crate::frame::plan::make::coarsest;
 use crate::frame::plan::output::PartPlan;
@@ -14,19 +14,21 @@ use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
 use std::sync::Arc;
 
-/// Gives these parts a state, and returns the coarsest plan of each.
+/// Gives these parts a state, and returns the coarsest plan of each. `None` once cancelled.
 ///
 /// Cost: a few microseconds per tile and per edge, divided among threads.
-pub(super) fn begin(jobs: &dyn Jobs, rates: &mut Rates, rows: &[usize]) -> Vec<PartPlan> {
-    bound(jobs, rates, rows);
-    let planned = coarsest(jobs, &rates.prepared, rows, &rates.options.limits);
-    let (planned, counts) = counted(jobs, &rates.prepared, rows, planned);
+pub(super) fn begin(call: Call<'_>, rates: &mut Rates, rows: &[usize]) -> Option<Vec<PartPlan>> {
+    bound(call.jobs, rates, rows);
+    call.goes_on()?;
+    let planned = coarsest(call, &rates.prepared, rows, &rates.options.limits)?;
+    let (planned, counts) = counted(call.jobs, &rates.prepared, rows, planned);
+    call.goes_on()?;
     let Rates { prepared, parts, options, .. } = rates;
     for (&row, counts) in rows.iter().zip(counts) {
         let boxes = Arc::clone(&parts[of_model(prepared, row)].boxes);
         parts[row] = PartRates::first(&prepared.parts[row], boxes, counts, options.budget.is_some());
     }
-    planned
+    Some(planned)
 }
 
 impl PartRates {

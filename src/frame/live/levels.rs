@@ -36,6 +36,18 @@ pub struct Levels {
     rows: usize,
     /// Parts of LODs that the prepared model does not have yet.
     new: Vec<PartId>,
+    before: Before,
+}
+
+/// What the last assignment replaced, in the order in which it did.
+#[derive(Debug, Default)]
+struct Before {
+    /// Bands of instances.
+    bands: Vec<(usize, Band)>,
+    /// Bands of parts and their LODs.
+    served: Vec<(usize, usize, Band)>,
+    /// LODs of instances.
+    selected: Vec<(usize, PartId)>,
 }
 
 #[derive(Debug)]
@@ -71,7 +83,7 @@ impl Levels {
         }
         let instances = prepared.scene.instances.iter().map(|i| (i.part, None)).collect();
         let rows = out.parts.len();
-        (Arc::new(out), Self { parts, instances, most, rows, new: Vec::new() })
+        (Arc::new(out), Self { parts, instances, most, rows, new: Vec::new(), before: Before::default() })
     }
 
     /// Switches to another model. Returns that with its LODs, and for each of its rows the same part's row in `before`;
@@ -143,6 +155,10 @@ impl Levels {
     /// The result depends on the views and on earlier assignments. Cost: about 20 ns per view and instance that it may
     /// show, for parts with several LODs.
     pub(crate) fn assign(&mut self, placed: &mut PlacedInstances, shown: &Shown) {
+        let Before { bands, served, selected } = &mut self.before;
+        bands.clear();
+        served.clear();
+        selected.clear();
         if self.parts.iter().all(|part| part.rows.len() == 1) {
             return;
         }
@@ -155,20 +171,31 @@ impl Levels {
         let mut wanted: Vec<Vec<i32>> = vec![Vec::new(); self.parts.len()];
         for &(instance, most) in &scales {
             let (part, band) = &mut self.instances[instance];
-            *band = Some(band_of(most, *band));
-            wanted[part.index()].extend(*band);
+            let now = band_of(most, *band);
+            if *band != Some(now) {
+                bands.push((instance, band.replace(now)));
+            }
+            wanted[part.index()].push(now);
         }
-        for (levels, wanted) in self.parts.iter_mut().zip(&mut wanted) {
+        for (part, (levels, wanted)) in self.parts.iter_mut().zip(&mut wanted).enumerate() {
             wanted.sort_unstable();
             wanted.dedup();
-            levels.serve(wanted);
+            levels.serve(wanted, |row, before| served.push((part, row, before)));
         }
         for (instance, _) in scales {
             let (part, band) = self.instances[instance];
-            if let Some(row) = band.and_then(|band| self.parts[part.index()].row(band)) {
-                placed.select(instance, row);
-            }
+            let row = band.and_then(|band| self.parts[part.index()].row(band));
+            let before = row.and_then(|row| placed.select(instance, row));
+            selected.extend(before.map(|before| (instance, before)));
         }
+    }
+
+    /// Takes back the last assignment. Neither instances nor parts changed since.
+    pub(crate) fn revert(&mut self, placed: &mut PlacedInstances) {
+        let Before { bands, served, selected } = &mut self.before;
+        bands.drain(..).for_each(|(instance, band)| self.instances[instance].1 = band);
+        served.drain(..).rev().for_each(|(part, row, band)| self.parts[part].bands[row] = band);
+        selected.drain(..).rev().for_each(|(instance, part)| placed.unselect(instance, part));
     }
 }
 
@@ -191,8 +218,8 @@ fn band_of(most: f64, before: Band) -> i32 {
 
 impl PartLevels {
     /// Assigns rows to the finest of the `wanted` bands, which ascend. A band keeps its row, with the tiles made for it,
-    /// until another band needs the row.
-    fn serve(&mut self, wanted: &[i32]) {
+    /// until another band needs the row. Tells `replaced` of each row that changes, and its band before.
+    fn serve(&mut self, wanted: &[i32], mut replaced: impl FnMut(usize, Band)) {
         let finest = &wanted[wanted.len().saturating_sub(self.rows.len())..];
         for band in finest.iter().rev() {
             if self.bands.contains(&Some(*band)) {
@@ -201,7 +228,7 @@ impl PartLevels {
             let unused = |band: &Band| band.is_none_or(|band| !finest.contains(&band));
             let row = self.bands.iter().position(Option::is_none).or_else(|| self.bands.iter().position(unused));
             if let Some(row) = row {
-                self.bands[row] = Some(*band);
+                replaced(row, self.bands[row].replace(*band));
             }
         }
     }
@@ -220,17 +247,17 @@ mod tests {
     #[test]
     fn rows_keep_their_bands_and_coarser_bands_share_the_next_finer_row() {
         let mut levels = PartLevels { rows: [3, 7, 8].map(PartId).to_vec(), bands: vec![None; 3], placed: 9 };
-        levels.serve(&[]);
+        levels.serve(&[], |_, _| ());
         assert_eq!(levels.row(0), None);
-        levels.serve(&[2, 5]);
+        levels.serve(&[2, 5], |_, _| ());
         assert_eq!(
             [levels.row(5), levels.row(2), levels.row(1), levels.row(6)],
             [Some(3), Some(7), Some(7), None].map(|row| row.map(PartId))
         );
         // Whatever is shown meanwhile.
-        [&[2][..], &[], &[5]].into_iter().for_each(|shown| levels.serve(shown));
+        [&[2][..], &[], &[5]].into_iter().for_each(|shown| levels.serve(shown, |_, _| ()));
         assert_eq!([levels.row(5), levels.row(2)], [Some(3), Some(7)].map(|row| row.map(PartId)));
-        levels.serve(&[1, 2, 3, 4]);
+        levels.serve(&[1, 2, 3, 4], |_, _| ());
         let rows = [1, 2, 3, 4].map(|band| levels.row(band).unwrap());
         assert_eq!((rows[0], rows[1]), (PartId(7), PartId(7)));
         assert!(rows[2] != rows[3] && rows[2] != PartId(7) && rows[3] != PartId(7));

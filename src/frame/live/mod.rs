@@ -10,6 +10,8 @@ pub(super) mod resync;
 pub(super) mod pages;
 pub(super) mod draft;
 pub(super) mod rates;
+pub(super) mod limited;
+pub(super) mod undo;
 pub(super) mod first;
 pub(super) mod defer;
 pub(super) mod planner;

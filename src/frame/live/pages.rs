@@ -1,7 +1,7 @@
 //! Consecutive plans -> their differences, and a buffer that holds two of them.
 
 use crate::control::{Jobs, chunks, map};
-use crate::frame::plan::output::{EdgePolyline, PartPlan, Plan, TileLattice};
+use crate::frame::plan::output::{EdgePolyline, PartPlan, Plan, TileLattice, free};
 use crate::frame::plan::rows::PlanRows;
 use crate::model::{PartId, RowId, TileId};
 use std::mem::replace;
@@ -35,6 +35,9 @@ pub(super) struct NewRows {
     pub(super) edges: Vec<(usize, usize, Replaced<EdgePolyline>)>,
 }
 
+/// Rows that a call frees.
+const FREED: usize = 64;
+
 /// A new row and the old one, which a frame's thread keeps instead of freeing it: [`PlanPages::next`] does so on all.
 type Replaced<T> = [Arc<T>; 2];
 
@@ -63,6 +66,17 @@ fn copies<T: Send + Sync + 'static>(
     copies
 }
 
+/// Rows in the reverse order, the old for the new ones. Frees those of parts without a plan, on all threads.
+fn reversed<T: Send + Sync + 'static>(
+    jobs: &dyn Jobs,
+    rows: Vec<(usize, usize, Replaced<T>)>,
+    has_plan: impl Fn(usize) -> bool,
+) -> Vec<(usize, usize, Replaced<T>)> {
+    let (kept, gone): (Vec<_>, Vec<_>) = rows.into_iter().rev().partition(|(part, ..)| has_plan(*part));
+    map(jobs, chunks(jobs, gone, FREED), drop);
+    kept.into_iter().map(|(part, row, [new, old])| (part, row, [old, new])).collect()
+}
+
 /// Double-buffered plans. The older one is updated and reused, so that a frame costs as much as it changes.
 #[derive(Default)]
 pub(super) struct PlanPages {
@@ -77,8 +91,6 @@ impl PlanPages {
     /// A copy of the last plan with a single owner. Reuses the spare one unless someone still holds it, as they do after
     /// a cancelled frame.
     pub(super) fn next(&mut self, jobs: &dyn Jobs) -> Arc<Plan> {
-        /// Rows that a call frees.
-        const FREED: usize = 64;
         let NewRows { lattices, edges } = std::mem::take(&mut self.new);
         let mut spare = self.spare.take();
         let copy = |parts: &[PartId]| {
@@ -114,6 +126,25 @@ impl PlanPages {
 
     pub(super) fn turn(&mut self, next: Arc<Plan>, changes: &PlanChanges) {
         self.parts.clone_from(&changes.parts);
-        self.spare = Some(std::mem::replace(&mut self.last, next));
+        self.spare = Some(replace(&mut self.last, next));
+    }
+
+    /// Undoes the last [`turn`](Self::turn). Returns the page that it made the last one.
+    pub(super) fn turn_back(&mut self) -> Arc<Plan> {
+        let before = self.spare.take().expect("the page before");
+        replace(&mut self.last, before)
+    }
+
+    /// Makes `page` the spare one. It differs from the last one by the new rows, and has a plan for each of these parts.
+    pub(super) fn take_back(&mut self, jobs: &dyn Jobs, parts: &[PartId], mut page: Arc<Plan>) {
+        let NewRows { lattices, edges } = std::mem::take(&mut self.new);
+        let has_plan = |part: usize| !self.last.parts[part].tiles.is_empty();
+        self.new = NewRows { lattices: reversed(jobs, lattices, has_plan), edges: reversed(jobs, edges, has_plan) };
+        self.parts = parts.to_vec();
+        // Whoever still holds the page frees it.
+        if let (Some(page), false) = (Arc::get_mut(&mut page), parts.is_empty()) {
+            free(jobs, parts.iter().map(|part| std::mem::take(&mut page.parts[part.index()])).collect());
+        }
+        self.spare = Some(page);
     }
 }

@@ -212,13 +212,24 @@ impl PlacedInstances {
         self.replace_sphere(row);
     }
 
-    /// Selects the LOD of an instance: another row of the same part.
-    pub(crate) fn select(&mut self, row: usize, part: PartId) {
-        if self.instances[row].part != part {
-            self.changed();
-            self.instances[row].part = part;
-            self.selected.push((row, part));
+    /// Selects the LOD of an instance: another row of the same part. Returns the one before if that changes it.
+    pub(crate) fn select(&mut self, row: usize, part: PartId) -> Option<PartId> {
+        let before = std::mem::replace(&mut self.instances[row].part, part);
+        if before == part {
+            return None;
         }
+        self.changed();
+        self.selected.push((row, part));
+        Some(before)
+    }
+
+    /// Takes back the last [`select`](Self::select) that changed an instance: it had this LOD before. Nothing changed
+    /// since.
+    pub(crate) fn unselect(&mut self, row: usize, before: PartId) {
+        self.version -= 1;
+        self.scene_version -= 1;
+        self.instances[row].part = before;
+        self.selected.push((row, before));
     }
 
     /// The LODs selected since the last call: instances and their rows, in order.

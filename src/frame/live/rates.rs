@@ -19,7 +19,7 @@ use crate::frame::tolerance::part_camera::PixelScale;
 use crate::math::bits::ones;
 use crate::model::{PartId, RowId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
-use crate::prepare::internals::{BoundingBox, EdgeUse, PreparedFace, Tile, TileUse};
+use crate::prepare::internals::{BoundingBox, EdgeUse, PreparedFace, PreparedPart, Tile, TileUse};
 use smallvec::SmallVec;
 use std::sync::Arc;
 
@@ -53,6 +53,11 @@ pub(super) struct PartRates {
 }
 
 impl PartRates {
+    /// Whether there is a plan of the part.
+    pub(super) fn is_planned(&self) -> bool {
+        !self.tiles.is_empty()
+    }
+
     /// Sets the number of cells of a tile, which may be drawn.
     pub(super) fn set_cells(&mut self, tile: usize, cells: u64) {
         self.recount(tile, 2 * cells + u64::from(self.counts.outlines[tile]));
@@ -100,6 +105,18 @@ impl TileCounts {
 /// The number of tessellants of a polyline along a use of its edge.
 pub(super) fn along(line: &EdgePolyline, of: &EdgeUse) -> u32 {
     line.breaks[of.from as usize].abs_diff(line.breaks[of.to as usize])
+}
+
+/// The tiles that use an edge, each with how many more tessellants the second of two polylines has there.
+pub(super) fn lengthened<'a>(
+    part: &'a PreparedPart,
+    edge: usize,
+    [old, new]: [&'a EdgePolyline; 2],
+) -> impl Iterator<Item = (TileId, i32)> + 'a {
+    part.edges[edge].uses.iter().map(move |place| {
+        let of = place.of(&part.tiles);
+        (place.tile, along(new, of).wrapping_sub(along(old, of)).cast_signed())
+    })
 }
 
 /// State of a planner that its jobs read.
@@ -402,11 +419,7 @@ impl Rates {
             let made = TessellantUpdate { line: None, tiles: SmallVec::new(), kept, follows };
             return Some(NewTessellants { rate, made: Some(made) });
         }
-        let longer = |place: &TileUse| {
-            let of = place.of(&part.tiles);
-            (place.tile, along(&line, of).wrapping_sub(along(&page.edges[k], of)).cast_signed())
-        };
-        let tiles = edge.uses.iter().map(longer).collect();
+        let tiles = lengthened(part, k, [&page.edges[k], &line]).collect();
         Some(NewTessellants { rate, made: Some(TessellantUpdate { line: Some(pair(line)), tiles, kept, follows }) })
     }
 

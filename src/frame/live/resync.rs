@@ -5,6 +5,7 @@ use crate::prepare::internals::{PreparedEdge, PreparedPart};
 use std::num::NonZeroU32;
 
 /// The schedule of resynchronisation.
+#[derive(Clone, Copy)]
 pub(crate) struct Turns {
     split: Option<(SplitRule, f64)>,
     every: Option<NonZeroU32>,

@@ -3,7 +3,7 @@
 use super::limits::PlanLimits;
 use super::make::plan_parts;
 use super::output::Plan;
-use crate::control::{Jobs, Rayon};
+use crate::control::{Call, Control, Jobs, Rayon};
 use crate::frame::tolerance::box_tolerance::PartTolerance;
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::frame::tolerance::part_camera::PartCamera;
@@ -60,5 +60,6 @@ pub fn plan_for_view_on(jobs: &dyn Jobs, prepared: &Prepared, view: &View, limit
     };
     let mut asked: Vec<PartTolerance> = parts.iter().enumerate().map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
-    plan_parts(jobs, prepared.parts.clone(), asked, limits, 0)
+    let control = Control::default();
+    plan_parts(Call::new(jobs, &control), prepared.parts.clone(), asked, limits, 0).unwrap_or_default()
 }

@@ -6,7 +6,7 @@ use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, LINES_OF_TILE, PartPlan, Plan, TileLattice};
 use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{Tessellants, bare, bare_within};
-use crate::control::{Jobs, Rayon, map};
+use crate::control::{Call, Control, Jobs, Rayon, map};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, PartTolerance};
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::{DrawnTiles, ScenePart};
@@ -46,15 +46,21 @@ pub fn plan_on(jobs: &dyn Jobs, prepared: &Prepared, tolerance: &Tolerance, limi
         |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
     let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
     let held_mib = u32::try_from(prepared.memory().total().div_ceil(1 << 20)).unwrap_or(u32::MAX);
-    plan_parts(jobs, prepared.parts.clone(), asked, limits, held_mib)
+    let control = Control::default();
+    plan_parts(Call::new(jobs, &control), prepared.parts.clone(), asked, limits, held_mib).unwrap_or_default()
 }
 
-/// The coarsest plan of some parts within limits, in their order.
-pub(crate) fn coarsest(jobs: &dyn Jobs, prepared: &Prepared, rows: &[usize], limits: &PlanLimits) -> Vec<PartPlan> {
+/// The coarsest plan of some parts within limits, in their order. `None` once cancelled.
+pub(crate) fn coarsest(
+    call: Call<'_>,
+    prepared: &Prepared,
+    rows: &[usize],
+    limits: &PlanLimits,
+) -> Option<Vec<PartPlan>> {
     let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
     let asked = rows.iter().map(|&row| PartTolerance::everywhere(&coarsest, prepared.scene.parts[row].radius));
     let parts = rows.iter().map(|&row| Arc::clone(&prepared.parts[row]));
-    plan_parts(jobs, parts.collect(), asked.collect(), limits, 0).parts
+    Some(plan_parts(call, parts.collect(), asked.collect(), limits, 0)?.parts)
 }
 
 /// The plan, with the coarsest rows for parts of `prepared` that it has none of, also those after its last.
@@ -68,23 +74,24 @@ pub(crate) fn completed(jobs: &dyn Jobs, plan: &Arc<Plan>, prepared: &Prepared, 
     let rows: Vec<usize> = bare.collect();
     if !rows.is_empty() {
         let parts = &mut Arc::make_mut(&mut all).parts;
-        let planned = coarsest(jobs, prepared, &rows, limits);
+        let control = Control::default();
+        let planned = coarsest(Call::new(jobs, &control), prepared, &rows, limits).unwrap_or_default();
         rows.into_iter().zip(planned).for_each(|(row, plan)| parts[row] = plan);
     }
     all
 }
 
-/// Plans all parts, each for its own tolerance in part coordinates.
+/// Plans all parts, each for its own tolerance in part coordinates. `None` once cancelled.
 ///
 /// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured. `held_mib`:
 /// memory of the prepared model that counts towards the limits, MiB.
 pub(crate) fn plan_parts(
-    jobs: &dyn Jobs,
+    call: Call<'_>,
     parts: Vec<Arc<PreparedPart>>,
     asked: Vec<PartTolerance>,
     limits: &PlanLimits,
     held_mib: u32,
-) -> Plan {
+) -> Option<Plan> {
     /// Steps until every tile has one cell and no plan is smaller: a factor of 1e-12.
     const LOWEST: u32 = 96;
     let mut shortfall = Shortfall { held_mib, ..Shortfall::none(limits) };
@@ -98,13 +105,13 @@ pub(crate) fn plan_parts(
             budget.left = u64::MAX;
         }
         let density = lowered(steps);
-        let asked = PlanRequest { jobs, wanted: &wanted, density, cells_per_tile: budget.cells_per_tile };
+        let asked = PlanRequest { call, wanted: &wanted, density, cells_per_tile: budget.cells_per_tile };
         let mut shortfall = Shortfall { density, ..shortfall.clone() };
         let parts = asked.plan(0..wanted.parts.len(), &mut budget, &mut shortfall).ok_or(asked)?;
         Ok(Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any() })
     };
     let asked = match attempt(0) {
-        Ok(plan) => return plan,
+        Ok(plan) => return Some(plan),
         Err(asked) => asked,
     };
     let needed = asked.triangles();
@@ -115,6 +122,7 @@ pub(crate) fn plan_parts(
             Ok(plan) => break plan,
             Err(_) => (fails, fits) = (fits, (2 * fits).min(LOWEST)),
         }
+        call.goes_on()?;
     };
     // Then halfway back.
     while fits - fails > 1 {
@@ -125,7 +133,8 @@ pub(crate) fn plan_parts(
         }
     }
     plan.shortfall.iter_mut().for_each(|shortfall| shortfall.needed = needed);
-    plan
+    call.goes_on()?;
+    Some(plan)
 }
 
 /// The factor on all densities after `steps`: 0.75 each, which about halves the number of cells.
@@ -152,7 +161,7 @@ struct Wanted {
 /// What to plan, and where.
 #[derive(Clone, Copy)]
 struct PlanRequest<'a> {
-    jobs: &'a dyn Jobs,
+    call: Call<'a>,
     wanted: &'a Arc<Wanted>,
     density: f64,
     cells_per_tile: u64,
@@ -169,10 +178,11 @@ impl PlanRequest<'_> {
         2 * (u64::MAX - budget.left)
     }
 
-    /// Plans some parts; `None` if the budget does not suffice.
+    /// Plans some parts; `None` if the budget does not suffice, or once cancelled.
     fn plan(&self, parts: Range<usize>, budget: &mut Budget, shortfall: &mut Shortfall) -> Option<Vec<PartPlan>> {
-        let Self { jobs, wanted, density, cells_per_tile } = *self;
-        let (spent, wanted) = (SharedBudget { cells: AtomicU64::new(0), left: budget.left }, Arc::clone(wanted));
+        let Self { call: Call { jobs, control }, wanted, density, cells_per_tile } = *self;
+        let spent = SharedBudget { cells: AtomicU64::new(0), left: budget.left, control: control.clone() };
+        let wanted = Arc::clone(wanted);
         let round = Arc::new(Round { wanted, density, cells_per_tile, spent });
         let counts =
             |of: fn(&PreparedPart) -> usize| parts.clone().map(|k| (k, of(&self.wanted.parts[k]))).collect::<Vec<_>>();
@@ -373,11 +383,15 @@ impl Round {
 struct SharedBudget {
     cells: AtomicU64,
     left: u64,
+    control: Control,
 }
 
 impl SharedBudget {
-    /// `None` once there are too many. The sum decides, so it does not matter who notices.
+    /// `None` once there are too many, or the caller cancelled. The sum decides, so it does not matter who notices.
     fn add(&self, cells: u64) -> Option<()> {
+        if self.control.is_cancelled() {
+            return None;
+        }
         let before = self.cells.fetch_add(cells, Ordering::Relaxed);
         (before.checked_add(cells)? <= self.left).then_some(())
     }

@@ -3,6 +3,7 @@
 
 use super::limits::Shortfall;
 use super::rows::PlanRows;
+use crate::control::{Jobs, map};
 use crate::mesh::DrawnTiles;
 use crate::prepare::internals::PreparedPart;
 use smallvec::SmallVec;
@@ -157,7 +158,7 @@ impl PartPlan {
     }
 
     /// Its rows in pieces of at most so many blocks, one piece if possible, with the number of blocks of each.
-    pub(crate) fn pieces(mut self, most: usize) -> SmallVec<[(Self, usize); 1]> {
+    fn pieces(mut self, most: usize) -> SmallVec<[(Self, usize); 1]> {
         let mut pieces = SmallVec::new();
         loop {
             let blocks = self.tiles.blocks().len() + self.edges.blocks().len();
@@ -170,6 +171,24 @@ impl PartPlan {
             pieces.push((Self { tiles, edges }, most));
         }
     }
+}
+
+/// Frees plans on all threads: each has an allocation per tile and per edge.
+pub(crate) fn free(jobs: &dyn Jobs, plans: Vec<PartPlan>) {
+    /// Blocks of rows that a call frees, less than twice as many.
+    const BLOCKS: usize = 16;
+    let _span = tracing::trace_span!("free").entered();
+    let (mut calls, mut call, mut freed) = (Vec::new(), Vec::new(), 0);
+    for (piece, blocks) in plans.into_iter().flat_map(|part| part.pieces(BLOCKS)) {
+        call.push(piece);
+        freed += blocks;
+        if freed >= BLOCKS {
+            calls.push(std::mem::take(&mut call));
+            freed = 0;
+        }
+    }
+    calls.push(call);
+    map(jobs, calls, drop);
 }
 
 /// The plan of a frame: everything that workers receive.

@@ -1,0 +1,153 @@
+//! What a plan replaces in the state of a planner -> that state again, if nobody commits the frame.
+
+use super::draft::{CellsAt, WantedRate};
+use super::limited::{Limited, mark};
+use super::rate::{Rate, Terms};
+use super::rates::{PartRates, Rates};
+use super::resync::Turns;
+use crate::frame::plan::lattice::DensityMet;
+use crate::model::{PartId, RowId, TileId};
+use crate::view::View;
+use smallvec::SmallVec;
+use std::mem::replace;
+
+/// A row as it was before a plan changed it.
+enum RowBefore {
+    Tile {
+        id: (PartId, TileId),
+        term: u32,
+        follows: bool,
+        due: bool,
+        /// Whether limits made its cells and its lines coarser.
+        limited: [bool; 2],
+        rate: Rate,
+        band: (f64, f64),
+    },
+    Edge {
+        id: (PartId, RowId),
+        rate: Rate,
+        /// If its tessellants were planned: its term, whether it depended on history, and whether limits made it coarser.
+        planned: Option<(u32, bool, bool)>,
+    },
+    /// A tile that was not due.
+    Due(PartId, TileId),
+    Estimate(PartId, TileId, CellsAt),
+}
+
+/// State of a plan as a whole.
+pub(super) struct Whole {
+    pub(super) terms: Terms,
+    pub(super) term: u32,
+    pub(super) turns: Turns,
+    pub(super) seen: SmallVec<[View; 2]>,
+    pub(super) placed: u64,
+    pub(super) unfinished: bool,
+    pub(super) growth: f64,
+    /// Whether the plan was made to its end.
+    pub(super) has_turned: bool,
+}
+
+/// What the last plan replaced, as long as it may be taken back.
+#[derive(Default)]
+pub(super) struct Undo {
+    pub(super) whole: Option<Whole>,
+    /// In the order in which they changed.
+    rows: Vec<RowBefore>,
+}
+
+impl Undo {
+    /// Sets the rate of a tile. `follows`: whether its lines follow those before. `kept`: the limits that it met.
+    pub(super) fn set_tile(
+        &mut self,
+        (rates, limited): (&mut PartRates, &mut Limited),
+        (wanted, term): (WantedRate, u32),
+        (follows, kept): (bool, DensityMet),
+    ) {
+        let (id, t) = ((PartId::new(wanted.part), TileId(wanted.tile as u32)), wanted.tile);
+        self.rows.push(RowBefore::Tile {
+            id,
+            term: replace(&mut rates.tile_terms[t], term),
+            follows: replace(&mut rates.kept.tiles[t], follows),
+            due: replace(&mut rates.kept.due[t], false),
+            limited: [mark(&mut limited.tiles, id, !kept.cells), mark(&mut limited.lines, id, !kept.lines)],
+            rate: replace(&mut rates.tiles[t], wanted.rate),
+            band: replace(&mut rates.bands[t], wanted.band),
+        });
+    }
+
+    /// Sets the rate of an edge. `planned`, if its tessellants were: its term, whether they follow those before, and
+    /// whether it met the limits.
+    pub(super) fn set_edge(
+        &mut self,
+        (rates, limited): (&mut PartRates, &mut Limited),
+        (id, rate): ((PartId, RowId), Rate),
+        planned: Option<(u32, bool, bool)>,
+    ) {
+        let k = id.1.index();
+        let planned = planned.map(|(term, follows, kept)| {
+            let of_edge = (replace(&mut rates.edge_terms[k], term), replace(&mut rates.kept.edges[k], follows));
+            (of_edge.0, of_edge.1, mark(&mut limited.edges, id, !kept))
+        });
+        self.rows.push(RowBefore::Edge { id, rate: replace(&mut rates.edges[k], rate), planned });
+    }
+
+    /// Sets the cells that a tile would have.
+    pub(super) fn set_estimate(&mut self, rates: &mut PartRates, (part, tile): (usize, usize), cells: CellsAt) {
+        let before = replace(&mut rates.estimates[tile], cells);
+        self.rows.push(RowBefore::Estimate(PartId::new(part), TileId(tile as u32), before));
+    }
+
+    /// Notes that the turn of a tile has come.
+    pub(super) fn set_due(&mut self, rates: &mut PartRates, (part, tile): (usize, usize)) {
+        if !replace(&mut rates.kept.due[tile], true) {
+            self.rows.push(RowBefore::Due(PartId::new(part), TileId(tile as u32)));
+        }
+    }
+
+    /// Keeps what the last plan set.
+    pub(super) fn keep(&mut self) {
+        /// Rows to keep room for: more than a frame of a moving camera changes.
+        const ROOM: usize = 4096;
+        self.whole = None;
+        self.rows.clear();
+        self.rows.shrink_to(ROOM);
+    }
+
+    /// Sets all rows as they were. Parts that have no rates any more keep none.
+    pub(super) fn revert(&mut self, rates: &mut Rates, limited: &mut Limited) {
+        while let Some(row) = self.rows.pop() {
+            match row {
+                RowBefore::Tile { id, term, follows, due, limited: [cells, lines], rate, band } => {
+                    mark(&mut limited.tiles, id, cells);
+                    mark(&mut limited.lines, id, lines);
+                    let (of, t) = (&mut rates.parts[id.0.index()], id.1.index());
+                    if t < of.tiles.len() {
+                        (of.tile_terms[t], of.kept.tiles[t], of.kept.due[t]) = (term, follows, due);
+                        (of.tiles[t], of.bands[t]) = (rate, band);
+                    }
+                }
+                RowBefore::Edge { id, rate, planned } => {
+                    let (of, k) = (&mut rates.parts[id.0.index()], id.1.index());
+                    let is_there = k < of.edges.len();
+                    if let Some((term, follows, was_limited)) = planned {
+                        mark(&mut limited.edges, id, was_limited);
+                        if is_there {
+                            (of.edge_terms[k], of.kept.edges[k]) = (term, follows);
+                        }
+                    }
+                    if is_there {
+                        of.edges[k] = rate;
+                    }
+                }
+                RowBefore::Due(part, tile) => {
+                    let due = rates.parts[part.index()].kept.due.get_mut(tile.index());
+                    due.into_iter().for_each(|due| *due = false);
+                }
+                RowBefore::Estimate(part, tile, cells) => {
+                    let estimate = rates.parts[part.index()].estimates.get_mut(tile.index());
+                    estimate.into_iter().for_each(|estimate| *estimate = cells);
+                }
+            }
+        }
+    }
+}
