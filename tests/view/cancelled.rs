@@ -45,9 +45,8 @@ fn waste(session: &mut Session, view: View, draw: &mut SplitMix) {
     if late == 0 {
         thread::sleep(Duration::from_micros(draw.below(3000)));
     } else if late == 1 {
-        while !session.is_made() {
-            thread::sleep(Duration::from_micros(100));
-        }
+        // Not for ever: a pool may keep the job until someone waits for it.
+        (0..50).take_while(|_| !session.is_made()).for_each(|_| thread::sleep(Duration::from_micros(200)));
     }
     match draw.below(3) {
         0 => session.cancel(),
