@@ -761,6 +761,21 @@ typedef struct {
     // whose tiles and lines it starts with, TT_NONE if it starts with none. None is named twice; tiles and lines of
     // parts that are not named go. Null in other frames.
     const uint32_t *from;
+    // The keys of the instances, which the session's functions take; 0 in frames by a tolerance.
+    const uint64_t *keys;
+    // The first part that is new. All later ones are. 0 in a whole frame, and where `from` tells.
+    uint32_t first_part;
+    // The first instance that is new. All later ones are. Those before it were in the last frame, in the same order.
+    uint32_t first_instance;
+    // Number of `removed`.
+    uint32_t removed_count;
+    // Number of `changed`.
+    uint32_t changed_count;
+    // Keys of instances of the last frame that are gone, each once.
+    const uint64_t *removed;
+    // Indices of instances of the last frame whose level of detail, transform, colour or `hidden` may differ,
+    // ascending. `first_face` differs after removed ones, too; these are not listed.
+    const uint32_t *changed;
 } tt_scene;
 
 // The tiles that an instance draws in a view.
@@ -788,6 +803,16 @@ typedef struct {
     const tt_drawn_row *rows;
     // Bits of tiles: tile t of an instance is bit `t % 64` of word `t / 64` of its row, the lowest bit first.
     const uint64_t *words;
+    // Number of `appeared`.
+    uint32_t appeared_count;
+    // Number of `disappeared`.
+    uint32_t disappeared_count;
+    // The tiles among these that the last frame did not draw, as `rows`. Their bits are in `words`, too.
+    const tt_drawn_row *appeared;
+    // The tiles that the last frame drew and this one does not, as `rows`: those of instances that there still are, by
+    // their indices now. An instance with another level of detail draws the tiles of that, also those that are in
+    // neither list.
+    const tt_drawn_row *disappeared;
 } tt_drawn;
 
 // Who receives frames. Calls come on the thread that called the session, before that call returns, in this order:

@@ -364,8 +364,8 @@ impl Session {
 
     /// Begins a frame of views: a job plans and makes it. Returns at once, unless [`Jobs::spawn`] runs the job itself,
     /// as that of [`Alone`](crate::control::Alone) does. Cancels an unfinished frame: what was set or moved before it
-    /// becomes part of this one, and nothing else of it. If the sink shows these views already and holds no more than it may, there is nothing to begin, and no job
-    /// is spawned.
+    /// becomes part of this one, and nothing else of it. If the sink shows these views already and holds no more than it
+    /// may, there is nothing to begin, and no job is spawned.
     ///
     /// Cost on this thread: a copy of the views, and of what was set or moved since the last call.
     ///

@@ -46,7 +46,8 @@ impl Waiting {
 }
 
 /// Takes those of `wanted` that the budget allows, the most urgent first, at least one. Returns them ascending, and how
-/// many wait; `None` once cancelled. `page`: the plan before they change. The lists are not empty, and all together ascend by part and tile.
+/// many wait; `None` once cancelled. `page`: the plan before they change. The lists are not empty, and all together
+/// ascend by part and tile.
 ///
 /// All threads order the lists. What is left for one follows the number of lists and what the budget allows.
 pub(super) fn within(
