@@ -13,3 +13,10 @@ pub(crate) fn larger(a: f64, b: f64) -> f64 {
 pub(crate) fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
+
+/// An integer in the order of [`f64::total_cmp`].
+#[inline(always)]
+pub(crate) fn ordered(x: f64) -> i64 {
+    let bits = x.to_bits().cast_signed();
+    bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
+}
