@@ -462,9 +462,13 @@ impl Session {
             EngineState::Idle(engine, frame) => match frame.take() {
                 Some(frame) => {
                     let scene = (&self.scene, self.keys.changes());
-                    let report = engine.commit(frame, scene, &mut self.degraded, sink)?;
-                    self.keys.committed(&self.scene);
-                    Ok(report)
+                    let report = engine.commit(frame, scene, &mut self.degraded, sink);
+                    match report {
+                        Ok(_) => self.keys.committed(&self.scene),
+                        // The LODs that it selected are taken back.
+                        Err(_) => select((&mut self.scene, &mut self.keys), engine),
+                    }
+                    report
                 }
                 None => Ok(engine.unchanged()),
             },
