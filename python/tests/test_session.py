@@ -57,6 +57,11 @@ class Shown:
         return sides
 
 
+def pairs(listed):
+    """Rows of instances and tiles."""
+    return {(row, tile) for row, tiles in listed for tile in tiles.tolist()}
+
+
 def bytes_of(frame):
     rows = [(tile.key, tile.face, *(getattr(tile, name).tobytes() for name in ("positions", "normals", "uv", "triangles")))
             for tile in frame.changed]
@@ -66,7 +71,7 @@ def bytes_of(frame):
 
 def test_frames_send_what_changes_and_all_of_a_closed_part_is_closed(prepared):
     session, shown = prepared.session(), Shown()
-    sent = []
+    sent, drawn = [], set()
     for k, view in enumerate(orbit(prepared, 8)):
         frame = session.view(view)
         assert frame.whole == (k == 0)
@@ -74,7 +79,8 @@ def test_frames_send_what_changes_and_all_of_a_closed_part_is_closed(prepared):
         assert frame.triangle_count == sum(len(tile.triangles) for tile in frame.changed)
         sent.append(len(frame.changed))
         shown.apply(frame)
-        assert frame.drawn() and len(frame.instances) == 2
+        drawn = (drawn - pairs(frame.disappeared())) | pairs(frame.appeared())
+        assert drawn and drawn == pairs(frame.drawn()) and len(frame.instances) == 2
     # Everything is in the picture from the distance at which the model fits.
     frame = session.view(prepared.view())
     shown.apply(frame)
@@ -82,6 +88,7 @@ def test_frames_send_what_changes_and_all_of_a_closed_part_is_closed(prepared):
     assert sides and not any(sides.values())
     again = session.view(prepared.view())
     assert (again.changed, again.removed, again.triangle_count) == ([], [], 0)
+    assert (again.appeared(), again.disappeared()) == ([], [])
     assert [row for row, _ in again.drawn()] == [row for row, _ in frame.drawn()]
     session.forget()
     whole = session.view(prepared.view())
@@ -124,19 +131,23 @@ def test_two_views_draw_their_own_tiles(prepared):
 
 def test_instances_come_move_and_go(prepared):
     session, view = prepared.session(), prepared.view()
-    session.view(view)
+    frame = session.view(view)
     keys = session.keys
     assert len(set(keys)) == 2
+    assert (frame.added_instances, frame.changed_instances, frame.removed_instances) == (keys, [], [])
     aside = np.eye(4)
     aside[0, 3] = 3.0
     new = session.add_instance(1, aside, name="again")
     frame = session.view(view)
     assert [instance.name for instance in frame.instances][-1] == "again"
     assert np.array_equal(frame.instances[-1].transform, aside)
+    assert (frame.added_instances, frame.removed_instances) == ([new], [])
     session.remove_instance(keys[0])
     session.move_instance(new, np.eye(4))
     frame = session.view(view)
     assert session.keys == [keys[1], new] and np.array_equal(frame.instances[1].transform, np.eye(4))
+    assert [instance.key for instance in frame.instances] == session.keys
+    assert (frame.added_instances, frame.removed_instances) == ([], [keys[0]]) and new in frame.changed_instances
     for work in (
         lambda: session.remove_instance(keys[0]),
         lambda: session.remove_instances([new, keys[0]]),
