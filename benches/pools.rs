@@ -6,17 +6,18 @@
 //! the quickest round counts. *Cold*: every frame from scratch. *Coherent*: what changes since the one before.
 
 use std::error::Error;
-use std::hint::black_box;
-use std::slice::Iter;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::control::{Alone, Job, Jobs, Priority, Rayon, Threads};
 use trimtess::frame::PlanLimits;
 use trimtess::import::step::{self, StepOptions};
-use trimtess::mesh::{Batch, MeshSink, Scene, SceneChanges, SinkError, WrittenTile};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 use trimtess::view::{CameraPath, Picture, View};
+
+#[path = "common/nowhere.rs"]
+mod nowhere;
+use nowhere::Nowhere;
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: 0.5 };
 
@@ -30,28 +31,6 @@ impl Jobs for Engine {
 
     fn spawn(&self, _: Priority, job: Job) {
         self.0.spawn(job);
-    }
-}
-
-/// Accepts everything and keeps nothing.
-struct Nowhere;
-
-impl MeshSink for Nowhere {
-    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
-        black_box(&batch.mesh);
-        Ok(())
-    }
-
-    fn written(&mut self, _: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
-        Ok(())
     }
 }
 

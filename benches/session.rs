@@ -10,11 +10,14 @@ use std::sync::Arc;
 use trimtess::control::Alone;
 use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{PlanLimits, PlannerOptions, plan_for_view_on};
-use trimtess::mesh::{Batch, MeshSink, Scene, SceneChanges, SinkError};
 use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 use trimtess::view::{Camera, CameraPath, Picture, Projection, View};
+
+#[path = "common/nowhere.rs"]
+mod nowhere;
+use nowhere::Nowhere;
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: FRAC_PI_6 };
 /// Views per full turn; `None` is a camera at rest.
@@ -70,22 +73,6 @@ fn plans(c: &mut Criterion) {
             });
         }
         group.finish();
-    }
-}
-
-/// Accepts everything and keeps nothing.
-struct Nowhere;
-
-impl MeshSink for Nowhere {
-    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
-        black_box(&batch.mesh);
-        Ok(())
     }
 }
 
