@@ -106,6 +106,9 @@ fn a_circle_alone_in_its_loop_closes_where_corners_join() {
             let edge = edge_of(only_part(&model), 50);
             let middle = at(edge, 0.5);
             assert!(middle.x < 0.0 && edge.start == edge.end && !only_face(&model).lost, "{end:?}: {edge:?}");
+            // The second vertex is moved by less than ten tolerances, or that is told.
+            let told = model.diagnostics.iter().filter(|told| told.kind.code() == "step-vertex-moved").count();
+            assert_eq!(told, usize::from(radius > 2.0), "{end:?}: {:?}", model.diagnostics);
         }
     }
 }

@@ -31,7 +31,7 @@ pub(super) struct EdgeDraft {
     pub(super) empty: bool,
     /// Largest distance between an end of the curve and its vertex.
     pub(super) gap: f64,
-    /// Distance by which the vertex of a closed edge was moved onto the curve.
+    /// Largest distance by which a vertex of a closed edge was moved to the end of the curve.
     pub(super) moved: f64,
     /// Why the curve was not read, if that made the edge straight.
     pub(super) straightened: Option<StepCause>,

@@ -392,7 +392,8 @@ impl<'a> Assembly<'a> {
                 && uses.get(&start) == Some(&1)
                 && first.distance(last) <= draft.units.tolerance
             {
-                draft.moved = first.distance(self.corners.points[start]);
+                // Two vertices may have become this corner.
+                draft.moved = draft.points.iter().map(|vertex| first.distance(*vertex)).fold(0.0, f64::max);
                 draft.gap = first.distance(last);
                 self.corners.points[start] = first;
             }

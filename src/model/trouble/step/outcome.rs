@@ -230,10 +230,10 @@ pub enum StepOutcome {
         /// Distance between them, millimetres.
         gap_mm: f64,
     },
-    /// The only vertex of a closed edge lay off the edge's curve and was moved onto it.
-    #[error("the only vertex of a closed edge lies {gap_mm:.3e} mm off its curve and was moved onto it")]
+    /// A vertex of a closed edge lay off the end of the edge's curve and was moved there.
+    #[error("a vertex of a closed edge lies {gap_mm:.3e} mm off the end of its curve and was moved there")]
     VertexMoved {
-        /// Distance between them, millimetres.
+        /// The largest distance between them, millimetres.
         gap_mm: f64,
     },
     /// Edges miss their vertices.
