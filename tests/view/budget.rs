@@ -94,8 +94,8 @@ fn reaches_the_picture(name: &str, prepared: &Arc<Prepared>, micros: u64) {
     assert_eq!(held as u64, at_once.triangles, "{name}");
 }
 
-/// Draws until no tile waits, and returns what is drawn then. Some frames are cancelled or replaced at random. Asserts
-/// that each commit is closed.
+/// Draws until no tile waits, and cancels or replaces some frames at random. Asserts that each commit is closed.
+/// Returns what the last one draws.
 fn settled(session: &mut Session, view: View, draw: &mut SplitMix, case: &str) -> Vec<Batch> {
     let mut sink = MemorySink::default();
     for _ in 0..1000 {

@@ -69,8 +69,8 @@ pub(crate) fn drawn(sink: &MemorySink) -> Vec<Batch> {
     sink.batches.iter().filter(shows).cloned().map(|batch| Batch { worker: 0, ..batch }).collect()
 }
 
-/// Asserts that what is drawn is closed: triangles use every segment equally often in both directions. Only edges of
-/// which a tile is missing may be open. Returns the number of segments between tessellants that were found so.
+/// Asserts that the drawn tiles are closed: their triangles use each segment as often in one direction as in the other.
+/// Edges of a tile that is not drawn may be open. Returns the number of segments between tessellants that are closed.
 pub(crate) fn balanced(prepared: &Prepared, plan: &Plan, batches: &[Batch], case: &str) -> usize {
     balanced_as(prepared, plan, batches, |_, point| point, case)
 }

@@ -49,7 +49,8 @@ impl Waiting {
 /// many wait; `None` once cancelled. `page`: the plan before they change. The lists are not empty, and all together
 /// ascend by part and tile.
 ///
-/// All threads order the lists. What is left for one follows the number of lists and what the budget allows.
+/// Threads order lists side by side. The rest runs on one thread: its cost follows the number of lists and the tiles
+/// that are taken.
 pub(super) fn within(
     call: Call<'_>,
     budget: Duration,

@@ -31,7 +31,7 @@ impl Limited {
         self.edges = renumbered(&self.edges, &new);
     }
 
-    /// What limits make coarser of what is drawn. `unusable`: whether a view is.
+    /// The drawn tiles and edges that limits make coarser. `unusable`: whether a view is invalid.
     pub(super) fn shortfall(&self, rates: &Rates, unusable: bool) -> Option<Shortfall> {
         let Self { tiles, lines, edges } = self;
         let Rates { options, terms, .. } = rates;
