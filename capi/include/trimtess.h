@@ -1248,7 +1248,7 @@ tt_status tt_session_remove_instances(tt_session session, const uint64_t *keys, 
 tt_status tt_session_move_instance(tt_session session, uint64_t key, const double *transform);
 
 // Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no
-// callback of the session is called any more. Jobs of it that a pool still has do nothing, but end their handles.
+// callback of the session is called any more. Jobs of it that a pool still has free memory at most, and end their handles.
 tt_status tt_session_free(tt_session session);
 
 // Sets how views draw a part of the prepared model, from the next frame on: all its instances, together with their own

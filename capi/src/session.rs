@@ -376,7 +376,7 @@ fn lost() -> Failure {
 }
 
 /// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no
-/// callback of the session is called any more. Jobs of it that a pool still has do nothing, but end their handles.
+/// callback of the session is called any more. Jobs of it that a pool still has free memory at most, and end their handles.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_free(session: tt_session) -> tt_status {
     entry!(_c => {

@@ -1,7 +1,7 @@
 //! A call that reads or prepares: its loops, and whether it goes on.
 
 use super::jobs::Jobs;
-use super::map::{Slot, lock};
+use super::map::{Slot, drop_later, lock};
 use super::progress::Control;
 use std::any::Any;
 use std::cmp::Reverse;
@@ -29,6 +29,17 @@ impl<'a> Call<'a> {
     /// `None` once the caller asked to stop.
     pub(crate) fn goes_on(&self) -> Option<()> {
         (!self.is_cancelled()).then_some(())
+    }
+
+    /// What a loop made, one item after the other, until the caller asks to stop. Threads free the rest then.
+    pub(crate) fn until_cancelled<T: Send + 'static>(self, made: Vec<T>) -> impl Iterator<Item = T> {
+        let mut rest = made.into_iter();
+        std::iter::from_fn(move || {
+            if self.is_cancelled() {
+                drop_later(self.jobs, rest.by_ref().collect());
+            }
+            rest.next()
+        })
     }
 
     /// Calls `work` with each item, and returns its results in order. Items are begun in order. A thread takes `share`
@@ -98,6 +109,7 @@ mod tests {
     use super::super::jobs::{Alone, Job, Priority};
     use super::super::threads::{Rayon, Threads};
     use super::*;
+    use std::sync::Arc;
     use std::thread;
 
     /// Makes some calls twice and leaves others out, or gives each a thread.
@@ -170,6 +182,17 @@ mod tests {
         let call = Call::new(&Backwards, &control);
         call.each_by_size([3, 9, 1, 7, 5], |size| *size, |size| lock(&begun).push(size));
         assert_eq!(*lock(&begun), [9, 7, 5, 3, 1]);
+    }
+
+    #[test]
+    fn items_come_until_the_caller_asks_to_stop() {
+        let (control, owned) = (Control::default(), Arc::new(()));
+        let mut items = Call::new(&Alone, &control).until_cancelled(vec![Arc::clone(&owned); 9]);
+        assert_eq!(items.by_ref().take(3).count(), 3);
+        assert_eq!(Arc::strong_count(&owned), 7);
+        control.cancel();
+        assert!(items.next().is_none());
+        assert_eq!(Arc::strong_count(&owned), 1);
     }
 
     #[test]

@@ -67,7 +67,8 @@ pub trait Jobs: Send + Sync {
 pub enum Priority {
     /// Begins a frame, ahead of the call that waits for it. That call makes the frame if no thread has begun it.
     Frame,
-    /// Joins in a frame that is being made. Nothing is left for it once that frame is made.
+    /// Joins in a frame that is being made, and has nothing left to do once it is made; or frees what a frame that was
+    /// taken back leaves.
     Helper,
 }
 

@@ -66,6 +66,15 @@ where
     results.collect()
 }
 
+/// Drops values on threads of `jobs`, without waiting for that. A pool that drops the jobs drops these, too.
+pub(crate) fn drop_later<T: Send + 'static>(jobs: &dyn Jobs, values: Vec<T>) {
+    /// Jobs of a thread. A frame that begins meanwhile waits for one of them.
+    const SHARES: usize = 16;
+    let size = values.len().div_ceil(SHARES * jobs.width());
+    let shares = chunks(jobs, values, size).into_iter();
+    shares.for_each(|share| jobs.spawn(Priority::Helper, Box::new(move || drop(share))));
+}
+
 /// Items in lists of `size`, for [`map`]; all in one if there is one thread.
 pub(crate) fn chunks<I>(jobs: &dyn Jobs, mut items: Vec<I>, size: usize) -> Vec<Vec<I>> {
     if items.is_empty() {
@@ -195,7 +204,7 @@ mod tests {
     use super::super::jobs::{Alone, Job};
     use super::*;
     use std::thread;
-    use std::time::Duration;
+    use std::time::{Duration, Instant};
 
     /// Runs jobs at once, drops them, or gives each a thread.
     enum Odd {
@@ -220,6 +229,21 @@ mod tests {
 
     fn pools() -> [Box<dyn Jobs>; 4] {
         [Box::new(Alone), Box::new(Odd::AtOnce), Box::new(Odd::Drops), Box::new(Odd::Threads)]
+    }
+
+    #[test]
+    fn values_are_dropped_whatever_becomes_of_the_jobs() {
+        for jobs in pools() {
+            for count in [0, 1, 7, 1000] {
+                let owned = Arc::new(());
+                drop_later(&*jobs, vec![Arc::clone(&owned); count]);
+                let start = Instant::now();
+                while Arc::strong_count(&owned) > 1 && start.elapsed() < Duration::from_secs(60) {
+                    thread::yield_now();
+                }
+                assert_eq!(Arc::strong_count(&owned), 1, "{count}");
+            }
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ mod jobs;
 pub use jobs::{Alone, Job, Jobs, Priority};
 
 mod map;
-pub(crate) use map::{chunks, map, map_with};
+pub(crate) use map::{chunks, drop_later, map, map_with};
 
 mod threads;
 pub use threads::{Rayon, StartError, Threads};

@@ -48,6 +48,7 @@ impl PartRates {
             counts,
             estimates: vec![CellsAt::NEVER; if is_budgeted { tiles } else { 0 }],
             seen: SeenTiles::none(tiles),
+            is_new: true,
         }
     }
 }

@@ -31,6 +31,14 @@ impl Limited {
         self.edges = renumbered(&self.edges, &new);
     }
 
+    /// Forgets the tiles and edges of these parts, which ascend.
+    pub(super) fn forget(&mut self, parts: &[PartId]) {
+        let stays = |part: PartId| parts.binary_search(&part).is_err();
+        self.tiles.retain(|(part, _)| stays(*part));
+        self.lines.retain(|(part, _)| stays(*part));
+        self.edges.retain(|(part, _)| stays(*part));
+    }
+
     /// The drawn tiles and edges that limits make coarser. `unusable`: whether a view is invalid.
     pub(super) fn shortfall(&self, rates: &Rates, unusable: bool) -> Option<Shortfall> {
         let Self { tiles, lines, edges } = self;

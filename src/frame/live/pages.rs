@@ -1,7 +1,7 @@
 //! Consecutive plans -> their differences, and a buffer that holds two of them.
 
-use crate::control::{Jobs, chunks, map};
-use crate::frame::plan::output::{EdgePolyline, PartPlan, Plan, TileLattice, free};
+use crate::control::{Jobs, chunks, drop_later, map};
+use crate::frame::plan::output::{EdgePolyline, PartPlan, Plan, TileLattice, free_later};
 use crate::frame::plan::rows::PlanRows;
 use crate::model::{PartId, RowId, TileId};
 use std::mem::replace;
@@ -66,14 +66,14 @@ fn copies<T: Send + Sync + 'static>(
     copies
 }
 
-/// Rows in the reverse order, the old for the new ones. Frees those of parts without a plan, on all threads.
+/// Rows in the reverse order, the old for the new ones. Those of parts without a plan are freed after this returns.
 fn reversed<T: Send + Sync + 'static>(
     jobs: &dyn Jobs,
     rows: Vec<(usize, usize, Replaced<T>)>,
     has_plan: impl Fn(usize) -> bool,
 ) -> Vec<(usize, usize, Replaced<T>)> {
     let (kept, gone): (Vec<_>, Vec<_>) = rows.into_iter().rev().partition(|(part, ..)| has_plan(*part));
-    map(jobs, chunks(jobs, gone, FREED), drop);
+    drop_later(jobs, gone);
     kept.into_iter().map(|(part, row, [new, old])| (part, row, [old, new])).collect()
 }
 
@@ -143,7 +143,7 @@ impl PlanPages {
         self.parts = parts.to_vec();
         // Whoever still holds the page frees it.
         if let (Some(page), false) = (Arc::get_mut(&mut page), parts.is_empty()) {
-            free(jobs, parts.iter().map(|part| std::mem::take(&mut page.parts[part.index()])).collect());
+            free_later(jobs, parts.iter().map(|part| std::mem::take(&mut page.parts[part.index()])).collect());
         }
         self.spare = Some(page);
     }

@@ -261,6 +261,8 @@ impl Planner {
 
     /// Makes the last plan history: it can no longer be reverted.
     pub(crate) fn keep(&mut self) {
+        let parts = &mut own(&mut self.rates).parts;
+        self.changes.parts.iter().for_each(|part| parts[part.index()].is_new = false);
         self.undo.keep();
     }
 
@@ -283,6 +285,7 @@ impl Planner {
             rates.parts[part] = PartRates { boxes, ..PartRates::default() };
             self.touched.stamps[part] = Vec::new();
         }
+        self.limited.forget(parts);
         self.undo.revert(rates, &mut self.limited);
         if let Some(page) = page {
             let Rates { prepared, parts: of, .. } = rates;
@@ -387,16 +390,15 @@ impl Planner {
             }
             wanted
         });
-        call.goes_on()?;
         let (parts, undo) = (&mut own(&mut self.rates).parts, &mut self.undo);
-        for RateChanges { rates, near, due, groups, estimates } in found {
+        for RateChanges { rates, near, due, groups, estimates } in call.until_cancelled(found) {
             rates.into_iter().for_each(|list| draft.want(list));
             draft.near.extend(near);
             groups.into_iter().for_each(|(p, group, band)| parts[p].groups[group] = band);
             estimates.into_iter().for_each(|(p, t, estimate)| undo.set_estimate(&mut parts[p], (p, t), estimate));
             due.into_iter().for_each(|(p, t)| undo.set_due(&mut parts[p], (p, t)));
         }
-        Some(())
+        call.goes_on()
     }
 
     /// Defers the changes that exceed the budget.
@@ -419,11 +421,10 @@ impl Planner {
             let mut made = |wanted: WantedRate| (rates.new_lattice(&wanted, &page, lattices), wanted);
             wanted.into_iter().map_while(|wanted| (!control.is_cancelled()).then(|| made(wanted))).collect()
         });
-        call.goes_on()?;
         let Self { rates, pages, touched, limited, undo, changed, .. } = self;
         let Rates { prepared, parts, term, .. } = own(rates);
         let page = own(&mut draft.page);
-        for (new, wanted) in made.into_iter().flatten() {
+        for (new, wanted) in call.until_cancelled(made).flatten() {
             let (p, t) = (wanted.part, wanted.tile);
             let rates = &mut parts[p];
             if let Some((cells, [made, again])) = new.made {
@@ -440,7 +441,7 @@ impl Planner {
             let uses = prepared.parts[p].tiles[t].loops.iter().flatten();
             uses.for_each(|u| touched.add(p, u.edge, 0));
         }
-        Some(())
+        call.goes_on()
     }
 
     /// Plans the tessellants of the marked edges.
@@ -455,11 +456,10 @@ impl Planner {
             };
             edges.into_iter().map_while(|edge| (!control.is_cancelled()).then(|| of_edge(edge))).collect()
         });
-        call.goes_on()?;
         let Self { rates, pages, limited, undo, changed, .. } = self;
         let Rates { parts, term, .. } = own(rates);
         let page = own(&mut draft.page);
-        for ((p, e), new) in made.into_iter().flatten() {
+        for ((p, e), new) in call.until_cancelled(made).flatten() {
             let Some(NewTessellants { rate, made }) = new else { continue };
             let (rates, k) = (&mut parts[p], e.index());
             let planned = made.as_ref().map(|made| (*term, made.follows, made.kept));
@@ -473,7 +473,7 @@ impl Planner {
                 rates.lengthen(tile.index(), longer);
             }
         }
-        Some(())
+        call.goes_on()
     }
 }
 

@@ -50,6 +50,8 @@ pub(super) struct PartRates {
     pub(super) estimates: Vec<CellsAt>,
     /// What the views of the current frame show of each tile.
     pub(super) seen: SeenTiles,
+    /// Whether the last plan is the first one of the part, and may be taken back.
+    pub(super) is_new: bool,
 }
 
 impl PartRates {

@@ -64,7 +64,7 @@ impl Undo {
         (follows, kept): (bool, DensityMet),
     ) {
         let (id, t) = ((PartId::new(wanted.part), TileId(wanted.tile as u32)), wanted.tile);
-        self.rows.push(RowBefore::Tile {
+        let before = RowBefore::Tile {
             id,
             term: replace(&mut rates.tile_terms[t], term),
             follows: replace(&mut rates.kept.tiles[t], follows),
@@ -72,7 +72,8 @@ impl Undo {
             limited: [mark(&mut limited.tiles, id, !kept.cells), mark(&mut limited.lines, id, !kept.lines)],
             rate: replace(&mut rates.tiles[t], wanted.rate),
             band: replace(&mut rates.bands[t], wanted.band),
-        });
+        };
+        self.note(rates, before);
     }
 
     /// Sets the rate of an edge. `planned`, if its tessellants were: its term, whether they follow those before, and
@@ -88,19 +89,27 @@ impl Undo {
             let of_edge = (replace(&mut rates.edge_terms[k], term), replace(&mut rates.kept.edges[k], follows));
             (of_edge.0, of_edge.1, mark(&mut limited.edges, id, !kept))
         });
-        self.rows.push(RowBefore::Edge { id, rate: replace(&mut rates.edges[k], rate), planned });
+        let before = RowBefore::Edge { id, rate: replace(&mut rates.edges[k], rate), planned };
+        self.note(rates, before);
     }
 
     /// Sets the cells that a tile would have.
     pub(super) fn set_estimate(&mut self, rates: &mut PartRates, (part, tile): (usize, usize), cells: CellsAt) {
         let before = replace(&mut rates.estimates[tile], cells);
-        self.rows.push(RowBefore::Estimate(PartId::new(part), TileId(tile as u32), before));
+        self.note(rates, RowBefore::Estimate(PartId::new(part), TileId(tile as u32), before));
     }
 
     /// Notes that the turn of a tile has come.
     pub(super) fn set_due(&mut self, rates: &mut PartRates, (part, tile): (usize, usize)) {
         if !replace(&mut rates.kept.due[tile], true) {
-            self.rows.push(RowBefore::Due(PartId::new(part), TileId(tile as u32)));
+            self.note(rates, RowBefore::Due(PartId::new(part), TileId(tile as u32)));
+        }
+    }
+
+    /// Notes a row of a part, unless all of the part goes if the plan is taken back.
+    fn note(&mut self, rates: &PartRates, before: RowBefore) {
+        if !rates.is_new {
+            self.rows.push(before);
         }
     }
 
@@ -113,7 +122,7 @@ impl Undo {
         self.rows.shrink_to(ROOM);
     }
 
-    /// Sets all rows as they were. Parts that have no rates any more keep none.
+    /// Sets all rows as they were.
     pub(super) fn revert(&mut self, rates: &mut Rates, limited: &mut Limited) {
         while let Some(row) = self.rows.pop() {
             match row {
@@ -121,32 +130,19 @@ impl Undo {
                     mark(&mut limited.tiles, id, cells);
                     mark(&mut limited.lines, id, lines);
                     let (of, t) = (&mut rates.parts[id.0.index()], id.1.index());
-                    if t < of.tiles.len() {
-                        (of.tile_terms[t], of.kept.tiles[t], of.kept.due[t]) = (term, follows, due);
-                        (of.tiles[t], of.bands[t]) = (rate, band);
-                    }
+                    (of.tile_terms[t], of.kept.tiles[t], of.kept.due[t]) = (term, follows, due);
+                    (of.tiles[t], of.bands[t]) = (rate, band);
                 }
                 RowBefore::Edge { id, rate, planned } => {
                     let (of, k) = (&mut rates.parts[id.0.index()], id.1.index());
-                    let is_there = k < of.edges.len();
+                    of.edges[k] = rate;
                     if let Some((term, follows, was_limited)) = planned {
                         mark(&mut limited.edges, id, was_limited);
-                        if is_there {
-                            (of.edge_terms[k], of.kept.edges[k]) = (term, follows);
-                        }
-                    }
-                    if is_there {
-                        of.edges[k] = rate;
+                        (of.edge_terms[k], of.kept.edges[k]) = (term, follows);
                     }
                 }
-                RowBefore::Due(part, tile) => {
-                    let due = rates.parts[part.index()].kept.due.get_mut(tile.index());
-                    due.into_iter().for_each(|due| *due = false);
-                }
-                RowBefore::Estimate(part, tile, cells) => {
-                    let estimate = rates.parts[part.index()].estimates.get_mut(tile.index());
-                    estimate.into_iter().for_each(|estimate| *estimate = cells);
-                }
+                RowBefore::Due(part, tile) => rates.parts[part.index()].kept.due[tile.index()] = false,
+                RowBefore::Estimate(part, tile, cells) => rates.parts[part.index()].estimates[tile.index()] = cells,
             }
         }
     }

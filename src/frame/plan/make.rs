@@ -6,7 +6,7 @@ use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, LINES_OF_TILE, PartPlan, Plan, TileLattice};
 use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{Tessellants, bare, bare_within};
-use crate::control::{Call, Control, Jobs, Rayon, map};
+use crate::control::{Call, Control, Jobs, Rayon, drop_later, map};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, PartTolerance};
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::{DrawnTiles, ScenePart};
@@ -196,7 +196,7 @@ impl PlanRequest<'_> {
         // Where the part itself needs as many lines as there may be, they do not follow noise.
         let too_small = |part: usize, exact: bool| self.wanted.asked[part].around(exact) >= LINES_OF_TILE as f64;
         let mut unusable = false;
-        let lattices = together(made, &tiles, |part, tile, kept: DensityMet| {
+        let lattices = together(jobs, made, &tiles, |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
             let of_part = &self.wanted.parts[part];
             let (row, exact) = (&of_part.tiles[tile], is_exact(of_part.face_of(&of_part.tiles[tile])));
@@ -211,7 +211,7 @@ impl PlanRequest<'_> {
         let beside = Arc::clone(&lattices);
         let (rows, lists) = stretches(jobs, &edges);
         let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
-        let lines = together(made, &edges, |part, edge, ()| {
+        let lines = together(jobs, made, &edges, |part, edge, ()| {
             unusable |= too_small(part, false);
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
@@ -225,15 +225,19 @@ impl PlanRequest<'_> {
 
 /// The rows of each part, from the blocks of all lists in their order. `counts`: rows by part. Calls `short` for each
 /// row that limits made coarser than asked. `None` if the budget did not suffice for a list.
-fn together<T, K>(
+fn together<T: Send + Sync + 'static, K: Send + 'static>(
+    jobs: &dyn Jobs,
     made: Vec<Option<Planned<T, K>>>,
     counts: &[(usize, usize)],
     mut short: impl FnMut(usize, usize, K),
 ) -> Option<Vec<PlanRows<T>>> {
+    if made.iter().any(Option::is_none) {
+        drop_later(jobs, made);
+        return None;
+    }
     let mut parts: Vec<_> = counts.iter().map(|&(_, count)| PlanRows::with_room(count)).collect();
     let mut at = 0;
-    for made in made {
-        let Planned { blocks, short: rows } = made?;
+    for Planned { blocks, short: rows } in made.into_iter().flatten() {
         rows.into_iter().for_each(|(part, row, kept)| short(part, row, kept));
         for block in blocks {
             while parts[at].len() == counts[at].1 {

@@ -3,7 +3,7 @@
 
 use super::limits::Shortfall;
 use super::rows::PlanRows;
-use crate::control::{Jobs, map};
+use crate::control::{Jobs, drop_later, map};
 use crate::mesh::DrawnTiles;
 use crate::prepare::internals::PreparedPart;
 use smallvec::SmallVec;
@@ -175,9 +175,19 @@ impl PartPlan {
 
 /// Frees plans on all threads: each has an allocation per tile and per edge.
 pub(crate) fn free(jobs: &dyn Jobs, plans: Vec<PartPlan>) {
-    /// Blocks of rows that a call frees, less than twice as many.
-    const BLOCKS: usize = 16;
     let _span = tracing::trace_span!("free").entered();
+    map(jobs, in_pieces(plans), drop);
+}
+
+/// As [`free`], after this returns.
+pub(crate) fn free_later(jobs: &dyn Jobs, plans: Vec<PartPlan>) {
+    drop_later(jobs, in_pieces(plans));
+}
+
+/// Plans in pieces that take about as long to free.
+fn in_pieces(plans: Vec<PartPlan>) -> Vec<Vec<PartPlan>> {
+    /// Blocks of rows of a piece, less than twice as many.
+    const BLOCKS: usize = 16;
     let (mut calls, mut call, mut freed) = (Vec::new(), Vec::new(), 0);
     for (piece, blocks) in plans.into_iter().flat_map(|part| part.pieces(BLOCKS)) {
         call.push(piece);
@@ -188,7 +198,7 @@ pub(crate) fn free(jobs: &dyn Jobs, plans: Vec<PartPlan>) {
         }
     }
     calls.push(call);
-    map(jobs, calls, drop);
+    calls
 }
 
 /// The plan of a frame: everything that workers receive.
