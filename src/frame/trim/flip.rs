@@ -1,4 +1,5 @@
-//! Triangles with common edges -> triangles of the same boundary that come close to Delaunay's, by flips.
+//! Triangles with common edges -> triangles of the same boundary that come close to Delaunay's, by flips; and more
+//! vertices for them.
 //!
 //! Method: Lawson, "Software for C1 surface interpolation", 1977. A flip is made only where the circle test exceeds what
 //! its rounding could change. So each one is a true step towards the Delaunay triangulation, which ends.
@@ -17,8 +18,8 @@ pub(crate) const BORDER: u32 = u32::MAX;
 /// 3e-15; corners of regular shapes, which lie on a circle, stay as they are.
 const COCIRCULAR: f64 = 1e-13;
 
-/// Most flips per edge. Round regions of hundreds of corners need more to become Delaunay: the number grows with the
-/// corners. By then no triangle is thin by much (bench `one_cell`).
+/// Most flips per edge. Long regions between straight borders need more to become Delaunay: the number grows with the
+/// corners.
 const FLIPS_PER_EDGE: usize = 6;
 
 /// The edges of this many triangles are flipped before the next are looked at: with their points they fit the second
@@ -35,6 +36,8 @@ pub(crate) struct Mesh {
     /// By edge that had no triangles when it was added, the first side that it got.
     open: Vec<u32>,
     queue: Box<[u32; QUEUE]>,
+    /// Sides around a vertex that are still to be tested.
+    around: Vec<u32>,
 }
 
 /// Counter-clockwise corners, and by side, from each corner to the next, the same edge's side in the next triangle.
@@ -51,7 +54,7 @@ const WAITS: usize = 3;
 
 impl Default for Mesh {
     fn default() -> Self {
-        Self { triangles: Vec::new(), open: Vec::new(), queue: Box::new([0; QUEUE]) }
+        Self { triangles: Vec::new(), open: Vec::new(), queue: Box::new([0; QUEUE]), around: Vec::new() }
     }
 }
 
@@ -63,6 +66,26 @@ impl Mesh {
 
     pub(crate) fn triangles(&self) -> impl ExactSizeIterator<Item = [u32; 3]> + '_ {
         self.triangles.iter().map(|&Triangle { corners: [a, b, c, _], .. }| [a, b, c])
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Gives the vertices other names.
+    pub(crate) fn rename(&mut self, name: impl Fn(u32) -> u32) {
+        for Triangle { corners: [a, b, c, _], .. } in &mut self.triangles {
+            [*a, *b, *c] = [*a, *b, *c].map(&name);
+        }
+    }
+
+    /// Writes each side of the boundary to the place of the vertex that it starts from.
+    pub(crate) fn list_border(&self, sides: &mut [u32]) {
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            for k in (0..3).filter(|&k| triangle.twins[k] == BORDER) {
+                sides[triangle.corners[k] as usize] = (4 * t + k) as u32;
+            }
+        }
     }
 
     /// Adds an edge that has no triangles yet. What it returns stands for both of its sides.
@@ -93,6 +116,37 @@ impl Mesh {
         other
     }
 
+    /// Adds triangles of a vertex between two others that follow each other on the boundary. `sides` are as from
+    /// [`list_border`](Self::list_border), and are brought up to date.
+    pub(crate) fn add_ears(&mut self, ears: &[[u32; 3]], sides: &mut [u32]) {
+        for &[u, v, w] in ears {
+            let first = 4 * self.triangles.len() as u32;
+            let base = std::mem::replace(&mut sides[u as usize], first);
+            sides[v as usize] = first + 1;
+            let (t, k) = place(base);
+            self.triangles[t].twins[k] = first + 2;
+            self.triangles.push(Triangle { corners: [u, v, w, 0], twins: [BORDER, BORDER, base, BORDER] });
+        }
+    }
+
+    /// Makes ears positive, one after the other, and flips edges of these and of the triangles before them until they
+    /// are Delaunay, or there were too many flips. Returns false if one cannot be.
+    pub(crate) fn insert_ears(&mut self, ears: Range<usize>, points: &[DVec2]) -> bool {
+        let Self { triangles, around, .. } = self;
+        let mut left = FLIPS_PER_EDGE * 2 * ears.len();
+        widest(
+            #[inline(always)]
+            || {
+                for t in ears {
+                    if !insert_ear(triangles, points, t, around, &mut left) {
+                        return false;
+                    }
+                }
+                true
+            },
+        )
+    }
+
     /// Flips edges until none has a vertex inside a circle through its other side, or there were too many flips.
     pub(crate) fn flip(&mut self, points: &[DVec2]) {
         let Self { triangles, queue, .. } = self;
@@ -105,6 +159,59 @@ impl Mesh {
                 }
             },
         );
+    }
+}
+
+/// Puts the second corner of triangle `t` between the others, which are the ends of an edge of the boundary of those
+/// before it. Then flips edges across from it until they are Delaunay. Cost: constant on average if the vertices come
+/// in random order (Guibas, Knuth and Sharir, "Randomized incremental construction of Delaunay and Voronoi diagrams",
+/// 1992); nearly so in halving steps along loops.
+///
+/// A triangle that is not positive covers what is outside: its edge has to be flipped. Of the two triangles that come of
+/// it, one may be not positive either, if the vertex lies beyond the triangle behind the edge. Returns false if both are
+/// not, or the edge has no triangle behind it.
+#[inline(always)]
+fn insert_ear(triangles: &mut [Triangle], points: &[DVec2], t: usize, around: &mut Vec<u32>, left: &mut usize) -> bool {
+    let after = 4 * t as u32 + 4;
+    let at = |v: u32| points[v as usize];
+    let [pu, pv, pw] = [0, 1, 2].map(|k| at(triangles[t].corners[k]));
+    // All sides from here on are across from the vertex.
+    let mut side = after - 2;
+    let mut is_positive = orient2d(pu, pv, pw) > 0.0;
+    around.clear();
+    while !is_positive {
+        let (t, k) = place(side);
+        let twin = triangles[t].twins[k];
+        if twin >= after || *left == 0 {
+            return false;
+        }
+        *left -= 1;
+        let [pa, pb] = [k, AFTER[k]].map(|k| at(triangles[t].corners[k]));
+        let next = flip_sides(triangles, side, twin);
+        let pd = at(triangles[t].corners[k]);
+        let halves = [orient2d(pd, pb, pv) > 0.0, orient2d(pv, pa, pd) > 0.0];
+        if halves == [false; 2] {
+            return false;
+        }
+        is_positive = halves == [true; 2];
+        let [this, that] = if halves[0] { [next, side] } else { [side, next] };
+        around.push(that);
+        side = this;
+    }
+    loop {
+        let (t, k) = place(side);
+        let twin = triangles[t].twins[k];
+        if twin < after && *left > 0 {
+            let (s, l) = place(twin);
+            let [pa, pb] = [k, AFTER[k]].map(|k| at(triangles[t].corners[k]));
+            if is_better([pa, pb, pv], at(triangles[s].corners[BEFORE[l]])) {
+                *left -= 1;
+                around.push(flip_sides(triangles, side, twin));
+                continue;
+            }
+        }
+        let Some(next) = around.pop() else { return true };
+        side = next;
     }
 }
 
@@ -170,21 +277,43 @@ fn flip_edge(triangles: &mut [Triangle], points: &[DVec2], side: u32, queue: &mu
     }
     one.corners[WAITS] ^= 1 << k;
     let twin = one.twins[k];
-    let [pa, pb, pc] = [k, AFTER[k], BEFORE[k]].map(|k| points[one.corners[k] as usize]);
+    let corners = [k, AFTER[k], BEFORE[k]].map(|k| points[one.corners[k] as usize]);
     let (s, l) = place(twin);
     let other = &mut triangles[s];
     other.corners[WAITS] &= !(1 << l);
-    let d = other.corners[BEFORE[l]];
-    let pd = points[d as usize];
-    let [reach_a, reach_b, reach_c] = [pa, pb, pc].map(|p| (p - pd).length_squared());
-    let reach = larger(larger(reach_a, reach_b), reach_c);
-    // The turns' products are those of the circle test.
-    if in_circle(pa, pb, pc, pd) <= COCIRCULAR * reach * reach
-        || orient2d(pc, pa, pd) <= 0.0
-        || orient2d(pb, pc, pd) <= 0.0
-    {
+    if !is_better(corners, points[other.corners[BEFORE[l]] as usize]) {
         return false;
     }
+    flip_sides(triangles, side, twin);
+    for side in [side, twin] {
+        let (t, k) = place(side);
+        let triangle = &mut triangles[t];
+        let mut waits = u32::from(triangle.twins[AFTER[k]] != BORDER) << AFTER[k];
+        queue.push_if(waits & !triangle.corners[WAITS] != 0, side - k as u32 + AFTER[k] as u32);
+        if triangle.twins[k] != BORDER {
+            waits |= 1 << k;
+            queue.push_if(true, side);
+        }
+        triangle.corners[WAITS] = waits;
+    }
+    true
+}
+
+/// Whether the edge from `a` to `b`, with `c` on its left and `d` on its right, is better flipped.
+#[inline(always)]
+fn is_better([a, b, c]: [DVec2; 3], d: DVec2) -> bool {
+    let [reach_a, reach_b, reach_c] = [a, b, c].map(|p| (p - d).length_squared());
+    let reach = larger(larger(reach_a, reach_b), reach_c);
+    // The turns' products are those of the circle test.
+    in_circle(a, b, c, d) > COCIRCULAR * reach * reach && orient2d(c, a, d) > 0.0 && orient2d(b, c, d) > 0.0
+}
+
+/// Flips the edge of two sides. Each triangle keeps the side after the edge's, and `side` is then across from the
+/// corner that it was across from. Returns the other side that is.
+#[inline(always)]
+fn flip_sides(triangles: &mut [Triangle], side: u32, twin: u32) -> u32 {
+    let ((t, k), (s, l)) = (place(side), place(twin));
+    let d = triangles[s].corners[BEFORE[l]];
     let one = &mut triangles[t];
     let (c, ca) = (one.corners[BEFORE[k]], one.twins[BEFORE[k]]);
     one.corners[k] = d;
@@ -193,23 +322,15 @@ fn flip_edge(triangles: &mut [Triangle], points: &[DVec2], side: u32, queue: &mu
     let db = other.twins[BEFORE[l]];
     other.corners[l] = c;
     other.twins[BEFORE[l]] = side - k as u32 + BEFORE[k] as u32;
-    // Each triangle keeps the side after the edge's. The edge's gets one of the other triangle.
+    // The edge's side gets one of the other triangle.
     for (t, k, side, outer) in [(t, k, side, db), (s, l, twin, ca)] {
-        let triangle = &mut triangles[t];
-        triangle.twins[k] = outer;
-        let mut waits = u32::from(triangle.twins[AFTER[k]] != BORDER) << AFTER[k];
-        queue.push_if(waits & !triangle.corners[WAITS] != 0, side - k as u32 + AFTER[k] as u32);
-        if outer != BORDER {
-            waits |= 1 << k;
-            queue.push_if(true, side);
-        }
-        triangle.corners[WAITS] = waits;
+        triangles[t].twins[k] = outer;
         if outer != BORDER {
             let (t, k) = place(outer);
             triangles[t].twins[k] = side;
         }
     }
-    true
+    twin - l as u32 + AFTER[l] as u32
 }
 
 /// A side's triangle, and the corner that it starts from.

@@ -21,6 +21,7 @@ mod trace;
 mod runs;
 mod flip;
 mod sweep;
+mod levels;
 mod triangulate;
 mod rings;
 pub(crate) mod cdt;

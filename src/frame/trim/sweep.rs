@@ -74,14 +74,15 @@ struct Node {
 pub(crate) struct NotSimple;
 
 impl Sweep {
-    /// Triangulates the region to the left of loops of vertices: loop k has the indices from `starts[k]` to the next
+    /// Triangulates the region to the left of loops of points: loop k has the `ids` from `starts[k]` to the next
     /// start, or to the end.
     pub(crate) fn triangulate(
         &mut self,
         points: &[DVec2],
+        ids: &[u32],
         starts: &[u32],
-    ) -> Result<impl ExactSizeIterator<Item = [u32; 3]> + '_, NotSimple> {
-        self.load(points, starts);
+    ) -> Result<&mut Mesh, NotSimple> {
+        self.load(points, ids, starts);
         for v in 0..self.links.len() as u32 {
             self.meet(v)?;
         }
@@ -89,16 +90,22 @@ impl Sweep {
             return Err(NotSimple);
         }
         self.mesh.flip(&self.points);
-        Ok(self.mesh.triangles().map(|t| t.map(|v| self.order[v as usize] as u32)))
+        self.mesh.rename(|v| ids[self.order[v as usize] as u32 as usize]);
+        Ok(&mut self.mesh)
     }
 
-    fn load(&mut self, points: &[DVec2], starts: &[u32]) {
-        let n = points.len() as u32;
+    /// The triangles of the last call.
+    pub(crate) fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    fn load(&mut self, points: &[DVec2], ids: &[u32], starts: &[u32]) {
+        let n = ids.len() as u32;
         let ends = starts.iter().skip(1).copied().chain([n]);
         // The two segments of a loop of two vertices cancel.
         let loops = starts.iter().copied().zip(ends).filter(|(start, end)| end - start > 2);
-        self.sort(points, loops.clone());
-        self.rank.resize(points.len(), 0);
+        self.sort(|v| points[ids[v as usize] as usize], n, loops.clone());
+        self.rank.resize(ids.len(), 0);
         for (&key, rank) in self.order.iter().zip(0..) {
             self.rank[key as u32 as usize] = rank;
         }
@@ -109,8 +116,8 @@ impl Sweep {
             let ranks = &self.rank[vertices.clone()];
             let mut from = ranks[ranks.len() - 1];
             let after = ranks[1..].iter().chain(&ranks[..1]);
-            for ((&rank, &to), &point) in ranks.iter().zip(after).zip(&points[vertices]) {
-                self.points[rank as usize] = point;
+            for ((&rank, &to), &id) in ranks.iter().zip(after).zip(&ids[vertices]) {
+                self.points[rank as usize] = points[id as usize];
                 self.links[rank as usize] = Link { from, to, interval: NONE };
                 from = rank;
             }
@@ -123,8 +130,8 @@ impl Sweep {
 
     /// Puts the vertices of loops into the order in which the line meets them. It moves along the longer side of their
     /// box: the triangles that it leaves are wider that way, and fewer of them are flipped.
-    fn sort(&mut self, points: &[DVec2], loops: impl Iterator<Item = (u32, u32)>) {
-        let (low, high) = points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
+    fn sort(&mut self, point: impl Fn(u32) -> DVec2, count: u32, loops: impl Iterator<Item = (u32, u32)>) {
+        let (low, high) = (0..count).map(&point).fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
             let axis = |k: usize| (smaller(p[k], low[k]), larger(p[k], high[k]));
             let [x, y] = [0, 1].map(axis);
             (DVec2::new(x.0, y.0), DVec2::new(x.1, y.1))
@@ -137,13 +144,13 @@ impl Sweep {
         self.order.clear();
         for (start, end) in loops {
             let key =
-                |v: u32| u64::from(((along(points[v as usize]) - along(low)) * steps) as u32) << 32 | u64::from(v);
+                |v: u32| u64::from(((along(point(v)) - along(low)) * steps) as u32) << 32 | u64::from(v);
             self.order.extend((start..end).map(key));
         }
         self.order.sort_unstable();
         // Those of one step.
         let exact = |key: u64| {
-            let p = points[key as u32 as usize];
+            let p = point(key as u32);
             (along(p), if tall { -p.x } else { p.y }, key)
         };
         for same in self.order.chunk_by_mut(|a, b| a >> 32 == b >> 32).filter(|same| same.len() > 1) {

@@ -5,7 +5,7 @@
 
 use super::flip::in_circle;
 use super::input::TrimInput;
-use super::sweep::Sweep;
+use super::levels::Levels;
 use crate::math::order::smaller;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
@@ -19,7 +19,7 @@ pub(crate) struct Polygon {
     pub(crate) zip: usize,
     /// Where each loop starts.
     starts: Vec<u32>,
-    sweep: Sweep,
+    levels: Levels,
 }
 
 /// Quality where no positive triangle can be cut off.
@@ -108,13 +108,13 @@ impl Polygon {
         }
         let whole = [0];
         let starts = if self.starts.is_empty() { &whole[..] } else { &self.starts };
-        triangulate_loops(&mut self.sweep, (&self.points, starts), |v| self.ids[v as usize], out)
+        triangulate_loops(&mut self.levels, (&self.points, starts), |v| self.ids[v as usize], out)
     }
 
     /// As [`triangulate`](Self::triangulate), for all loops of a tile.
     pub(crate) fn triangulate_tile(&mut self, tile: &TrimInput<'_>, out: &mut Vec<[u32; 3]>) -> bool {
         let starts = &tile.loop_starts[..tile.loop_starts.len() - 1];
-        triangulate_loops(&mut self.sweep, (tile.points, starts), |v| v, out)
+        triangulate_loops(&mut self.levels, (tile.points, starts), |v| v, out)
     }
 
     /// Advances along both chains from the edge between them, cutting off a positive triangle at each step.
@@ -154,7 +154,7 @@ impl Polygon {
 /// Triangulates the region of loops of points that start at `starts`, with these names for their points.
 #[inline(always)]
 fn triangulate_loops(
-    sweep: &mut Sweep,
+    levels: &mut Levels,
     (points, starts): (&[DVec2], &[u32]),
     name: impl Fn(u32) -> u32,
     out: &mut Vec<[u32; 3]>,
@@ -173,7 +173,7 @@ fn triangulate_loops(
             }
             halves.is_some()
         }
-        _ => sweep.triangulate(points, starts).is_ok_and(|triangles| {
+        _ => levels.triangulate(points, starts).is_ok_and(|triangles| {
             out.extend(triangles.map(|t| t.map(&name)));
             true
         }),
