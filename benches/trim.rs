@@ -1,7 +1,8 @@
 //! Cost of the trim triangulation per tessellant.
 //!
 //! * `lattice/*`: 32 x 32 cells, by the length of segments in cells;
-//! * `one_cell/*`: planes (tiles of one cell), by the number of tessellants, without and with holes;
+//! * `one_cell/*`: planes (tiles of one cell): discs, stars and combs by the number of tessellants, plates by that of
+//!   their holes, which are alike or scattered;
 //! * `cylinder/*`: tiles of one row;
 //! * `reference/*`: the whole-tile reference on the first tile, for comparison.
 
@@ -88,6 +89,56 @@ fn plate(cells: (u32, u32), holes: u32) -> Tile {
     tile
 }
 
+/// One cell with a disc of `count` tessellants along 13 deep waves.
+fn star(count: u32) -> Tile {
+    let corner = move |k: u32| {
+        let angle = TAU * f64::from(k) / f64::from(count);
+        DVec2::splat(0.5) + DVec2::from_angle(angle) * 0.35 * (1.0 + 0.2 * (13.0 * angle).sin())
+    };
+    Tile::new((1, 1)).with((0..count).map(corner))
+}
+
+/// Numbers from 0 to 1 that no processor foresees, the same in each run.
+fn random() -> impl FnMut() -> f64 {
+    let mut state = 1_u64;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// A plate with `holes` x `holes` holes of 12 to 36 tessellants, of any size and anywhere in their squares.
+fn scattered(holes: u32) -> Tile {
+    let mut random = random();
+    let mut tile = Tile::new((1, 1)).with_border(1.0);
+    for i in 0..holes {
+        for j in 0..holes {
+            let radius = 0.03 + 0.4 * random().powi(2);
+            let room = 1.0 - 2.1 * radius;
+            let within = DVec2::new(random(), random()) * room + 1.05 * radius;
+            let centre = (DVec2::new(f64::from(i), f64::from(j)) + within) / f64::from(holes);
+            let count = 12.0 + (25.0 * random()).floor();
+            tile = tile.with(
+                (0..count as u32)
+                    .map(move |k| centre + DVec2::from_angle(-TAU * f64::from(k) / count) * radius / f64::from(holes)),
+            );
+        }
+    }
+    tile
+}
+
+/// One cell with a comb of `count` tessellants, whose teeth are of any depth.
+fn comb(count: u32) -> Tile {
+    let mut random = random();
+    let teeth = count / 2;
+    let tooth = |k: u32| {
+        let y = |part: f64| 0.95 - 0.9 * (f64::from(k) + part) / f64::from(teeth);
+        [DVec2::new(0.1 + 0.6 * random(), y(0.0)), DVec2::new(0.8, y(0.5))]
+    };
+    let points: Vec<_> = (0..teeth).flat_map(tooth).chain([DVec2::new(0.9, 0.05), DVec2::new(0.9, 0.95)]).collect();
+    Tile::new((1, 1)).with(points)
+}
+
 fn bench(c: &mut Criterion) {
     let mut run = |group: &str, id: BenchmarkId, tile: &Tile| {
         let (mut scratch, mut out) = (TrimScratch::default(), TrimOutput::default());
@@ -106,6 +157,15 @@ fn bench(c: &mut Criterion) {
     }
     for holes in [1, 4, 16, 64] {
         run("one_cell", BenchmarkId::new("plate", holes * holes), &plate((1, 1), holes));
+    }
+    for holes in [4, 16, 64] {
+        run("one_cell", BenchmarkId::new("scattered", holes * holes), &scattered(holes));
+    }
+    for count in [400, 2_000, 4_096, 100_000] {
+        run("one_cell", BenchmarkId::new("star", count), &star(count));
+    }
+    for count in [1_000, 10_000, 100_000] {
+        run("one_cell", BenchmarkId::new("comb", count), &comb(count));
     }
     run("cylinder", BenchmarkId::new("plate", 16), &plate((40, 1), 4));
     let tile = pierced(1.0);

@@ -171,3 +171,135 @@ impl Levels {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::trim::cdt::{self, AtCrossings, Segment};
+    use crate::frame::trim::sweep::tests::{prove, rounds};
+
+    fn proven(points: &[DVec2], starts: &[u32]) -> Result<Vec<[u32; 3]>, NotSimple> {
+        let triangles: Vec<_> = Levels::default().triangulate(points, starts)?.collect();
+        prove(points, starts, &triangles);
+        Ok(triangles)
+    }
+
+    /// The deciles of the triangles' smallest angles, and the length of all sides.
+    fn shapes(points: &[DVec2], triangles: &[[u32; 3]]) -> (Vec<f64>, f64) {
+        let mut length = 0.0;
+        let mut smallest: Vec<f64> = Vec::new();
+        for triangle in triangles {
+            let corners = triangle.map(|v| points[v as usize]);
+            let angles = [0, 1, 2].map(|k| {
+                let [a, b, c] = [k, (k + 1) % 3, (k + 2) % 3].map(|at| corners[at]);
+                length += a.distance(b);
+                (b - a).angle_to(c - a).abs()
+            });
+            smallest.push(angles.into_iter().fold(f64::INFINITY, f64::min));
+        }
+        smallest.sort_by(f64::total_cmp);
+        ((1..10).map(|k| smallest[k * smallest.len() / 10]).collect(), length)
+    }
+
+    /// Numbers from 0 to 1 that look random.
+    fn random(seed: u32) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+            f64::from((state >> 16) ^ (state & 0xffff)) / 65_536.0
+        }
+    }
+
+    #[test]
+    fn triangles_have_the_shapes_of_delaunay() {
+        let disc = |corners: i32| vec![(0.0, 0.0, corners, 1.0)];
+        let ring = |corners: i32, inner: f64| vec![(0.0, 0.0, corners, 1.0), (0.0, 0.0, -corners, inner)];
+        let hole = |k: i32| (f64::from(k % 5) * 4.0 - 8.0, f64::from(k / 5) * 4.0 - 8.0, -24, 1.2);
+        let plate = |hole: &mut dyn FnMut(i32) -> (f64, f64, i32, f64)| {
+            std::iter::once((0.0, 0.0, 90, 18.0)).chain((0..25).map(hole)).collect::<Vec<_>>()
+        };
+        let mut random = random(1);
+        let mut of_any_size = |k: i32| {
+            let (x, y, ..) = hole(k);
+            (x + random() - 0.5, y + random() - 0.5, -8 - (40.0 * random()) as i32, 0.1 + 1.1 * random())
+        };
+        let discs = [40, 256, 2_000, 4_096].map(disc);
+        let rings = [ring(300, 0.9), ring(2_000, 0.9), ring(1_000, 0.3)];
+        for loops in discs.into_iter().chain(rings).chain([plate(&mut { hole }), plate(&mut of_any_size)]) {
+            let (points, starts) = rounds(&loops);
+            has_delaunay_shapes(&points, &starts);
+        }
+    }
+
+    #[test]
+    fn discs_of_many_waves_have_the_shapes_of_delaunay() {
+        let point = |k: u32| {
+            let angle = std::f64::consts::TAU * f64::from(k) / 4096.0;
+            DVec2::from_angle(angle) * (1.0 + 0.3 * (13.0 * angle).sin())
+        };
+        has_delaunay_shapes(&(0..4096).map(point).collect::<Vec<_>>(), &[0]);
+    }
+
+    fn has_delaunay_shapes(points: &[DVec2], starts: &[u32]) {
+        let ours = proven(points, starts).expect("simple");
+        let ends = starts.iter().skip(1).copied().chain([points.len() as u32]);
+        let loops = starts
+            .iter()
+            .zip(ends)
+            .flat_map(|(&start, end)| (start..end).map(move |v| [v, if v + 1 == end { start } else { v + 1 }]));
+        let segments: Vec<_> = loops.map(|ends| Segment { ends, weight: 1 }).collect();
+        let delaunay = cdt::triangulate(points, &segments, AtCrossings::Refuse).expect("simple").triangles;
+        assert_eq!(ours.len(), delaunay.len());
+        let ((ours, length), (theirs, least)) = (shapes(points, &ours), shapes(points, &delaunay));
+        assert!(length <= 1.01 * least, "{starts:?}: {length} and {least}");
+        assert!(ours.iter().zip(&theirs).all(|(a, b)| a >= &(0.95 * b)), "{starts:?}: {ours:?} and {theirs:?}");
+    }
+
+    #[test]
+    fn loops_that_cross_where_few_vertices_are_left() {
+        // The ring is thinner than what circles of a dozen corners lose, and so is what is between a hole and the disc.
+        let thin = [(0.0, 0.0, 2_000, 1.0), (0.0, 0.0, -1_500, 0.999)];
+        let near = [(0.0, 0.0, 2_000, 1.0), (0.97, 0.0, -200, 0.001), (-0.97, 0.0, -6, 0.001)];
+        // An island nearly fills the hole.
+        let island = [(0.0, 0.0, 2_000, 1.0), (0.0, 0.0, -1_000, 0.95), (0.0, 0.0, 1_000, 0.949)];
+        for (loops, count) in [(&thin[..], 3_500), (&near, 2_208), (&island, 3_998)] {
+            let (points, starts) = rounds(loops);
+            let triangles = proven(&points, &starts).map(|triangles| triangles.len());
+            assert_eq!(triangles.ok(), Some(count), "{loops:?}");
+        }
+    }
+
+    #[test]
+    fn what_the_sweep_takes_is_taken() {
+        let mut sweep = Sweep::default();
+        let mut levels = Levels::default();
+        let (mut taken, mut finer) = (0, 0);
+        for seed in 0..4_000 {
+            let mut random = random(seed);
+            let (mut loops, count) = (Vec::new(), 1 + (5.0 * random()) as u32);
+            for k in 0..count {
+                let sign = if k % 2 == 0 { 1 } else { -1 };
+                let corners = sign * (3 + (300.0 * random() * random()) as i32);
+                // Around each other, or anywhere.
+                loops.push(match seed % 2 {
+                    0 => (0.0, 0.0, corners, 1.0 - f64::from(k) * 0.2 * random()),
+                    _ if k == 0 => (0.0, 0.0, corners.max(40), 1.0),
+                    _ => (1.2 * random() - 0.6, 1.2 * random() - 0.6, -corners.abs(), 0.3 * random()),
+                });
+            }
+            let (mut points, starts) = rounds(&loops);
+            let noise = if seed % 5 == 0 { 0.02 } else { 0.0 };
+            points.iter_mut().for_each(|p| *p += noise * DVec2::new(random(), random()));
+            let ids: Vec<u32> = (0..points.len() as u32).collect();
+            let is_swept = sweep.triangulate(&points, &ids, &starts).is_ok();
+            let triangles: Option<Vec<_>> = levels.triangulate(&points, &starts).ok().map(Iterator::collect);
+            assert!(triangles.is_some() || !is_swept, "{loops:?}");
+            if let Some(triangles) = triangles {
+                prove(&points, &starts, &triangles);
+                taken += 1;
+                finer += u32::from(levels.levels.len() > 1);
+            }
+        }
+        assert!(taken > 1_000 && finer > 900, "{taken} and {finer}");
+    }
+}
