@@ -1,20 +1,18 @@
 //! Batches to a file: collects a frame, writes it when the frame is complete.
 
 #[cfg(feature = "glb")]
-use super::glb::Glb;
+use super::glb::glb_levels;
 #[cfg(feature = "glb")]
 use super::glb_levels::GlbLevel;
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
-use super::obj::obj;
 use super::pending::{Outputs, PendingFile, cannot_write};
-use super::plain::Make;
-use super::ply::ply;
+use super::plain::{Pieces, write_alone};
 use super::rounding::Rounding;
-use super::stl::stl;
 use super::{Format, UnknownFormat};
 use crate::control::{Call, Control, Rayon};
 use crate::mesh::{Batch, EdgeLine, FrameView, MemorySink, MeshLists, MeshSink, Scene, SinkError, TileMesh};
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost. The file is made
@@ -53,23 +51,20 @@ pub fn save_pending<'a>(
     most: f64,
     outputs: &mut Outputs,
 ) -> Result<(Rounding, PathBuf), SinkError> {
-    let fail = |cause| cannot_write(path, cause);
     let frame = frame.into();
-    let make: Make = match format {
-        #[cfg(feature = "glb")]
-        Format::Glb(options) => {
-            let (mut roundings, temporary) = save_glb(&frame, &[], path, (options, most), outputs)?;
-            return Ok((roundings.remove(0), temporary));
-        }
-        Format::Stl => stl,
-        Format::Ply => ply,
-        Format::Obj => obj,
-    };
+    made(path, outputs, |call| format.make(call, &frame, most))
+}
+
+/// Writes the pieces that `make` makes on rayon's threads. Returns what it does with them, and the temporary name.
+fn made<R>(
+    path: &Path,
+    outputs: &mut Outputs,
+    make: impl FnOnce(Call<'_>) -> io::Result<(Pieces, R)>,
+) -> Result<(R, PathBuf), SinkError> {
     let control = Control::default();
-    let (pieces, rounding) = make(Call::new(&Rayon, &control), &frame).map_err(fail)?;
-    rounding.within(most).map_err(|too_far| fail(too_far.into()))?;
+    let (pieces, made) = make(Call::new(&Rayon, &control)).map_err(|cause| cannot_write(path, cause))?;
     let temporary = outputs.write(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece)))?;
-    Ok((rounding, temporary))
+    Ok((made, temporary))
 }
 
 /// Writes a GLB with levels of detail (MSFT_lod): each node has coarser nodes, and the share of the screen below which
@@ -89,30 +84,12 @@ pub fn save_levels<'a>(
     (options, most): (GlbOptions, f64),
     outputs: &mut Outputs,
 ) -> Result<(Vec<Rounding>, PathBuf), SinkError> {
-    let fail = |cause| cannot_write(path, cause);
     let frame = frame.into();
-    super::glb_levels::check(frame.scene, chord, coarser)
-        .map_err(|unfit| fail(std::io::Error::new(std::io::ErrorKind::InvalidInput, unfit)))?;
-    save_glb(&frame, coarser, path, (options, most), outputs)
-}
-
-/// Writes a GLB whose levels fit each other.
-#[cfg(feature = "glb")]
-fn save_glb(
-    frame: &FrameView<'_>,
-    coarser: &[GlbLevel<'_>],
-    path: &Path,
-    with: (GlbOptions, f64),
-    outputs: &mut Outputs,
-) -> Result<(Vec<Rounding>, PathBuf), SinkError> {
-    let fail = |cause| cannot_write(path, cause);
-    let control = Control::default();
-    let (glb, roundings) = Glb::of(Call::new(&Rayon, &control), frame, coarser, with).map_err(fail)?;
-    for rounding in &roundings {
-        rounding.within(with.1).map_err(|too_far| fail(too_far.into()))?;
-    }
-    let temporary = outputs.write(path, |mut file| glb.write(&mut file))?;
-    Ok((roundings, temporary))
+    made(path, outputs, |call| {
+        super::glb_levels::check(frame.scene, chord, coarser)
+            .map_err(|unfit| io::Error::new(io::ErrorKind::InvalidInput, unfit))?;
+        glb_levels(call, &frame, coarser, (options, most))
+    })
 }
 
 /// Creates a sink that writes `path` in the format of its extension. The file system is first touched by `begin`.
@@ -174,7 +151,8 @@ impl MeshSink for FileSink {
             Some(pending) => pending,
             None => PendingFile::create(&self.path)?,
         };
-        pending.publish(|file| self.format.write(&(&self.frame).into(), file))?;
+        let frame = FrameView::from(&self.frame);
+        pending.publish(|file| write_alone(file, |call| self.format.make(call, &frame, f64::INFINITY)).map(drop))?;
         self.frame = MemorySink::default();
         Ok(())
     }

@@ -1,16 +1,19 @@
 //! File extensions to formats, and formats to their writers.
 
 #[cfg(feature = "glb")]
-use super::glb::write_alone;
+use super::glb::glb;
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
-use super::plain::{rounding_of, to_double, to_single};
+use super::obj::obj;
+use super::plain::{Pieces, rounding_of, to_double, to_single};
+use super::ply::ply;
 use super::rounding::Rounding;
 use super::single::BeyondSingle;
-use super::{write_obj, write_ply, write_stl};
+use super::stl::stl;
+use crate::control::Call;
 use crate::mesh::FrameView;
 use glam::DVec3;
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 /// A mesh file format.
@@ -19,11 +22,11 @@ pub enum Format {
     /// Binary glTF, see [`write_glb`](super::write_glb).
     #[cfg(feature = "glb")]
     Glb(GlbOptions),
-    /// Binary STL, see [`write_stl`].
+    /// Binary STL, see [`write_stl`](super::write_stl).
     Stl,
-    /// Stanford PLY, see [`write_ply`].
+    /// Stanford PLY, see [`write_ply`](super::write_ply).
     Ply,
-    /// Wavefront OBJ, see [`write_obj`].
+    /// Wavefront OBJ, see [`write_obj`](super::write_obj).
     Obj,
 }
 
@@ -47,15 +50,17 @@ impl Format {
         known.map(|(_, format)| *format).ok_or(UnknownFormat { extension })
     }
 
-    /// Writes `frame` on the caller's thread.
-    pub(super) fn write(self, frame: &FrameView<'_>, file: &mut impl Write) -> io::Result<()> {
-        match self {
+    /// Makes the file, unless rounding moves a vertex by more than `most` millimetres.
+    pub(super) fn make(self, call: Call<'_>, frame: &FrameView<'_>, most: f64) -> io::Result<(Pieces, Rounding)> {
+        let (pieces, rounding) = match self {
             #[cfg(feature = "glb")]
-            Self::Glb(options) => write_alone(frame, (options, f64::INFINITY), file).map(drop),
-            Self::Stl => write_stl(frame, file),
-            Self::Ply => write_ply(frame, file),
-            Self::Obj => write_obj(frame, file),
-        }
+            Self::Glb(options) => glb(call, frame, (options, most))?,
+            Self::Stl => stl(call, frame)?,
+            Self::Ply => ply(call, frame)?,
+            Self::Obj => obj(call, frame)?,
+        };
+        rounding.within(most)?;
+        Ok((pieces, rounding))
     }
 }
 

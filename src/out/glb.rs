@@ -13,8 +13,9 @@ use super::glb_options::GlbOptions;
 use super::glb_stream::Stream;
 use super::node_place::{NodeGroup, NodePlace, PointNumbers, Turn, groups};
 use super::placed::instance_name;
+use super::plain::{Pieces, write_alone};
 use super::rounding::{Rounding, RoundingCount};
-use crate::control::{Alone, Call, Control};
+use crate::control::Call;
 use crate::mesh::{BatchView, EdgeLine, FrameView, ScenePart};
 use crate::model::Colour;
 use glam::Vec3;
@@ -40,7 +41,7 @@ const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
 /// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](super::BeyondSingle); nothing is
 /// written then.
 pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<Rounding> {
-    write_alone(&frame.into(), (GlbOptions::PLAIN, f64::INFINITY), file)
+    write_glb_within(frame, f64::INFINITY, file)
 }
 
 /// As [`write_glb`], where rounding moves no vertex by more than `most` millimetres. Parts far from the origin get nodes
@@ -49,21 +50,29 @@ pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> 
 /// # Errors
 /// Those of [`write_glb`], and if rounding would move a vertex further. Nothing is written then.
 pub fn write_glb_within<'a>(frame: impl Into<FrameView<'a>>, most: f64, file: &mut impl Write) -> io::Result<Rounding> {
-    write_alone(&frame.into(), (GlbOptions::PLAIN, most), file)
+    write_alone(file, |call| glb(call, &frame.into(), (GlbOptions::PLAIN, most)))
 }
 
-/// As [`write_glb_within`], with options.
-pub(super) fn write_alone(
+/// Makes a file of one level.
+pub(super) fn glb(call: Call<'_>, frame: &FrameView<'_>, with: (GlbOptions, f64)) -> io::Result<(Pieces, Rounding)> {
+    let (pieces, mut roundings) = glb_levels(call, frame, &[], with)?;
+    Ok((pieces, roundings.remove(0)))
+}
+
+/// Makes a file with coarser levels of detail, and measures what rounding costs in each level. A node whose translation
+/// is rounded by more than half of `most` millimetres is put into others, and the translations add up to the place.
+///
+/// # Errors
+/// If a number overflows single precision, rounding moves a vertex by more than `most`, or there are more than 4 GiB.
+pub(super) fn glb_levels(
+    call: Call<'_>,
     frame: &FrameView<'_>,
+    coarser: &[GlbLevel<'_>],
     (options, most): (GlbOptions, f64),
-    file: &mut impl Write,
-) -> io::Result<Rounding> {
-    let control = Control::default();
-    let (glb, mut roundings) = Glb::of(Call::new(&Alone, &control), frame, &[], (options, most))?;
-    let rounding = roundings.remove(0);
-    rounding.within(most).map_err(io::Error::other)?;
-    glb.write(file)?;
-    Ok(rounding)
+) -> io::Result<(Pieces, Vec<Rounding>)> {
+    let (glb, roundings) = Glb::of(call, frame, coarser, (options, most))?;
+    roundings.iter().try_for_each(|rounding| rounding.within(most))?;
+    Ok((glb.finish()?, roundings))
 }
 
 /// Batches and edge lines of a part.
@@ -91,7 +100,7 @@ struct PartShape {
 
 /// A file that is being made.
 #[derive(Default)]
-pub(super) struct Glb {
+struct Glb {
     options: GlbOptions,
     root: Root,
     materials: HashMap<[u32; 4], Index<Material>>,
@@ -108,13 +117,8 @@ struct Uses {
 }
 
 impl Glb {
-    /// Makes the JSON and the buffers, with coarser levels of detail, and measures what rounding costs in each level. A
-    /// node whose translation is rounded by more than half of `most` millimetres is put into others, and the translations
-    /// add up to the place.
-    ///
-    /// # Errors
-    /// If a number overflows single precision.
-    pub(super) fn of(
+    /// Makes the JSON and the buffers.
+    fn of(
         call: Call<'_>,
         frame: &FrameView<'_>,
         coarser: &[GlbLevel<'_>],
@@ -372,14 +376,11 @@ impl Glb {
         format!(r#""EXT_mesh_gpu_instancing":{{"attributes":{attributes}}}"#)
     }
 
-    /// Writes the file.
-    ///
-    /// # Errors
-    /// I/O errors of `file`. More than 4 GiB of data; nothing is written then.
-    pub(super) fn write(mut self, file: &mut impl Write) -> io::Result<()> {
+    /// The bytes of the file.
+    fn finish(mut self) -> io::Result<Pieces> {
         self.root.asset =
             Asset { generator: Some(concat!("trimtess ", env!("CARGO_PKG_VERSION")).into()), ..Asset::default() };
-        let pieces = self.buffers.finish(&mut self.root, self.options)?;
+        let mut pieces = self.buffers.finish(&mut self.root, self.options)?;
         let total: u64 = pieces.iter().map(|piece| piece.len() as u64).sum();
         let padding = (total.next_multiple_of(4) - total) as usize;
         if total > 0 {
@@ -402,21 +403,17 @@ impl Glb {
         let length = 12 + 8 + json.len() as u64 + chunk;
         let length = u32::try_from(length)
             .map_err(|_| io::Error::other(format!("{length} bytes exceed the glTF limit of {}", u32::MAX)))?;
-        file.write_all(b"glTF")?;
-        for word in [2, length, json.len() as u32] {
-            file.write_all(&word.to_le_bytes())?;
-        }
-        file.write_all(b"JSON")?;
-        file.write_all(&json)?;
+        let mut head = b"glTF".to_vec();
+        head.extend([2, length, json.len() as u32].iter().flat_map(|word| word.to_le_bytes()));
+        head.extend_from_slice(b"JSON");
+        head.append(&mut json);
         if total > 0 {
-            file.write_all(&(binary as u32).to_le_bytes())?;
-            file.write_all(b"BIN\0")?;
-            for piece in &pieces {
-                file.write_all(piece)?;
-            }
-            file.write_all(&[0; 3][..padding])?;
+            head.extend_from_slice(&(binary as u32).to_le_bytes());
+            head.extend_from_slice(b"BIN\0");
+            pieces.push(vec![0; padding]);
         }
-        Ok(())
+        pieces.insert(0, head);
+        Ok(pieces)
     }
 }
 

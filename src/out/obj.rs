@@ -16,7 +16,7 @@ use std::io::{self, Write};
 /// # Errors
 /// I/O errors of `file`.
 pub fn write_obj<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    write_alone(obj, &frame.into(), file)
+    write_alone(file, |call| obj(call, &frame.into())).map(drop)
 }
 
 /// Makes the file.

@@ -13,14 +13,15 @@ use std::io::{self, Write};
 /// The bytes of a file, in pieces.
 pub(super) type Pieces = Vec<Vec<u8>>;
 
-/// Makes a file of a format.
-pub(super) type Make = fn(Call<'_>, &FrameView<'_>) -> io::Result<(Pieces, Rounding)>;
-
-/// Makes a file on the caller's thread and writes it.
-pub(super) fn write_alone(make: Make, frame: &FrameView<'_>, file: &mut impl Write) -> io::Result<()> {
+/// Makes a file on the caller's thread and writes it. Returns what `make` does with the pieces.
+pub(super) fn write_alone<R>(
+    file: &mut impl Write,
+    make: impl FnOnce(Call<'_>) -> io::Result<(Pieces, R)>,
+) -> io::Result<R> {
     let control = Control::default();
-    let (pieces, _) = make(Call::new(&Alone, &control), frame)?;
-    pieces.iter().try_for_each(|piece| file.write_all(piece))
+    let (pieces, made) = make(Call::new(&Alone, &control))?;
+    pieces.iter().try_for_each(|piece| file.write_all(piece))?;
+    Ok(made)
 }
 
 /// Batches of an instance that follow each other.

@@ -17,7 +17,7 @@ const VERTEX: usize = 3 * 8 + 3 * 4;
 /// # Errors
 /// I/O errors of `file`, or 2³² vertices or more.
 pub fn write_ply<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    write_alone(ply, &frame.into(), file)
+    write_alone(file, |call| ply(call, &frame.into())).map(drop)
 }
 
 /// Makes the file.

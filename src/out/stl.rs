@@ -16,7 +16,7 @@ use std::io::{self, Write};
 /// I/O errors of `file`. 2³² triangles or more, or a position [beyond single precision](super::BeyondSingle); nothing
 /// is written then.
 pub fn write_stl<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    write_alone(stl, &frame.into(), file)
+    write_alone(file, |call| stl(call, &frame.into())).map(drop)
 }
 
 /// Makes the file.
