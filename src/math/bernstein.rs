@@ -158,43 +158,47 @@ fn differences<const L: usize>(degree: usize, n: &[[f64; L]], slopes: &mut [[f64
 #[inline]
 pub fn basis_with_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
     match degree {
-        1 => fill_derivatives(1, x, rows),
-        2 => fill_derivatives(2, x, rows),
-        3 => fill_derivatives(3, x, rows),
-        _ => fill_derivatives(degree, x, rows),
+        1 => raise_all::<3>(1, rows, |_, _| (x, 1.0)),
+        2 => raise_all::<3>(2, rows, |_, _| (x, 1.0)),
+        3 => raise_all::<3>(3, rows, |_, _| (x, 1.0)),
+        _ => raise_all::<3>(degree, rows, |_, _| (x, 1.0)),
     }
 }
 
+/// Raises the B-spline basis of a span from degree 0 to `degree`, with first (`ROWS` 2) and second (`ROWS` 3)
+/// derivatives, in three rows of `degree + 1` numbers. `term(k, i)`: where the parameter is between the knots of term
+/// `i` of degree `k`, as a share of their distance, and that distance.
+///
+/// A share by a true division is exactly 0 and 1 at the ends, so end points are exact to the last bit.
 #[inline(always)]
-fn fill_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
-    let y = 1.0 - x;
+pub fn raise_all<const ROWS: usize>(degree: usize, rows: &mut [f64], term: impl Fn(usize, usize) -> (f64, f64)) {
     let (n, rest) = rows[..3 * (degree + 1)].split_at_mut(degree + 1);
     let (d1, d2) = rest.split_at_mut(degree + 1);
-    n[0] = 1.0;
-    d1[0] = 0.0;
-    d2[0] = 0.0;
+    (n[0], d1[0], d2[0]) = (1.0, 0.0, 0.0);
     for k in 1..=degree {
+        let (mut carry_n, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
         let raise = k as f64;
-        let (mut carry, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
-        for j in 0..k {
-            let old = n[j];
+        let terms = n[..k].iter_mut().zip(&mut d1[..k]).zip(&mut d2[..k]).enumerate();
+        for (i, ((n, d1), d2)) in terms {
+            let (x, width) = term(k, i);
+            let old = *n;
             // Each degree replaces the derivatives of the one before, and only the last ones are wanted.
-            if k == degree {
-                let second = raise * d1[j];
-                d2[j] = carry_2 - second;
+            if ROWS > 2 && k == degree {
+                let second = raise * *d1 / width;
+                *d2 = carry_2 - second;
                 carry_2 = second;
             }
-            if k + 1 >= degree {
-                let first = raise * old;
-                d1[j] = carry_1 - first;
+            if ROWS > 1 && k + ROWS > degree + 1 {
+                let first = raise * old / width;
+                *d1 = carry_1 - first;
                 carry_1 = first;
             }
-            n[j] = carry + y * old;
-            carry = x * old;
+            *n = carry_n + (1.0 - x) * old;
+            carry_n = x * old;
         }
         d2[k] = carry_2;
         d1[k] = carry_1;
-        n[k] = carry;
+        n[k] = carry_n;
     }
 }
 

@@ -3,7 +3,7 @@
 //! Basis: the triangular Cox–de Boor scheme, run once for values and derivatives (Piegl & Tiller, *The NURBS Book*,
 //! ch. 2). Extraction: Bézier points are blossom values (Ramshaw), as one small matrix per span.
 
-use crate::math::bernstein::with_rows;
+use crate::math::bernstein::{raise_all, with_rows};
 use crate::math::boxes::around;
 use glam::DVec4;
 use std::cell::LazyCell;
@@ -112,9 +112,9 @@ fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f6
         Some((left, right)) => {
             let width = right - left;
             let x = (t - left) / width;
-            raise::<ROWS>(degree, rows, |_, _| (x, width));
+            raise_all::<ROWS>(degree, rows, |_, _| (x, width));
         }
-        None => raise::<ROWS>(degree, rows, |k, i| {
+        None => raise_all::<ROWS>(degree, rows, |k, i| {
             let (left, right) = (around[degree - k + i], around[degree + i]);
             let width = right - left;
             ((t - left) / width, width)
@@ -128,42 +128,6 @@ fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f6
 fn piece(degree: usize, around: &[f64]) -> Option<(f64, f64)> {
     let (left, right) = (around[degree - 1], around[degree]);
     (around[0] == left && around[2 * degree - 1] == right).then_some((left, right))
-}
-
-/// Like [`fill`]. `term(k, i)`: where the parameter is between the knots of term `i` of degree `k`, as a share of their
-/// distance, and that distance.
-///
-/// A share by a true division is exactly 0 and 1 at the ends, so end points are exact to the last bit.
-#[inline(always)]
-fn raise<const ROWS: usize>(degree: usize, rows: &mut [f64], term: impl Fn(usize, usize) -> (f64, f64)) {
-    let (n, rest) = rows[..3 * (degree + 1)].split_at_mut(degree + 1);
-    let (d1, d2) = rest.split_at_mut(degree + 1);
-    n[0] = 1.0;
-    for k in 1..=degree {
-        let (mut carry_n, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
-        let raise = k as f64;
-        let terms = n[..k].iter_mut().zip(&mut d1[..k]).zip(&mut d2[..k]).enumerate();
-        for (i, ((n, d1), d2)) in terms {
-            let (x, width) = term(k, i);
-            let old = *n;
-            // Each degree replaces the derivatives of the one before, and only the last ones are wanted.
-            if ROWS > 2 && k == degree {
-                let second = raise * *d1 / width;
-                *d2 = carry_2 - second;
-                carry_2 = second;
-            }
-            if ROWS > 1 && k + ROWS > degree + 1 {
-                let first = raise * old / width;
-                *d1 = carry_1 - first;
-                carry_1 = first;
-            }
-            *n = carry_n + (1.0 - x) * old;
-            carry_n = x * old;
-        }
-        d2[k] = carry_2;
-        d1[k] = carry_1;
-        n[k] = carry_n;
-    }
 }
 
 /// Writes the matrix `m` of Bézier extraction: Bézier point `j` of `[a, b]` (inside `span`) is
@@ -325,7 +289,7 @@ mod tests {
             for t in [0.25, 0.3, 0.5, 0.699, 0.7] {
                 let (mut rows, mut general) = (vec![0.0; 3 * (degree + 1)], vec![0.0; 3 * (degree + 1)]);
                 fill::<3>(degree, around, t, &mut rows);
-                raise::<3>(degree, &mut general, |k, i| {
+                raise_all::<3>(degree, &mut general, |k, i| {
                     let (left, right) = (around[degree - k + i], around[degree + i]);
                     ((t - left) / (right - left), right - left)
                 });
