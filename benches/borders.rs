@@ -10,7 +10,6 @@ use trimtess::prepare::{PrepareOptions, prepare_on};
 
 /// `n` x `n` patches over a wavy square.
 fn grid(n: usize) -> Model {
-    let knots = vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
     let point = |i: usize, j: usize| {
         let (x, y) = (i as f64, j as f64);
         DVec3::new(x, y, 2.0 * (0.31 * x).sin() * (0.17 * y).cos())
@@ -19,9 +18,8 @@ fn grid(n: usize) -> Model {
     let shell = part.plain_shell(ShellKind::Open);
     for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (3 * i, 3 * j))) {
         let points = (0..4).flat_map(|a| (0..4).map(move |b| point(i + a, j + b))).collect();
-        let (knots_u, knots_v) = (knots.clone(), knots.clone());
-        let surface = NurbsSurface { degree_u: 3, degree_v: 3, knots_u, knots_v, points, weights: Vec::new() };
-        part.plain_face(Surface::Nurbs(surface), shell, Vec::new(), false);
+        let surface = Surface::Nurbs(NurbsSurface::bezier((3, 3), points, Vec::new()));
+        part.plain_face(surface, shell, Vec::new(), false);
     }
     part.finish().expect("a sound part").into()
 }

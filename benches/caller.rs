@@ -7,7 +7,6 @@
 
 use glam::{DAffine3, DVec3};
 use std::error::Error;
-use std::slice::Iter;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::import::step::{self, StepOptions};
@@ -18,6 +17,10 @@ use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionMemory, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare};
 use trimtess::view::{CameraPath, Picture, View};
+
+#[path = "common/nowhere.rs"]
+mod nowhere;
+use nowhere::Nowhere;
 
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: 0.5 };
 
@@ -87,31 +90,6 @@ impl TileMemory for Ring {
     }
 
     fn release(&self, _: &WrittenTile) {}
-}
-
-/// Hears of written tiles.
-#[derive(Default)]
-struct Hears {
-    bytes: usize,
-}
-
-impl MeshSink for Hears {
-    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
-        self.bytes += tiles.map(WrittenTile::vertex_bytes).sum::<usize>();
-        Ok(())
-    }
 }
 
 /// Times and allocations of the frames of a flight on the caller's thread, without the first one.
@@ -217,7 +195,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         Spent::flight(&mut session, &mut Copies::default(), views)?.print(&format!("{name}, batches copied"));
         let mut session = start()?;
         session.write_into(VertexLayout::COMPACT, Arc::new(Ring::new(session.workers())));
-        Spent::flight(&mut session, &mut Hears::default(), views)?.print(&format!("{name}, tiles written"));
+        Spent::flight(&mut session, &mut Nowhere, views)?.print(&format!("{name}, tiles written"));
         let SessionMemory { plans, scene, .. } = session.memory()?;
         println!(
             "{name}: {:.1} bytes of plans and {:.1} of the scene per tile",

@@ -2,10 +2,10 @@
 //! planes.
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use glam::{DAffine3, DVec3};
+use glam::DVec3;
 use std::hint::black_box;
 use trimtess::control::{Alone, Control};
-use trimtess::model::{Frame3, Loop, Model, ModelBuilder, PartBuilder, ShellKind, Surface};
+use trimtess::model::{Frame3, Loop, Model, PartBuilder, ShellKind, Surface};
 use trimtess::prepare::{PrepareOptions, prepare_on};
 
 /// Adds a washer of radii 6 and 10 and height 3.
@@ -29,10 +29,7 @@ fn washers(n: u32) -> Model {
     for (x, y) in (0..n).flat_map(|x| (0..n).map(move |y| (x, y))) {
         washer(&mut part, 25.0 * DVec3::new(f64::from(x), f64::from(y), 0.0));
     }
-    let mut model = ModelBuilder::new("washers");
-    let part = model.part(part.finish().expect("a sound part"));
-    model.place(part, DAffine3::IDENTITY);
-    model.finish().expect("a sound model")
+    part.finish().expect("a sound part").into()
 }
 
 fn bench(c: &mut Criterion) {

@@ -1,7 +1,8 @@
 //! A sink for benches of what comes before the sink.
 
 use std::hint::black_box;
-use trimtess::mesh::{Batch, MeshSink, Scene, SceneChanges, SinkError};
+use std::slice::Iter;
+use trimtess::mesh::{Batch, MeshSink, Scene, SceneChanges, SinkError, WrittenTile};
 
 /// Accepts everything and keeps nothing.
 pub(crate) struct Nowhere;
@@ -17,6 +18,11 @@ impl MeshSink for Nowhere {
 
     fn batch(&mut self, batch: &mut Batch) -> Result<(), SinkError> {
         black_box(&batch.mesh);
+        Ok(())
+    }
+
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        tiles.for_each(|tile| _ = black_box(tile));
         Ok(())
     }
 }
