@@ -3,6 +3,7 @@
 
 use super::flight::{Coherence, Flight, Follow, Order, Times, fly, ms};
 use super::hash;
+use super::plot;
 use super::steps::{Replayed, replay};
 use super::summary::Machine;
 use crate::input::Input;
@@ -245,51 +246,26 @@ impl Scaling {
 
     /// Writes the speedups of stages that take their time as a chart.
     pub(super) fn plot(&self, file: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
-        let mut text = String::new();
-        self.draw(&mut text).map_err(|why| Failure::Cannot(format!("{}: {why}", file.display())))?;
-        outputs.write(file, |out| out.write_all(text.as_bytes()))
+        plot::page((960, 540), file, outputs, |page| self.draw(page))
     }
 
-    fn draw(&self, text: &mut String) -> Result<(), Box<dyn std::error::Error>> {
-        const FONT: (&str, u32) = ("sans-serif", 15);
+    fn draw(&self, area: &plot::Area<'_>) -> plot::Drawn {
         /// Milliseconds on one thread below which a stage is not drawn: it is a matter of waking threads.
         const LEAST: f64 = 0.1;
         let most = self.threads.last().map_or(2.0, |&most| most.max(2) as f64);
-        let area = SVGBackend::with_string(text, (960, 540)).into_drawing_area();
-        area.fill(&WHITE).map_err(|e| e.to_string())?;
-        let mut chart = ChartBuilder::on(&area)
-            .caption(format!("{}, {} faces: speedup", self.model, self.faces), FONT)
-            .margin(12)
-            .x_label_area_size(44)
-            .y_label_area_size(56)
-            .build_cartesian_2d((0.9..most * 1.1).log_scale().base(2.0), (0.5..most * 1.1).log_scale().base(2.0))
-            .map_err(|e| e.to_string())?;
+        let mut chart = plot::chart(area, format!("{}, {} faces: speedup", self.model, self.faces))
+            .build_cartesian_2d((0.9..most * 1.1).log_scale().base(2.0), (0.5..most * 1.1).log_scale().base(2.0))?;
         let label = f64::to_string;
         let mut mesh = chart.configure_mesh();
         mesh.x_desc("threads").y_desc("speedup").x_label_formatter(&label).y_label_formatter(&label);
-        mesh.label_style(FONT).light_line_style(TRANSPARENT).draw().map_err(|e| e.to_string())?;
-        let ideal = LineSeries::new([(1.0, 1.0), (most, most)], BLACK.mix(0.3));
-        chart
-            .draw_series(ideal)
-            .map_err(|e| e.to_string())?
-            .label("ideal")
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLACK.mix(0.3)));
+        mesh.label_style(plot::FONT).light_line_style(TRANSPARENT).draw()?;
+        plot::line(&mut chart, "ideal", (BLACK.mix(0.3).into(), 0), [(1.0, 1.0), (most, most)])?;
         let drawn = self.stages.iter().filter(|stage| stage.ms.first().is_some_and(|ms| *ms >= LEAST));
         for (k, stage) in drawn.enumerate() {
-            let colour = Palette99::pick(k).to_rgba();
             let points = self.threads.iter().zip(&stage.speedup).map(|(&p, &s)| (p as f64, s.max(0.5)));
-            let series = LineSeries::new(points, colour.stroke_width(2)).point_size(3);
-            chart
-                .draw_series(series)
-                .map_err(|e| e.to_string())?
-                .label(stage.name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+            plot::line(&mut chart, stage.name, (plot::style(k), 3), points)?;
         }
-        let mut labels = chart.configure_series_labels();
-        let labels = labels.position(SeriesLabelPosition::UpperLeft).background_style(WHITE.mix(0.8));
-        labels.border_style(BLACK).label_font(FONT).draw().map_err(|e| e.to_string())?;
-        area.present().map_err(|e| e.to_string())?;
-        Ok(())
+        plot::legend(&mut chart, SeriesLabelPosition::UpperLeft)
     }
 }
 
