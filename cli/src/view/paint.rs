@@ -5,7 +5,7 @@ use egui::{ClippedPrimitive, ImageData, TextureFilter, TextureId, TextureOptions
 use std::collections::HashMap;
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, LoadOp, Operations, RenderPipeline, StoreOp, Texture,
-    TextureFormat, TextureView,
+    TextureFormat, TextureUsages, TextureView,
 };
 
 /// Id of the texture with the scene.
@@ -185,18 +185,9 @@ impl Painter {
     fn set(&mut self, id: TextureId, delta: &ImageDelta) {
         let ImageData::Color(image) = &delta.image;
         let [width, height] = image.size.map(|side| side as u32);
-        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         if delta.pos.is_none() {
-            let texture = self.device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("panel"),
-                size,
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: TextureFormat::Rgba8Unorm,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-                view_formats: &[],
-            });
+            let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
+            let texture = texture(&self.device, (width, height), TextureFormat::Rgba8Unorm, usage);
             let group = self.group(&texture, delta.options);
             self.textures.insert(id, (texture, group));
         }
@@ -206,7 +197,7 @@ impl Painter {
             wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..texture.as_image_copy() },
             bytemuck::cast_slice(&image.pixels),
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * width), rows_per_image: None },
-            size,
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         );
     }
 
@@ -230,6 +221,25 @@ impl Painter {
             ],
         })
     }
+}
+
+/// Creates a texture with one mip level.
+pub(super) fn texture(
+    device: &wgpu::Device,
+    (width, height): (u32, u32),
+    format: TextureFormat,
+    usage: TextureUsages,
+) -> Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("viewer"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
 }
 
 /// Writes `bytes` to the buffer, replacing it by a larger one if needed.

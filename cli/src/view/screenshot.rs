@@ -3,7 +3,7 @@
 use super::ViewArgs;
 use super::load::Loader;
 use super::looks::Looks;
-use super::paint::Canvas;
+use super::paint::{Canvas, texture};
 use super::viewer::Viewer;
 use crate::Failure;
 use crate::input::Input;
@@ -32,16 +32,7 @@ pub(super) fn draw(
         )));
     }
     let format = TextureFormat::Rgba8UnormSrgb;
-    let target = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("window"),
-        size: wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
+    let target = texture(device, size, format, TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC);
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
     let canvas = Canvas { target: &view, size, pixels_per_point: 1.0 };
     let mut viewer = Viewer::new(device, queue, format, loader, looks).map_err(Failure::cannot)?;

@@ -2,7 +2,7 @@
 
 use super::load::{Loaded, Loader, Loading};
 use super::looks::{Action, Looks};
-use super::paint::{Canvas, PICTURE, Painter};
+use super::paint::{Canvas, PICTURE, Painter, texture};
 use super::panel::{self, PanelText};
 use crate::Failure;
 use crate::input::Input;
@@ -368,20 +368,11 @@ impl Viewer {
 
     /// Draws the last complete frame to the scene texture.
     fn draw(&mut self, size: (u32, u32)) -> Result<(), String> {
-        let extent = wgpu::Extent3d { width: size.0, height: size.1, depth_or_array_layers: 1 };
-        let picture = match self.picture.take().filter(|picture| picture.size() == extent) {
+        let picture = match self.picture.take().filter(|picture| (picture.width(), picture.height()) == size) {
             Some(picture) => picture,
             None => {
-                let picture = self.device.create_texture(&wgpu::TextureDescriptor {
-                    label: Some("scene"),
-                    size: extent,
-                    mip_level_count: 1,
-                    sample_count: 1,
-                    dimension: wgpu::TextureDimension::D2,
-                    format: PICTURE_FORMAT,
-                    usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
-                    view_formats: &[],
-                });
+                let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+                let picture = texture(&self.device, size, PICTURE_FORMAT, usage);
                 self.painter.show(&picture);
                 picture
             }
@@ -421,16 +412,7 @@ mod tests {
     /// An off-screen viewer of 400 by 300 points; `None` without a graphics adapter.
     fn viewer() -> Option<(Viewer, Renderer, Texture)> {
         let renderer = Renderer::new().ok()?;
-        let target = renderer.device().create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width: 400, height: 300, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: PICTURE_FORMAT,
-            usage: TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
+        let target = texture(renderer.device(), (400, 300), PICTURE_FORMAT, TextureUsages::RENDER_ATTACHMENT);
         let line = Line::parse_from(["trimtess"]);
         let looks = Looks {
             camera: ViewPoint::ISO.fit([], 1.0),
