@@ -10,10 +10,11 @@ use crate::input::read_at_most;
 use crate::limits::unprepared;
 use crate::tessellate::positive;
 use crate::{Common, Done, Failure};
+use cpu_time::ThreadTime;
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 use trimtess::control::{Alone, Control};
 use trimtess::frame::internals::{Scratch, tessellate_tile};
@@ -212,12 +213,9 @@ fn path(prepared: &Arc<Prepared>, px: f64) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Processor time of this thread on Linux, wall time elsewhere.
+/// Processor time of this thread.
 fn time() -> Duration {
-    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
-    let schedstat = std::fs::read_to_string("/proc/thread-self/schedstat");
-    let used = schedstat.ok().and_then(|text| text.split(' ').next()?.parse().ok());
-    used.map_or_else(|| START.elapsed(), Duration::from_nanos)
+    ThreadTime::now().as_duration()
 }
 
 /// A corner of a triangle.
