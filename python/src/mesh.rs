@@ -6,7 +6,7 @@ use crate::diagnostic::{self, Diagnostic};
 use crate::errors;
 use crate::flat::Flat;
 use crate::job::Job;
-use crate::model::Instance;
+use crate::model::{Instance, Rgba, rgba};
 use crate::save::{How, Saved, save};
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -281,9 +281,8 @@ impl MeshPart {
 
     /// Colour of each face; None where the file gives none.
     #[getter]
-    #[allow(clippy::type_complexity, reason = "red, green, blue, opacity")]
-    fn face_colours(&self) -> Vec<Option<(f32, f32, f32, f32)>> {
-        self.part().face_colours.iter().map(|colour| colour.map(|[r, g, b, a]| (r, g, b, a))).collect()
+    fn face_colours(&self) -> Vec<Option<Rgba>> {
+        self.part().face_colours.iter().copied().map(rgba).collect()
     }
 
     /// Positions, millimetres: an (n, 3) array of doubles.

@@ -65,8 +65,7 @@ pub(crate) fn draw(
         // Too quick to report, and its tiles would be counted twice.
         let points = coarse_points(&Rayon, prepared, &limits, &Control::default()).map_err(Failure::Frame)?;
         let aspect = f64::from(options.size.0) / f64::from(options.size.1);
-        let camera =
-            if aim.orthographic { aim.from.fit_orthographic(points, aspect) } else { aim.from.fit(points, aspect) };
+        let camera = aim.from.fit_as(aim.orthographic, points, aspect);
         let (deviation_px, size_px) = (aim.deviation_px, aim.size_px);
         let view = View { camera, size: options.size, deviation_px, size_px, angle: View::ANGLE };
         let plan = plan_for_view_within(prepared, &view, &limits).require_full();

@@ -196,7 +196,7 @@ impl Prepared {
         let points = job.run(|control| coarse_points(&Rayon, &self.prepared, &self.limits(None), control))?;
         let points = points.map_err(|failure| errors::unmade(py, &failure))?;
         let aspect = f64::from(size.0) / f64::from(size.1.max(1));
-        let camera = if orthographic { from.fit_orthographic(points, aspect) } else { from.fit(points, aspect) };
+        let camera = from.fit_as(orthographic, points, aspect);
         View::checked(py, view::View { camera, size, deviation_px, size_px, angle: view::View::ANGLE })
     }
 
