@@ -2,6 +2,7 @@
 
 use super::vertex_layout::{NormalFormat, PositionFormat, VertexLayout, octahedral};
 use super::{Origin, SinkError, TileMesh};
+use crate::math::boxes::around;
 use crate::math::lanes::widest;
 use crate::model::{FaceId, PartId, TileId};
 use glam::{DVec3, Vec2, Vec3};
@@ -106,9 +107,7 @@ impl PartGrid {
 
     /// The grid of one tile; `None` if it is too large for it.
     fn tile(&self, positions: &[DVec3]) -> Option<TileGrid> {
-        let outside = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let steps = positions.iter().map(|&position| self.steps(position));
-        let (low, high) = steps.fold(outside, |(low, high), at| (low.min(at), high.max(at)));
+        let [low, high] = around(positions.iter().map(|&position| self.steps(position)));
         let fits = (high - low).max_element() <= f64::from(u16::MAX);
         let near = low.abs().max_element() < f64::from(i32::MAX);
         (fits && near).then(|| TileGrid { step: self.step, corner: low.to_array().map(|x| x as i32) })

@@ -2,6 +2,7 @@
 
 use super::NurbsSurface;
 use super::knots;
+use crate::math::boxes::around;
 use crate::math::lanes::widest;
 use glam::DVec3;
 
@@ -340,12 +341,10 @@ fn add(to: &mut [f64; 4], factor: f64, from: &[f64; 4]) {
     *to = std::array::from_fn(|k| to[k] + factor * from[k]);
 }
 
-/// Half the diagonal of the box of `points`.
+/// Half the diagonal of the box of `points`; 0 without any.
 pub(super) fn extent<'a>(points: impl IntoIterator<Item = &'a DVec3>) -> f64 {
-    let mut points = points.into_iter();
-    let Some(&first) = points.next() else { return 0.0 };
-    let (low, high) = points.fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
-    0.5 * low.distance(high)
+    let [low, high] = around(points.into_iter().copied());
+    if low.x > high.x { 0.0 } else { 0.5 * low.distance(high) }
 }
 
 /// Derivatives of `P / W` from those of `P` and `W`, in the order 1, u, v, uu, uv, vv.
