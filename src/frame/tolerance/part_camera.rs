@@ -73,10 +73,7 @@ impl PartCamera {
     /// Upper bound on the pixels per millimetre of the part within a box, where that is in the image. 0 for boxes
     /// nearer than the near plane or behind the camera.
     pub(crate) fn pixels_per_length(&self, place: &BoundingBox) -> f64 {
-        match self.lens {
-            SightLens::Orthographic { pixels_per_length, .. } => self.scale * pixels_per_length,
-            SightLens::Perspective { .. } => self.pixels(self.placed(place)),
-        }
+        self.pixels(self.placed(place))
     }
 
     /// As [`Self::pixels_per_length`], for centre and half extents of a box in camera coordinates.
@@ -97,9 +94,7 @@ impl PartCamera {
         let slope = |axis: usize| smaller((middle[axis].abs() + reach[axis]) * per_depth, slopes[axis]);
         self.scale * focal * (1.0 + slope(0).powi(2) + slope(1).powi(2)).sqrt() * per_depth
     }
-}
 
-impl PartCamera {
     /// Centre and half extents, in camera coordinates, of a box around a box of the part.
     fn placed(&self, place: &BoundingBox) -> (DVec3, DVec3) {
         let (centre, half) = (0.5 * (place.low + place.high), 0.5 * (place.high - place.low));
