@@ -1,7 +1,6 @@
 //! View points by name or angle to cameras that fit a set of points.
 
 use super::camera::{Camera, Projection};
-use crate::math::boxes::around;
 use glam::DVec3;
 use std::str::FromStr;
 
@@ -74,8 +73,11 @@ impl ViewPoint {
     #[must_use]
     pub fn fit_orthographic(&self, points: impl IntoIterator<Item = DVec3>, aspect: f64) -> Camera {
         let axes = self.axes();
-        let at = |point| DVec3::from(axes.map(|axis| axis.dot(point)));
-        let [mut low, mut high] = around(points.into_iter().map(at));
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for point in points {
+            let at = DVec3::from(axes.map(|axis| axis.dot(point)));
+            (low, high) = (low.min(at), high.max(at));
+        }
         if low.x > high.x {
             (low, high) = (DVec3::ZERO, DVec3::ZERO); // no points
         }

@@ -1,7 +1,6 @@
 //! A scene description to the scene on the device: parts with their tiles, instances sorted by part.
 
 use super::store::{Line, StoredTile};
-use crate::math::boxes::around;
 use crate::mesh::{DrawnTiles, Scene, SceneChanges, SceneInstance};
 use crate::model::{Colour, InstanceId};
 use crate::view::{Camera, box_corners};
@@ -147,7 +146,8 @@ impl DeviceScene {
 
     /// Finds the extent again, after instances moved.
     pub(super) fn measure(&mut self) {
-        let [low, high] = around(self.corners());
+        let outside = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = self.corners().fold(outside, |(low, high), point| (low.min(point), high.max(point)));
         self.extent =
             if low.x <= high.x { (0.5 * (low + high), 0.5 * (high - low).length()) } else { (DVec3::ZERO, 0.0) };
     }
