@@ -127,15 +127,16 @@ fn scattered(holes: u32) -> Tile {
     tile
 }
 
-/// One cell with a comb of `count` tessellants, whose teeth are of any depth.
+/// One cell with a comb of `count` tessellants, whose teeth are of any depth. It is wider than tall: the sweep meets the
+/// teeth in no order.
 fn comb(count: u32) -> Tile {
     let mut random = random();
     let teeth = count / 2;
     let tooth = |k: u32| {
-        let y = |part: f64| 0.95 - 0.9 * (f64::from(k) + part) / f64::from(teeth);
+        let y = |part: f64| 0.8 - 0.6 * (f64::from(k) + part) / f64::from(teeth);
         [DVec2::new(0.1 + 0.6 * random(), y(0.0)), DVec2::new(0.8, y(0.5))]
     };
-    let points: Vec<_> = (0..teeth).flat_map(tooth).chain([DVec2::new(0.9, 0.05), DVec2::new(0.9, 0.95)]).collect();
+    let points: Vec<_> = (0..teeth).flat_map(tooth).chain([DVec2::new(0.9, 0.2), DVec2::new(0.9, 0.8)]).collect();
     Tile::new((1, 1)).with(points)
 }
 

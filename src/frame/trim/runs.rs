@@ -168,7 +168,7 @@ mod tests {
         for number in 0..5000 {
             let at = list.partition_point(|&other| key(other) < key(number));
             // Every eighth number has a key that is wrong.
-            let guess = |number: u32| (if number % 8 == 0 { number } else { key(number) }) as f32;
+            let guess = |number: u32| (if number.is_multiple_of(8) { number } else { key(number) }) as f32;
             let place = runs.after(guess(number), |other| key(other) < key(number));
             assert_eq!(runs.before(place), at.checked_sub(1).map(|at| list[at]));
             list.insert(at, number);
