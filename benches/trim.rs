@@ -127,8 +127,8 @@ fn scattered(holes: u32) -> Tile {
     tile
 }
 
-/// One cell with a comb of `count` tessellants, whose teeth are of any depth. It is wider than tall: the sweep meets the
-/// teeth in no order.
+/// One cell with a comb of `count` tessellants, whose teeth are of any depth. It is wider than tall: the sweep meets
+/// the teeth in no order.
 fn comb(count: u32) -> Tile {
     let mut random = random();
     let teeth = count / 2;

@@ -1,8 +1,8 @@
 //! Triangles with common edges -> triangles of the same boundary that come close to Delaunay's, by flips; and more
 //! vertices for them.
 //!
-//! Method: Lawson, "Software for C1 surface interpolation", 1977. A flip is made only where the circle test exceeds what
-//! its rounding could change. So each one is a true step towards the Delaunay triangulation, which ends.
+//! Method: Lawson, "Software for C1 surface interpolation", 1977. A flip is made only where the circle test exceeds
+//! what its rounding could change. So each one is a true step towards the Delaunay triangulation, which ends.
 
 use super::input::NONE;
 use crate::math::lanes::widest;
@@ -167,9 +167,9 @@ impl Mesh {
 /// in random order (Guibas, Knuth and Sharir, "Randomized incremental construction of Delaunay and Voronoi diagrams",
 /// 1992); nearly so in halving steps along loops.
 ///
-/// A triangle that is not positive covers what is outside: its edge has to be flipped. Of the two triangles that come of
-/// it, one may be not positive either, if the vertex lies beyond the triangle behind the edge. Returns false if both are
-/// not, or the edge has no triangle behind it.
+/// A triangle that is not positive covers what is outside: its edge has to be flipped. One of the two triangles that
+/// come of it may not be positive either, if the vertex lies beyond the triangle behind the edge. Returns false if both
+/// are not, or the edge has no triangle behind it.
 #[inline(always)]
 fn insert_ear(triangles: &mut [Triangle], points: &[DVec2], t: usize, around: &mut Vec<u32>, left: &mut usize) -> bool {
     let after = 4 * t as u32 + 4;

@@ -1,14 +1,13 @@
 //! Loops in a plane -> Delaunay triangles with the same boundary, from coarse to fine; or a refusal.
 //!
 //! Method: every other vertex is left out where loops are smooth, again and again, while they have many. The sweep
-//! triangulates what is left. Then the vertices return, each between its neighbours, and edges around it are flipped: few
-//! of them, as it is one in two wherever it is. Vertices that come in the order of the sweep, or all at once, take flips
-//! in proportion to their number, each.
+//! triangulates what is left. Then the vertices return, level by level, each between its neighbours, and the edges
+//! around it are flipped. These are few, as what was there before lies on all sides of it. Vertices that come in the
+//! order of a line, or all at once, take flips in proportion to their number, each.
 //!
-//! Loops that few vertices remain of may cross where those of all do not. Nothing has to foresee that. The boundary of
-//! the triangles is the loops all the same, and a triangle that cannot be made positive is found at once. The sweep
-//! then begins at a finer level. Cost: that of the sweep for a share of the vertices, and for each of the others one and
-//! a half flips and three circle tests.
+//! Coarse loops may cross where the loops do not. Nothing has to foresee that. The boundary of the triangles is the
+//! loops all the same, and a triangle that cannot be made positive is found at once: a finer level is swept then. Cost:
+//! that of the sweep for a share of the vertices, and about 1.6 flips and three circle tests for each of the others.
 
 use super::sweep::{NotSimple, Sweep};
 use glam::DVec2;
