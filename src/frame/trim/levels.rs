@@ -175,7 +175,7 @@ impl Levels {
 mod tests {
     use super::*;
     use crate::frame::trim::cdt::{self, AtCrossings, Segment};
-    use crate::frame::trim::sweep::tests::{prove, rounds};
+    use crate::frame::trim::sweep::{prove, rounds};
 
     fn proven(points: &[DVec2], starts: &[u32]) -> Result<Vec<[u32; 3]>, NotSimple> {
         let triangles: Vec<_> = Levels::default().triangulate(points, starts)?.collect();

@@ -350,7 +350,10 @@ impl Sweep {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+pub(crate) use tests::{prove, rounds};
+
+#[cfg(test)]
+mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
