@@ -7,6 +7,7 @@ use super::spline;
 use crate::math::bisection::bisected;
 use crate::model::{Frame3, NurbsCurve3, Surface};
 use glam::{DVec2, DVec3};
+use std::cell::OnceCell;
 
 /// A profile point within this share of the profile's size lies on the axis: files print axis directions with as few as
 /// seven digits.
@@ -218,19 +219,33 @@ fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<NurbsCurv
     pieces
 }
 
-/// A profile rotated into the half plane of distance and height, and points along it.
+/// A profile rotated into the half plane of distance and height.
 struct Meridian<'a> {
     curve: &'a NurbsCurve3,
     frame: &'a Frame3,
-    points: Vec<DVec2>,
+    /// Points along it and the longest distance between neighbours, made when they are asked for.
+    points: OnceCell<(Vec<DVec2>, f64)>,
+    /// Centre and radius of a half circle between two points of the axis.
+    round: Option<(DVec2, f64)>,
 }
 
 impl<'a> Meridian<'a> {
-    fn new(curve: &'a NurbsCurve3, frame: &'a Frame3) -> Self {
-        let mut new = Self { curve, frame, points: Vec::new() };
-        let steps = SAMPLES * curve.points.len();
-        new.points = (0..=steps).map(|i| new.at(i as f64 / steps as f64)).collect();
-        new
+    /// `sphere`: the one that the profile sweeps, if it is known to.
+    fn new(curve: &'a NurbsCurve3, frame: &'a Frame3, sphere: Option<&(Surface, bool)>) -> Self {
+        let round = match sphere {
+            Some((Surface::Sphere { frame: about, radius }, _)) => Some((frame.meridian(about.origin), *radius)),
+            _ => None,
+        };
+        Self { curve, frame, points: OnceCell::new(), round }
+    }
+
+    fn points(&self) -> &(Vec<DVec2>, f64) {
+        self.points.get_or_init(|| {
+            let steps = SAMPLES * self.curve.points.len();
+            let points: Vec<DVec2> = (0..=steps).map(|i| self.at(i as f64 / steps as f64)).collect();
+            let longest = points.windows(2).map(|w| w[0].distance(w[1])).fold(0.0, f64::max);
+            (points, longest)
+        })
     }
 
     /// The point at this share of the parameters.
@@ -239,14 +254,17 @@ impl<'a> Meridian<'a> {
         self.frame.meridian(self.curve.point(a + (b - a) * share))
     }
 
-    /// Distance from the polyline through its points, and the segment that is nearest.
+    /// Distance from the polyline through its points, and the segment that is nearest; from a half circle itself.
     fn nearest(&self, p: DVec2) -> (f64, usize) {
+        if let Some((centre, radius)) = self.round {
+            return ((p.distance(centre) - radius).abs(), 0);
+        }
         let to = |pair: &[DVec2]| {
             let along = pair[1] - pair[0];
             let share = (p - pair[0]).dot(along) / along.length_squared();
             p.distance(pair[0] + along * if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 })
         };
-        let all = self.points.windows(2).map(to).zip(0..);
+        let all = self.points().0.windows(2).map(to).zip(0..);
         all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0))
     }
 
@@ -254,13 +272,15 @@ impl<'a> Meridian<'a> {
         self.nearest(p).0
     }
 
-    /// Distance from the profile itself: a golden-section search around the nearest segment. One that is at most
-    /// `enough` may be too large.
-    fn exact_distance(&self, p: DVec2, enough: f64) -> f64 {
+    /// Distance from the profile itself, given what is [`nearest`](Self::nearest): a golden-section search around that
+    /// segment. One that is at most `enough` may be too large.
+    fn exact_distance(&self, p: DVec2, (distance, k): (f64, usize), enough: f64) -> f64 {
         /// Each step keeps this share of the interval, and one of the two points inside it.
         const KEPT: f64 = 0.618_033_988_749_894_9;
-        let (_, k) = self.nearest(p);
-        let steps = (self.points.len() - 1) as f64;
+        if self.round.is_some() {
+            return distance;
+        }
+        let steps = (self.points().0.len() - 1) as f64;
         let at = |share: f64| (self.at(share).distance(p), share);
         let (mut low, mut high) = ((k as f64 - 1.0).max(0.0) / steps, (k as f64 + 2.0).min(steps) / steps);
         let (mut a, mut b) = (at(high - KEPT * (high - low)), at(low + KEPT * (high - low)));
@@ -281,7 +301,10 @@ impl<'a> Meridian<'a> {
 
     /// Whether its points are at most `near` from another one.
     fn is_along(&self, other: &Self, near: f64) -> bool {
-        self.points.iter().all(|p| other.exact_distance(*p, near) <= near)
+        match (self.round, other.round) {
+            (Some((p, r)), Some((q, s))) => p.distance(q) + (r - s).abs() <= near,
+            _ => self.points().0.iter().all(|p| other.exact_distance(*p, other.nearest(*p), near) <= near),
+        }
     }
 }
 
@@ -294,7 +317,7 @@ fn thinned(points: &[DVec3]) -> impl Iterator<Item = &DVec3> {
 /// axis the normal flips, so that an offset separates into sheets.
 pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsCurve3 {
     let miss = |piece: &NurbsCurve3| -> f64 {
-        let profile = Meridian::new(piece, frame);
+        let profile = Meridian::new(piece, frame, None);
         thinned(on).map(|p| profile.distance(frame.meridian(*p))).sum()
     };
     let pieces = cut_at_axis(curve, frame, PASSING).into_iter().map(|piece| (miss(&piece), piece));
@@ -321,16 +344,18 @@ pub(super) fn one_sheet(
     if pieces.is_empty() {
         return stated;
     }
-    let profiles: Vec<Meridian> = pieces.iter().map(|piece| Meridian::new(piece, frame)).collect();
+    let spheres: Vec<Option<(Surface, bool)>> = pieces.iter().map(|piece| sphere(piece, frame)).collect();
+    let profiles: Vec<Meridian> =
+        pieces.iter().zip(&spheres).map(|(piece, s)| Meridian::new(piece, frame, s.as_ref())).collect();
     let on: Vec<DVec2> = thinned(&on()).map(|p| frame.meridian(*p)).collect();
     let first = on.first().copied().unwrap_or_default();
     let same = COINCIDENT * size(curve, frame);
-    let misses: Vec<Vec<f64>> =
-        on.iter().map(|p| profiles.iter().map(|sheet| sheet.exact_distance(*p, 0.0)).collect()).collect();
+    let extent = on.iter().map(|p| p.x.max((p.y - first.y).abs())).fold(0.0, f64::max);
+    let widest = same.max(OFF_SHEET * extent);
+    let misses: Vec<Vec<f64>> = on.iter().map(|p| misses(&profiles, *p, widest, 0.5 * same)).collect();
     let least = |misses: &Vec<f64>| misses.iter().copied().fold(f64::INFINITY, f64::min);
     // A boundary as far off its surface as its worst point may be nearer to another sheet at the others. A boundary
     // that is one vertex has no size.
-    let extent = on.iter().map(|p| p.x.max((p.y - first.y).abs())).fold(0.0, f64::max);
     let slack = same.max((2.0 * misses.iter().map(least).fold(0.0, f64::max)).min(OFF_SHEET * extent));
     let mut holds = vec![true; pieces.len()];
     for misses in &misses {
@@ -347,10 +372,10 @@ pub(super) fn one_sheet(
                 let (a, b) = curve.domain();
                 let along = along();
                 let stated = |k: usize| along.iter().filter(|t| is_inside(&pieces[k], **t, b - a)).count();
-                let halves = || held.iter().filter_map(|&k| Some((k, sphere(&pieces[k], frame)?)));
+                let halves = || held.iter().filter_map(|&k| Some((k, spheres[k].as_ref()?)));
                 let by_side = || {
                     let (_, (Surface::Sphere { frame, radius }, _)) = halves().next()? else { return None };
-                    let outwards = is_outwards(frame.origin, frame.z * radius)?;
+                    let outwards = is_outwards(frame.origin, frame.z * *radius)?;
                     halves().find(|(_, (_, inwards))| *inwards != outwards).map(|(k, _)| k)
                 };
                 let by_side = if along.is_empty() { by_side() } else { None };
@@ -361,14 +386,28 @@ pub(super) fn one_sheet(
     };
     drop(profiles);
     let frame = *frame;
-    let (simple, profile) = match chosen.and_then(|k| pieces.into_iter().nth(k)) {
-        Some(piece) => (sphere(&piece, &frame), piece),
+    let (simple, profile) = match chosen.and_then(|k| pieces.into_iter().zip(spheres).nth(k)) {
+        Some((piece, sphere)) => (sphere, piece),
         None => (torus(curve, &frame), curve.clone()),
     };
     match simple {
         Some((surface, inwards)) => Stated { surface, turned: stated.turned != inwards, note: stated.note },
         None => Stated { surface: Surface::Revolution { curve: profile, frame }, ..stated },
     }
+}
+
+/// Distances of a point from profiles. One that is at most `enough` may be too large, and one that exceeds the least by
+/// more than `slack` may be wrong, but does so.
+fn misses(profiles: &[Meridian<'_>], p: DVec2, slack: f64, enough: f64) -> Vec<f64> {
+    let nearest: Vec<(f64, usize)> = profiles.iter().map(|profile| profile.nearest(p)).collect();
+    // No profile is further from its polyline than two of its points are from each other.
+    let off = |profile: &Meridian<'_>| if profile.round.is_some() { 0.0 } else { profile.points().1 };
+    let ends = profiles.iter().zip(&nearest).map(|(profile, near)| near.0 + off(profile));
+    let most = ends.fold(f64::INFINITY, f64::min) + slack;
+    let exact = |(profile, near): (&Meridian<'_>, (f64, usize))| {
+        if near.0 - off(profile) > most { near.0 } else { profile.exact_distance(p, near, enough) }
+    };
+    profiles.iter().zip(nearest).map(exact).collect()
 }
 
 /// Whether a parameter of a closed curve, any number of periods on, is between the ends of its piece.
@@ -443,6 +482,26 @@ mod tests {
         for (from, keeps, meetings) in [(1.0, true, 0), (-4.0, false, 0), (-5.0, false, 1), (-9.0, false, 2)] {
             assert_eq!(keeps_off(&profile(from), &frame, 1e-6), keeps, "{from}");
             assert_eq!(axis_points(&profile(from), &frame, 1e-6).len(), meetings, "{from}");
+        }
+    }
+
+    #[test]
+    fn distances_from_half_circles_are_those_of_the_search() {
+        let frame = Frame3 { origin: DVec3::new(1.0, 2.0, 3.0), ..Frame3::WORLD };
+        let plane = Frame3 { origin: frame.place(DVec3::Z), x: frame.z, y: frame.x, z: frame.y };
+        let half = NurbsCurve3::arc(&plane, 2.0, 2.0, 0.0, std::f64::consts::PI);
+        let found = sphere(&half, &frame);
+        let whole = Meridian::new(&half, &frame, found.as_ref());
+        assert!(whole.round.is_some());
+        let other = NurbsCurve3::line(frame.place(DVec3::new(9.0, 0.0, 0.0)), frame.place(DVec3::new(9.0, 0.0, 1.0)));
+        let profiles = [Meridian::new(&half, &frame, None), Meridian::new(&other, &frame, None)];
+        for (x, y) in [(0.0, 3.0), (1.0, 0.5), (2.0, 1.0), (3.5, -2.0), (1.0, 1.0), (8.0, 0.5)] {
+            let p = DVec2::new(x, y);
+            let exact = whole.nearest(p).0;
+            let searched = misses(&profiles, p, 1e-3, 0.0);
+            let is_near = exact <= searched[1];
+            assert!(if is_near { (exact - searched[0]).abs() < 1e-9 } else { searched[0] > searched[1] + 1e-3 }, "{p}");
+            assert_eq!(searched[1] > exact + 1e-3, is_near, "{p}");
         }
     }
 }
