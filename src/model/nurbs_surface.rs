@@ -3,8 +3,8 @@
 use super::NurbsSurface;
 use super::knots;
 use crate::math::boxes::around;
-use crate::math::lanes::widest;
-use glam::DVec3;
+use crate::math::lanes::{Lanes, Plain, Work, in_fours, widest};
+use glam::{DVec2, DVec3};
 
 /// A surface point with its partial derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,7 +108,7 @@ impl NurbsSurface {
                     #[inline(always)]
                     || {
                         for (i, line) in lines.iter_mut().enumerate() {
-                            [*line] = self.line::<1>(i * count_v + span - self.degree_v, rows);
+                            [*line] = self.line(Plain([0.0; 4]), i * count_v + span - self.degree_v, rows).map(|l| l.0);
                         }
                     },
                 );
@@ -154,7 +154,8 @@ impl NurbsSurface {
         let at = at.max(v0).min(v1);
         let span = knots::span(self.degree_v, &self.knots_v, at);
         let net = knots::with_basis::<1, _>(self.degree_v, &self.knots_v, span, at, |rows| {
-            let line = |i: usize| self.line::<1>(i * count_v + span - self.degree_v, rows)[0];
+            let start = |i: usize| i * count_v + span - self.degree_v;
+            let line = |i: usize| self.line::<_, 1>(Plain([0.0; 4]), start(i), rows)[0].0;
             (0..self.count_u()).map(line).collect()
         });
         IsoLine { degree: self.degree_u, knots: &self.knots_u, net, is_rational }
@@ -190,25 +191,7 @@ impl NurbsSurface {
         column: usize,
         rows_v: &[f64],
     ) -> SurfaceDerivatives {
-        /// Orders in u and v of the results, by total order: the first `ROWS · (ROWS + 1) / 2` have orders below
-        /// `ROWS`.
-        const ORDERS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
-        let (nu, count_v) = (self.degree_u + 1, self.count_v());
-        let sums = widest(
-            #[inline(always)]
-            move || {
-                // In here, sums stay in registers.
-                let mut sums = [[0.0; 4]; 6];
-                let [values, first, second] = [0, 1, 2].map(|order| &rows_u[order * nu..][..nu]);
-                for (a, ((&n, &d1), &d2)) in values.iter().zip(first).zip(second).enumerate() {
-                    let line = self.line::<ROWS>((row + a) * count_v + column, rows_v);
-                    for (sum, (order_u, order_v)) in sums.iter_mut().zip(ORDERS).take(ROWS * (ROWS + 1) / 2) {
-                        add(sum, [n, d1, d2][order_u], &line[order_v]);
-                    }
-                }
-                sums
-            },
-        );
+        let sums = in_fours(PieceSums::<ROWS> { surface: self, at: [row, column], rows_u, rows_v });
         let p = sums.map(|[x, y, z, _]| DVec3::new(x, y, z));
         if self.weights.is_empty() {
             SurfaceDerivatives { point: p[0], du: p[1], dv: p[2], duu: p[3], duv: p[4], dvv: p[5] }
@@ -220,14 +203,14 @@ impl NurbsSurface {
     /// Homogeneous sums of `degree_v + 1` control points from `start` on, for each of `ROWS` rows of a basis. Without
     /// weights the last component means nothing.
     #[inline(always)]
-    fn line<const ROWS: usize>(&self, start: usize, rows: &[f64]) -> [[f64; 4]; ROWS] {
+    fn line<F: Lanes<4>, const ROWS: usize>(&self, zero: F, start: usize, rows: &[f64]) -> [F; ROWS] {
         let nv = self.degree_v + 1;
-        let mut line = [[0.0; 4]; ROWS];
+        let mut line = [zero; ROWS];
         let rows: [&[f64]; ROWS] = std::array::from_fn(|order| &rows[order * nv..][..nv]);
         let mut see = |b: usize, point: &DVec3, weight: f64| {
-            let point = [point.x, point.y, point.z, 1.0];
+            let point = zero.load(&[point.x, point.y, point.z, 1.0]);
             for (sum, row) in line.iter_mut().zip(&rows) {
-                add(sum, row[b] * weight, &point);
+                *sum = *sum + zero.splat(row[b] * weight) * point;
             }
         };
         let points = self.points[start..start + nv].iter().enumerate();
@@ -237,6 +220,21 @@ impl NurbsSurface {
             points.zip(&self.weights[start..start + nv]).for_each(|((b, point), &weight)| see(b, point, weight));
         }
         line
+    }
+
+    /// The parameters at which the control point nearest to `p` has most influence (Greville): those of the corners at
+    /// corners. One pass over the control points.
+    pub(crate) fn nearest_control(&self, p: DVec3) -> DVec2 {
+        let mut nearest = (f64::INFINITY, 0);
+        for (k, point) in self.points.iter().enumerate() {
+            let square = point.distance_squared(p);
+            if square < nearest.0 {
+                nearest = (square, k);
+            }
+        }
+        let mean = |knots: &[f64]| knots.iter().sum::<f64>() / knots.len() as f64;
+        let [i, j] = [nearest.1 / self.count_v(), nearest.1 % self.count_v()];
+        DVec2::new(mean(&self.knots_u[i + 1..=i + self.degree_u]), mean(&self.knots_v[j + 1..=j + self.degree_v]))
     }
 
     /// Whether the first and the last line of constant parameter `axis` (0: u, 1: v) coincide within `tol` millimetres.
@@ -279,6 +277,38 @@ impl NurbsSurface {
         let [lines, length, from, step] = if axis == 1 { [rows, row, row, 1] } else { [row, rows, 1, row] };
         let size = |line: usize| extent(self.points[line * from..].iter().step_by(step).take(length));
         (0..lines).map(size).fold(0.0, f64::max)
+    }
+}
+
+/// Homogeneous sums over the control points of one piece of a surface, from the first one `at` (row, column), with the
+/// bases there.
+struct PieceSums<'a, const ROWS: usize> {
+    surface: &'a NurbsSurface,
+    at: [usize; 2],
+    rows_u: &'a [f64],
+    rows_v: &'a [f64],
+}
+
+impl<const ROWS: usize> Work for PieceSums<'_, ROWS> {
+    /// By total order: the first `ROWS · (ROWS + 1) / 2` have orders below `ROWS`.
+    type Output = [[f64; 4]; 6];
+
+    #[inline(always)]
+    fn run<F: Lanes<4>>(self, zero: F) -> Self::Output {
+        /// Orders in u and v.
+        const ORDERS: [(usize, usize); 6] = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)];
+        let Self { surface, at: [row, column], rows_u, rows_v } = self;
+        let (nu, count_v) = (surface.degree_u + 1, surface.count_v());
+        // In here, sums stay in registers.
+        let mut sums = [zero; 6];
+        let rows: [&[f64]; ROWS] = std::array::from_fn(|order| &rows_u[order * nu..][..nu]);
+        for a in 0..nu {
+            let line: [F; ROWS] = surface.line(zero, (row + a) * count_v + column, rows_v);
+            for (sum, (order_u, order_v)) in sums.iter_mut().zip(ORDERS).take(ROWS * (ROWS + 1) / 2) {
+                *sum = *sum + zero.splat(rows[order_u][a]) * line[order_v];
+            }
+        }
+        sums.map(F::to_array)
     }
 }
 

@@ -8,4 +8,5 @@ pub(super) mod inside;
 pub(super) mod foot;
 pub(super) mod lead;
 mod seeds;
+mod halves;
 pub(super) mod pcurve;

@@ -5,6 +5,7 @@
 //! are refined until the fit stays within a tolerance of the projection.
 
 use super::foot::{Foot, jacobian_solve, newton_step};
+use super::halves::halves_fit;
 use super::lead::{EndBlend, before_breaks, leads, only_neighbour};
 use super::seeds::Seeds;
 use super::uv_curve::UvSample;
@@ -193,6 +194,14 @@ impl<'a> Projector<'a> {
     }
 
     fn search(&self, p: DVec3) -> Foot {
+        if let (Surface::Nurbs(net), [None, None], []) = (self.surface, self.period, &self.poles[..]) {
+            // Most vertices are corners of the net, or not far from a control point. A lattice of seeds takes thousands
+            // of points.
+            let found = self.newton(p, net.nearest_control(p));
+            if found.off <= self.tolerance {
+                return found;
+            }
+        }
         let seeds = self.seeds.get_or_init(|| Seeds::of(self.surface, self.domain, self.period));
         let mut answer = Foot::none(DVec2::ZERO);
         for start in seeds.starts(p) {
@@ -315,7 +324,10 @@ impl<'a> Projector<'a> {
         }
         // At a pole the image follows the curve to the surface's point, round which it does not turn.
         let ends = [0, 1].map(|k| end_poles[k].map_or(ends[k], |pole| self.tips[pole]));
-        let walk = Walk { projector: self, edge, ends, leads: leads(edge, ends, self.tolerance) };
+        let leads = leads(edge, ends, self.tolerance);
+        let is_whole = edge.curve.degree == 2 && edge.range == edge.curve.domain() && leads.iter().all(Option::is_none);
+        let is_circle = edge.kind == CurveKind::Circle && is_whole;
+        let walk = Walk { projector: self, edge, ends, leads, is_circle };
         let order = |pair: [Option<usize>; 2]| if reversed { [pair[1], pair[0]] } else { pair };
         let [first_pole, last_pole] = order(end_poles);
         let mut out: Vec<(UvSample, f64)> = Vec::with_capacity(2 * ts.len());
@@ -407,6 +419,8 @@ struct Walk<'a> {
     edge: &'a Edge,
     ends: [DVec3; 2],
     leads: [Option<EndBlend>; 2],
+    /// Whether it has the even spans of an arc, of a right angle or less.
+    is_circle: bool,
 }
 
 impl Walk<'_> {
@@ -540,7 +554,13 @@ impl Walk<'_> {
         let is_uneven = self.projector.is_uneven || self.edge.curve.degree > 3;
         let may_be_odd = is_near && is_uneven && depth < ODD_DEPTH;
         let is_odd = || may_be_odd && odd() > may_be_off.max(ODD * length(b.uv - a.uv));
-        if length(mid.uv - guess) > may_be_off || is_odd() {
+        let off = length(mid.uv - guess);
+        if off > may_be_off || is_odd() {
+            let halves_fit = || halves_fit(self.projector.surface, [a, &mid, b], speeds, off, may_be_off);
+            if self.is_circle && gap <= tolerance && halves_fit() {
+                out.push((mid, gap));
+                return;
+            }
             self.refine(a, &mid, depth + 1, out);
             out.push((mid, gap));
             self.refine(&mid, b, depth + 1, out);

@@ -1,7 +1,7 @@
 //! Feet of points on a spline and off it, against samples.
 
 use super::{MAX_STEPS, Projector};
-use crate::model::{CurveKind, Edge, Frame3, NurbsCurve, NurbsSurface, Surface, VertexId};
+use crate::model::{CurveKind, Edge, Frame3, NurbsCurve, NurbsCurve3, NurbsSurface, Surface, VertexId};
 use crate::prepare::uv::uv_curve::UvSample;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -202,4 +202,38 @@ fn chords_of_a_circle_are_off_the_surface_between_their_ends() {
     let gap = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).gap;
     let height = radius * (1.0 - (0.5 * turn(1)).cos());
     assert!((gap - height).abs() < 1e-9, "{gap} instead of {height}");
+}
+
+/// Circles of all sizes in planes, and along one parameter of round surfaces. Pieces whose halves are taken unseen fit.
+#[test]
+fn images_of_circles_are_within_the_tolerance_everywhere() {
+    let frame = Frame3::WORLD;
+    for size in (0..24).map(|k| 0.01 * 1.5_f64.powi(k)) {
+        let around = |radius: f64, height: f64| (Frame3 { origin: height * DVec3::Z, ..frame }, radius * size);
+        let tube = Frame3 { origin: 3.0 * size * DVec3::X, x: DVec3::X, y: DVec3::Z, z: DVec3::NEG_Y };
+        let cases = [
+            (Surface::Plane { frame }, around(1.0, 0.0)),
+            (Surface::Cylinder { frame, radius: size }, around(1.0, 0.5)),
+            (Surface::Cone { frame, radius: size, half_angle: 0.5 }, around(1.0, 0.0)),
+            (Surface::Sphere { frame, radius: size }, around(1.0, 0.0)),
+            (Surface::Torus { frame, major: 3.0 * size, minor: size }, around(4.0, 0.0)),
+            (Surface::Torus { frame, major: 3.0 * size, minor: size }, (tube, size)),
+        ];
+        for (surface, (place, radius)) in cases {
+            for (from, to) in [(0.0, TAU), (0.3, 0.3 + FRAC_PI_2), (1.0, 2.0), (0.1, 0.4)] {
+                let curve = NurbsCurve3::arc(&place, radius, radius, from, to);
+                let range = curve.domain();
+                let ends = [curve.point(range.0), curve.point(range.1)];
+                let (start, end, kind) = (VertexId(0), VertexId(1), CurveKind::Circle);
+                let edge = Edge { curve, range, start, end, kind, entity: 0 };
+                let image = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).samples;
+                for k in 0..=400 {
+                    let t = range.0 + (range.1 - range.0) * f64::from(k) / 400.0;
+                    let uv = UvSample::on(&image, t).uv;
+                    let off = surface.point(uv.x, uv.y).distance(edge.curve.point(t));
+                    assert!(off < 4.4e-6, "{surface:?} {radius} {from}: {off} at {t}");
+                }
+            }
+        }
+    }
 }
