@@ -242,14 +242,16 @@ fn zeros(net: Net, width: usize, found: &mut impl FnMut(DVec2)) -> Option<()> {
     const SMALLEST: f64 = 1e-6;
     /// Share of a part's side that a zero has to be away from its border: there, two parts or none may find it.
     const BORDER: f64 = 1e-7;
+    let may_have = |net: &Net| {
+        let misses = |axis: usize| net.iter().all(|c| c[axis] > 0.0) || net.iter().all(|c| c[axis] < 0.0);
+        !misses(0) && !misses(1)
+    };
     let mut parts: SmallVec<[(Net, DVec2, DVec2); 8]> = SmallVec::new();
-    parts.push((net, DVec2::ZERO, DVec2::ONE));
+    if may_have(&net) {
+        parts.push((net, DVec2::ZERO, DVec2::ONE));
+    }
     let mut looked = 0;
     while let Some((net, low, high)) = parts.pop() {
-        let misses = |axis: usize| net.iter().all(|c| c[axis] > 0.0) || net.iter().all(|c| c[axis] < 0.0);
-        if misses(0) || misses(1) {
-            continue;
-        }
         looked += 1;
         if looked > MOST || (high - low).max_element() < SMALLEST {
             return None;
@@ -265,12 +267,15 @@ fn zeros(net: Net, width: usize, found: &mut impl FnMut(DVec2)) -> Option<()> {
         }
         let (size, middle) = (high - low, 0.5 * (low + high));
         for half in [[0.0, 0.5], [0.5, 1.0]] {
-            let (mut net, mut low, mut high) = (net.clone(), low, high);
+            let (mut net, mut low, mut high) = (Net::from_slice(&net), low, high);
             let axis = usize::from(size.y > size.x);
             if axis == 0 {
                 restrict_rows(&mut net, width, half[0], half[1]);
             } else {
                 net.chunks_exact_mut(width).for_each(|row| restrict(row, half[0], half[1]));
+            }
+            if !may_have(&net) {
+                continue;
             }
             if half[0] == 0.0 {
                 high[axis] = middle[axis];

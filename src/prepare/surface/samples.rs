@@ -92,10 +92,11 @@ impl Sampler {
     #[inline(always)]
     fn evaluate<const N: usize>(&mut self, net: &[DVec4]) {
         let Self { rows_u, rows_v, columns, samples: SurfaceSamples { normals, bends }, .. } = self;
-        let nv = rows_v.len();
+        let (nu, nv) = (rows_u.len(), rows_v.len());
         // First each column of the net with all orders in u, then the columns with the orders in v.
         for (b, column) in columns.iter_mut().enumerate() {
-            for (order, column) in column.iter_mut().enumerate() {
+            // Higher orders are 0.
+            for (order, column) in column.iter_mut().enumerate().take(nu) {
                 let mut sums = [[0.0; LANES]; N];
                 for (points, row) in net.chunks_exact(nv).zip(&*rows_u) {
                     for (sum, x) in sums.iter_mut().zip(points[b].to_array()) {
@@ -106,9 +107,10 @@ impl Sampler {
             }
         }
         let terms = || columns.iter().zip(&*rows_v);
-        let last = combine::<N, LANES>(terms(), |column, l| column[l], |row, _| row[SAMPLES]);
+        let orders = (nu, nv);
+        let last = combine::<N, LANES>(orders, terms(), |column, l| column[l], |row, _| row[SAMPLES]);
         for (i, (normals, bends)) in normals.iter_mut().zip(bends).enumerate() {
-            let row = combine::<N, SAMPLES>(terms(), |column, _| column[i], |row, l| row[l]);
+            let row = combine::<N, SAMPLES>(orders, terms(), |column, _| column[i], |row, l| row[l]);
             for ((normal, row), last) in normals.iter_mut().zip(&row.0).zip(&last.0) {
                 *normal = join(row, last[i]);
             }
@@ -250,22 +252,24 @@ fn cross<const L: usize>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
     [minor(1, 2), minor(2, 0), minor(0, 1)]
 }
 
-/// The normals, and the parts of the second derivatives along and across them, at `L` samples. `terms`: of each column,
-/// its sums and its basis in v. `of_column` and `of_row` are what these are in a lane.
+/// The normals, and the parts of the second derivatives along and across them, at `L` samples. `orders`: numbers of
+/// derivatives in u and v that are not 0, with the point. `terms`: of each column, its sums and its basis in v. `of_column` and `of_row` are what these are in a lane.
 #[inline(always)]
 fn combine<'a, const N: usize, const L: usize>(
+    orders: (usize, usize),
     terms: impl Iterator<Item = (&'a [[Lanes; 4]; 3], &'a [Lanes; 3])> + Clone,
     of_column: impl Fn(&Lanes, usize) -> f64,
     of_row: impl Fn(&Lanes, usize) -> f64,
 ) -> (Vectors<L>, [Lanes<L>; 6]) {
     let of_lane = (of_column, of_row);
+    let none = [[0.0; L]; N];
     let sums = [
         sum::<N, L>(terms.clone(), &of_lane, (0, 0)),
         sum(terms.clone(), &of_lane, (1, 0)),
         sum(terms.clone(), &of_lane, (0, 1)),
-        sum(terms.clone(), &of_lane, (2, 0)),
+        if orders.0 > 2 { sum(terms.clone(), &of_lane, (2, 0)) } else { none },
         sum(terms.clone(), &of_lane, (1, 1)),
-        sum(terms, &of_lane, (0, 2)),
+        if orders.1 > 2 { sum(terms, &of_lane, (0, 2)) } else { none },
     ];
     let [_, du, dv, duu, duv, dvv] = if N == 4 { quotient(&sums) } else { plain(&sums) };
     split([&du, &dv], [&duu, &duv, &dvv])

@@ -289,10 +289,14 @@ impl<'a> ArcSpan<'a> {
 
     /// The largest coordinate along `n` of all cubics between its points. `sampled`: that of its samples.
     fn most_along(&self, n: DVec2, sampled: f64) -> f64 {
-        (0..self.pieces().len()).filter_map(|k| self.cubic(k)).fold(sampled, |most, cubic| {
-            // A cubic whose Bézier points are within adds nothing.
-            let is_within = cubic.points().iter().all(|x| n.dot(*x) <= most);
-            if is_within { most } else { most.max(cubic.exact_range_along(n).1) }
+        let ends = self.arc.points[self.from..=self.to].windows(2);
+        self.pieces().iter().zip(ends).enumerate().fold(sampled, |most, (k, (piece, ends))| {
+            // A cubic whose Bézier points are within adds nothing. Its ends are samples.
+            let ([p, q], [before, after]) = ([ends[0].1, ends[1].1].map(|x| n.dot(x)), piece.steps.map(|x| n.dot(x)));
+            if before <= 3.0 * (most - p) && -after <= 3.0 * (most - q) {
+                return most;
+            }
+            self.cubic(k).map_or(most, |cubic| most.max(cubic.exact_range_along(n).1))
         })
     }
 
@@ -484,14 +488,23 @@ fn on_both_sides(a: ArcSpan<'_>, b: ArcSpan<'_>, p: DVec2) -> bool {
 /// angle from it. `None` if all points are at `p`.
 fn cone(s: ArcSpan<'_>, p: DVec2) -> Option<(f64, f64, f64)> {
     let mut first: Option<DVec2> = None;
-    let (mut low, mut high) = (0.0_f64, 0.0_f64);
+    // The outermost directions as the first one sees them, each with what increases with its angle.
+    let (mut low, mut high) = ((DVec2::X, 0.0), (DVec2::X, 0.0));
     for d in s.points().iter().map(|x| *x - p).filter(|d| d.length() > SAME_SHARE) {
         // Angles relative to the first direction; an arc that turns back around `p` fills everything.
         let zero = *first.get_or_insert(d);
-        let angle = libm::atan2(zero.perp_dot(d), zero.dot(d));
-        (low, high) = (low.min(angle), high.max(angle));
+        let seen = DVec2::new(zero.dot(d), zero.perp_dot(d));
+        let rise = seen.y / (seen.x.abs() + seen.y.abs());
+        let order = if seen.x < 0.0 { 2.0_f64.copysign(rise) - rise } else { rise };
+        if order < low.1 {
+            low = (seen, order);
+        }
+        if order > high.1 {
+            high = (seen, order);
+        }
     }
-    first.map(|zero| (libm::atan2(zero.y, zero.x), low, high))
+    let angle = |d: DVec2| libm::atan2(d.y, d.x);
+    first.map(|zero| (angle(zero), angle(low.0), angle(high.0)))
 }
 
 #[cfg(test)]

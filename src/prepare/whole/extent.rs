@@ -85,10 +85,19 @@ impl Hull {
         (0..3).map(|k| self.high[k] - self.low[k]).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    fn holds(&self, p: DVec3) -> bool {
+    /// Whether it holds all the points, up to rounding.
+    fn holds(&self, points: impl IntoIterator<Item = DVec3>) -> bool {
         let slack = 1e-9 * self.size();
-        let mut ranges = self.low.iter().zip(&self.high).zip(along(p));
-        ranges.all(|((low, high), x)| (low - slack..=high + slack).contains(&x))
+        widest(
+            #[inline(always)]
+            || {
+                let (low, high) = (self.low.map(|x| x - slack), self.high.map(|x| x + slack));
+                points.into_iter().all(|p| {
+                    let along = along(p);
+                    (0..16).fold(true, |all, k| all & (low[k] <= along[k]) & (along[k] <= high[k]))
+                })
+            },
+        )
     }
 }
 
@@ -102,11 +111,11 @@ pub(crate) fn cloud(call: Call<'_>, part: &PreparedPart) -> Vec<DVec3> {
     let beyond = call.each(SHARE, faces, |(face, tiles)| {
         // A straight line has its extremes at its ends, which lie on edges.
         let straight = |second: fn(&BoxBounds) -> f64| face.bounds.cells.iter().all(|b| second(b) == 0.0);
-        let is_beyond = !straight(|b| b.uu.norm) && !straight(|b| b.vv.norm) && reaching(face, &bounds).contains(&true);
-        is_beyond.then_some((face, tiles))
+        let reaches = || face.patches.nets().any(|net| reaches(net, &bounds));
+        (!straight(|b| b.uu.norm) && !straight(|b| b.vv.norm) && reaches()).then_some((face, tiles))
     });
     for (face, tiles) in beyond.into_iter().flatten() {
-        let reaching = reaching(face, &bounds);
+        let reaching: Vec<bool> = face.patches.nets().map(|net| reaches(net, &bounds)).collect();
         if reaching.contains(&true) {
             let cells = per_piece(face, &reaching, &bounds);
             tiles.iter().for_each(|tile| out.extend(interior(part, (face, tile), &reaching, cells, &mut bounds)));
@@ -131,10 +140,9 @@ fn points_of(edge: &PreparedEdge) -> Vec<DVec3> {
     out
 }
 
-/// Which pieces of a face may extend a hull: those whose control nets reach beyond it.
-fn reaching(face: &PreparedFace, bounds: &Hull) -> Vec<bool> {
-    let beyond = |net: &[DVec4]| !net.iter().all(|c| bounds.holds(c.truncate() / c.w));
-    face.patches.nets().map(beyond).collect()
+/// Whether a piece with this control net may extend a hull: the net reaches beyond it.
+fn reaches(net: &[DVec4], bounds: &Hull) -> bool {
+    !bounds.holds(net.iter().map(|c| c.truncate() / c.w))
 }
 
 /// Samples per piece and direction that find the extreme points of a face to the same share of the hull as [`OF_PIECE`]
@@ -169,7 +177,7 @@ fn interior(
             continue;
         }
         let p = face.patches.point(uv.x, uv.y);
-        if !bounds.holds(p) && inside.winding(uv) != 0 {
+        if !bounds.holds([p]) && inside.winding(uv) != 0 {
             bounds.add(p);
             out.push(p);
         }
