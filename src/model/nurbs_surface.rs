@@ -301,11 +301,11 @@ impl<const ROWS: usize> Work for PieceSums<'_, ROWS> {
         let (nu, count_v) = (surface.degree_u + 1, surface.count_v());
         // In here, sums stay in registers.
         let mut sums = [zero; 6];
-        let rows: [&[f64]; ROWS] = std::array::from_fn(|order| &rows_u[order * nu..][..nu]);
-        for a in 0..nu {
+        let [values, first, second] = [0, 1, 2].map(|order| &rows_u[order * nu..][..nu]);
+        for (a, ((&n, &d1), &d2)) in values.iter().zip(first).zip(second).enumerate() {
             let line: [F; ROWS] = surface.line(zero, (row + a) * count_v + column, rows_v);
             for (sum, (order_u, order_v)) in sums.iter_mut().zip(ORDERS).take(ROWS * (ROWS + 1) / 2) {
-                *sum = *sum + zero.splat(rows[order_u][a]) * line[order_v];
+                *sum = *sum + zero.splat([n, d1, d2][order_u]) * line[order_v];
             }
         }
         sums.map(F::to_array)
