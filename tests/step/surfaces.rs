@@ -405,6 +405,21 @@ fn a_row_of_points_rounded_apart_is_a_pole() {
     assert_eq!([0.0, 1e-6, 1e-3].map(poles), [1, 1, 0]);
 }
 
+#[test]
+fn a_seam_rounded_apart_closes_unless_the_file_calls_the_surface_open() {
+    for (flag, closes) in [("T", true), ("U", true), ("F", false)] {
+        let rows = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [3e-5, 0.0]];
+        let ends = rows.iter().flat_map(|[x, y]| [0.0, 2.0].map(|z| [*x, *y, z]));
+        let points: String = ends.zip(40..).map(|(p, id)| point(id, p)).collect();
+        let tube = format!(
+            "#60=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#40,#41),(#42,#43),(#44,#45),(#46,#47),(#48,#49)),.UNSPECIFIED.,\
+             .{flag}.,.F.,.U.,(2,1,1,1,2),(2,2),(0.,1.,2.,3.,4.),(0.,1.),.UNSPECIFIED.);"
+        );
+        let model = model(&(world() + &points + &tube + &shell("ADVANCED_FACE('',(),#60,.T.)", 1)));
+        assert_eq!(only_face(&model).surface.period()[0].is_some(), closes, "{flag}");
+    }
+}
+
 /// A strip of a torus that touches itself, between two circles of two arcs each through the point of contact. Points
 /// are displaced by 2e-6, so that the circles change places near that point.
 const STRIP: &str = "

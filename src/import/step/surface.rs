@@ -207,7 +207,8 @@ impl Geometry<'_> {
         };
         let mut net = NurbsSurface { degree_u, degree_v, knots_u, knots_v, points, weights };
         drop_breaks(&mut net, self.units.tolerance, id)?;
-        Ok(weld::net(net, [shape.flag(4, false), shape.flag(5, false)], self.units.tolerance))
+        // Writers that do not know whether a surface is closed state `.U.`.
+        Ok(weld::net(net, [shape.flag(4, true), shape.flag(5, true)], self.units.tolerance))
     }
 }
 
