@@ -197,3 +197,29 @@ fn a_hole_drilled_through_the_wall_of_a_rod() {
         }
     }
 }
+
+#[test]
+fn a_fillet_around_a_cylinder_continues_its_neighbours_whatever_its_sense() {
+    let (radius, small, height) = (5.0, 1.0, 9.0);
+    let major = radius - small;
+    // Its sense and its wires may be as they should, or not.
+    for [sense, wires] in [[false, false], [true, true], [false, true]] {
+        let mut body = Body::solid();
+        let foot = body.circle(&Frame3::WORLD, radius);
+        let rim = body.circle(&level(height), radius);
+        let top = body.circle(&level(height + small), major);
+        body.flat(frame(DVec3::ZERO, -DVec3::Z, DVec3::X), vec![vec![foot.against()]]);
+        let wall = Surface::Cylinder { frame: Frame3::WORLD, radius };
+        body.face(wall, vec![vec![foot.along()], vec![rim.against()]], false);
+        let loops = if wires { [rim.against(), top.along()] } else { [rim.along(), top.against()] };
+        let fillet = Surface::Torus { frame: level(height), major, minor: small };
+        body.face(fillet, loops.map(|c| vec![c]).to_vec(), sense);
+        body.flat(level(height + small), vec![vec![top.along()]]);
+        let ring = major * major + FRAC_PI_2 * major * small + 2.0 / 3.0 * small * small;
+        let volume = PI * (radius * radius * height + ring * small);
+        let sides = radius * radius + 2.0 * radius * height + major * major;
+        let area = PI * sides + TAU * small * (major * FRAC_PI_2 + small);
+        let told: &[&str] = if wires { &["wire-folds-back"] } else { &[] };
+        Ladder::solid(body.finish(), volume, area).named([sense, wires]).told(told).climb();
+    }
+}

@@ -7,7 +7,7 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::check_scene;
-use trimtess::model::{EdgeId, Face, FaceId, Frame3, Loop, Model, NurbsSurface, Part, ShellKind, Surface};
+use trimtess::model::{Coedge, EdgeId, Face, FaceId, Frame3, Loop, Model, NurbsSurface, Part, ShellKind, Surface};
 
 fn at(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -263,28 +263,50 @@ fn a_one_sided_strip_is_meshed() {
     assert_eq!(facts.total.components, 1);
 }
 
+/// An eighth of a ball, whose arc to the pole has a vertex `split` radians before it. Of the sphere, the other seven
+/// eighths have the same boundary. Wires of planes and of the sphere run as they should or, if `wrong`, against it.
+fn eighth(radius: f64, split: f64, wrong: [bool; 2]) -> Part {
+    let mut body = Body::solid();
+    let turned = |wire: Vec<Coedge>, wrong: bool| {
+        let back = |c: &Coedge| Coedge { reversed: !c.reversed, ..*c };
+        if wrong { wire.iter().rev().map(back).collect() } else { wire }
+    };
+    let corners = DVec3::AXES.map(|axis| axis * radius);
+    let mut around = Vec::new();
+    for k in 0..3 {
+        let (from, to) = (corners[k], corners[(k + 1) % 3]);
+        let round = frame(DVec3::ZERO, from.cross(to), from);
+        let marks = if k == 1 && split > 0.0 { vec![0.0, FRAC_PI_2 - split, FRAC_PI_2] } else { vec![0.0, FRAC_PI_2] };
+        let arcs: Vec<EdgeId> = marks.windows(2).map(|w| body.arc(&round, radius, w[0], w[1])).collect();
+        let mut side = vec![body.line(DVec3::ZERO, to)];
+        side.extend(arcs.iter().rev().map(|arc| arc.against()));
+        side.push(body.line(from, DVec3::ZERO));
+        body.flat(frame(DVec3::ZERO, -round.z, from), vec![turned(side, wrong[0])]);
+        around.extend(arcs.into_iter().map(EdgeId::along));
+    }
+    body.face(Surface::Sphere { frame: Frame3::WORLD, radius }, vec![turned(around, wrong[1])], false);
+    body.finish()
+}
+
 #[test]
-fn a_face_of_a_sphere_that_runs_as_its_neighbours_do_is_the_other_side() {
-    // An eighth of a ball. Of the sphere, the other seven eighths have the same boundary.
+fn wires_of_a_sphere_run_as_those_of_neighbours_and_planes_say() {
     let radius: f64 = 4.0;
-    for flag in [true, false] {
-        let mut body = Body::solid();
-        let corners = DVec3::AXES.map(|axis| axis * radius);
-        let sides = [0, 1, 2].map(|k| {
-            let (from, to) = (corners[k], corners[(k + 1) % 3]);
-            (from, to, frame(DVec3::ZERO, from.cross(to), from))
-        });
-        let arcs = sides.map(|(.., round)| body.arc(&round, radius, 0.0, FRAC_PI_2));
-        for ((from, to, round), arc) in sides.into_iter().zip(arcs) {
-            let loops = vec![vec![body.line(DVec3::ZERO, to), arc.against(), body.line(from, DVec3::ZERO)]];
-            body.flat(frame(DVec3::ZERO, -round.z, from), loops);
-        }
-        let along = arcs.map(EdgeId::along).to_vec();
-        let back = arcs.into_iter().rev().map(EdgeId::against).collect();
-        let wires = if flag { along } else { back };
-        body.face(Surface::Sphere { frame: Frame3::WORLD, radius }, vec![wires], false);
-        let eighth = Ladder::solid(body.finish(), ball(radius) / 8.0, 5.0 / 4.0 * PI * radius * radius);
-        let told: &[&str] = if flag { &[] } else { &["wire-against-neighbours"] };
-        eighth.named(flag).told(told).climb();
+    for (wrong, told) in [
+        ([false, false], None),
+        ([false, true], Some("wire-against-neighbours")),
+        ([true, true], Some("wire-against-planes")),
+    ] {
+        let solid = Ladder::solid(eighth(radius, 0.0, wrong), ball(radius) / 8.0, 5.0 / 4.0 * PI * radius * radius);
+        solid.named(wrong).told(told.as_slice()).climb();
+    }
+}
+
+#[test]
+fn an_edge_that_ends_at_a_pole_may_be_tiny() {
+    let radius: f64 = 4.0;
+    for split in [1e-3, 1e-5, 1e-6, 1e-7] {
+        let part = eighth(radius, split, [false; 2]);
+        let solid = Ladder::solid(part, ball(radius) / 8.0, 5.0 / 4.0 * PI * radius * radius);
+        solid.named(split).climb();
     }
 }

@@ -46,6 +46,19 @@ pub enum WireTrouble {
         /// How many edges.
         edges: usize,
     },
+    /// A face of a closed surface is in a shell whose planes all have wires against their normals; its wires were
+    /// reversed, too.
+    #[error("the wires of all {planes} planes of its shell run clockwise; its wires were reversed, too")]
+    AgainstPlanes {
+        /// How many planes.
+        planes: usize,
+    },
+    /// A face of a closed surface would lie on its neighbours along all its edges; its wires were reversed.
+    #[error("the face would lie on its neighbours along all of its {edges} edges; its wires were reversed")]
+    FoldsBack {
+        /// How many edges.
+        edges: usize,
+    },
     /// An edge misses its vertex; the mesh uses the vertex.
     #[error("an edge misses its vertex by {gap_mm:.3e} mm; the mesh uses the vertex")]
     EdgeOffVertex {
@@ -70,5 +83,7 @@ codes!(WireTrouble {
     Self::Bridged { .. } => "wire-gap-bridged",
     Self::BridgesFilled { .. } => "wire-gaps-filled",
     Self::AgainstNeighbours { .. } => "wire-against-neighbours",
+    Self::AgainstPlanes { .. } => "wire-against-planes",
+    Self::FoldsBack { .. } => "wire-folds-back",
     Self::EdgeOffVertex { .. } => "edge-misses-vertex"
 });

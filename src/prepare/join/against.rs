@@ -1,18 +1,21 @@
-//! Faces of closed surfaces whose wires run against those of all their neighbours -> wires in the other direction.
+//! Faces of closed surfaces whose wires run the wrong way -> wires in the other direction.
 //!
-//! In a closed shell, two faces run along their common edge in opposite directions. On a closed surface, the direction
-//! of the wires says which of two sides is the face. If one flag of a file is wrong, the other side would be taken.
+//! On a closed surface, the direction of the wires says which of two sides is the face. If a flag of the file is wrong,
+//! the other side would be taken. Three things tell that it is. In a closed shell, two faces run along their common edge
+//! in opposite directions. Wires of planes run counter-clockwise: if none of a shell's planes does, all wires run the
+//! wrong way. And no face lies on its neighbours along all its edges.
 
 use super::chains::{Sum, TurnedFace, sums};
-use crate::model::{Face, Loop, Part, Severity, ShellKind, Surface, SurfaceKind, WireTrouble};
+use crate::model::{Coedge, EdgeId, Face, Frame3, Loop, Part, Severity, ShellKind, Surface, SurfaceKind, WireTrouble};
 use crate::prepare::regions::boundary::{boundary, of_boundary};
 use crate::prepare::report::finding::Finding;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::wires::chain::Chain;
 use crate::prepare::wires::heal::Healing;
+use glam::DVec3;
 use std::borrow::Cow;
 
-/// The part with the wires of such faces reversed, if their neighbours agree with all others.
+/// The part with the wires of such faces reversed.
 ///
 /// Cost: that of [`sums`], for parts with closed shells and surfaces that may be closed.
 pub(crate) fn with_turned_wires<'a>(
@@ -23,6 +26,20 @@ pub(crate) fn with_turned_wires<'a>(
     if !part.faces.iter().any(|face| may_have_two_sides(&part, face)) {
         return part;
     }
+    for (face, told) in wrong_faces(&part, free) {
+        done.push(Healing { face, severity: Severity::Warning, told: Finding::new(None, told) });
+        for l in &mut part.to_mut().faces[face].loops {
+            if let Loop::Edges(coedges) = l {
+                coedges.reverse();
+                coedges.iter_mut().for_each(|c| c.reversed = !c.reversed);
+            }
+        }
+    }
+    part
+}
+
+/// Faces whose wires run the wrong way, and what tells it.
+fn wrong_faces(part: &Part, free: &FreeFaces) -> Vec<(usize, WireTrouble)> {
     let free_face = |face: usize| free.get(face)?.as_ref()?.as_ref().ok();
     let chain =
         |(k, face): (usize, &Face)| if face.lost { Chain::new() } else { of_boundary(&boundary(face, free_face(k))) };
@@ -42,24 +59,129 @@ pub(crate) fn with_turned_wires<'a>(
     let against = |face: usize| of_faces[face].iter().filter(|sum| sum.uses == 2).map(move |sum| sum.other(face));
     let has_even = |face: usize| chains[face].len() > of_faces[face].len();
     let agrees = |face: usize, but: usize| has_even(face) && against(face).all(|other| other == but);
-    let is_wrong = |&face: &usize| {
+    let planes = wrong_planes(part);
+    let mut users: Option<Vec<Vec<(usize, Coedge)>>> = None;
+    let mut wrong = Vec::new();
+    for (face, f) in part.faces.iter().enumerate().filter(|(_, f)| may_have_two_sides(part, f)) {
         let alone = !of_faces[face].is_empty() && !has_even(face);
-        let only_it = alone && against(face).count() > 0 && against(face).all(|other| agrees(other, face));
-        only_it && may_have_two_sides(&part, &part.faces[face]) && is_closed(&part.faces[face].surface)
-    };
-    let wrong: Vec<(usize, usize)> =
-        (0..part.faces.len()).filter(is_wrong).map(|face| (face, against(face).count())).collect();
-    for (face, edges) in wrong {
-        let told = Finding::new(None, WireTrouble::AgainstNeighbours { edges });
-        done.push(Healing { face, severity: Severity::Warning, told });
-        for l in &mut part.to_mut().faces[face].loops {
-            if let Loop::Edges(coedges) = l {
-                coedges.reverse();
-                coedges.iter_mut().for_each(|c| c.reversed = !c.reversed);
+        let of_shell = planes.get(f.shell as usize).copied().flatten().filter(|&count| count >= LEAST_PLANES);
+        let told = if alone && against(face).count() > 0 && against(face).all(|other| agrees(other, face)) {
+            WireTrouble::AgainstNeighbours { edges: against(face).count() }
+        } else if let Some(planes) = of_shell {
+            // A seam says on which side the face is.
+            if !of_faces[face].is_empty() || has_seam(f) {
+                continue;
+            }
+            WireTrouble::AgainstPlanes { planes }
+        } else if matches!(f.surface.kind(), SurfaceKind::Sphere | SurfaceKind::Torus)
+            && let Some(edges) = lies_on_neighbours(part, face, users.get_or_insert_with(|| edge_users(part)))
+        {
+            WireTrouble::FoldsBack { edges }
+        } else {
+            continue;
+        };
+        if is_closed(&f.surface) {
+            wrong.push((face, told));
+        }
+    }
+    wrong
+}
+
+/// Whether a face uses an edge more than once.
+fn has_seam(face: &Face) -> bool {
+    let mut edges: Vec<EdgeId> = face.wires().flatten().map(|c| c.edge).collect();
+    edges.sort_unstable();
+    edges.windows(2).any(|pair| pair[0] == pair[1])
+}
+
+/// Fewer planes whose wires run clockwise may have flags of their own that are wrong.
+const LEAST_PLANES: usize = 2;
+
+/// By shell, how many planes it has whose wires run clockwise; `None` if wires of another plane do not.
+fn wrong_planes(part: &Part) -> Vec<Option<usize>> {
+    let mut shells = vec![Some(0); part.shells.len()];
+    for face in &part.faces {
+        let Some(of_shell @ Some(_)) = shells.get_mut(face.shell as usize) else { continue };
+        match runs_around(part, face) {
+            Some(true) => *of_shell = None,
+            Some(false) => *of_shell = of_shell.map(|count| count + 1),
+            None => {}
+        }
+    }
+    shells
+}
+
+/// Whether the wires of a plane run counter-clockwise around its area. `None` for other faces, and without area.
+fn runs_around(part: &Part, face: &Face) -> Option<bool> {
+    /// Points per edge.
+    const POINTS: u32 = 8;
+    let Surface::Plane { frame } = &face.surface else { return None };
+    let (mut area, mut size) = (0.0, 0.0_f64);
+    for wire in face.wires().filter(|_| !face.lost && face.refused.is_none()) {
+        let points: Vec<DVec3> = wire
+            .iter()
+            .flat_map(|c| (0..POINTS).map(move |k| (c, f64::from(k) / f64::from(POINTS))))
+            .filter_map(|(c, share)| Some(point_on(part, c, share)?[0]))
+            .map(|p| frame.local(p))
+            .collect();
+        let next = points.iter().cycle().skip(1);
+        area += points.iter().zip(next).map(|(p, q)| p.x * q.y - p.y * q.x).sum::<f64>();
+        size = points.iter().map(|p| p.truncate().distance_squared(points[0].truncate())).fold(size, f64::max);
+    }
+    (area.abs() > 1e-6 * size).then_some(area > 0.0)
+}
+
+/// A point of a coedge and its direction there, by the share of its way. `None` if there is no such edge.
+fn point_on(part: &Part, c: &Coedge, share: f64) -> Option<[DVec3; 2]> {
+    let edge = part.edges.get(c.edge.index())?;
+    let (from, to) = if c.reversed { (edge.range.1, edge.range.0) } else { edge.range };
+    let [point, along] = edge.curve.tangent(from + share * (to - from));
+    Some([point, if c.reversed { -along } else { along }])
+}
+
+/// The faces that use each edge, with their coedges.
+fn edge_users(part: &Part) -> Vec<Vec<(usize, Coedge)>> {
+    let mut users = vec![Vec::new(); part.edges.len()];
+    for (k, face) in part.faces.iter().enumerate() {
+        for c in face.wires().flatten() {
+            if let Some(of_edge) = users.get_mut(c.edge.index()) {
+                of_edge.push((k, *c));
             }
         }
     }
-    part
+    users
+}
+
+/// The number of a face's edges, if it lies on its neighbours along all of them: it leaves each on the side on which the
+/// neighbour lies, and in its direction.
+fn lies_on_neighbours(part: &Part, face: usize, users: &[Vec<(usize, Coedge)>]) -> Option<usize> {
+    /// Least cosine between the directions in which two faces leave their edge.
+    const SAME: f64 = 0.99;
+    let coedges = || part.faces[face].wires().flatten();
+    let inwards = |face: usize, c: &Coedge| {
+        let [point, along] = point_on(part, c, 0.5)?;
+        normal(&part.faces[face].surface, point)?.cross(along).try_normalize()
+    };
+    let lies_on = |c: &Coedge| {
+        let [(a, of_a), (b, of_b)] = users.get(c.edge.index())?.as_slice() else { return None };
+        (a != b && inwards(*a, of_a)?.dot(inwards(*b, of_b)?) > SAME).then_some(())
+    };
+    coedges().try_for_each(lies_on)?;
+    Some(coedges().count()).filter(|&edges| edges > 1)
+}
+
+/// The direction of `S_u × S_v` at a point of a surface with a closed form for it.
+fn normal(surface: &Surface, p: DVec3) -> Option<DVec3> {
+    let out = |frame: &Frame3| (p - frame.origin).reject_from_normalized(frame.z);
+    match surface {
+        Surface::Plane { frame } => Some(frame.z),
+        Surface::Cylinder { frame, .. } => out(frame).try_normalize(),
+        Surface::Sphere { frame, .. } => (p - frame.origin).try_normalize(),
+        Surface::Torus { frame, major, .. } => {
+            (p - frame.origin - out(frame).try_normalize()? * *major).try_normalize()
+        }
+        _ => None,
+    }
 }
 
 /// Whether a face is part of a closed shell, and its kind of surface may have two bounded sides of its wires.

@@ -1,7 +1,7 @@
 //! One face of a model -> the images of its loops, one after the other over the surface.
 
 use crate::math::boxes::around;
-use crate::model::{Coedge, Face, FaceError, FaceTrouble, Loop, Part, RegionError, Surface};
+use crate::model::{Coedge, EdgeId, Face, FaceError, FaceTrouble, Loop, Part, RegionError, Surface};
 use crate::prepare::regions::trace::{Passages, trace_loop};
 use crate::prepare::regions::unroll::are_holes;
 use crate::prepare::report::room::Room;
@@ -69,7 +69,10 @@ impl<'a> Traced<'a> {
         let extent = face_extent(part, face).unwrap_or(size);
         let mut projector = Projector::new(&face.surface, 1e-6 * extent);
         if !projector.poles.is_empty() {
-            face.wires().flatten().for_each(|c| projector.keep_off_poles(&part.edges[c.edge.index()]));
+            let uses = |edge: EdgeId| face.wires().flatten().filter(|c| c.edge == edge).count();
+            for c in face.wires().flatten() {
+                projector.keep_off_poles(&part.edges[c.edge.index()], || uses(c.edge) > 1);
+            }
         }
         let mut passages = passages(part, face, &projector);
         if !projector.poles.is_empty() {

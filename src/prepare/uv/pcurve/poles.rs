@@ -11,9 +11,12 @@ use smallvec::SmallVec;
 pub(super) const NEAR: f64 = 10.0;
 
 impl Projector<'_> {
-    /// Reduces the reach of a pole that `edge` goes round, as the circle does in which a cone ends just below its apex.
+    /// Reduces the reach of a pole that `edge` goes round, as the circle does in which a cone ends just below its apex,
+    /// or that it leaves for another vertex within that reach. `is_seam`: whether the face uses the edge in both
+    /// directions. Such an edge may end at the pole with the loop next to it.
+    ///
     /// An edge counts if all of it is near the pole, and so exactly on the surface that it is not noise.
-    pub(crate) fn keep_off_poles(&mut self, edge: &Edge) {
+    pub(crate) fn keep_off_poles(&mut self, edge: &Edge, is_seam: impl Fn() -> bool) {
         /// Least distance from the pole, in tolerances. What is nearer may be rounding.
         const CLEAR: f64 = 1e-3;
         /// Largest distance from the surface, as a share of that from the pole.
@@ -25,9 +28,14 @@ impl Projector<'_> {
                 continue;
             }
             let points: Vec<DVec3> = self.first_parameters(edge).iter().map(|&t| edge.curve.point(t)).collect();
-            let off = points.iter().map(|p| p.distance(pole)).fold(f64::INFINITY, f64::min);
-            let is_on = |p: &DVec3| self.foot(*p, None).off <= SURE * off;
-            if off > CLEAR * self.tolerance && points.iter().all(is_on) {
+            let offs = points.iter().map(|p| p.distance(pole));
+            let (least, most) = offs.fold((f64::INFINITY, 0.0_f64), |(low, high), off| (low.min(off), high.max(off)));
+            let [a, b] = [edge.range.0, edge.range.1].map(|t| edge.curve.point(t).distance(pole));
+            let leaves = a.min(b) <= SURE * a.max(b);
+            let (off, from) = if leaves { (most, SURE * most) } else { (least, least) };
+            let is_on = |p: &DVec3| self.foot(*p, None).off <= SURE * p.distance(pole);
+            let counts = off > CLEAR * self.tolerance && !(leaves && (off > self.reaches[k] || is_seam()));
+            if counts && points.iter().filter(|p| p.distance(pole) >= from).all(is_on) {
                 self.reaches[k] = self.reaches[k].min(0.5 * off);
             }
         }
