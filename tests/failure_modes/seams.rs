@@ -427,3 +427,30 @@ fn a_line_across_the_pole_of_a_disc_of_revolution() {
         Ladder::sheet(body.finish(), 4.5 * PI).named(angle).climb();
     }
 }
+
+#[test]
+fn wires_that_run_the_wrong_way_bound_what_ends_with_no_border() {
+    // A tube and a dome of surfaces that go on beyond their wires. What lies there would end with the surface.
+    let (radius, height) = (3.0, 4.0);
+    for wrong in [false, true] {
+        let mut body = Body::solid();
+        let [foot, top] = [0.0, height].map(|z| body.circle(&level(z), radius));
+        let side = DVec3::X * radius;
+        let curve = NurbsCurve3::line(side - DVec3::Z, side + DVec3::Z * (height + 1.0));
+        let wires = if wrong { [foot.against(), top.along()] } else { [foot.along(), top.against()] };
+        let tube = Surface::Revolution { curve, frame: Frame3::WORLD };
+        body.face(tube, wires.map(|c| vec![c]).to_vec(), false);
+        body.flat(frame(DVec3::ZERO, -DVec3::Z, DVec3::X), vec![vec![foot.against()]]);
+        body.flat(level(height), vec![vec![top.along()]]);
+        let area = TAU * radius * (height + radius);
+        Ladder::solid(body.finish(), PI * radius * radius * height, area).named(("tube", wrong)).climb();
+
+        let mut body = Body::solid();
+        let equator = body.circle(&Frame3::WORLD, radius);
+        let curve = NurbsCurve3::arc(&meridian(), radius, radius, -0.5, FRAC_PI_2);
+        let wire = if wrong { equator.against() } else { equator.along() };
+        body.face(Surface::Revolution { curve, frame: Frame3::WORLD }, vec![vec![wire]], false);
+        body.flat(frame(DVec3::ZERO, -DVec3::Z, DVec3::X), vec![vec![equator.against()]]);
+        Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).named(("dome", wrong)).climb();
+    }
+}

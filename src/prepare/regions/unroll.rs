@@ -396,21 +396,24 @@ fn stack(
     }
     let sides: Vec<bool> = round.iter().map(|l| is_lower(l, axis)).collect();
     let fits = |first_is_lower: bool| sides.iter().enumerate().all(|(k, &s)| s == (first_is_lower == (k % 2 == 0)));
-    let possible = |first_is_lower: bool| {
+    let may_end = |first_is_lower: bool, at: [bool; 2]| {
         let last_is_lower = first_is_lower == (round.len() % 2 == 1);
-        (first_is_lower || ends[0].is_finite()) && (!last_is_lower || ends[1].is_finite())
+        (first_is_lower || at[0]) && (!last_is_lower || at[1])
     };
+    let possible = |first_is_lower: bool| may_end(first_is_lower, ends.map(f64::is_finite));
+    let is_pole = ends.map(|end| projector.poles.iter().any(|p| p.axis == across && p.at == end));
+    let closes = |first_is_lower: bool| may_end(first_is_lower, is_pole);
     let named = named_pole.map(|k| &projector.poles[k]).filter(|p| p.axis == across && round.len() == 1);
-    let first_is_lower = match (fits(true) && possible(true), fits(false) && possible(false)) {
+    let first_is_lower = match [true, false].into_iter().find(|&side| fits(side) && possible(side)) {
         // A vertex loop states which end of the surface is kept.
         _ if named.is_some_and(|p| possible(p.at > first)) => named.is_some_and(|p| p.at > first),
-        (true, _) => true,
-        (_, true) => false,
+        // A face ends with its surface only if it has to.
+        Some(stated) => stated == (closes(stated) || !closes(!stated)),
         // The stated orientation is impossible: prefer the one that needs no end of the surface.
-        _ if round.len().is_multiple_of(2) => true,
-        _ if possible(true) => true,
-        _ if possible(false) => false,
-        _ => return Err(RegionError::OneSided { loops: round.len() }),
+        None if round.len().is_multiple_of(2) => true,
+        None if possible(true) => true,
+        None if possible(false) => false,
+        None => return Err(RegionError::OneSided { loops: round.len() }),
     };
     for (k, l) in round.iter_mut().enumerate() {
         if turn && is_lower(l, axis) != (first_is_lower == (k % 2 == 0)) {
