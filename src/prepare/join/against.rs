@@ -1,9 +1,9 @@
 //! Faces of closed surfaces whose wires run the wrong way -> wires in the other direction.
 //!
 //! On a closed surface, the direction of the wires says which of two sides is the face. If a flag of the file is wrong,
-//! the other side would be taken. Three things tell that it is. In a closed shell, two faces run along their common edge
-//! in opposite directions. Wires of planes run counter-clockwise: if none of a shell's planes does, all wires run the
-//! wrong way. And no face lies on its neighbours along all its edges.
+//! the other side would be taken. Three things tell that it is. In a closed shell, two faces run along their common
+//! edge in opposite directions. Wires of planes run counter-clockwise: if none of a shell's planes does, all wires run
+//! the wrong way. And no face lies on its neighbours along all its edges.
 
 use super::chains::{Sum, TurnedFace, sums};
 use crate::model::{Coedge, EdgeId, Face, Frame3, Loop, Part, Severity, ShellKind, Surface, SurfaceKind, WireTrouble};
@@ -152,8 +152,8 @@ fn edge_users(part: &Part) -> Vec<Vec<(usize, Coedge)>> {
     users
 }
 
-/// The number of a face's edges, if it lies on its neighbours along all of them: it leaves each on the side on which the
-/// neighbour lies, and in its direction.
+/// The number of a face's edges, if it lies on its neighbours along all of them: it leaves each on the side on which
+/// the neighbour lies, and in its direction.
 fn lies_on_neighbours(part: &Part, face: usize, users: &[Vec<(usize, Coedge)>]) -> Option<usize> {
     /// Least cosine between the directions in which two faces leave their edge.
     const SAME: f64 = 0.99;
