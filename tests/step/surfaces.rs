@@ -397,6 +397,25 @@ fn loose_surfaces_form_one_shell() {
 }
 
 #[test]
+fn open_shells_of_one_face_form_one_shell() {
+    let face = |id: u32| {
+        format!(
+            "#{id}=BEZIER_SURFACE('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);#{}=ADVANCED_FACE('',(),#{id},.T.);",
+            id + 10
+        )
+    };
+    let faces: String = (160..164).map(face).collect();
+    let rest = "#180=OPEN_SHELL('',(#170));#181=OPEN_SHELL('',(#171,#172));#182=OPEN_SHELL('',(#173));\
+                #183=SHELL_BASED_SURFACE_MODEL('',(#180,#181,#182));\
+                #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#183),#1);";
+    let model = model(&(world() + &roof() + &faces + rest));
+    clean(&model);
+    let part = only_part(&model);
+    assert_eq!(part.faces.iter().map(|face| face.shell).collect::<Vec<_>>(), [0, 1, 1, 0]);
+    assert_eq!(part.shells.iter().map(|shell| shell.entity).collect::<Vec<_>>(), [180, 181]);
+}
+
+#[test]
 fn a_row_of_points_rounded_apart_is_a_pole() {
     let poles = |apart: f64| {
         let points = vec![DVec3::ZERO, DVec3::Y, DVec3::X * apart, DVec3::new(1.0, 1.0, 0.0)];

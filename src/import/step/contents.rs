@@ -77,12 +77,12 @@ impl PartContents {
     }
 }
 
-/// Merges all loose surfaces and faces (listed alone or in sets) into one shell, so that adjacent ones share their
-/// borders. Returns the new shell index of each use, and the shells.
+/// Merges all loose surfaces and faces (listed alone, in sets, or each as an open shell of its own) into one shell, so
+/// that adjacent ones share their borders. Returns the new shell index of each use, and the shells.
 pub(super) fn merge_loose_shells(uses: &[ShellUse]) -> (Vec<u32>, Vec<Shell>) {
     let loose = |of: &ShellUse| {
         let alone = |source: &Source| matches!(source, Source::Surface(_)) || source.id() == of.entity;
-        of.faces.iter().all(|(source, _)| alone(source))
+        of.faces.iter().all(|(source, _)| alone(source)) || of.kind == ShellKind::Open && of.faces.len() == 1
     };
     let mut shells = Vec::with_capacity(uses.len());
     let mut first_loose = None;
