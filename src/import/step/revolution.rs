@@ -396,8 +396,8 @@ pub(super) fn one_sheet(
     }
 }
 
-/// Distances of a point from profiles. One that is at most `enough` may be too large, and one that exceeds the least by
-/// more than `slack` may be wrong, but does so.
+/// Distances of a point from profiles. One of at most `enough` may be too large. Of one that exceeds the least by more
+/// than `slack`, only that it does is known.
 fn misses(profiles: &[Meridian<'_>], p: DVec2, slack: f64, enough: f64) -> Vec<f64> {
     let nearest: Vec<(f64, usize)> = profiles.iter().map(|profile| profile.nearest(p)).collect();
     // No profile is further from its polyline than two of its points are from each other.

@@ -30,8 +30,8 @@ pub(super) fn curve(curve: NurbsCurve3, tolerance: f64) -> NurbsCurve3 {
 }
 
 /// Moves border rows of a net that are within `tolerance` of a point to that point, and both border rows of a direction
-/// within `tolerance` of each other to the row between them. `closed`: directions that the file does not call open, whose rows
-/// may also be as far apart as rounding explains. Then their points at a pole may be as far from it.
+/// within `tolerance` of each other to the row between them. `closed`: directions that the file does not call open. Their
+/// rows may also be as far apart as rounding explains, and their points at a pole as far from it.
 pub(super) fn net(mut net: NurbsSurface, closed: [bool; 2], tolerance: f64) -> NurbsSurface {
     let weld = |net: &mut NurbsSurface| {
         // The points of a pole are rounded, too: those of rows that close may be as far apart as the rows were.

@@ -253,7 +253,8 @@ fn cross<const L: usize>(a: &Vectors<L>, b: &Vectors<L>) -> Vectors<L> {
 }
 
 /// The normals, and the parts of the second derivatives along and across them, at `L` samples. `orders`: numbers of
-/// derivatives in u and v that are not 0, with the point. `terms`: of each column, its sums and its basis in v. `of_column` and `of_row` are what these are in a lane.
+/// derivatives in u and v that are not 0, with the point. `terms`: of each column, its sums and its basis in v.
+/// `of_column` and `of_row` are what these are in a lane.
 #[inline(always)]
 fn combine<'a, const N: usize, const L: usize>(
     orders: (usize, usize),
