@@ -223,3 +223,21 @@ fn a_fillet_around_a_cylinder_continues_its_neighbours_whatever_its_sense() {
         Ladder::solid(body.finish(), volume, area).named([sense, wires]).told(told).climb();
     }
 }
+
+#[test]
+fn a_shallow_lens_is_no_fillet_that_lies_on_its_neighbour() {
+    let aperture: f64 = 5.0;
+    for turn in [0.1_f64, 0.02] {
+        let radius = aperture / turn.sin();
+        let mut body = Body::solid();
+        let rim = [0.0, PI].map(|from| body.arc(&Frame3::WORLD, aperture, from, from + PI));
+        let back = vec![rim[1].against(), rim[0].against()];
+        body.flat(frame(DVec3::ZERO, -DVec3::Z, DVec3::X), vec![back]);
+        let ball = Surface::Sphere { frame: level(-radius * turn.cos()), radius };
+        body.face(ball, vec![rim.map(|arc| arc.along()).to_vec()], false);
+        let height = radius * (1.0 - turn.cos());
+        let volume = PI * height * height * (radius - height / 3.0);
+        let area = PI * aperture * aperture + TAU * radius * height;
+        Ladder::solid(body.finish(), volume, area).named(turn).climb();
+    }
+}

@@ -285,7 +285,9 @@ impl Planner {
             rates.parts[part] = PartRates { boxes, ..PartRates::default() };
             self.touched.stamps[part] = Vec::new();
         }
-        self.limited.forget(parts);
+        if !parts.is_empty() {
+            self.limited.forget(parts);
+        }
         self.undo.revert(rates, &mut self.limited);
         if let Some(page) = page {
             let Rates { prepared, parts: of, .. } = rates;

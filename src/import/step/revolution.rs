@@ -400,7 +400,7 @@ pub(super) fn one_sheet(
 /// than `slack`, only that it does is known.
 fn misses(profiles: &[Meridian<'_>], p: DVec2, slack: f64, enough: f64) -> Vec<f64> {
     let nearest: Vec<(f64, usize)> = profiles.iter().map(|profile| profile.nearest(p)).collect();
-    // No profile is further from its polyline than two of its points are from each other.
+    // A profile is taken to be no further from its polyline than two of its points are from each other.
     let off = |profile: &Meridian<'_>| if profile.round.is_some() { 0.0 } else { profile.points().1 };
     let ends = profiles.iter().zip(&nearest).map(|(profile, near)| near.0 + off(profile));
     let most = ends.fold(f64::INFINITY, f64::min) + slack;

@@ -6,6 +6,7 @@
 //! the wrong way. And no face lies on its neighbours along all its edges.
 
 use super::chains::{Sum, TurnedFace, sums};
+use crate::math::buckets::Buckets;
 use crate::model::{Coedge, EdgeId, Face, Frame3, Loop, Part, Severity, ShellKind, Surface, SurfaceKind, WireTrouble};
 use crate::prepare::regions::boundary::{boundary, of_boundary};
 use crate::prepare::report::finding::Finding;
@@ -14,6 +15,7 @@ use crate::prepare::wires::chain::Chain;
 use crate::prepare::wires::heal::Healing;
 use glam::DVec3;
 use std::borrow::Cow;
+use std::cell::LazyCell;
 
 /// The part with the wires of such faces reversed.
 ///
@@ -60,7 +62,7 @@ fn wrong_faces(part: &Part, free: &FreeFaces) -> Vec<(usize, WireTrouble)> {
     let has_even = |face: usize| chains[face].len() > of_faces[face].len();
     let agrees = |face: usize, but: usize| has_even(face) && against(face).all(|other| other == but);
     let planes = wrong_planes(part);
-    let mut users: Option<Vec<Vec<(usize, Coedge)>>> = None;
+    let users = LazyCell::new(|| edge_users(part));
     let mut wrong = Vec::new();
     for (face, f) in part.faces.iter().enumerate().filter(|(_, f)| may_have_two_sides(part, f)) {
         let alone = !of_faces[face].is_empty() && !has_even(face);
@@ -74,7 +76,7 @@ fn wrong_faces(part: &Part, free: &FreeFaces) -> Vec<(usize, WireTrouble)> {
             }
             WireTrouble::AgainstPlanes { planes }
         } else if matches!(f.surface.kind(), SurfaceKind::Sphere | SurfaceKind::Torus)
-            && let Some(edges) = lies_on_neighbours(part, face, users.get_or_insert_with(|| edge_users(part)))
+            && let Some(edges) = lies_on_neighbours(part, face, &users)
         {
             WireTrouble::FoldsBack { edges }
         } else {
@@ -139,35 +141,37 @@ fn point_on(part: &Part, c: &Coedge, share: f64) -> Option<[DVec3; 2]> {
     Some([point, if c.reversed { -along } else { along }])
 }
 
-/// The faces that use each edge, with their coedges.
-fn edge_users(part: &Part) -> Vec<Vec<(usize, Coedge)>> {
-    let mut users = vec![Vec::new(); part.edges.len()];
-    for (k, face) in part.faces.iter().enumerate() {
-        for c in face.wires().flatten() {
-            if let Some(of_edge) = users.get_mut(c.edge.index()) {
-                of_edge.push((k, *c));
-            }
-        }
+/// By edge, the faces that use it, and whether against it.
+fn edge_users(part: &Part) -> Buckets<(u32, bool)> {
+    let count = part.edges.len();
+    let mut uses = Vec::new();
+    for (face, k) in part.faces.iter().zip(0..) {
+        let known = face.wires().flatten().filter(|c| c.edge.index() < count);
+        uses.extend(known.map(|c| (c.edge.0, (k, c.reversed))));
     }
-    users
+    Buckets::of(count, uses.into_iter())
 }
 
 /// The number of a face's edges, if it lies on its neighbours along all of them: it leaves each on the side on which
-/// the neighbour lies, and in its direction.
-fn lies_on_neighbours(part: &Part, face: usize, users: &[Vec<(usize, Coedge)>]) -> Option<usize> {
-    /// Least cosine between the directions in which two faces leave their edge.
-    const SAME: f64 = 0.99;
-    let coedges = || part.faces[face].wires().flatten();
-    let inwards = |face: usize, c: &Coedge| {
-        let [point, along] = point_on(part, c, 0.5)?;
-        normal(&part.faces[face].surface, point)?.cross(along).try_normalize()
-    };
-    let lies_on = |c: &Coedge| {
-        let [(a, of_a), (b, of_b)] = users.get(c.edge.index())?.as_slice() else { return None };
-        (a != b && inwards(*a, of_a)?.dot(inwards(*b, of_b)?) > SAME).then_some(())
-    };
-    coedges().try_for_each(lies_on)?;
-    Some(coedges().count()).filter(|&edges| edges > 1)
+/// the neighbour lies, and in its direction. There are two neighbours at least: a lens, however shallow, has one.
+fn lies_on_neighbours(part: &Part, face: usize, users: &Buckets<(u32, bool)>) -> Option<usize> {
+    /// Largest angle between two faces that lie on each other at their edge, radians.
+    const SAME: f64 = 1e-3;
+    let mut neighbours = Vec::new();
+    for edge in part.faces[face].wires().flatten().map(|c| c.edge) {
+        let &[one, other] = users.at(edge.0) else { return None };
+        let inwards = |(face, reversed): (u32, bool)| {
+            let [point, along] = point_on(part, &Coedge { edge, reversed }, 0.5)?;
+            normal(&part.faces[face as usize].surface, point)?.cross(along).try_normalize()
+        };
+        if one.0 == other.0 || inwards(one)?.distance(inwards(other)?) > SAME {
+            return None;
+        }
+        neighbours.push(if one.0 as usize == face { other.0 } else { one.0 });
+    }
+    let edges = neighbours.len();
+    let has_two = neighbours.iter().any(|neighbour| *neighbour != neighbours[0]);
+    has_two.then_some(edges)
 }
 
 /// The direction of `S_u × S_v` at a point of a surface with a closed form for it.
