@@ -1,13 +1,13 @@
 //! Loops in a plane -> Delaunay triangles with the same boundary, from coarse to fine; or a refusal.
 //!
 //! Method: every other vertex is left out where loops are smooth, again and again, while they have many. The sweep
-//! triangulates what is left. Then the vertices return, level by level, each between its neighbours, and the edges
-//! around it are flipped. These are few, as what was there before lies on all sides of it. Vertices that come in the
-//! order of a line, or all at once, take flips in proportion to their number, each.
+//! triangulates the coarsest level. Then the vertices return, level by level. Each comes between its neighbours, and
+//! edges around it are flipped: few, because older vertices lie on all sides of it. If vertices came in the order of a
+//! line, or all at once, each would take flips in proportion to the number of all.
 //!
 //! Coarse loops may cross where the loops do not. Nothing has to foresee that. The boundary of the triangles is the
-//! loops all the same, and a triangle that cannot be made positive is found at once: a finer level is swept then. Cost:
-//! that of the sweep for a share of the vertices, and about 1.6 flips and three circle tests for each of the others.
+//! loops all the same. A triangle that cannot be made positive is found at once, and a finer level is swept. Cost: that
+//! of the sweep for a share of the vertices, and about 1.6 flips and three circle tests for each of the others.
 
 use super::sweep::{NotSimple, Sweep};
 use glam::DVec2;

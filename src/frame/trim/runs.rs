@@ -13,7 +13,7 @@ pub(crate) struct Runs {
     runs: Vec<Run>,
     /// By number, its run.
     run_of: Vec<u32>,
-    /// Where the last number came: the next is often beside it.
+    /// The place of the last insertion. The next one is often beside it.
     recent: Place,
 }
 
