@@ -204,6 +204,27 @@ fn a_moved_edge_point_and_a_nan_are_found() {
 }
 
 #[test]
+fn tiles_of_which_nothing_can_be_measured_are_left_out() {
+    let prepared = prepared_clean(cylinder());
+    let whole = framed(&prepared, 0.01);
+    let measured = |mesh: &MemorySink| deviation(&prepared, mesh, 0.01).measured;
+    let wall = whole.batches.iter().position(|b| b.face == FaceId(2)).unwrap();
+    let damage: [fn(&mut TileMesh); 4] = [
+        |mesh| mesh.uvs.clear(),
+        |mesh| mesh.origins.clear(),
+        |mesh| mesh.positions.truncate(1),
+        |mesh| mesh.triangles[0][2] = u32::MAX,
+    ];
+    for damage in damage {
+        let mut mesh = whole.clone();
+        damage(&mut mesh.batches[wall].mesh);
+        let left = measured(&whole) - whole.batches[wall].mesh.triangles.len() as u64;
+        assert_eq!(measured(&mesh), left);
+        assert!(left > 0 && economy(&prepared, &mesh, 0.01).tiles.len() < economy(&prepared, &whole, 0.01).tiles.len());
+    }
+}
+
+#[test]
 fn economy_knows_the_smallest_lattice() {
     let surface = Surface::Cylinder { frame: Frame3::WORLD, radius: RADIUS };
     let prepared = prepared_clean(cylinder());

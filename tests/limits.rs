@@ -36,6 +36,15 @@ fn patches_and_their_memory_are_limited() {
 }
 
 #[test]
+fn options_out_of_range_are_refused() {
+    for asked in [f64::NAN, -1e-6, 1.5, f64::INFINITY] {
+        let options = PrepareOptions::DEFAULT.with_border_tolerance(asked);
+        let error = prepare(shapes::by_name("torus").unwrap(), &options).unwrap_err();
+        assert_eq!(error.to_string(), PrepareError::BorderTolerance { asked }.to_string());
+    }
+}
+
+#[test]
 fn a_surface_of_more_patches_than_memory_holds_is_refused_before_it_is_cut() {
     // 40 000 bilinear patches: a megabyte in the model, eighty once they are cut.
     let side = 200;

@@ -14,7 +14,7 @@ use trimtess::out::{Format, UnknownFormat, open, save, write_ply};
 struct Ply {
     header: String,
     vertices: Vec<([f64; 3], [f32; 3])>,
-    faces: Vec<([u32; 3], i32)>,
+    faces: Vec<([u32; 3], u32)>,
 }
 
 fn read(bytes: &[u8]) -> Ply {
@@ -35,7 +35,7 @@ fn read(bytes: &[u8]) -> Ply {
         .map(|row| {
             assert_eq!(row[0], 3);
             let word = |k: usize| u32::from_le_bytes(row[1 + 4 * k..5 + 4 * k].try_into().unwrap());
-            ([word(0), word(1), word(2)], word(3) as i32)
+            ([word(0), word(1), word(2)], word(3))
         })
         .collect();
     Ply { header, vertices, faces }
@@ -59,7 +59,7 @@ fn header_is_the_documented_one() {
         ply.header,
         "ply\nformat binary_little_endian 1.0\ncomment millimetres\nelement vertex 24\nproperty double x\n\
          property double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\n\
-         element face 12\nproperty list uchar uint vertex_indices\nproperty int face_id\nend_header\n"
+         element face 12\nproperty list uchar uint vertex_indices\nproperty uint face_id\nend_header\n"
     );
 }
 

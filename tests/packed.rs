@@ -10,7 +10,7 @@ use out_fixture::{box_frame, play};
 use std::sync::Arc;
 use trimtess::audit;
 use trimtess::frame::{Tolerance, plan};
-use trimtess::mesh::{Batch, FlatMesh, FrameView, MeshSink, PackedFrame, Scene, SceneChanges, check_scene};
+use trimtess::mesh::{Batch, FlatMesh, FrameView, MeshSink, PackedFrame, PartMesh, Scene, SceneChanges, check_scene};
 use trimtess::mesh::{MemorySink, TileMesh};
 use trimtess::model::{FaceId, PartId, TileId};
 use trimtess::out::{write_obj, write_ply, write_stl};
@@ -80,6 +80,18 @@ fn arrays_of_a_part_are_its_tiles_one_after_the_other() {
     }
     assert_eq!(packed.edge_lines_of(PartId(0)), frame.edge_lines);
     assert_eq!(packed.edge_lines_of(PartId(1)), []);
+}
+
+#[test]
+fn parts_whose_lists_were_emptied_are_written_and_checked() {
+    let whole = packed(&box_frame(DVec3::new(1.0, 2.0, 3.0), &transforms()));
+    let damage: [fn(&mut PartMesh); 2] = [|part| part.positions.clear(), |part| part.triangles.truncate(3)];
+    for damage in damage {
+        let mut packed = whole.clone();
+        damage(&mut packed.parts[0]);
+        assert_ne!(check_scene(&packed).parts, check_scene(&whole).parts);
+        write_ply(&packed, &mut Vec::new()).unwrap();
+    }
 }
 
 #[test]

@@ -135,11 +135,11 @@ pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(Se
 
 /// A number of workers that is not absurd.
 fn workers(count: u32) -> Result<usize, Failure> {
-    const MOST: u32 = 1 << 12;
-    if count > MOST {
-        return Err(Failure::argument(format!("options.workers is {count}; there may be {MOST}")));
+    const MOST: usize = SessionOptions::MOST_WORKERS;
+    match count as usize {
+        count if count > MOST => Err(Failure::argument(format!("options.workers is {count}; there may be {MOST}"))),
+        count => Ok(count),
     }
-    Ok(count as usize)
 }
 
 /// Seconds, 0 or more, as a duration of at most 30 years.

@@ -132,10 +132,15 @@ failures! {
         | StepError::TooManyEntities { .. }
         | StepError::TooManyInstances { .. }
         | StepError::TooManyOccurrences { .. } => TT_ERROR_LIMIT,
+        StepError::FitTolerance { .. } => TT_ERROR_ARGUMENT,
         StepError::Cancelled => TT_ERROR_CANCELLED,
         _ => TT_ERROR_READ,
     };
-    PrepareError: |error| if *error == PrepareError::Cancelled { TT_ERROR_CANCELLED } else { TT_ERROR_LIMIT };
+    PrepareError: |error| match error {
+        PrepareError::BorderTolerance { .. } => TT_ERROR_ARGUMENT,
+        PrepareError::Cancelled => TT_ERROR_CANCELLED,
+        _ => TT_ERROR_LIMIT,
+    };
     ModelError: |_| TT_ERROR_MODEL;
     StartError: |_| TT_ERROR_THREADS;
     FrameError: |error| match error {

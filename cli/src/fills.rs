@@ -20,7 +20,7 @@ pub(crate) fn placed(made: &FrameReport, scene: &Scene) -> Vec<Fill> {
     let placed = scene.instances.iter().flat_map(|instance| {
         rows_of(&made.fills, instance.part, |fill| fill.part).iter().map(
             |&FaceFill { face, slivers, rewound, .. }| Fill {
-                face_id: u64::from(instance.first_face) + u64::from(face.0),
+                face_id: instance.face_number(face).into(),
                 slivers,
                 rewound,
             },

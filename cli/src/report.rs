@@ -360,8 +360,7 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
         };
         let of_part = diagnostic.part.map_or(&[][..], |part| rows_of(&instances, part, |instance| instance.part));
         match diagnostic.face {
-            Some(face) => entries
-                .extend(of_part.iter().map(|i| entry(Some(i), Some(u64::from(i.first_face) + u64::from(face.0))))),
+            Some(face) => entries.extend(of_part.iter().map(|i| entry(Some(i), Some(i.face_number(face).into())))),
             None => entries.push(entry(of_part.first().copied(), None)),
         }
     }

@@ -103,7 +103,7 @@ def test_flattened_arrays_are_those_of_a_ply(prepared, tmp_path):
     head, _, data = path.read_bytes().partition(b"end_header\n")
     assert b"property double x" in head
     vertex = np.dtype([("position", "<f8", 3), ("normal", "<f4", 3)])
-    face = np.dtype([("count", "u1"), ("corners", "<u4", 3), ("face_id", "<i4")])
+    face = np.dtype([("count", "u1"), ("corners", "<u4", 3), ("face_id", "<u4")])
     vertices = np.frombuffer(data, vertex, mesh.vertex_count)
     faces = np.frombuffer(data, face, mesh.triangle_count, vertices.nbytes)
     assert np.array_equal(vertices["position"], mesh.positions)

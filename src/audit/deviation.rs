@@ -24,7 +24,7 @@ const ENOUGH: f64 = 1e-4;
 const SEARCHES: u32 = 50_000;
 
 /// Measures the triangles and edge polylines of `mesh`, which was made from `prepared`. Batches and edges that are not
-/// in `prepared` are skipped.
+/// in `prepared` are skipped, and tiles without parameters or origins, or with indices beyond their vertices.
 ///
 /// Each triangle is sampled at 4 to 64 points, more in larger triangles and smaller meshes: midpoints of edges and
 /// inner points, never corners. A sample's distance is that to its foot point on the untrimmed surface within the
@@ -37,7 +37,7 @@ const SEARCHES: u32 = 50_000;
 /// Cost: about 1 s per two million samples; O(faces) memory.
 #[must_use]
 pub fn deviation<'a>(prepared: &Prepared, mesh: impl Into<FrameView<'a>>, chord: f64) -> DeviationReport {
-    measure(prepared, &mesh.into(), chord)
+    measure(prepared, &mesh.into().measurable(), chord)
 }
 
 fn measure(prepared: &Prepared, mesh: &FrameView<'_>, chord: f64) -> DeviationReport {

@@ -110,14 +110,14 @@ impl fmt::Display for EconomyReport {
 }
 
 /// Compares up to 64 curved tiles of `mesh`, which was made from `prepared`, with the smallest uniform lattices within
-/// `chord`, in millimetres of the placed model.
+/// `chord`, in millimetres of the placed model. Skips tiles that [`deviation`](super::deviation()) skips.
 ///
 /// Lattices are uniform in the parameters of the tile's patches, and their distance from the surface is sampled. The
 /// comparison ignores the angle tolerance, so meshes made for one look less economical. Cost: milliseconds per tile, up
 /// to a second.
 #[must_use]
 pub fn economy<'a>(prepared: &Prepared, mesh: impl Into<FrameView<'a>>, chord: f64) -> EconomyReport {
-    try_out(prepared, &mesh.into(), chord)
+    try_out(prepared, &mesh.into().measurable(), chord)
 }
 
 fn try_out(prepared: &Prepared, mesh: &FrameView<'_>, chord: f64) -> EconomyReport {

@@ -1,6 +1,6 @@
 //! A call that reads or prepares: its loops, and whether it goes on.
 
-use super::jobs::Jobs;
+use super::jobs::{Jobs, width};
 use super::map::{Slot, drop_later, lock};
 use super::progress::Control;
 use std::any::Any;
@@ -56,7 +56,7 @@ impl<'a> Call<'a> {
         I: Send,
         R: Send,
     {
-        if self.jobs.width() == 1 {
+        if width(self.jobs) == 1 {
             return items.into_iter().map(work).collect();
         }
         // Results replace their items, and the vector of results the one of slots, so there is no second list.
@@ -88,7 +88,7 @@ impl<'a> Call<'a> {
         size: impl Fn(&I) -> usize,
         work: impl Fn(I) -> R + Sync,
     ) -> Vec<R> {
-        if self.jobs.width() == 1 {
+        if width(self.jobs) == 1 {
             return self.each(1, items, work);
         }
         let mut items: Vec<(usize, I)> = items.into_iter().enumerate().collect();

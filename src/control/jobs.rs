@@ -44,7 +44,7 @@ pub type Job = Box<dyn FnOnce() + Send>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Jobs: Send + Sync {
-    /// How many jobs can run at the same time, at least 1.
+    /// How many jobs can run at the same time. 0 counts as 1.
     fn width(&self) -> usize;
 
     /// Runs `job` once, on any thread, now or later. A pool may drop the job instead, at the price of time: whoever waits
@@ -70,6 +70,11 @@ pub enum Priority {
     /// Joins in a frame that is being made, and has nothing left to do once it is made; or frees what a frame that was
     /// taken back leaves.
     Helper,
+}
+
+/// How many jobs can run at the same time, at least 1.
+pub(crate) fn width(jobs: &dyn Jobs) -> usize {
+    jobs.width().max(1)
 }
 
 /// No threads: all work is done by the caller, before the call returns.

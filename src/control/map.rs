@@ -1,7 +1,7 @@
 //! Loops of frames: the caller makes the calls, and threads that have time join in. Nobody waits for a job that has not
 //! begun.
 
-use super::jobs::{Jobs, Priority};
+use super::jobs::{Jobs, Priority, width};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -34,7 +34,7 @@ where
     R: Send + 'static,
 {
     let _span = tracing::trace_span!("loop", calls = items.len()).entered();
-    let helpers = jobs.width().min(items.len()).saturating_sub(1);
+    let helpers = width(jobs).min(items.len()).saturating_sub(1);
     if spaces.len() <= helpers {
         spaces.resize_with(helpers + 1, S::default);
     }
@@ -70,7 +70,7 @@ where
 pub(crate) fn drop_later<T: Send + 'static>(jobs: &dyn Jobs, values: Vec<T>) {
     /// Jobs of a thread. A frame that begins meanwhile waits for one of them.
     const SHARES: usize = 16;
-    let size = values.len().div_ceil(SHARES * jobs.width());
+    let size = values.len().div_ceil(SHARES * width(jobs));
     let shares = chunks(jobs, values, size).into_iter();
     shares.for_each(|share| jobs.spawn(Priority::Helper, Box::new(move || drop(share))));
 }
@@ -80,7 +80,7 @@ pub(crate) fn chunks<I>(jobs: &dyn Jobs, mut items: Vec<I>, size: usize) -> Vec<
     if items.is_empty() {
         return Vec::new();
     }
-    if jobs.width() == 1 || items.len() <= size {
+    if width(jobs) == 1 || items.len() <= size {
         return vec![items];
     }
     let mut lists = Vec::with_capacity(items.len().div_ceil(size));
@@ -206,8 +206,9 @@ mod tests {
     use std::thread;
     use std::time::{Duration, Instant};
 
-    /// Runs jobs at once, drops them, or gives each a thread.
+    /// Has no thread, runs jobs at once, drops them, or gives each a thread.
     enum Odd {
+        None,
         AtOnce,
         Drops,
         Threads,
@@ -215,20 +216,21 @@ mod tests {
 
     impl Jobs for Odd {
         fn width(&self) -> usize {
-            4
+            if matches!(self, Self::None) { 0 } else { 4 }
         }
 
         fn spawn(&self, _: Priority, job: Job) {
             match self {
                 Self::AtOnce => job(),
-                Self::Drops => {}
+                Self::None | Self::Drops => {}
                 Self::Threads => drop(thread::spawn(job)),
             }
         }
     }
 
-    fn pools() -> [Box<dyn Jobs>; 4] {
-        [Box::new(Alone), Box::new(Odd::AtOnce), Box::new(Odd::Drops), Box::new(Odd::Threads)]
+    fn pools() -> [Box<dyn Jobs>; 5] {
+        let odd = |pool: Odd| -> Box<dyn Jobs> { Box::new(pool) };
+        [Box::new(Alone), odd(Odd::None), odd(Odd::AtOnce), odd(Odd::Drops), odd(Odd::Threads)]
     }
 
     #[test]

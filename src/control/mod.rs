@@ -1,6 +1,7 @@
 //! What callers have to say about long work: where it runs, how far it is, and when to stop it.
 
 mod jobs;
+pub(crate) use jobs::width;
 pub use jobs::{Alone, Job, Jobs, Priority};
 
 mod map;

@@ -1,9 +1,9 @@
-//! Coordinate bits and indices -> hashes, for hot maps whose keys no attacker chooses.
+//! Numbers of vertices, parts and tiles -> hashes, for hot maps.
 
 use std::hash::Hasher;
 
-/// Multiplicative hash for coordinate bits and vertex indices. The low bits of coordinates are often zero, so the high
-/// half is folded down at the end.
+/// Multiplicative hash for numbers that count from 0. The high half, which depends on all bits, is folded down at the
+/// end.
 #[derive(Default)]
 pub(crate) struct BitMix(u64);
 

@@ -19,6 +19,8 @@ pub(crate) mod sums;
 
 mod bit_mix;
 pub(crate) use bit_mix::BitMix;
+// For keys that a file chooses, such as places: nobody knows which of them collide.
+pub(crate) use foldhash::fast::RandomState as Seeded;
 
 /// Evaluation and subdivision in the Bernstein basis.
 pub mod bernstein;

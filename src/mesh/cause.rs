@@ -1,11 +1,10 @@
 //! Unbalanced mesh edges -> their cause: a free edge of the file, a non-orientable edge, or a defect of the mesh.
 
 use super::{EdgeLine, ScenePart};
-use crate::math::{BitMix, bits};
+use crate::math::{Seeded, bits};
 use crate::model::EdgeId;
 use glam::DVec3;
 use std::collections::HashMap;
-use std::hash::BuildHasherDefault;
 
 /// Why the directed uses of a mesh edge do not cancel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -22,7 +21,7 @@ pub enum Cause {
 ///
 /// Taken from the edges' polylines, not from vertex origins: a vertex at a corner names only one of its edges.
 #[derive(Default)]
-pub(super) struct ExpectedUnbalanced(HashMap<[[u64; 3]; 2], Cause, BuildHasherDefault<BitMix>>);
+pub(super) struct ExpectedUnbalanced(HashMap<[[u64; 3]; 2], Cause, Seeded>);
 
 impl ExpectedUnbalanced {
     /// `lines` are the part's edge lines, ascending by edge. An edge without a line excuses nothing.

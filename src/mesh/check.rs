@@ -9,12 +9,11 @@ use super::{Batch, BatchView, Cause, FrameView, SceneInstance};
 use crate::math::boxes::around;
 use crate::math::buckets::Buckets;
 use crate::math::sets::DisjointSets;
-use crate::math::{BitMix, bits};
+use crate::math::{Seeded, bits};
 use crate::model::{FaceId, PartId};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::fmt;
-use std::hash::BuildHasherDefault;
 
 /// Most bad edges listed as examples per part: defects before others, longest first.
 const EXAMPLES: usize = 8;
@@ -239,7 +238,7 @@ struct Soup<'a> {
 impl<'a> Soup<'a> {
     fn weld(batches: impl IntoIterator<Item = BatchView<'a>>, facts: &mut MeshFacts) -> Self {
         let mut soup = Self { points: Vec::new(), triangles: Vec::new(), owners: Vec::new() };
-        let mut known: HashMap<[u64; 3], u32, BuildHasherDefault<BitMix>> = HashMap::default();
+        let mut known: HashMap<[u64; 3], u32, Seeded> = HashMap::default();
         let mut ids = Vec::new();
         for batch in batches {
             let mesh = batch.mesh;

@@ -87,9 +87,10 @@ impl DrawnTiles {
         self.views.unwrap_or(0) as usize
     }
 
+    /// The words of a row; none if a damaged recording says where they would be.
     fn words_of(&self, row: usize) -> &[u64] {
         let start = if row == 0 { 0 } else { self.rows[row - 1].end };
-        &self.words[start as usize..self.rows[row].end as usize]
+        self.words.get(start as usize..self.rows[row].end as usize).unwrap_or_default()
     }
 
     /// The words of an instance in a view, up to the last one that is not 0.
@@ -183,6 +184,16 @@ mod tests {
 
         drawn.reset(1);
         assert!(drawn.rows().next().is_none() && drawn.views() == 1);
+    }
+
+    #[test]
+    fn damaged_rows_draw_nothing() {
+        let row = |instance: u32, end: u32| Row { view: 0, instance, end };
+        let mut drawn = DrawnTiles { views: Some(1), rows: vec![row(0, 1), row(1, 9), row(2, 1)], words: vec![1] };
+        let of = |drawn: &DrawnTiles| [0, 1, 2].map(|instance| drawn.contains(0, instance, TileId(0)));
+        assert_eq!(of(&drawn), [true, false, false]);
+        drawn.remove_instances(&[0]);
+        assert_eq!((of(&drawn), drawn.rows().count()), ([false; 3], 2));
     }
 
     type Tiles = BTreeSet<(usize, usize, u32)>;

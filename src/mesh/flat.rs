@@ -2,6 +2,7 @@
 
 use super::packed::PackedFrame;
 use super::placement::Placement;
+use crate::model::FaceId;
 use glam::{DVec3, Vec2, Vec3};
 
 /// All instances of a frame as one mesh in world coordinates.
@@ -18,7 +19,7 @@ pub struct FlatMesh {
     /// Indices into `positions`, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
     /// Face of each triangle, numbered across all instances
-    /// ([`SceneInstance::first_face`](super::SceneInstance::first_face) + face).
+    /// ([`SceneInstance::face_number`](super::SceneInstance::face_number)).
     pub face_ids: Vec<u32>,
     /// Points of all edge polylines, one after the other.
     pub edge_points: Vec<DVec3>,
@@ -64,7 +65,7 @@ impl FlatMesh {
             flat.uvs.extend_from_slice(&part.uvs);
             let corners = part.triangles.iter().map(|&corners| placement.winding(corners));
             flat.triangles.extend(corners.map(|corners| corners.map(|corner| corner.wrapping_add(first))));
-            flat.face_ids.extend(part.face_ids.iter().map(|face| instance.first_face.wrapping_add(*face)));
+            flat.face_ids.extend(part.face_ids.iter().map(|&face| instance.face_number(FaceId(face))));
             for line in frame.edge_lines_of(instance.part) {
                 flat.edge_points.extend(line.points.iter().map(|&point| placement.position(point)));
                 flat.edge_starts.push(flat.edge_points.len() as u64);

@@ -52,6 +52,13 @@ impl<'a> TileView<'a> {
     pub(super) fn within(self, corners: &'a [[u32; 3]], first: u32) -> Self {
         Self { triangles: Triangles { corners, first }, ..self }
     }
+
+    /// Whether all vertices have parameters and origins, and all triangles vertices.
+    fn is_measurable(&self) -> bool {
+        let count = self.positions.len();
+        let has_lists = self.uvs.len() == count && self.origins.len() == count;
+        has_lists && self.triangles.iter().flatten().all(|corner| (corner as usize) < count)
+    }
 }
 
 impl<'a> From<&'a TileMesh> for TileView<'a> {
@@ -102,6 +109,12 @@ impl<'a> FrameView<'a> {
             face.into_iter().for_each(|face| *face = true);
         }
         meshed
+    }
+
+    /// Leaves out the tiles of which nothing can be measured, for lack of parameters, origins or vertices.
+    pub(crate) fn measurable(mut self) -> Self {
+        self.batches.retain(|batch| batch.mesh.is_measurable());
+        self
     }
 
     /// Groups batches by part, keeping their order.

@@ -88,15 +88,15 @@ impl PartMesh {
             let (rows, corners) = (start.0..vertices, start.1..triangles);
             start = (vertices, triangles);
             let mesh = TileView {
-                positions: &self.positions[rows.clone()],
-                // Tiles of hand-made sinks may lack what checks do not need.
+                // Whoever has the lists may empty them, and hand-made sinks lack what checks do not need.
+                positions: self.positions.get(rows.clone()).unwrap_or_default(),
                 normals: self.normals.get(rows.clone()).unwrap_or_default(),
                 uvs: self.uvs.get(rows.clone()).unwrap_or_default(),
                 origins: self.origins.get(rows.clone()).unwrap_or_default(),
                 ..TileView::default()
             };
             #[allow(clippy::cast_possible_truncation, reason = "`push` checked it")]
-            let mesh = mesh.within(&self.triangles[corners], rows.start as u32);
+            let mesh = mesh.within(self.triangles.get(corners).unwrap_or_default(), rows.start as u32);
             BatchView { part, face, tile, mesh }
         })
     }

@@ -47,8 +47,8 @@ pub struct SceneInstance {
     pub name: Arc<str>,
     /// The assembly that it stands in. Shared with the model's instance.
     pub assembly: Option<Arc<Assembly>>,
-    /// Index of this instance's first face when faces are numbered across all instances. Set by `prepare`; a session
-    /// renumbers when instances come and go.
+    /// The [number](Self::face_number) of its first face, when faces are numbered across all instances. Set by `prepare`; a
+    /// session renumbers when instances come and go.
     pub first_face: u32,
     /// Set by a session for its frames of views; `None` in other scenes.
     pub key: Option<InstanceKey>,
@@ -81,6 +81,14 @@ impl SceneInstance {
         // Most instances, but for rounding. A frame asks for all of them.
         let beyond = volume - 1.0;
         if beyond.abs() <= RIGID { 1.0 + beyond / 3.0 } else { libm::cbrt(volume) }
+    }
+}
+
+impl SceneInstance {
+    /// The number of one of its faces, of those of all instances. Beyond 2³² faces, numbers begin again.
+    #[must_use]
+    pub const fn face_number(&self, face: FaceId) -> u32 {
+        self.first_face.wrapping_add(face.0)
     }
 }
 

@@ -162,6 +162,9 @@ impl TrimCurve {
     }
 
     /// Whether it ends where it starts, within 10⁻⁹ of its extent.
+    ///
+    /// # Panics
+    /// If the first or the last piece is a curve for which [`NurbsCurve::check`](super::NurbsCurve::check) fails.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         let start = self.pieces.first().and_then(TrimPiece::ends);

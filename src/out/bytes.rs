@@ -7,7 +7,7 @@ use std::io;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FileTriangle {
     /// The face's number across all instances; 0 in formats that do not store it.
-    pub(super) face: u64,
+    pub(super) face: u32,
     /// Millimetres, world coordinates, +Z up, counter-clockwise seen from outside.
     pub(super) corners: [DVec3; 3],
 }

@@ -30,7 +30,7 @@ pub(super) fn obj(call: Call<'_>, frame: &FrameView<'_>) -> io::Result<(Pieces, 
         let (mut face, mut first) = (run.before, run.first + 1);
         let count = run.round(to_double, |batch, world, triangles| {
             if face.replace(batch.face) != Some(batch.face) {
-                let number = u64::from(run.instance.first_face) + u64::from(batch.face.0);
+                let number = run.instance.face_number(batch.face);
                 line(&mut text, format_args!("g face_{number}"));
             }
             for p in world {

@@ -11,7 +11,7 @@ use std::io::{self, Write};
 const VERTEX: usize = 3 * 8 + 3 * 4;
 
 /// Writes every instance. Vertices are shared within a batch only. `face_id` numbers faces across all instances
-/// ([`SceneInstance::first_face`](crate::mesh::SceneInstance::first_face) + face). The whole file is in memory before it
+/// ([`SceneInstance::face_number`](crate::mesh::SceneInstance::face_number)). The whole file is in memory before it
 /// is written.
 ///
 /// # Errors
@@ -36,7 +36,7 @@ pub(super) fn ply(call: Call<'_>, frame: &FrameView<'_>) -> io::Result<(Pieces, 
                     vertices.extend_from_slice(&coordinate.to_le_bytes());
                 }
             }
-            let face_id = run.instance.first_face.wrapping_add(batch.face.0);
+            let face_id = run.instance.face_number(batch.face);
             for corners in triangles {
                 faces.push(3);
                 for corner in corners {
@@ -56,7 +56,7 @@ pub(super) fn ply(call: Call<'_>, frame: &FrameView<'_>) -> io::Result<(Pieces, 
         "ply\nformat binary_little_endian 1.0\ncomment millimetres\n\
          element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n\
          property float nx\nproperty float ny\nproperty float nz\n\
-         element face {}\nproperty list uchar uint vertex_indices\nproperty int face_id\nend_header\n",
+         element face {}\nproperty list uchar uint vertex_indices\nproperty uint face_id\nend_header\n",
         rounding.triangles
     );
     let (vertices, faces): (Pieces, Pieces) = pieces.into_iter().unzip();

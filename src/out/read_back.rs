@@ -120,7 +120,7 @@ fn expected(frame: &FrameView<'_>, format: Format, most: f64) -> io::Result<Vec<
                 Format::Stl => world.iter().map(|&point| single(point)).collect::<Result<_, _>>()?,
                 Format::Ply | Format::Obj => Vec::new(),
             };
-            let face = u64::from(instance.first_face.wrapping_add(batch.face.0));
+            let face = instance.face_number(batch.face);
             let mut keep = |corners: [u32; 3]| {
                 let corners = placement.winding(corners).map(|corner| world[corner as usize]);
                 out.push(FileTriangle { face, corners });
@@ -192,7 +192,7 @@ fn ply(bytes: &[u8]) -> io::Result<Vec<FileTriangle>> {
         let at = start + VERTEX * vertices + FACE * row + 1;
         let word = |k: usize| bytes_at(bytes, at + 4 * k).map(u32::from_le_bytes);
         let corners = [position(word(0)?)?, position(word(1)?)?, position(word(2)?)?];
-        Ok(FileTriangle { face: u64::from(word(3)?), corners })
+        Ok(FileTriangle { face: word(3)?, corners })
     };
     (0..faces).map(triangle).collect()
 }

@@ -5,7 +5,8 @@ use super::bytes::{FileTriangle, bad, bytes_at};
 use super::glb_compress::decompress;
 use super::glb_options::GlbOptions;
 use super::node_place::groups;
-use crate::mesh::FrameView;
+use crate::mesh::{FrameView, SceneInstance};
+use crate::model::FaceId;
 use glam::{DMat3, DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
 use gltf_json::accessor::{ComponentType, GenericComponentType};
 use gltf_json::buffer::View;
@@ -127,8 +128,7 @@ impl<'a> GlbFile<'a> {
                     let list = &decimals["nodes"][index.value()]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
                     for (k, (row, _)) in group.places.iter().enumerate() {
                         let placed = if list.is_null() { DMat4::IDENTITY } else { self.listed(list, k)? };
-                        let first = u64::from(frame.scene.instances[*row].first_face);
-                        self.mesh(mesh, at * placed, first, &mut out)?;
+                        self.mesh(mesh, at * placed, &frame.scene.instances[*row], &mut out)?;
                     }
                 }
                 node = here.children.as_ref().and_then(|children| children.first().copied());
@@ -148,7 +148,13 @@ impl<'a> GlbFile<'a> {
         Ok(placed(scales.vector(k)?, rotation, to.vector(k)?))
     }
 
-    fn mesh(&self, mesh: Index<Mesh>, at: DMat4, first: u64, out: &mut Vec<FileTriangle>) -> io::Result<()> {
+    fn mesh(
+        &self,
+        mesh: Index<Mesh>,
+        at: DMat4,
+        instance: &SceneInstance,
+        out: &mut Vec<FileTriangle>,
+    ) -> io::Result<()> {
         let mesh = self.root.get(mesh).ok_or_else(|| bad("a GLB with a node of no mesh"))?;
         let mirrored = at.determinant() < 0.0;
         for primitive in mesh.primitives.iter().filter(|primitive| primitive.mode == Valid(Mode::Triangles)) {
@@ -168,7 +174,7 @@ impl<'a> GlbFile<'a> {
                     // From metres and +Y up.
                     Ok::<_, io::Error>(DVec3::new(x, -z, y) * 1e3)
                 };
-                let face = first + faces.number(a, 0)? as u64;
+                let face = instance.face_number(FaceId(faces.number(a, 0)? as u32));
                 out.push(FileTriangle { face, corners: [place(a)?, place(b)?, place(c)?] });
             }
         }

@@ -124,7 +124,7 @@ impl Rounding {
     fn add(&mut self, instance: &SceneInstance, (count, faces): (&RoundingCount, &[FaceId]), moved: f64, place: DVec3) {
         self.triangles += count.kept;
         self.collapsed += count.collapsed;
-        let number = |face: &FaceId| u64::from(instance.first_face) + u64::from(face.0);
+        let number = |&face: &FaceId| u64::from(instance.face_number(face));
         self.collapsed_faces.extend(faces.iter().map(number));
         if moved > self.moved {
             (self.moved, self.place) = (moved, place);

@@ -13,7 +13,7 @@ use super::residency::{Due, Residency};
 use super::seats::Seat;
 use super::worker::{Order, Stages};
 use super::writer::Writer;
-use crate::control::{Call, Control, Jobs, map};
+use crate::control::{Call, Control, Jobs, map, width};
 use crate::frame::Plan;
 use crate::frame::internals::{
     Levels, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, free, tessellate_tile,
@@ -125,8 +125,9 @@ pub(super) struct FinishedFrame {
 impl Engine {
     /// Deals the tiles of `prepared`, which has the parts of all `levels`.
     pub(super) fn new(prepared: Arc<Prepared>, levels: Levels, jobs: Arc<dyn Jobs>, options: &SessionOptions) -> Self {
-        let threads = jobs.width();
+        let threads = width(&*jobs);
         let workers = if options.workers == 0 { workers_on(threads) } else { options.workers };
+        let workers = workers.min(SessionOptions::MOST_WORKERS);
         let hands = hands(&prepared, (workers, threads), options.edge_lines);
         let owners = Owners::of(&prepared, (&hands, threads), options.rebalance_every);
         let crew = Crew::of(&prepared, hands);

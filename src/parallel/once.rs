@@ -5,7 +5,7 @@ use super::crew::Crew;
 use super::engine::{fits, whole_frame};
 use super::error::FrameError;
 use super::owners::{hands, workers_on};
-use crate::control::{Alone, Control, Jobs};
+use crate::control::{Alone, Control, Jobs, width};
 use crate::frame::Plan;
 use crate::mesh::MeshSink;
 use crate::prepare::Prepared;
@@ -39,7 +39,7 @@ pub fn tessellate_on(
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
     fits(plan, &prepared.parts)?;
-    let threads = jobs.width();
+    let threads = width(jobs);
     let mut crew = Crew::of(prepared, hands(prepared, (workers_on(threads), threads), edge_lines));
     let with = (&mut crew, &mut Rows::default());
     whole_frame(with, (jobs, prepared, None), plan, (&prepared.scene, control), sink)

@@ -11,7 +11,8 @@ pub struct SessionOptions {
     /// [`Threads::start`](crate::control::Threads::start).
     /// [`Session::start_on`](super::Session::start_on) starts none.
     pub threads: usize,
-    /// Number of workers of a session, which own the tiles. Workers in excess of the tiles stay idle.
+    /// Number of workers of a session, which own the tiles; more than [`MOST_WORKERS`](Self::MOST_WORKERS) count as that
+    /// many. Workers in excess of the tiles stay idle.
     ///
     /// 0 = one on a pool of one thread, else four per thread: a thread whose tiles cost less than expected then takes
     /// another worker.
@@ -33,6 +34,9 @@ pub struct SessionOptions {
 }
 
 impl SessionOptions {
+    /// The most workers of a session.
+    pub const MOST_WORKERS: usize = 1 << 12;
+
     /// One thread per core, four workers per thread, edge lines, up to 4 LODs per part, no rebalancing.
     pub const DEFAULT: Self = Self {
         threads: 0,

@@ -106,6 +106,10 @@ fn other_files_are_named() {
     assert!(try_read(&iges).expect_err("IGES").to_string().contains("IGES"));
     let error = read_file("does/not/exist.stp".as_ref(), &StepOptions::default()).expect_err("absent");
     assert!(error.to_string().contains("does/not/exist.stp"), "{error}");
+    for asked in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = read(b"ISO-10303-21;", &StepOptions::DEFAULT.with_fit_tolerance(asked)).unwrap_err();
+        assert_eq!(error.to_string(), StepError::FitTolerance { asked }.to_string());
+    }
     let options = StepOptions::DEFAULT.with_max_bytes(10);
     assert!(matches!(read(b"ISO-10303-21;", &options), Err(StepError::TooLarge { bytes: 13, limit: 10 })));
 }

@@ -4,7 +4,8 @@
 
 use crate::{file, is, model, only_part, world};
 use std::fmt::Write as _;
-use trimtess::import::step::{StepError, StepOptions, read};
+use trimtess::control::{Alone, Control, Jobs, Threads};
+use trimtess::import::step::{StepError, StepOptions, read, read_on};
 use trimtess::model::{Colour, Loop, Part, StepOutcome, StepTrouble};
 
 /// Ten references to `id`.
@@ -242,6 +243,48 @@ fn a_surface_that_many_faces_share_names_the_limit() {
     assert!((200..1000).contains(&read), "{read}");
     let told = |t: &StepTrouble| matches!(t, StepTrouble::TooManyVisits { what: "points of shared surfaces", .. });
     assert_eq!(model.diagnostics.iter().filter(|d| is(d, told)).count(), faces.len() - read);
+}
+
+#[test]
+fn which_points_are_too_many_does_not_depend_on_threads() {
+    const SURFACES: usize = 64;
+    const FACES: usize = 150;
+    let ids = |from: usize, count: usize| (from..from + count).map(|id| format!("#{id}")).collect::<Vec<_>>().join(",");
+    let mut text = world();
+    for k in 0..16 {
+        writeln!(text, "#{}=CARTESIAN_POINT('',({}.,{}.,0.));", 1000 + k, k / 4, k % 4).unwrap();
+    }
+    // 16 × 16 points of 4 × 4 places, over and over.
+    let row = (0..4).map(|_| ids(1000, 4)).collect::<Vec<_>>().join(",");
+    let (rows, ends) = (vec![format!("({row})"); 16].join(","), format!("(4{},4)", ",1".repeat(12)));
+    let knots = format!("({})", (0..14).map(|k| format!("{k}.")).collect::<Vec<_>>().join(","));
+    for surface in 0..SURFACES {
+        writeln!(
+            text,
+            "#{}=B_SPLINE_SURFACE_WITH_KNOTS('',3,3,({rows}),.UNSPECIFIED.,.F.,.F.,.F.,{ends},{ends},{knots},{knots},\
+             .UNSPECIFIED.);",
+            2000 + surface
+        )
+        .unwrap();
+    }
+    let all = SURFACES * FACES;
+    (0..all).for_each(|k| writeln!(text, "#{}=ADVANCED_FACE('',(),#{},.T.);", 9000 + k, 2000 + k % SURFACES).unwrap());
+    text += &format!(
+        "#110=OPEN_SHELL('',({}));\n#111=SHELL_BASED_SURFACE_MODEL('',(#110));\n\
+         #112=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#111),#1);\n",
+        ids(9000, all)
+    );
+    let text = file(&text);
+    let told = |jobs: &dyn Jobs| -> Vec<String> {
+        let model =
+            read_on(jobs, text.as_bytes(), &StepOptions::default(), &Control::default()).expect("a readable file");
+        model.diagnostics.iter().map(ToString::to_string).collect()
+    };
+    let alone = told(&Alone);
+    assert!((100..all).contains(&alone.len()), "{}", alone.len());
+    for threads in [2, 8] {
+        assert!(told(&Threads::start(threads).expect("threads")) == alone, "{threads} threads");
+    }
 }
 
 #[test]

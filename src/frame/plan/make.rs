@@ -6,7 +6,7 @@ use super::limits::{PlanLimits, Shortfall};
 use super::output::{EdgePolyline, LINES_OF_TILE, PartPlan, Plan, TileLattice};
 use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{Tessellants, bare, bare_within};
-use crate::control::{Call, Control, Jobs, Rayon, drop_later, map};
+use crate::control::{Call, Control, Jobs, Rayon, drop_later, map, width};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, PartTolerance};
 use crate::frame::tolerance::object_tolerance::Tolerance;
 use crate::mesh::{DrawnTiles, ScenePart};
@@ -267,7 +267,8 @@ type Stretch = (usize, Range<usize>);
 fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> (Vec<Stretch>, Vec<Range<usize>>) {
     /// Part of a thread's share of what is left that the next list is.
     const SHARE: usize = 2;
-    let size = |left: usize| if jobs.width() == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * jobs.width())) };
+    let threads = width(jobs);
+    let size = |left: usize| if threads == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * threads)) };
     let mut left = counts.iter().map(|(_, count)| count).sum();
     let (mut stretches, mut lists, mut room) = (Vec::new(), Vec::new(), size(left));
     let mut first = 0;

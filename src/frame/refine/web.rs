@@ -1,10 +1,10 @@
 //! Triangles with adjacency, and local changes that keep their outline.
 
 use crate::frame::trim::chain::same_boundary;
-use crate::math::BitMix;
 use crate::math::bits;
 use crate::math::buckets::Buckets;
 use crate::math::order::larger;
+use crate::math::{BitMix, Seeded};
 use crate::mesh::{Origin, TileMesh};
 use glam::{DVec2, DVec3, Vec3};
 use std::collections::HashMap;
@@ -276,7 +276,7 @@ impl Poles {
         let on_boundary = |o: &Origin| matches!(o, Origin::Edge { .. } | Origin::Border { .. });
         let count = mesh.origins.iter().position(|o| !on_boundary(o)).unwrap_or(mesh.origins.len());
         let place = |v: usize| bits::of_point(mesh.positions[v]);
-        let mut places: HashMap<[u64; 3], u32, BuildHasherDefault<BitMix>> = HashMap::default();
+        let mut places: HashMap<[u64; 3], u32, Seeded> = HashMap::default();
         for v in 1..count {
             if mesh.positions[v] == mesh.positions[v - 1] {
                 places.entry(place(v)).or_insert(v as u32 - 1);

@@ -9,11 +9,10 @@
 use super::chain::EdgeSum;
 use super::input::TrimInput;
 use super::output::TrimOutput;
-use crate::math::{BitMix, bits};
+use crate::math::{Seeded, bits};
 use glam::DVec3;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
-use std::hash::BuildHasherDefault;
 
 /// Appends the missing triangles to `out.closing`. Points at equal `places` count as one vertex.
 ///
@@ -78,7 +77,7 @@ struct Places {
 
 impl Places {
     fn of(input: &TrimInput<'_>) -> Self {
-        let mut known: HashMap<[u64; 3], u32, BuildHasherDefault<BitMix>> = HashMap::default();
+        let mut known: HashMap<[u64; 3], u32, Seeded> = HashMap::default();
         let first = (0..).zip(input.places).map(|(v, &p)| *known.entry(bits::of_point(p)).or_insert(v)).collect();
         Self { first }
     }

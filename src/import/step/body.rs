@@ -52,7 +52,7 @@ impl Reader<'_> {
         let faces = vec![(source, false)];
         let shell = ShellUse { kind: ShellKind::Open, entity: source.id(), faces, colour: None, units: body.units };
         let gathered = PartContents { shells: vec![shell], ..PartContents::default() };
-        let (part, diagnostics) = self.part(String::new(), &gathered, None);
+        let (part, diagnostics) = self.part("", &gathered, None);
         let trouble = |StepCause { entity, trouble }| Trouble { entity: entity.unwrap_or(source.id()), what: trouble };
         // Such a face has a surface that stands in for its own.
         if let Some(cause) = part.faces.iter().find_map(|face| face.refused.clone()) {

@@ -75,14 +75,35 @@ impl ReadBudget {
         Some(self.spent.load(Ordering::Relaxed)).filter(|spent| *spent > self.limit)
     }
 
+    /// What is counted so far: memory, and control points of curves and of surfaces.
+    pub(super) fn so_far(&self) -> (u64, [usize; 2]) {
+        (self.spent.load(Ordering::Relaxed), self.points.each_ref().map(|points| points.load(Ordering::Relaxed)))
+    }
+
+    /// Forgets what was counted since.
+    pub(super) fn go_back(&self, (spent, points): (u64, [usize; 2])) {
+        self.spent.store(spent, Ordering::Relaxed);
+        self.points.iter().zip(points).for_each(|(now, then)| now.store(then, Ordering::Relaxed));
+    }
+
+    /// Whether [`net`](Self::net) refused points as too many. With several threads, their timing decides which.
+    pub(super) fn has_refused_points(&self) -> bool {
+        [Net::Curve, Net::Surface].into_iter().any(|net| self.so_far().1[net as usize] > self.max_points(net))
+    }
+
+    /// How many points of this kind a file of this length may come to.
+    fn max_points(&self, net: Net) -> usize {
+        let kind = net as usize;
+        POINTS_PER_BYTE[kind].saturating_mul(self.length).saturating_add(FREE_POINTS[kind])
+    }
+
     /// Adds `count` control points of a curve or surface. Once the limit is passed, or reading is cancelled, `count` 0
     /// fails, too: nothing more need be read.
     ///
     /// # Errors
     /// If geometry that edges or faces share comes to more points than a file of this length may have.
     pub(super) fn net(&self, net: Net, count: usize) -> Result<(), StepTrouble> {
-        let kind = net as usize;
-        let limit = POINTS_PER_BYTE[kind].saturating_mul(self.length).saturating_add(FREE_POINTS[kind]);
+        let (kind, limit) = (net as usize, self.max_points(net));
         let before = self.points[kind].fetch_add(count, Ordering::Relaxed);
         self.spend(count.saturating_mul(BYTES_PER_POINT));
         let what = ["points of shared curves", "points of shared surfaces"][kind];

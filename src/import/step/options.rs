@@ -10,7 +10,7 @@ use std::path::PathBuf;
 pub struct StepOptions {
     /// Largest sampled error of B-splines that approximate curves and surfaces without an exact form, millimetres:
     /// offsets of B-splines, curves in the parameters of a curved surface. Where a hundred-thousandth of their size is
-    /// less, they are refined to that, as far as pieces of reasonable length allow. Default 0.001.
+    /// less, they are refined to that, as far as pieces of reasonable length allow. Positive and finite. Default 0.001.
     pub fit_tolerance: f64,
     /// Maximum length of a file, bytes. Default 2 GiB.
     pub max_bytes: u64,
@@ -60,6 +60,12 @@ options! {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
+    /// [`StepOptions::fit_tolerance`] is out of range.
+    #[error("the fit tolerance is {asked} mm, not positive and finite (StepOptions::fit_tolerance)")]
+    FitTolerance {
+        /// Its value.
+        asked: f64,
+    },
     /// The file cannot be opened or read.
     #[error("cannot read {}: {error}", .path.display())]
     Io {

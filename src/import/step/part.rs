@@ -29,12 +29,7 @@ type Carriers = Map<u64, (Units, (Carrier, bool))>;
 
 impl Reader<'_> {
     /// Reads the faces of shells and bodies. The diagnostics do not state a part yet.
-    pub(super) fn part(
-        &self,
-        name: String,
-        gathered: &PartContents,
-        colour: Option<Colour>,
-    ) -> (Part, Vec<Diagnostic>) {
+    pub(super) fn part(&self, name: &str, gathered: &PartContents, colour: Option<Colour>) -> (Part, Vec<Diagnostic>) {
         let shells = gathered.shells.as_slice();
         let (numbers, merged) = merge_loose_shells(shells);
         let jobs: Vec<FaceJob<'_>> = numbers
@@ -59,7 +54,7 @@ impl Reader<'_> {
         if stopped() {
             return <(Part, Vec<Diagnostic>)>::default();
         }
-        let mut assembly = Assembly::new(self.call, name, shells, merged, colour, edges);
+        let mut assembly = Assembly::new(self.call, name.to_owned(), shells, merged, colour, edges);
         stated.iter().flatten().take_while(|_| !stopped()).for_each(|face| assembly.meet(face));
         for id in assembly.run_against(&stated) {
             let Some(Ok(draft)) = assembly.edges.get_mut(EdgeKey::Curve(id)) else { continue };

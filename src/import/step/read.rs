@@ -9,7 +9,7 @@ use super::table::Table;
 use super::text;
 use super::tree::Tree;
 use super::units::Contexts;
-use crate::control::{Call, Control, Counter, Jobs, Rayon, Stage};
+use crate::control::{Alone, Call, Control, Counter, Jobs, Rayon, Stage, width};
 use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::borrow::Cow;
@@ -39,7 +39,7 @@ pub fn read_file_on(
     let io = |error| StepError::Io { path: path.to_owned(), error };
     let file = File::open(path).map_err(io)?;
     let bytes = file.metadata().map_err(io)?.len();
-    check_size(bytes, options)?;
+    check(bytes, options)?;
     // Devices and pipes have no length beforehand and may be endless.
     let most = options.max_bytes.min(options.max_memory / BYTES_PER_BYTE);
     let mut file = file.take(most.saturating_add(1));
@@ -50,13 +50,17 @@ pub fn read_file_on(
     let rest = usize::try_from(bytes.min(most)).unwrap_or(usize::MAX).saturating_sub(text.len());
     text.try_reserve_exact(rest).map_err(|error| io(error.into()))?;
     file.read_to_end(&mut text).map_err(io)?;
-    let piece = piece(text.len(), jobs.width());
+    let piece = piece(text.len(), width(jobs));
     let mut model = read_in_pieces(Call::new(jobs, control), text.into(), options, piece)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(model)
 }
 
-fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
+fn check(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
+    let asked = options.fit_tolerance;
+    if !(asked > 0.0 && asked.is_finite()) {
+        return Err(StepError::FitTolerance { asked });
+    }
     if bytes > options.max_bytes {
         return Err(StepError::TooLarge { bytes, limit: options.max_bytes });
     }
@@ -76,7 +80,8 @@ fn check_size(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
 /// `read_file` is the file's. Runs on [`Rayon`]'s threads.
 ///
 /// # Errors
-/// If the bytes are not STEP text, their syntax is beyond repair, or a limit of `options` is exceeded.
+/// If the bytes are not STEP text, their syntax is beyond repair, a limit of `options` is exceeded, or an option is out of
+/// range.
 pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     read_on(&Rayon, bytes, options, &Control::default())
 }
@@ -87,7 +92,7 @@ pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
 /// # Errors
 /// As [`read`], and [`StepError::Cancelled`].
 pub fn read_on(jobs: &dyn Jobs, bytes: &[u8], options: &StepOptions, control: &Control) -> Result<Model, StepError> {
-    read_in_pieces(Call::new(jobs, control), bytes.into(), options, piece(bytes.len(), jobs.width()))
+    read_in_pieces(Call::new(jobs, control), bytes.into(), options, piece(bytes.len(), width(jobs)))
 }
 
 /// As [`read_on`], with a length of the pieces in which the syntax is parsed. A text that is handed over is freed once it
@@ -98,7 +103,7 @@ fn read_in_pieces(
     options: &StepOptions,
     piece: usize,
 ) -> Result<Model, StepError> {
-    check_size(bytes.len() as u64, options)?;
+    check(bytes.len() as u64, options)?;
     let mut diagnostics = Vec::new();
     let table = text::parse(call, bytes, options, piece, &mut diagnostics)?;
     model_of(call, &table, options, diagnostics)
@@ -134,17 +139,30 @@ fn model_of(
     let millimetres_per_unit = first.unwrap_or(contexts.first).length;
     let planned = std::mem::take(&mut tree.planned);
     let counter = Counter::start(control, Stage::Read, planned.len() as u64);
-    let read: Vec<Option<_>> = call.each_by_size(
-        planned,
-        |plan| plan.gathered.size(),
-        |plan| {
-            let read = (!control.is_cancelled()).then(|| reader.part(plan.name, &plan.gathered, plan.colour));
-            let (mut part, mut found) = read?;
-            let centre = about_its_centre(&mut part, &mut found);
-            counter.advance();
-            Some((part, found, centre))
-        },
-    );
+    let read_on = |call: Call<'_>, counts: bool| -> Vec<Option<_>> {
+        let reader = Reader { call, ..reader };
+        call.each_by_size(
+            &planned,
+            |plan| plan.gathered.size(),
+            |plan| {
+                let read = (!control.is_cancelled()).then(|| reader.part(&plan.name, &plan.gathered, plan.colour));
+                let (mut part, mut found) = read?;
+                let centre = about_its_centre(&mut part, &mut found);
+                if counts {
+                    counter.advance();
+                }
+                Some((part, found, centre))
+            },
+        )
+    };
+    let before = table.budget.so_far();
+    let mut read = read_on(call, true);
+    // What comes first keeps its points: one thread alone reads in the order of the file.
+    if width(call.jobs) > 1 && table.budget.has_refused_points() {
+        call.discard(read);
+        table.budget.go_back(before);
+        read = read_on(Call::new(&Alone, control), false);
+    }
     proceed(control)?;
     within(table, options)?;
     let mut model = Model { millimetres_per_unit, instances: tree.instances, ..Model::default() };

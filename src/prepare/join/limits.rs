@@ -31,10 +31,16 @@ options! {
     with_bytes(bytes: u64);
 }
 
-/// The model exceeds [`PrepareLimits`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+/// The model exceeds [`PrepareLimits`], or an option is out of range.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrepareError {
+    /// [`PrepareOptions::border_tolerance`](crate::prepare::PrepareOptions::border_tolerance) is out of range.
+    #[error("the border tolerance is {asked}, not from 0 to 1 (PrepareOptions::border_tolerance)")]
+    BorderTolerance {
+        /// Its value.
+        asked: f64,
+    },
     /// More patches than [`PrepareLimits::patches`].
     #[error("the model needs up to {needed} Bézier patches, the limit is {limit} (PrepareLimits::patches)")]
     TooManyPatches {

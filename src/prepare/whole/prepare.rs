@@ -22,7 +22,7 @@ pub struct PrepareOptions {
     pub limits: PrepareLimits,
     /// Distance up to which borders merge into one edge, as a share of the part's diagonal; 0 disables it (in C, 0 is
     /// the default). Applies to faces without topology (untrimmed, or with free trims) in parts that state no
-    /// [tolerance](Part::tolerance), and, besides that tolerance, to edges of faces in open shells.
+    /// [tolerance](Part::tolerance), and, besides that tolerance, to edges of faces in open shells. From 0 to 1.
     pub border_tolerance: f64,
     /// Whether to keep the drafts of faces, and to take them over for faces of a changed part in an
     /// [update](Prepared::update). A part has them if the call that prepared it had this option; a part that is taken
@@ -51,7 +51,7 @@ options! {
 /// [`Rayon`]'s threads.
 ///
 /// # Errors
-/// If the model exceeds [`PrepareOptions::limits`]. Work stops as soon as it does.
+/// If the model exceeds [`PrepareOptions::limits`]: work stops as soon as it does. If an option is out of range.
 pub fn prepare(model: Model, options: &PrepareOptions) -> Result<Prepared, PrepareError> {
     Prepared::default().update(model, options)
 }
@@ -145,6 +145,10 @@ fn update(
     mut diagnostics: Vec<Diagnostic>,
     options: &PrepareOptions,
 ) -> Result<Prepared, PrepareError> {
+    let asked = options.border_tolerance;
+    if !(0.0..=1.0).contains(&asked) {
+        return Err(PrepareError::BorderTolerance { asked });
+    }
     let sources = compare(call, before, model, options);
     let changed = model.parts.iter().zip(&sources).filter(|(_, source)| matches!(source, Source::Changed(_)));
     let budget = PrepareBudget::new(options.limits, changed.map(|(part, _)| part.faces.len() as u64).sum(), call);
