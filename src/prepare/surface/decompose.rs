@@ -134,39 +134,31 @@ impl BezierSpline3 {
     /// `C`, `C'`, `C''` by the curve's parameter. At a break they are those of the segment that starts there.
     #[must_use]
     pub fn derivatives(&self, t: f64) -> CurveDerivatives<DVec3> {
-        let (i, x) = locate(&self.breaks, t);
-        let per = 1.0 / (self.breaks[i + 1] - self.breaks[i]);
-        bernstein::with_rows(self.degree, |rows| {
-            bernstein::basis_with_derivatives(self.degree, x, rows);
-            let mut orders = [DVec4::ZERO; 3];
-            for (order, row) in orders.iter_mut().zip(rows.chunks_exact(self.degree + 1)) {
-                *order = dot(row, self.segment(i));
-            }
-            let (p, p1, p2) = (orders[0], orders[1] * per, orders[2] * (per * per));
-            let point = p.truncate() / p.w;
-            let d1 = (p1.truncate() - point * p1.w) / p.w;
-            let d2 = (p2.truncate() - d1 * (2.0 * p1.w) - point * p2.w) / p.w;
-            CurveDerivatives { point, d1, d2 }
-        })
+        let [point, d1, d2] = self.orders::<3>(t);
+        CurveDerivatives { point, d1, d2 }
     }
 
     /// `C` and `C'`, bit-identical to those of [`derivatives`](Self::derivatives).
     pub(crate) fn tangent(&self, t: f64) -> [DVec3; 2] {
+        let [point, d1, _] = self.orders::<2>(t);
+        [point, d1]
+    }
+
+    /// The point and the derivatives of orders below `ROWS`, 2 or 3; the rest are meaningless.
+    fn orders<const ROWS: usize>(&self, t: f64) -> [DVec3; 3] {
         let (i, x) = locate(&self.breaks, t);
         let per = 1.0 / (self.breaks[i + 1] - self.breaks[i]);
-        let segment = self.segment(i);
-        let [p, p1] = match self.degree {
-            1 => sums::<2>(x, segment),
-            2 => sums::<3>(x, segment),
-            3 => sums::<4>(x, segment),
-            _ => bernstein::with_rows(self.degree, |rows| {
-                bernstein::basis_with_derivatives(self.degree, x, rows);
-                let (n, d) = rows.split_at(self.degree + 1);
-                [dot(n, segment), dot(d, segment)]
-            }),
-        };
-        let (p1, point) = (p1 * per, p.truncate() / p.w);
-        [point, (p1.truncate() - point * p1.w) / p.w]
+        let [p, p1, p2] = bernstein::with_rows(self.degree, |rows| {
+            bernstein::basis_with_derivatives(self.degree, x, rows);
+            let mut orders = [DVec4::ZERO; 3];
+            for (order, row) in orders.iter_mut().zip(rows.chunks_exact(self.degree + 1)).take(ROWS) {
+                *order = dot(row, self.segment(i));
+            }
+            orders
+        });
+        let (p1, p2, point) = (p1 * per, p2 * (per * per), p.truncate() / p.w);
+        let d1 = (p1.truncate() - point * p1.w) / p.w;
+        [point, d1, (p2.truncate() - d1 * (2.0 * p1.w) - point * p2.w) / p.w]
     }
 }
 
@@ -431,14 +423,6 @@ fn sum_of_lines<const N: usize>(nu: &[f64], y: f64, patch: &[DVec4]) -> DVec4 {
     let mut nv = [0.0; N];
     bernstein::basis(y, &mut nv);
     lines.fold(DVec4::ZERO, |sum, (&n, line)| sum + dot(&nv, line) * n)
-}
-
-/// Like [`sum`], with the sum for the first derivative.
-#[inline]
-fn sums<const N: usize>(x: f64, segment: &[DVec4]) -> [DVec4; 2] {
-    let mut rows = [[0.0; N]; 3];
-    bernstein::basis_with_derivatives(N - 1, x, rows.as_flattened_mut());
-    [dot(&rows[0], &segment[..N]), dot(&rows[1], &segment[..N])]
 }
 
 #[inline]
