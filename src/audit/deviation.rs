@@ -132,10 +132,7 @@ impl Audit<'_> {
         let mesh = &batch.mesh;
         let mut uvs = std::mem::take(&mut self.uvs);
         uvs.clear();
-        uvs.extend(mesh.uvs.iter().map(|uv| {
-            let natural = uv.as_dvec2();
-            DVec2::new(face.maps[0].to_nurbs(natural.x), face.maps[1].to_nurbs(natural.y))
-        }));
+        uvs.extend(mesh.uvs.iter().map(|uv| face.to_patches(uv.as_dvec2())));
         let patterns = self.patterns;
         let mut worst: Option<(f64, usize, DVec3)> = None;
         let mut tally = self.kinds.remove(&face.kind).unwrap_or_default();

@@ -173,10 +173,7 @@ fn boundary(batch: &BatchView<'_>) -> f64 {
 /// Fraction of the tile's rectangle that its triangles cover.
 fn kept(batch: &BatchView<'_>, face: &PreparedFace, tile: &Tile) -> f64 {
     let mesh = &batch.mesh;
-    let place = |vertex: u32| {
-        let uv = mesh.uvs[vertex as usize].as_dvec2();
-        DVec2::new(face.maps[0].to_nurbs(uv.x), face.maps[1].to_nurbs(uv.y))
-    };
+    let place = |vertex: u32| face.to_patches(mesh.uvs[vertex as usize].as_dvec2());
     let area: f64 = mesh
         .triangles
         .iter()

@@ -2,7 +2,7 @@
 //! (Piegl & Tiller, The NURBS Book, §6.1).
 
 use crate::math::least_squares::solve_symmetric;
-use crate::model::SurfaceDerivatives;
+use crate::model::{CurveDerivatives, SurfaceDerivatives};
 use crate::prepare::internals::{BezierPatches, BezierSpline3};
 use glam::{DVec2, DVec3};
 
@@ -42,9 +42,21 @@ impl<T> Foot<T> {
 
 /// Walks over the surface towards `p`. Stops at a distance of at most `enough`.
 pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enough: f64) -> Foot<DVec2> {
-    let (low, high) = parameter_box(patches);
+    let derivatives = |at: DVec2| patches.derivatives(at.x, at.y);
+    walk(derivatives, [&patches.breaks_u, &patches.breaks_v], p, start, parameter_box(patches), enough)
+}
+
+/// Walks over a surface between breaks, within the parameters from `low` to `high`.
+fn walk(
+    derivatives: impl Fn(DVec2) -> SurfaceDerivatives,
+    [breaks_u, breaks_v]: [&[f64]; 2],
+    p: DVec3,
+    start: DVec2,
+    (low, high): (DVec2, DVec2),
+    enough: f64,
+) -> Foot<DVec2> {
     let mut at = start.clamp(low, high);
-    let mut here = patches.derivatives(at.x, at.y);
+    let mut here = derivatives(at);
     let mut distance = here.point.distance(p);
     for _ in 0..STEPS {
         if distance <= enough {
@@ -56,10 +68,10 @@ pub(super) fn walk_surface(patches: &BezierPatches, p: DVec3, start: DVec2, enou
         }
         let nearer = |step: DVec2| {
             let whole = (at + step).clamp(low, high);
-            let share = hold(&patches.breaks_u, at.x, whole.x).min(hold(&patches.breaks_v, at.y, whole.y));
+            let share = hold(breaks_u, at.x, whole.x).min(hold(breaks_v, at.y, whole.y));
             (0..=CUTS).find_map(|cut| {
                 let to = if cut == 0 { whole } else { at + (whole - at) * (share * 0.25_f64.powi(cut - 1)) };
-                let there = patches.derivatives(to.x, to.y);
+                let there = derivatives(to);
                 (there.point.distance(p) < distance).then_some((to, there))
             })
         };
@@ -177,32 +189,14 @@ pub(super) fn walk_curve(
     (low, high): (f64, f64),
     enough: f64,
 ) -> Foot<f64> {
-    let mut at = start.max(low).min(high);
-    let mut here = curve.derivatives(at);
-    let mut distance = here.point.distance(p);
-    for _ in 0..STEPS {
-        if distance <= enough {
-            break;
-        }
-        let r = here.point - p;
-        let (slope, bend) = (here.d1.dot(r), here.d1.length_squared());
-        if bend <= 0.0 {
-            break;
-        }
-        let step = (at - slope / (bend + r.dot(here.d2)).max(0.25 * bend)).max(low).min(high) - at;
-        if (here.d1 * step).length() <= CLOSE * distance {
-            break;
-        }
-        let share = hold(&curve.breaks, at, at + step);
-        let nearer = (0..=CUTS).find_map(|cut| {
-            let to = if cut == 0 { at + step } else { at + step * (share * 0.25_f64.powi(cut - 1)) };
-            let there = curve.derivatives(to);
-            (there.point.distance(p) < distance).then_some((to, there))
-        });
-        let Some((to, there)) = nearer else { break };
-        (at, here, distance) = (to, there, there.point.distance(p));
-    }
-    Foot::new(distance, at)
+    // A surface of which the other parameter is fixed.
+    let derivatives = |at: DVec2| {
+        let CurveDerivatives { point, d1, d2 } = curve.derivatives(at.x);
+        SurfaceDerivatives { point, du: d1, dv: DVec3::ZERO, duu: d2, duv: DVec3::ZERO, dvv: DVec3::ZERO }
+    };
+    let [start, low, high] = [start, low, high].map(|t| DVec2::new(t, 0.0));
+    let found = walk(derivatives, [&curve.breaks, &[]], p, start, (low, high), enough);
+    Foot { distance: found.distance, at: found.at.x }
 }
 
 /// Walks from the best of `steps + 1` starts from `low` to `high`.

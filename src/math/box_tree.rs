@@ -2,16 +2,13 @@
 //! (Leutenegger, Lopez & Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997).
 
 use super::boxes::{Corner, around};
-
-/// Children per node.
-const FAN: usize = 8;
+use super::tree::{FAN, Tree};
 
 /// A static tree of boxes, numbered in the order given.
 pub(crate) struct BoxTree<P> {
-    /// The number of each box of the lowest level.
+    /// The number of each leaf.
     numbers: Vec<u32>,
-    /// From the boxes themselves up to the root. Each node bounds the next [`FAN`] nodes of the level below.
-    levels: Vec<Vec<[P; 2]>>,
+    tree: Tree<[P; 2]>,
 }
 
 impl<P: Corner> BoxTree<P> {
@@ -19,29 +16,13 @@ impl<P: Corner> BoxTree<P> {
     pub(crate) fn new(boxes: &[[P; 2]]) -> Self {
         let mut numbers: Vec<u32> = (0..u32::try_from(boxes.len()).unwrap_or(u32::MAX)).collect();
         tile(boxes, &mut numbers, 0);
-        let mut levels: Vec<Vec<[P; 2]>> = vec![numbers.iter().map(|&k| boxes[k as usize]).collect()];
-        while let Some(below) = levels.last().filter(|level| level.len() > 1) {
-            levels.push(below.chunks(FAN).map(|of| around(of.as_flattened().iter().copied())).collect());
-        }
-        Self { numbers, levels }
+        let leaves = numbers.iter().map(|&k| boxes[k as usize]).collect();
+        Self { numbers, tree: Tree::new(leaves, |of| around(of.as_flattened().iter().copied())) }
     }
 
     /// Calls `found` with the number of each box that overlaps or touches `query`. The order depends on the tree only.
     pub(crate) fn meeting(&self, query: [P; 2], mut found: impl FnMut(usize)) {
-        let mut open: Vec<(usize, usize)> = Vec::new();
-        let top = self.levels.len() - 1;
-        open.extend((0..self.levels[top].len()).map(|node| (top, node)));
-        while let Some((level, node)) = open.pop() {
-            if !P::meet(&self.levels[level][node], &query) {
-                continue;
-            }
-            if level == 0 {
-                found(self.numbers[node] as usize);
-            } else {
-                let below = self.levels[level - 1].len();
-                open.extend((FAN * node..(FAN * (node + 1)).min(below)).map(|child| (level - 1, child)));
-            }
-        }
+        self.tree.find(|node| P::meet(node, &query), |place| found(self.numbers[place] as usize));
     }
 }
 

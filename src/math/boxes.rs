@@ -38,3 +38,8 @@ corner!(DVec2: 2, DVec3: 3);
 pub(crate) fn around<P: Corner>(points: impl IntoIterator<Item = P>) -> [P; 2] {
     points.into_iter().fold(P::NOTHING, |all, p| p.added(all))
 }
+
+/// The squared distance of a point from a box; 0 within.
+pub(crate) fn distance_squared([low, high]: Aabb, p: DVec3) -> f64 {
+    p.distance_squared(p.clamp(low, high))
+}

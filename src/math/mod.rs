@@ -4,8 +4,11 @@ pub(crate) mod bisection;
 pub(crate) mod bits;
 pub(crate) mod boxes;
 
+pub(crate) mod tree;
+
 pub(crate) mod box_tree;
 pub(crate) mod buckets;
+pub(crate) mod foot;
 pub(crate) mod hilbert;
 pub(crate) mod lanes;
 pub(crate) mod least_squares;
@@ -15,6 +18,7 @@ pub(crate) mod order;
 pub(crate) mod rows;
 pub(crate) mod sets;
 pub(crate) mod sphere_tree;
+pub(crate) mod stops;
 pub(crate) mod sums;
 
 mod bit_mix;

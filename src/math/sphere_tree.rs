@@ -2,10 +2,8 @@
 //! The leaves are ordered along a Hilbert curve (Kamel & Faloutsos, "On packing R-trees", CIKM 1993).
 
 use super::hilbert;
+use super::tree::Tree;
 use glam::DVec3;
-
-/// Children per node.
-const FAN: usize = 8;
 
 /// A ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,14 +49,13 @@ impl Sphere {
 }
 
 /// A tree of spheres, numbered in the order given.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct SphereTree {
-    /// The number of each sphere of the lowest level.
+    /// The number of each leaf.
     numbers: Vec<u32>,
-    /// Where in the lowest level each sphere is.
+    /// The leaf of each sphere.
     places: Vec<u32>,
-    /// From the spheres themselves up to the root. Each node contains the next [`FAN`] nodes of the level below.
-    levels: Vec<Vec<Sphere>>,
+    tree: Tree<Sphere>,
     /// Spheres replaced since the leaves were ordered.
     replaced: usize,
 }
@@ -69,11 +66,8 @@ impl SphereTree {
         let order = hilbert::along_curve(spheres.iter().map(|sphere| sphere.centre));
         let mut places = vec![0; order.len()];
         order.iter().enumerate().for_each(|(place, &number)| places[number] = place as u32);
-        let mut levels: Vec<Vec<Sphere>> = vec![order.iter().map(|&number| spheres[number]).collect()];
-        while let Some(below) = levels.last().filter(|level| level.len() > 1) {
-            levels.push(below.chunks(FAN).map(Sphere::around).collect());
-        }
-        Self { numbers: order.into_iter().map(|number| number as u32).collect(), places, levels, replaced: 0 }
+        let tree = Tree::new(order.iter().map(|&number| spheres[number]).collect(), Sphere::around);
+        Self { numbers: order.into_iter().map(|number| number as u32).collect(), places, tree, replaced: 0 }
     }
 
     /// Replaces a sphere, and the nodes above it.
@@ -81,19 +75,11 @@ impl SphereTree {
     /// Cost: O(log n). After as many calls as there are spheres, their order says nothing about their places any more,
     /// and the call makes a new tree.
     pub(crate) fn replace(&mut self, number: usize, sphere: Sphere) {
-        let mut place = self.places[number] as usize;
-        self.levels[0][place] = sphere;
+        self.tree.replace(self.places[number] as usize, sphere, Sphere::around);
         self.replaced += 1;
         if self.replaced > self.numbers.len() {
-            let spheres: Vec<Sphere> = self.places.iter().map(|&place| self.levels[0][place as usize]).collect();
-            *self = Self::new(&spheres);
-            return;
-        }
-        for level in 1..self.levels.len() {
-            place /= FAN;
-            let below = &self.levels[level - 1];
-            let children = &below[FAN * place..below.len().min(FAN * (place + 1))];
-            self.levels[level][place] = Sphere::around(children);
+            let leaves = self.tree.leaves();
+            *self = Self::new(&self.places.iter().map(|&place| leaves[place as usize]).collect::<Vec<_>>());
         }
     }
 
@@ -101,21 +87,8 @@ impl SphereTree {
     /// every sphere that contains one for which it is true.
     pub(crate) fn find(&self, passes: impl Fn(&Sphere) -> bool, found: &mut Vec<u32>) {
         let start = found.len();
-        let mut open: Vec<(usize, usize)> = Vec::new();
-        let top = self.levels.len().saturating_sub(1);
-        open.extend(self.levels.get(top).into_iter().flat_map(|roots| (0..roots.len()).map(|node| (top, node))));
-        while let Some((level, node)) = open.pop() {
-            let sphere = &self.levels[level][node];
-            if sphere.is_empty() || !passes(sphere) {
-                continue;
-            }
-            if level == 0 {
-                found.push(self.numbers[node]);
-            } else {
-                let below = self.levels[level - 1].len();
-                open.extend((FAN * node..below.min(FAN * (node + 1))).map(|child| (level - 1, child)));
-            }
-        }
+        let passes = |sphere: &Sphere| !sphere.is_empty() && passes(sphere);
+        self.tree.find(passes, |place| found.push(self.numbers[place]));
         found[start..].sort_unstable();
     }
 }

@@ -34,7 +34,9 @@ mod axis_map;
 pub use axis_map::AxisMap;
 
 mod to_nurbs;
-pub(crate) use to_nurbs::{euclidean, homogeneous};
+#[cfg(feature = "step")]
+pub(crate) use to_nurbs::euclidean;
+pub(crate) use to_nurbs::{homogeneous, of_pieces};
 
 mod spline_error;
 pub use spline_error::{MAX_DEGREE, SplineError, SurfaceError};

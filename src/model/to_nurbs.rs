@@ -102,6 +102,14 @@ pub(crate) fn euclidean(rows: &[DVec4], weighted: bool) -> (Vec<DVec3>, Vec<f64>
     (points, if weighted { rows.iter().map(|r| r.w).collect() } else { Vec::new() })
 }
 
+/// The curve of Bézier pieces between `breaks`: `degree + 1` homogeneous points each, of which neighbours share one.
+pub(crate) fn of_pieces(degree: usize, breaks: &[f64], pieces: &[DVec4], weighted: bool) -> NurbsCurve3 {
+    let later = pieces.chunks_exact(degree + 1).flat_map(|piece| &piece[1..]);
+    let rows: Vec<DVec4> = pieces.first().into_iter().chain(later).copied().collect();
+    let (points, weights) = euclidean(&rows, weighted);
+    NurbsCurve3 { degree, knots: knots::knots_of_pieces(degree, breaks), points, weights }
+}
+
 /// A straight meridian in the frame's (x, z) plane. Parameter: height.
 fn straight(v: (f64, f64), distance: impl Fn(f64) -> f64) -> NurbsCurve3 {
     let at = |v: f64| DVec3::new(distance(v), 0.0, v);

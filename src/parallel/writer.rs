@@ -69,8 +69,8 @@ impl Writer {
     /// The direction in which the natural parameter u increases.
     fn tangent(&self, part: PartId, face: FaceId, uv: Vec2) -> Vec3 {
         let Some(face) = self.prepared.parts[part.index()].face(face) else { return Vec3::ZERO };
-        let [u, v] = [0, 1].map(|k| face.maps[k].to_nurbs(f64::from(uv[k])));
-        face.patches.tangents(u, v)[1].normalize_or_zero().as_vec3()
+        let at = face.to_patches(uv.as_dvec2());
+        face.patches.tangents(at.x, at.y)[1].normalize_or_zero().as_vec3()
     }
 
     /// Gives back the room of tiles that their sink never hears of.

@@ -1,7 +1,7 @@
 //! Triangles of a frame against the exact normals of their faces: which of them look inwards? And faces against their
 //! neighbours: which of them traverse a common edge in the same direction?
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use std::collections::BTreeMap;
 use trimtess::mesh::{Batch, MemorySink, Origin};
 use trimtess::model::{EdgeId, Model, PartId};
@@ -55,8 +55,7 @@ fn cosine(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> Option<(f64,
 /// The face's normal in the middle of a triangle.
 fn outwards(face: &PreparedFace, batch: &Batch, corners: [u32; 3]) -> DVec3 {
     let at = |k: usize| batch.mesh.uvs[corners[k] as usize].as_dvec2();
-    let middle = (at(0) + at(1) + at(2)) / 3.0;
-    let uv = DVec2::new(face.maps[0].to_nurbs(middle.x), face.maps[1].to_nurbs(middle.y));
+    let uv = face.to_patches((at(0) + at(1) + at(2)) / 3.0);
     let d = face.patches.derivatives(uv.x, uv.y);
     (d.du.cross(d.dv) * if face.reversed { -1.0 } else { 1.0 }).normalize_or_zero()
 }

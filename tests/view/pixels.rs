@@ -71,10 +71,7 @@ pub(crate) fn worst(
     let tile = &part.tiles[batch.tile.0 as usize];
     let face = part.face_of(tile);
     let mesh = &batch.mesh;
-    let uv = |v: u32| {
-        let natural = mesh.uvs[v as usize].as_dvec2();
-        DVec2::new(face.maps[0].to_nurbs(natural.x), face.maps[1].to_nurbs(natural.y))
-    };
+    let uv = |v: u32| face.to_patches(mesh.uvs[v as usize].as_dvec2());
     let world = |p: DVec3| instance.transform.transform_point3(p);
     let (mut worst, mut seen) = (0.0_f64, 0);
     for corners in &mesh.triangles {

@@ -1,8 +1,9 @@
 //! B-spline curves -> pieces, joined curves, curves of higher degree, nearest points. Knots are inserted by Boehm's
 //! rule; degrees are raised per Bézier piece.
 
-use crate::math::boxes::around;
-use crate::model::{NurbsCurve3, NurbsSurface, euclidean, homogeneous, knots_of_pieces};
+use crate::math::boxes::{around, distance_squared};
+use crate::math::foot::foot;
+use crate::model::{NurbsCurve3, NurbsSurface, euclidean, homogeneous, of_pieces, to_bezier};
 use glam::{DVec3, DVec4};
 use smallvec::SmallVec;
 
@@ -189,35 +190,16 @@ fn raise(curve: &NurbsCurve3, degree: usize) -> NurbsCurve3 {
     if whole.degree == degree {
         return whole;
     }
-    let mut p = whole.degree;
-    let mut breaks: Vec<f64> = whole.knots.clone();
-    breaks.dedup();
-    // Span by span: on the whole curve, every inserted knot would move all later points.
-    let lifted = homogeneous(&whole.points, &whole.weights);
-    let mut points = vec![lifted[0]];
-    for first in (p..whole.points.len()).filter(|i| whole.knots[*i] < whole.knots[i + 1]) {
-        let mut knots = whole.knots[first - p..=first + p + 1].to_vec();
-        let mut local = lifted[first - p..=first].to_vec();
-        let (from, to) = (knots[p], knots[p + 1]);
-        saturate(p, &mut knots, &mut local, from);
-        saturate(p, &mut knots, &mut local, to);
-        let start = knots.partition_point(|k| *k <= from) - 1;
-        points.extend_from_slice(&local[start - p + 1..=start]);
+    let rows = homogeneous(&whole.points, &whole.weights);
+    let (breaks, mut pieces) = to_bezier(whole.degree, &whole.knots, &rows, 1, (a, b));
+    for p in whole.degree..degree {
+        let raised = |bezier: &[DVec4], i: usize| {
+            let share = i as f64 / (p + 1) as f64;
+            bezier[i.saturating_sub(1)] * share + bezier[i.min(p)] * (1.0 - share)
+        };
+        pieces = pieces.chunks_exact(p + 1).flat_map(|bezier| (0..p + 2).map(move |i| raised(bezier, i))).collect();
     }
-    while p < degree {
-        let mut raised = vec![points[0]];
-        for bezier in points.windows(p + 1).step_by(p) {
-            for i in 1..=p {
-                let a = i as f64 / (p + 1) as f64;
-                raised.push(bezier[i - 1] * a + bezier[i] * (1.0 - a));
-            }
-            raised.push(bezier[p]);
-        }
-        points = raised;
-        p += 1;
-    }
-    let (points, weights) = euclidean(&points, !whole.weights.is_empty());
-    NurbsCurve3 { degree: p, knots: knots_of_pieces(p, &breaks), points, weights }
+    of_pieces(degree, &breaks, &pieces, !whole.weights.is_empty())
 }
 
 /// A sample of a curve.
@@ -243,7 +225,11 @@ pub(super) fn nearest(curve: &NurbsCurve3, p: DVec3) -> f64 {
         let least = minima.first().map_or(0.0, |best| best.distance_squared);
         for (k, sample) in minima.iter().enumerate() {
             let CurveSample { t, distance_squared, steps: [before, after] } = *sample;
-            let foot = polish(curve, p, t, ((t - before).max(a), (t + after).min(b)));
+            let foot = foot(t, ((t - before).max(a), (t + after).min(b)), 1e-15 * (b - a), |t| {
+                let d = curve.derivatives(t);
+                let (away, square) = (d.point - p, d.d1.length_squared());
+                [away.dot(d.d1), square + away.dot(d.d2), square]
+            });
             for (t, off) in [(foot, curve.point(foot).distance_squared(p)), (t, distance_squared)] {
                 if off < found.1 {
                     found = (t, off);
@@ -269,7 +255,8 @@ fn least_samples(curve: &NurbsCurve3, p: DVec3, samples: usize) -> SmallVec<[Cur
     let steps = steps.filter(|(_, (_, step))| *step > 0.0);
     let at = |ends: &[f64], step: f64, i: usize| if i == samples { ends[1] } else { ends[0] + step * i as f64 };
     // A span is no nearer than the box of its control points.
-    let floors: Vec<f64> = curve.points.windows(curve.degree + 1).map(|hull| box_distance_squared(hull, p)).collect();
+    let hulls = curve.points.windows(curve.degree + 1);
+    let floors: Vec<f64> = hulls.map(|hull| distance_squared(around(hull.iter().copied()), p)).collect();
     let first = steps.clone().min_by(|(k, _), (l, _)| floors[*k].total_cmp(&floors[*l]));
     let start = curve.point(a).distance_squared(p);
     let mut least = first.map_or(start, |(_, (ends, step))| {
@@ -304,34 +291,6 @@ fn least_samples(curve: &NurbsCurve3, p: DVec3, samples: usize) -> SmallVec<[Cur
         minima.push(last.0);
     }
     minima
-}
-
-/// The squared distance of `p` from the box of `points`.
-fn box_distance_squared(points: &[DVec3], p: DVec3) -> f64 {
-    let [low, high] = around(points.iter().copied());
-    p.distance_squared(p.clamp(low, high))
-}
-
-/// Newton's method for the foot of `p`, from `t`, clamped to `low..high`.
-fn polish(curve: &NurbsCurve3, p: DVec3, mut t: f64, (low, high): (f64, f64)) -> f64 {
-    let (a, b) = curve.domain();
-    for _ in 0..24 {
-        let d = curve.derivatives(t);
-        let away = d.point - p;
-        let slope = d.d1.length_squared() + away.dot(d.d2);
-        // If the second derivative leads uphill, Gauss-Newton still descends.
-        let slope = if slope > 0.0 { slope } else { d.d1.length_squared() };
-        if slope <= 0.0 {
-            break;
-        }
-        let next = (t - away.dot(d.d1) / slope).clamp(low, high);
-        let done = (next - t).abs() <= 1e-15 * (b - a);
-        t = next;
-        if done {
-            break;
-        }
-    }
-    t
 }
 
 #[cfg(test)]

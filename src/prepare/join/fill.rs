@@ -4,6 +4,7 @@
 //! need not be simple, disjoint, or on a surface.
 
 use crate::math::boxes::around;
+use crate::math::stops::equal_pieces;
 use crate::model::{CurveKind, EdgeId, Frame3, NurbsCurve3, Part, Surface};
 use crate::prepare::regions::boundary::of_boundary;
 use crate::prepare::surface::arc_bounds;
@@ -115,12 +116,7 @@ impl Outline {
         stops.push(t1);
         stops.dedup_by(|b, a| *b <= *a);
         let parts = if stops.len() <= FEW_SPANS { SAMPLES } else { 1 };
-        let inner = |w: &[f64]| {
-            let (a, b) = (w[0], w[1]);
-            (0..parts).map(move |k| a + (b - a) * k as f64 / parts as f64)
-        };
-        let mut ts: Vec<f64> = stops.windows(2).flat_map(inner).collect();
-        ts.push(t1);
+        let mut ts: Vec<f64> = equal_pieces(&stops, parts).chain([t1]).collect();
         ts.dedup_by(|b, a| *b <= *a);
         let mut samples: Vec<(f64, DVec3, DVec3)> = ts
             .into_iter()

@@ -51,6 +51,14 @@ pub struct PreparedFace {
     pub tiles: std::ops::Range<u32>,
 }
 
+impl PreparedFace {
+    /// The parameters of `patches` at the surface's natural ones, which meshes have.
+    #[must_use]
+    pub fn to_patches(&self, natural: DVec2) -> DVec2 {
+        DVec2::new(self.maps[0].to_nurbs(natural.x), self.maps[1].to_nurbs(natural.y))
+    }
+}
+
 /// Geometry of an edge.
 #[derive(Clone, Debug)]
 pub enum EdgeShape {

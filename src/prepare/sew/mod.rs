@@ -3,7 +3,6 @@
 pub(super) mod uses;
 pub(super) mod candidate;
 pub(super) mod pairs;
-pub(super) mod nearest;
 pub(super) mod overlap;
 pub(super) mod slivers;
 pub(super) mod carry;

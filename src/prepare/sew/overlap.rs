@@ -5,8 +5,10 @@
 //! coincide if points of each have feet on the other that are near, inside, and in order. Curves with the same control
 //! points need no feet: they are nowhere further apart than their control points.
 
-use super::nearest::Runs;
-use crate::math::boxes::{Aabb, around};
+use crate::math::boxes::{Aabb, around, distance_squared};
+use crate::math::foot::foot;
+use crate::math::stops::equal_pieces;
+use crate::math::tree::Tree;
 use crate::model::{Edge, NurbsCurve3};
 use crate::prepare::surface::decompose::BezierSpline3;
 use glam::{DVec3, DVec4};
@@ -15,10 +17,9 @@ use std::sync::OnceLock;
 /// Largest tolerance, as a share of the shorter curve's length: a larger one would merge neighbours.
 const SHORT: f64 = 0.125;
 
-/// Minimum samples per Bézier piece and per curve from which a foot is searched, and maximum Newton steps to it.
+/// Minimum samples per Bézier piece and per curve from which a foot is searched.
 const SEEDS: usize = 4;
 const LEAST_SEEDS: usize = 16;
-const STEPS: usize = 24;
 
 /// Share of a curve's length within which its ends coincide.
 const ROUNDING: f64 = 1e-9;
@@ -46,7 +47,8 @@ pub(crate) struct CurveQuery {
 struct Seeds {
     /// Parameters and points, in order.
     all: Vec<(f64, DVec3)>,
-    runs: Runs,
+    /// Their points. Neighbours along the curve are near each other.
+    tree: Tree<Aabb>,
     /// Length of the polyline through them.
     length: f64,
 }
@@ -54,15 +56,12 @@ struct Seeds {
 impl Seeds {
     fn of(spline: &BezierSpline3) -> Self {
         let each = SEEDS.max(LEAST_SEEDS.div_ceil(spline.segments()));
+        let ts = equal_pieces(&spline.breaks, each).chain([spline.range().1]);
         let mut all: Vec<(f64, DVec3)> = Vec::with_capacity(each * spline.segments() + 1);
-        for w in spline.breaks.windows(2) {
-            let at = |k: usize| w[0] + (w[1] - w[0]) * k as f64 / each as f64;
-            all.extend((0..each).map(at).map(|t| (t, spline.point(t))));
-        }
-        let end = spline.range().1;
-        all.push((end, spline.point(end)));
+        all.extend(ts.map(|t| (t, spline.point(t))));
         let length = all.windows(2).map(|w| w[0].1.distance(w[1].1)).sum();
-        Self { runs: Runs::new(&all), all, length }
+        let leaves = all.iter().map(|seed| [seed.1; 2]).collect();
+        Self { tree: Tree::new(leaves, |of| around(of.as_flattened().iter().copied())), all, length }
     }
 }
 
@@ -118,8 +117,8 @@ impl CurveQuery {
 
     /// The parameter of the point nearest to `p`, and its distance.
     pub(crate) fn foot(&self, p: DVec3) -> (f64, f64) {
-        let Seeds { all, runs, length } = self.seeds();
-        let (k, last) = (runs.nearest(all, p), all.len() - 1);
+        let Seeds { all, tree, length } = self.seeds();
+        let (k, last) = (tree.nearest(|node| distance_squared(*node, p)), all.len() - 1);
         let found = self.foot_from(k, p);
         // A closed curve is as near at its end as at its start.
         let closed = || all[0].1.distance(all[last].1) <= ROUNDING * length;
@@ -134,22 +133,14 @@ impl CurveQuery {
     fn foot_from(&self, k: usize, p: DVec3) -> (f64, f64) {
         let seeds = &self.seeds().all;
         let (low, high) = (seeds[k.saturating_sub(1)].0, seeds[(k + 1).min(seeds.len() - 1)].0);
-        let (mut t, mut best) = (seeds[k].0, (seeds[k].0, seeds[k].1.distance(p)));
-        for _ in 0..=STEPS {
+        let (seed, point) = seeds[k];
+        let t = foot(seed, (low, high), CONVERGED * (high - low), |t| {
             let [point, slope] = self.spline.tangent(t);
-            let off = point.distance(p);
-            if off < best.1 {
-                best = (t, off);
-            }
-            let step = (p - point).dot(slope) / slope.length_squared();
-            let next = (t + step).clamp(low, high);
-            let still = (next - t).abs() <= CONVERGED * (high - low);
-            if !step.is_finite() || still {
-                break;
-            }
-            t = next;
-        }
-        best
+            let square = slope.length_squared();
+            [(point - p).dot(slope), square, square]
+        });
+        let (off, off_seed) = (self.point(t).distance(p), point.distance(p));
+        if off < off_seed { (t, off) } else { (seed, off_seed) }
     }
 
     /// Whether the curve between two parameters is no more than a point.
@@ -167,11 +158,7 @@ impl CurveQuery {
         stops.extend(breaks[first..].iter().copied().take_while(|&t| t < to - margin));
         stops.push(to);
         let each = PLACES.max(LEAST_PLACES.div_ceil(stops.len() - 1)) + 1;
-        let within = |w: &[f64]| {
-            let (a, b) = (w[0], w[1]);
-            (0..each).map(move |k| a + (b - a) * k as f64 / each as f64)
-        };
-        stops.windows(2).flat_map(within).skip(1).collect()
+        equal_pieces(&stops, each).skip(1).collect()
     }
 
     /// Largest distance between the control points of both curves, and whether they are in opposite order. `None` if
@@ -272,9 +259,8 @@ impl CurveQuery {
     fn near_foot(&self, p: DVec3, tolerance: f64) -> Option<f64> {
         /// Multiple of the tolerance beyond which nothing of the curve is near. More than 1, for rounding.
         const ROOM: f64 = 1.001;
-        let [low, high] = self.hull;
         // Most points are far off. The curve lies in the box.
-        if p.distance(p.clamp(low, high)) > ROOM * tolerance {
+        if distance_squared(self.hull, p).sqrt() > ROOM * tolerance {
             return None;
         }
         let (foot, off) = self.foot(p);

@@ -13,15 +13,15 @@ use super::uses::{EdgeInUse, uses};
 use crate::control::Call;
 use crate::math::sets::DisjointSets;
 use crate::model::{
-    BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId, euclidean,
-    knots_of_pieces,
+    BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId, of_pieces,
 };
 use crate::prepare::report::finding::Finding;
+use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::heal::Healing;
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
@@ -409,12 +409,8 @@ impl PieceGroups {
 
 /// A curve restricted to a part of its domain.
 fn restricted(curve: &NurbsCurve3, range: (f64, f64)) -> NurbsCurve3 {
-    let spline = crate::prepare::surface::decompose::BezierSpline3::new(curve, range);
-    let n = spline.degree;
-    let control = spline.control.iter().enumerate().filter(|(k, _)| *k == 0 || k % (n + 1) != 0).map(|(_, c)| *c);
-    let control: Vec<DVec4> = control.collect();
-    let (points, weights) = euclidean(&control, control.iter().any(|c| c.w != 1.0));
-    NurbsCurve3 { degree: n, knots: knots_of_pieces(n, &spline.breaks), points, weights }
+    let BezierSpline3 { degree, breaks, control } = BezierSpline3::new(curve, range);
+    of_pieces(degree, &breaks, &control, control.iter().any(|c| c.w != 1.0))
 }
 
 /// Makes all faces use the edges that replace others.

@@ -7,6 +7,7 @@
 
 use super::decompose::BezierPatches;
 use super::tables::{Bend, BoundingBox, BoxBounds, StripBounds, SurfaceBounds};
+use crate::math::stops::equal_pieces;
 use crate::model::{AxisMap, Surface};
 use glam::DVec4;
 use smallvec::{SmallVec, smallvec};
@@ -76,12 +77,11 @@ fn swings(map: &AxisMap, breaks: &[f64]) -> Option<(Vec<f64>, Vec<ArcStrip>)> {
         return None;
     }
     let mut borders = Vec::with_capacity(PARTS * spans as usize + 1);
+    borders.extend(equal_pieces(breaks, PARTS).chain(breaks.last().copied()));
     let mut out = Vec::with_capacity(PARTS * spans as usize);
     for (k, w) in breaks.windows(2).enumerate() {
-        borders.extend((0..PARTS).map(|i| w[0] + (w[1] - w[0]) * i as f64 / PARTS as f64));
         out.extend(ArcStrip::halves(start + step * k as f64, step, w[1] - w[0]));
     }
-    borders.extend(breaks.last());
     Some((borders, out))
 }
 

@@ -4,6 +4,7 @@
 
 use super::arcs::ArcSpan;
 use super::draft::{DraftTile, DraftUse};
+use crate::math;
 use crate::math::bisection::bisected;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample, newton_meeting};
 use crate::prepare::uv::uv_loop::winding_about;
@@ -19,9 +20,6 @@ const TANGENT: f64 = 1e-5;
 
 /// Sine of the angle below which two curves that come together run side by side.
 const SIDE_BY_SIDE: f64 = 0.1;
-
-/// Maximum Newton steps to the foot of a point.
-const STEPS: usize = 12;
 
 /// Remaining budget of a tile or face, in points.
 pub(crate) struct WorkLeft(pub(crate) usize);
@@ -152,16 +150,11 @@ fn tangency(uses: [&DraftUse; 2], scale: DVec2, ranges: [[f64; 2]; 2], guess: [f
         let other = 1 - k;
         let [from, to] = limits[other];
         let (p, d) = at(k, t);
-        let mut s = guess[other];
-        for _ in 0..STEPS {
+        let s = math::foot::foot(guess[other], (from, to), SAME_SHARE * (to - from), |s| {
             let (q, e) = at(other, s);
-            let step = (p - q).dot(e) / e.length_squared();
-            s = (s + step).clamp(from, to);
-            let settled = step.abs() <= SAME_SHARE * (to - from);
-            if settled || !step.is_finite() {
-                break;
-            }
-        }
+            let square = e.length_squared();
+            [(q - p).dot(e), square, square]
+        });
         let (q, e) = at(other, s);
         (s, p.distance(q), d.perp_dot(e) / (d.length() * e.length()))
     };

@@ -11,6 +11,7 @@ use super::seeds::Seeds;
 use super::uv_curve::UvSample;
 use crate::math::least_squares::least_squares;
 use crate::math::order::larger;
+use crate::math::stops::equal_pieces;
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
@@ -401,9 +402,7 @@ impl<'a> Projector<'a> {
             CurveKind::Spline => (8 / (ts.len() - 1).max(1)).max(2),
         };
         let mut fine = Vec::with_capacity(pieces * (ts.len() - 1) + 1);
-        for w in ts.windows(2) {
-            fine.extend((0..pieces).map(|k| w[0] + (w[1] - w[0]) * k as f64 / pieces as f64));
-        }
+        fine.extend(equal_pieces(&ts, pieces));
         if matches!(edge.kind, CurveKind::Spline | CurveKind::Polyline) {
             fine.extend(before_breaks(edge));
             fine.sort_by(f64::total_cmp);
