@@ -1,6 +1,6 @@
 //! Edges on every kind of curve: from vertex to vertex, in the stated sense, exactly.
 
-use crate::{clean, edge_of, is, model, near, only_face, only_part, placement, point, shell, vertex, world};
+use crate::{bounded_face, clean, edge_of, is, model, near, only_face, only_part, placement, point, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use trimtess::model::{CurveKind, CurveTrouble, Edge, Part, StepTrouble};
@@ -8,21 +8,15 @@ use trimtess::model::{CurveKind, CurveTrouble, Edge, Part, StepTrouble};
 /// Reads edge #50 from `start` to `end` on curve #60, closed by a straight edge #51 in a plane.
 fn edge(start: [f64; 3], end: [f64; 3], same_sense: bool, curve: &str) -> (Part, Edge) {
     let sense = if same_sense { 'T' } else { 'F' };
-    let (loop_edges, vertices) = if start == end {
-        ("#70".to_owned(), format!("{}#50=EDGE_CURVE('',#30,#30,#60,.{sense}.);", vertex(30, start)))
+    let (edges, vertices) = if start == end {
+        (&[50][..], format!("{}#50=EDGE_CURVE('',#30,#30,#60,.{sense}.);", vertex(30, start)))
     } else {
         let back = "#51=EDGE_CURVE('',#32,#30,#55,.T.);#55=LINE('',#31,#56);#56=VECTOR('',#57,1.);\
                     #57=DIRECTION('',(1.,0.,0.));";
         let forth = format!("#50=EDGE_CURVE('',#30,#32,#60,.{sense}.);");
-        ("#70,#71".to_owned(), vertex(30, start) + &vertex(32, end) + &forth + back)
+        (&[50, 51][..], vertex(30, start) + &vertex(32, end) + &forth + back)
     };
-    let loops = format!(
-        "#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',({loop_edges}));\
-         #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
-    );
-    // An unreferenced oriented edge may name a missing edge.
-    let face = shell("ADVANCED_FACE('',(#76),#77,.T.)", 2);
-    let model = model(&(world() + &vertices + curve + &loops + &face));
+    let model = model(&(world() + &vertices + curve + "#77=PLANE('',#20);" + &bounded_face(edges, 77, 2)));
     clean(&model);
     let part = only_part(&model).clone();
     let edge = edge_of(&part, 50).clone();
@@ -99,9 +93,8 @@ fn a_circle_alone_in_its_loop_closes_where_corners_join() {
                 + &vertex(30, [radius, 0.0, 0.0])
                 + &vertex(32, end)
                 + &curve
-                + "#50=EDGE_CURVE('',#30,#32,#60,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));\
-                   #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
-                + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
+                + "#50=EDGE_CURVE('',#30,#32,#60,.T.);#77=PLANE('',#20);"
+                + &bounded_face(&[50], 77, 1);
             let model = model(&text);
             let edge = edge_of(only_part(&model), 50);
             let middle = at(edge, 0.5);
@@ -294,11 +287,9 @@ fn a_composite_curve_is_trimmed_by_points_only() {
     let (_, half) = edge(start, end, true, &format!("{composite}#85=TRIMMED_CURVE('',#83,{trims});"));
     assert!(half.curve.points.iter().all(|p| p.x < 3.0 + 1e-9 && p.y < 2.0 * FRAC_1_SQRT_2 + 1e-9), "{half:?}");
     let trims = "(PARAMETER_VALUE(1.)),(PARAMETER_VALUE(47.)),.T.,.PARAMETER.";
-    let back = "#50=EDGE_CURVE('',#30,#32,#60,.T.);#51=EDGE_CURVE('',#32,#30,#65,.T.);\
-                #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));\
-                #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);";
+    let back = "#50=EDGE_CURVE('',#30,#32,#60,.T.);#51=EDGE_CURVE('',#32,#30,#65,.T.);#77=PLANE('',#20);";
     let text = world() + &vertex(30, start) + &vertex(32, end) + &composite + back;
-    let text = text + &format!("#85=TRIMMED_CURVE('',#83,{trims});") + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 2);
+    let text = text + &format!("#85=TRIMMED_CURVE('',#83,{trims});") + &bounded_face(&[50, 51], 77, 2);
     let told = model(&text).diagnostics;
     let refused = |t: &StepTrouble| matches!(t, StepTrouble::Curve(CurveTrouble::OnComposite));
     assert!(told.iter().any(|d| d.entity == 50 && is(d, refused)), "{told:?}");
@@ -339,11 +330,9 @@ fn a_polyline_that_repeats_points_is_trimmed_by_points_only() {
         let text = arch()
             + &format!("#65=POLYLINE('',(#61,#62,#62,#63,#64));#66=TRIMMED_CURVE('',#65,{trims});")
             + "#67=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#66);#60=COMPOSITE_CURVE('',(#67),.F.);\
-               #50=EDGE_CURVE('',#30,#32,#60,.T.);#51=EDGE_CURVE('',#32,#30,#65,.T.);\
-               #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));\
-               #76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);";
+               #50=EDGE_CURVE('',#30,#32,#60,.T.);#51=EDGE_CURVE('',#32,#30,#65,.T.);#77=PLANE('',#20);";
         let text = world() + &vertex(30, [1.0, 2.0, 0.0]) + &vertex(32, [3.0, 2.0, 0.0]) + &text;
-        model(&(text + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 2))).diagnostics
+        model(&(text + &bounded_face(&[50, 51], 77, 2))).diagnostics
     };
     let refused = |t: &StepTrouble| matches!(t, StepTrouble::Curve(CurveTrouble::OnComposite));
     let by_parameters = told("(PARAMETER_VALUE(1.)),(PARAMETER_VALUE(3.)),.T.,.PARAMETER.");
@@ -392,7 +381,7 @@ fn a_short_arc_of_a_large_circle_is_no_whole_turn() {
 
 #[test]
 fn different_vertices_in_one_place_make_a_turn_where_the_loop_says_so() {
-    let arc = |end: [f64; 3], uses: &str| {
+    let arc = |end: [f64; 3], edges: &[i32]| {
         let text = world()
             + &vertex(30, [2.0, 0.0, 0.0])
             + &vertex(32, end)
@@ -402,19 +391,16 @@ fn different_vertices_in_one_place_make_a_turn_where_the_loop_says_so() {
             + "#61=LINE('',#21,#62);#62=VECTOR('',#63,1.);#63=DIRECTION('',(1.,0.,0.));\
                #50=EDGE_CURVE('',#30,#32,#60,.T.);\
                #51=EDGE_CURVE('',#32,#36,#61,.T.);#52=EDGE_CURVE('',#36,#34,#61,.T.);\
-               #53=EDGE_CURVE('',#34,#30,#61,.T.);\
-               #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#72=ORIENTED_EDGE('',*,*,#52,.T.);\
-               #73=ORIENTED_EDGE('',*,*,#53,.T.);#76=FACE_OUTER_BOUND('',#75,.T.);#77=PLANE('',#20);"
-            + &format!("#75=EDGE_LOOP('',({uses}));");
-        let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1)));
+               #53=EDGE_CURVE('',#34,#30,#61,.T.);#77=PLANE('',#20);";
+        let model = model(&(text + &bounded_face(edges, 77, 1)));
         clean(&model);
         only_part(&model).clone()
     };
     for end in [[2.0, 0.0, 0.0], [2.0, 1e-6, 0.0]] {
-        let alone = arc(end, "#70");
+        let alone = arc(end, &[50]);
         near(at(edge_of(&alone, 50), 0.5), DVec3::X * -2.0);
     }
     // Among other edges it is an edge without length.
-    let triangle = arc([2.0, 0.0, 0.0], "#70,#71,#72,#73");
+    let triangle = arc([2.0, 0.0, 0.0], &[50, 51, 52, 53]);
     assert_eq!((triangle.edges.len(), triangle.vertices.len()), (3, 3));
 }

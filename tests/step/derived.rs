@@ -1,6 +1,6 @@
 //! Entities defined by other geometry: replicas, offset curves, points on curves and surfaces, trimmed surfaces.
 
-use crate::{clean, edge_of, file, is, model, near, only_face, only_part, point, shell, vertex, world};
+use crate::{bounded_face, clean, edge_of, file, is, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use trimtess::import::step::{StepOptions, read};
@@ -12,11 +12,9 @@ fn edge(start: [f64; 3], end: [f64; 3], curve: &str) -> Edge {
         + &vertex(30, start)
         + &vertex(32, end)
         + "#50=EDGE_CURVE('',#30,#32,#60,.T.);#51=EDGE_CURVE('',#32,#30,#55,.T.);#55=LINE('',#31,#56);\
-           #56=VECTOR('',#57,1.);#57=DIRECTION('',(1.,0.,0.));#70=ORIENTED_EDGE('',*,*,#50,.T.);\
-           #71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));#76=FACE_OUTER_BOUND('',#75,.T.);\
-           #77=PLANE('',#20);"
+           #56=VECTOR('',#57,1.);#57=DIRECTION('',(1.,0.,0.));#77=PLANE('',#20);"
         + curve
-        + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
+        + &bounded_face(&[50, 51], 77, 1);
     let model = model(&text);
     clean(&model);
     edge_of(only_part(&model), 50).clone()
@@ -84,9 +82,8 @@ fn offsets_of_other_curves_keep_the_tolerance() {
         + &points
         + &vertex(30, [0.0, 0.0, 0.0])
         + "#60=OFFSET_CURVE_3D('',#61,0.25,.F.,#22);#61=POLYLINE('',(#40,#41,#42));#50=EDGE_CURVE('',#30,#30,#60,.T.);\
-           #70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));#76=FACE_OUTER_BOUND('',#75,.T.);\
            #77=PLANE('',#20);"
-        + &shell("ADVANCED_FACE('',(#76),#77,.T.)", 1);
+        + &bounded_face(&[50], 77, 1);
     let told = model(&text).diagnostics;
     assert!(
         told.iter()

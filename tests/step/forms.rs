@@ -2,13 +2,13 @@
 //! silently.
 
 use crate::common::prepared;
-use crate::{clean, edge_of, is, model, near, only_face, only_part, point, shell, vertex, world};
+use crate::{bounded_face, clean, edge_of, is, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use trimtess::model::{Loop, Model, Severity, StepTrouble, Surface};
 
-/// A square of side 2 in z = 1, with its loop #75 and bound #76.
+/// A square of side 2 in z = 1.
 fn square() -> String {
-    crate::square(2.0, 1.0) + "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);"
+    crate::square(2.0, 1.0)
 }
 
 fn plane(model: &Model) -> (DVec3, DVec3) {
@@ -209,10 +209,8 @@ fn a_subedge_is_part_of_its_parents_curve() {
         + &vertex(34, [-1.0, 0.0, 0.0])
         + "#60=PLANE('',#20);#61=VECTOR('',#23,1.);#63=LINE('',#21,#61);#64=CIRCLE('',#20,1.);\
            #50=EDGE_CURVE('',#30,#34,#64,.T.);#51=SUBEDGE('',#30,#32,#50);#52=SUBEDGE('',#34,#32,#53);\
-           #53=SUBEDGE('',#34,#30,#54);#54=ORIENTED_EDGE('',*,*,#50,.F.);#55=EDGE_CURVE('',#34,#30,#63,.T.);\
-           #70=ORIENTED_EDGE('',*,*,#51,.T.);#71=ORIENTED_EDGE('',*,*,#52,.F.);#72=ORIENTED_EDGE('',*,*,#55,.T.);\
-           #75=EDGE_LOOP('',(#70,#71,#72));#76=FACE_OUTER_BOUND('',#75,.T.);";
-    let face = shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+           #53=SUBEDGE('',#34,#30,#54);#54=ORIENTED_EDGE('',*,*,#50,.F.);#55=EDGE_CURVE('',#34,#30,#63,.T.);";
+    let face = bounded_face(&[51, -52, 55], 60, 1);
     let sound = model(&(text.clone() + &face));
     clean(&sound);
     let at = 0.5_f64.sqrt();

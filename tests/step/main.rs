@@ -1,6 +1,8 @@
 //! The STEP reader on hand-written texts, one small file per kind of entity.
 #![cfg(feature = "step")]
 
+#[path = "../attacks/mod.rs"]
+mod attacks;
 mod bodies;
 mod broken;
 #[path = "../common/mod.rs"]
@@ -64,7 +66,11 @@ fn file(data: &str) -> String {
 }
 
 fn model(data: &str) -> Model {
-    let model = read(file(data).as_bytes(), &StepOptions::default()).expect("a readable file");
+    model_of_file(&file(data))
+}
+
+fn model_of_file(text: &str) -> Model {
+    let model = read(text.as_bytes(), &StepOptions::default()).expect("a readable file");
     common::documented(&model.diagnostics);
     model
 }
@@ -126,8 +132,19 @@ fn shell(face: &str, context: u32) -> String {
     )
 }
 
+/// The face #91 on surface `#surface`, in an open shell. Its bound #76 has the loop #75 of `edges`, with oriented edges
+/// from #70 on; a negative edge is used against its direction.
+fn bounded_face(edges: &[i32], surface: u32, context: u32) -> String {
+    let uses: Vec<String> = (70..).take(edges.len()).map(|id| format!("#{id}")).collect();
+    let mut text = format!("#75=EDGE_LOOP('',({}));#76=FACE_OUTER_BOUND('',#75,.T.);", uses.join(","));
+    for (id, edge) in uses.iter().zip(edges) {
+        text += &format!("{id}=ORIENTED_EDGE('',*,*,#{},.{}.);", edge.abs(), if *edge > 0 { 'T' } else { 'F' });
+    }
+    text + &shell(&format!("ADVANCED_FACE('',(#76),#{surface},.T.)"), context)
+}
+
 /// A square in the plane #60 at height `z`: vertices #30, #32, #34, #36 counter-clockwise, edges #50..#53 from each to
-/// the next, oriented edges #70..#73 along them.
+/// the next, oriented edges #70..#73 along them, their loop #75 and bound #76.
 fn square(side: f64, z: f64) -> String {
     let corners = [[0.0, 0.0], [side, 0.0], [side, side], [0.0, side]];
     let mut text =
@@ -138,5 +155,5 @@ fn square(side: f64, z: f64) -> String {
         text += &format!("#{}=EDGE_CURVE('',#{from},#{to},#63,.T.);", 50 + i);
         text += &format!("#{}=ORIENTED_EDGE('',*,*,#{},.T.);", 70 + i, 50 + i);
     }
-    text
+    text + "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);"
 }

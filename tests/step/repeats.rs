@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "writing to a string does not fail")]
 
-use crate::{file, is, model, only_part, world};
+use crate::{attacks, file, is, model, model_of_file, only_part, world};
 use std::fmt::Write as _;
 use trimtess::control::{Alone, Control, Jobs, Threads};
 use trimtess::import::step::{StepError, StepOptions, read, read_on};
@@ -19,12 +19,7 @@ const TRIANGLE: &str = "#100=COORDINATES_LIST('',3,((0.,0.,0.),(1.,0.,0.),(0.,1.
 
 #[test]
 fn a_tessellated_face_is_one_face_however_often_sets_list_it() {
-    let mut text = world() + TRIANGLE;
-    for level in 0..20 {
-        writeln!(text, "#{}=TESSELLATED_GEOMETRIC_SET('',({}));", 102 + level, ten(101 + level)).unwrap();
-    }
-    text += "#200=TESSELLATED_SHAPE_REPRESENTATION('',(#121),#1);\n";
-    assert_eq!(only_part(&model(&text)).faces.len(), 1);
+    assert_eq!(only_part(&model_of_file(&attacks::tessellated_sets(20))).faces.len(), 1);
 }
 
 #[test]
@@ -60,32 +55,14 @@ fn a_shell_that_only_lists_faces_of_solids_again_is_no_part() {
     }
 }
 
-/// A face whose one edge is a composite of composites, `levels` deep, with ten segments each.
-fn nested_composites(levels: u32) -> String {
-    let mut text = world()
-        + "#100=CARTESIAN_POINT('',(1.,0.,0.));\n#101=CARTESIAN_POINT('',(0.,1.,0.));\n\
-           #102=POLYLINE('',(#100,#101,#100));\n#103=VERTEX_POINT('',#100);\n";
-    for level in 0..levels {
-        let id = 110 + 2 * level;
-        let parent = if level == 0 { 102 } else { id - 1 };
-        writeln!(text, "#{id}=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#{parent});").unwrap();
-        writeln!(text, "#{}=COMPOSITE_CURVE('',({}),.U.);", id + 1, ten(id)).unwrap();
-    }
-    text + &format!(
-        "#300=EDGE_CURVE('',#103,#103,#{},.T.);\n#301=ORIENTED_EDGE('',*,*,#300,.T.);\n#302=EDGE_LOOP('',(#301));\n\
-         #303=FACE_OUTER_BOUND('',#302,.T.);\n#304=PLANE('',#20);\n",
-        109 + 2 * levels
-    ) + &crate::shell("ADVANCED_FACE('',(#303),#304,.T.)", 1)
-}
-
 #[test]
 fn composite_curves_of_composite_curves_name_the_limit() {
     for levels in [8, 20] {
-        let model = model(&nested_composites(levels));
+        let model = model_of_file(&attacks::composites(levels));
         let told = |t: &StepTrouble| matches!(t, StepTrouble::TooManyVisits { what: "segments of curves", .. });
         assert!(model.diagnostics.iter().any(|d| is(d, told)), "{:?}", model.diagnostics);
     }
-    let model = model(&nested_composites(2));
+    let model = model_of_file(&attacks::composites(2));
     assert_eq!(only_part(&model).edges[0].curve.points.len(), 201);
 }
 
@@ -216,28 +193,7 @@ fn closed_shells_that_many_solids_share_name_the_limit() {
 
 #[test]
 fn a_surface_that_many_faces_share_names_the_limit() {
-    const SIDE: usize = 16;
-    let mut text = world();
-    for k in 0..SIDE * SIDE {
-        writeln!(text, "#{}=CARTESIAN_POINT('',({}.,{}.,0.));", 1000 + k, k / SIDE, k % SIDE).unwrap();
-    }
-    let ids = |from: usize, count: usize| (from..from + count).map(|id| format!("#{id}")).collect::<Vec<_>>().join(",");
-    let rows = (0..SIDE).map(|row| format!("({})", ids(1000 + row * SIDE, SIDE))).collect::<Vec<_>>().join(",");
-    let (ends, knots) = (format!("(4{},4)", ",1".repeat(SIDE - 4)), (0..SIDE - 2).map(|k| format!("{k}.")));
-    let knots = format!("({})", knots.collect::<Vec<_>>().join(","));
-    writeln!(
-        text,
-        "#100=B_SPLINE_SURFACE_WITH_KNOTS('',3,3,({rows}),.UNSPECIFIED.,.F.,.F.,.F.,{ends},{ends},{knots},{knots},\
-         .UNSPECIFIED.);"
-    )
-    .unwrap();
-    (9000..10_000).for_each(|id| writeln!(text, "#{id}=ADVANCED_FACE('',(),#100,.T.);").unwrap());
-    text += &format!(
-        "#110=OPEN_SHELL('',({}));\n#111=SHELL_BASED_SURFACE_MODEL('',(#110));\n\
-         #112=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#111),#1);\n",
-        ids(9000, 1000)
-    );
-    let model = model(&text);
+    let model = model_of_file(&attacks::shared_surface(16, 1000));
     let faces = &only_part(&model).faces;
     let read = faces.iter().filter(|face| !face.lost).count();
     assert!((200..1000).contains(&read), "{read}");
@@ -309,15 +265,7 @@ fn a_curve_that_many_segments_share_names_the_limit() {
 
 #[test]
 fn a_representation_that_many_products_share_names_the_limit() {
-    let mut text = world() + "#62=ADVANCED_FACE('',(),#63,.T.);\n#63=SPHERICAL_SURFACE('',#20,1.);\n";
-    text += "#64=OPEN_SHELL('',(#62));\n#65=SHELL_BASED_SURFACE_MODEL('',(#64));\n";
-    writeln!(text, "#66=SHAPE_REPRESENTATION('',({}),#1);", vec!["#65"; 400].join(",")).unwrap();
-    for id in (1000..).step_by(3).take(400) {
-        writeln!(text, "#{id}=PRODUCT_DEFINITION('','',$,$);").unwrap();
-        writeln!(text, "#{}=PRODUCT_DEFINITION_SHAPE('','',#{id});", id + 1).unwrap();
-        writeln!(text, "#{}=SHAPE_DEFINITION_REPRESENTATION(#{},#66);", id + 2, id + 1).unwrap();
-    }
-    let model = model(&text);
+    let model = model_of_file(&attacks::shared_representation(400));
     let told = |t: &StepTrouble| {
         matches!(t, StepTrouble::TooManyVisits { what: "items of representations that products share", .. })
     };

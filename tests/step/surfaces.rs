@@ -1,7 +1,7 @@
 //! Faces on every kind of surface, against the formulas of ISO 10303-42.
 
 use crate::common::prepared;
-use crate::{clean, model, near, only_face, only_part, placement, point, shell, vertex, world};
+use crate::{bounded_face, clean, model, near, only_face, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use trimtess::model::{
@@ -94,10 +94,8 @@ fn a_swept_parabola_reaches_the_whole_boundary() {
         + &placement(40, [0.0, 0.0, 5.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
         + "#61=PARABOLA('',#20,1.);#62=VECTOR('',#63,1.);#63=DIRECTION('',(0.,0.,1.));\
            #60=SURFACE_OF_LINEAR_EXTRUSION('',#61,#62);#64=PARABOLA('',#40,1.);\
-           #50=EDGE_CURVE('',#30,#32,#64,.T.);#51=EDGE_CURVE('',#32,#30,#65,.T.);#65=LINE('',#31,#62);\
-           #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));\
-           #76=FACE_OUTER_BOUND('',#75,.T.);"
-        + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+           #50=EDGE_CURVE('',#30,#32,#64,.T.);#51=EDGE_CURVE('',#32,#30,#65,.T.);#65=LINE('',#31,#62);"
+        + &bounded_face(&[50, 51], 60, 1);
     let model = model(&text);
     clean(&model);
     let Surface::Extrusion { curve, .. } = &only_face(&model).surface else { panic!("no extrusion") };
@@ -202,10 +200,8 @@ fn parameter_curves_tell_coinciding_sheets_apart() {
             + "#61=CIRCLE('',#40,2.);#62=CIRCLE('',#44,2.);#66=AXIS1_PLACEMENT('',#21,#22);\
                #60=SURFACE_OF_REVOLUTION('',#61,#66);#63=SURFACE_CURVE('',#61,(#104),.PCURVE_S1.);\
                #64=SURFACE_CURVE('',#62,(#114),.PCURVE_S1.);"
-            + &format!("#50=EDGE_CURVE('',#30,#32,{},.T.);#51=EDGE_CURVE('',#30,#32,{},.T.);", curves[0], curves[1])
-            + "#70=ORIENTED_EDGE('',*,*,#51,.T.);#71=ORIENTED_EDGE('',*,*,#50,.F.);#75=EDGE_LOOP('',(#70,#71));\
-               #76=FACE_BOUND('',#75,.T.);";
-        let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+            + &format!("#50=EDGE_CURVE('',#30,#32,{},.T.);#51=EDGE_CURVE('',#30,#32,{},.T.);", curves[0], curves[1]);
+        let model = model(&(text + &bounded_face(&[51, -50], 60, 1)));
         clean(&model);
         assert!(matches!(only_face(&model).surface, Surface::Sphere { .. }));
         only_face(&model).reversed
@@ -256,10 +252,9 @@ pub(crate) fn turned_cone(apex: f64, surface: &str) -> NurbsCurve3 {
         + &placement(40, [0.0, 0.0, apex + 2.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
         + &point(61, [1.0, 0.0, 1.0])
         + "#62=LINE('',#61,#63);#63=VECTOR('',#64,1.);#64=DIRECTION('',(1.,0.,1.));#66=AXIS1_PLACEMENT('',#21,#22);\
-           #67=CIRCLE('',#40,2.);#50=EDGE_CURVE('',#30,#30,#67,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);\
-           #75=EDGE_LOOP('',(#70));#76=FACE_BOUND('',#75,.T.);"
+           #67=CIRCLE('',#40,2.);#50=EDGE_CURVE('',#30,#30,#67,.T.);"
         + surface
-        + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1);
+        + &bounded_face(&[50], 60, 1);
     let model = model(&text);
     clean(&model);
     let Surface::Revolution { curve, .. } = &only_face(&model).surface else { panic!("no revolution") };

@@ -1,7 +1,7 @@
 //! Loops, senses, shells: topology as files state it, with all its flags.
 
 use crate::common::prepared;
-use crate::{clean, edge_of, is, model, near, only_face, only_part, point, shell, vertex, world};
+use crate::{bounded_face, clean, edge_of, is, model, near, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use trimtess::model::{Coedge, FaceId, Loop, Model, Part, PartId, Severity, ShellKind, StepTrouble};
 
@@ -40,8 +40,8 @@ fn area(part: &Part, bound: &Loop) -> f64 {
 fn loops_keep_to_the_left_of_the_surface_normal_whatever_the_flags() {
     for (bound, same_sense) in [('T', true), ('F', false), ('T', false), ('F', true)] {
         let sense = if same_sense { 'T' } else { 'F' };
-        let rest = format!("#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.{bound}.);");
-        let model = model(&(square() + &rest + &shell(&format!("ADVANCED_FACE('top',(#76),#60,.{sense}.)"), 1)));
+        let square = square().replace("#75,.T.)", &format!("#75,.{bound}.)"));
+        let model = model(&(square + &shell(&format!("ADVANCED_FACE('top',(#76),#60,.{sense}.)"), 1)));
         clean(&model);
         let face = only_face(&model);
         assert_eq!((face.reversed, face.name.as_str(), face.entity), (!same_sense, "top", 91));
@@ -53,7 +53,7 @@ fn loops_keep_to_the_left_of_the_surface_normal_whatever_the_flags() {
 
 #[test]
 fn an_edge_between_two_faces_is_one_edge() {
-    let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);#77=ORIENTED_EDGE('',*,*,#70,.F.);\
+    let rest = "#77=ORIENTED_EDGE('',*,*,#70,.F.);\
                 #78=ORIENTED_EDGE('',*,*,#73,.F.);#79=ORIENTED_EDGE('',*,*,#72,.F.);#80=ORIENTED_EDGE('',*,*,#71,.F.);\
                 #81=EDGE_LOOP('',(#77,#78,#79,#80));#82=FACE_OUTER_BOUND('',#81,.T.);\
                 #91=ADVANCED_FACE('',(#76),#60,.T.);#94=FACE_SURFACE('',(#82),#60,.F.);\
@@ -70,8 +70,7 @@ fn an_edge_between_two_faces_is_one_edge() {
 
 #[test]
 fn turned_shells_turn_their_faces() {
-    let faces = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);\
-                 #91=ADVANCED_FACE('',(#76),#60,.T.);#90=CLOSED_SHELL('',(#91));#94=ADVANCED_FACE('',(#76),#60,.T.);\
+    let faces = "#91=ADVANCED_FACE('',(#76),#60,.T.);#90=CLOSED_SHELL('',(#91));#94=ADVANCED_FACE('',(#76),#60,.T.);\
                  #95=CLOSED_SHELL('',(#94));#96=ORIENTED_CLOSED_SHELL('',*,#95,.F.);#93=BREP_WITH_VOIDS('',#90,(#96));\
                  #92=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#93),#1);";
     let model = model(&(square() + faces));
@@ -85,8 +84,7 @@ fn turned_shells_turn_their_faces() {
 
 #[test]
 fn two_solids_on_one_shell_get_its_faces_each() {
-    let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);\
-                #91=ADVANCED_FACE('',(#76),#60,.T.);#90=CLOSED_SHELL('',(#91));#93=MANIFOLD_SOLID_BREP('',#90);\
+    let rest = "#91=ADVANCED_FACE('',(#76),#60,.T.);#90=CLOSED_SHELL('',(#91));#93=MANIFOLD_SOLID_BREP('',#90);\
                 #94=MANIFOLD_SOLID_BREP('',#90);#92=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#93,#94,#90),#1);";
     let model = model(&(square() + rest));
     clean(&model);
@@ -114,8 +112,7 @@ fn a_polygon_makes_edges_that_neighbours_share() {
 #[test]
 fn wrong_senses_are_corrected_and_reported() {
     let wrong = square().replace("#72=ORIENTED_EDGE('',*,*,#52,.T.)", "#72=ORIENTED_EDGE('',*,*,#52,.F.)");
-    let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);";
-    let model = model(&(wrong + rest + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+    let model = model(&(wrong + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
     assert_eq!(area(only_part(&model), &only_face(&model).loops[0]), 2.0);
     let warnings: Vec<_> = model.diagnostics.iter().filter(|d| d.severity == Severity::Warning).collect();
     assert!(warnings.len() == 1 && warnings[0].entity == 91, "{warnings:?}");
@@ -181,10 +178,8 @@ fn an_arc_and_the_wrapped_line_between_its_ends_are_a_whole_turn() {
             + &vertex(32, [1.0, 5e-6, 0.0])
             + "#60=PLANE('',#20);#64=CIRCLE('',#20,1.);#61=VECTOR('',#62,1.);#62=DIRECTION('',(0.,1.,0.));\
                #63=LINE('',#31,#61);#65=SURFACE_CURVE('',#63,(#60),.CURVE_3D.);#50=EDGE_CURVE('',#32,#30,#64,.T.);"
-            + &format!("#51=EDGE_CURVE('',#30,#32,{line},.T.);")
-            + "#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);#75=EDGE_LOOP('',(#70,#71));\
-               #76=FACE_OUTER_BOUND('',#75,.T.);";
-        let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+            + &format!("#51=EDGE_CURVE('',#30,#32,{line},.T.);");
+        let model = model(&(text + &bounded_face(&[50, 51], 60, 1)));
         clean(&model);
         let arc = edge_of(only_part(&model), 50);
         assert!(arc.range.1 - arc.range.0 > 6.0, "{line}: {arc:?}");
@@ -197,9 +192,8 @@ fn a_bound_without_length_is_no_whole_surface() {
         + &vertex(30, [1.0, 0.0, 0.0])
         + &vertex(32, [1.0, 0.0, 0.0])
         + "#60=SPHERICAL_SURFACE('',#20,1.);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);\
-           #50=EDGE_CURVE('',#30,#32,#63,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#75=EDGE_LOOP('',(#70));\
-           #76=FACE_BOUND('',#75,.T.);";
-    let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+           #50=EDGE_CURVE('',#30,#32,#63,.T.);";
+    let model = model(&(text + &bounded_face(&[50], 60, 1)));
     assert!(only_face(&model).lost);
     let lost = errors(&model);
     assert!(lost.len() == 1 && lost[0].0 == 91 && lost[0].1.contains("length"), "{lost:?}");
@@ -207,8 +201,7 @@ fn a_bound_without_length_is_no_whole_surface() {
 
 #[test]
 fn a_lost_face_keeps_its_index() {
-    let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);\
-                #91=ADVANCED_FACE('',(#76),#60,.T.);\
+    let rest = "#91=ADVANCED_FACE('',(#76),#60,.T.);\
                 #94=ADVANCED_FACE('second',(#76),#99,.T.);#95=POLY_LOOP('',());#96=ORIENTED_FACE('',*,#96,.T.);\
                 #90=OPEN_SHELL('',(#98,#95,#96,#94,#91));#93=SHELL_BASED_SURFACE_MODEL('',(#90));\
                 #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#93),#1);";
@@ -231,8 +224,7 @@ fn a_lost_face_keeps_its_index() {
 
 #[test]
 fn an_open_loop_is_closed_straight_and_reported_with_its_place() {
-    let rest = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#76=FACE_OUTER_BOUND('',#75,.T.);\
-                #77=EDGE_LOOP('',(#70,#71));#78=FACE_BOUND('',#77,.T.);#91=ADVANCED_FACE('',(#76),#60,.T.);\
+    let rest = "#77=EDGE_LOOP('',(#70,#71));#78=FACE_BOUND('',#77,.T.);#91=ADVANCED_FACE('',(#76),#60,.T.);\
                 #94=ADVANCED_FACE('',(#78),#60,.T.);#90=OPEN_SHELL('',(#94,#91));\
                 #93=SHELL_BASED_SURFACE_MODEL('',(#90));\
                 #92=MANIFOLD_SURFACE_SHAPE_REPRESENTATION('',(#93),#1);";
@@ -255,10 +247,10 @@ fn errors(model: &Model) -> Vec<(u64, String)> {
 #[test]
 fn coincident_vertices_are_joined_and_edges_without_length_are_removed() {
     // A fifth edge without length between two vertices at the corner (0,0).
-    let split = square().replace("#53=EDGE_CURVE('',#36,#30,", "#53=EDGE_CURVE('',#36,#38,")
-        + &vertex(38, [0.0, 0.0, 0.0])
-        + "#54=EDGE_CURVE('',#38,#30,#63,.T.);#74=ORIENTED_EDGE('',*,*,#54,.T.);\
-           #75=EDGE_LOOP('',(#70,#71,#72,#73,#74));#76=FACE_OUTER_BOUND('',#75,.T.);";
+    let split =
+        square().replace("#53=EDGE_CURVE('',#36,#30,", "#53=EDGE_CURVE('',#36,#38,").replace("#73))", "#73,#74))")
+            + &vertex(38, [0.0, 0.0, 0.0])
+            + "#54=EDGE_CURVE('',#38,#30,#63,.T.);#74=ORIENTED_EDGE('',*,*,#54,.T.);";
     let model = model(&(split + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
     clean(&model);
     let part = only_part(&model);
@@ -328,8 +320,6 @@ fn a_bounded_surface_takes_its_ends_from_parameter_curves() {
 
 #[test]
 fn a_broken_inner_loop_costs_only_itself() {
-    let outer = "#75=EDGE_LOOP('',(#70,#71,#72,#73));";
-    let first = "#76=FACE_OUTER_BOUND('',#75,.T.);";
     for (bad, loop_) in [
         ("#77=FACE_BOUND('',#78,.T.);#78=EDGE_LOOP('',());", 78),
         ("#77=FACE_BOUND('',#78,.T.);", 78),
@@ -341,8 +331,7 @@ fn a_broken_inner_loop_costs_only_itself() {
         ),
     ] {
         for bounds in ["#76,#77", "#77,#76"] {
-            let model =
-                model(&(square() + outer + first + bad + &shell(&format!("ADVANCED_FACE('',({bounds}),#60,.T.)"), 1)));
+            let model = model(&(square() + bad + &shell(&format!("ADVANCED_FACE('',({bounds}),#60,.T.)"), 1)));
             assert!(!only_face(&model).lost, "{bad}");
             assert_eq!(area(only_part(&model), &only_face(&model).loops[0]), 2.0);
             let told: Vec<_> = model.diagnostics.iter().filter(|d| d.severity >= Severity::Warning).collect();
@@ -353,8 +342,7 @@ fn a_broken_inner_loop_costs_only_itself() {
         // A broken outer loop costs the face; the diagnostic has a place.
         let model = model(
             &(square()
-                + outer
-                + &first.replace("#76", "#79").replace("OUTER_", "")
+                + "#79=FACE_BOUND('',#75,.T.);"
                 + &bad.replace("FACE_BOUND", "FACE_OUTER_BOUND").replace("#79", "#89")
                 + &shell("ADVANCED_FACE('',(#77,#79),#60,.T.)", 1)),
         );
@@ -372,12 +360,11 @@ fn quarter_off(off: f64, context: u32) -> Model {
         + &vertex(34, [0.0, 0.0, 0.0])
         + "#60=PLANE('',#20);#61=VECTOR('',#62,1.);#62=DIRECTION('',(1.,0.,0.));#63=LINE('',#21,#61);\
            #64=CIRCLE('',#20,1.);#50=EDGE_CURVE('',#30,#32,#64,.T.);#51=EDGE_CURVE('',#32,#34,#63,.T.);\
-           #52=EDGE_CURVE('',#34,#30,#63,.T.);#70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);\
-           #72=ORIENTED_EDGE('',*,*,#52,.T.);#75=EDGE_LOOP('',(#70,#71,#72));#76=FACE_OUTER_BOUND('',#75,.T.);";
+           #52=EDGE_CURVE('',#34,#30,#63,.T.);";
     let fine = "#900=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#901))\
                 GLOBAL_UNIT_ASSIGNED_CONTEXT((#5,#6,#7))REPRESENTATION_CONTEXT('',''));#901=\
                 UNCERTAINTY_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.E-8),#5,'distance_accuracy_value','');";
-    model(&(text + fine + &shell("ADVANCED_FACE('',(#76),#60,.T.)", context)))
+    model(&(text + fine + &bounded_face(&[50, 51, 52], 60, context)))
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Small files that ask for much: each is answered, or refused by name, in bounded time and memory.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "../../../tests/attacks/mod.rs"]
+mod files;
 #[path = "../../../tests/folders/mod.rs"]
 mod folders;
-mod files;
 #[path = "../../../tests/process/mod.rs"]
 mod process;
 

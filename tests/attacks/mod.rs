@@ -1,5 +1,8 @@
 //! Small files whose lists lead to the same items many times, and files of extreme numbers.
 
+#![allow(clippy::unwrap_used, reason = "writing to a string does not fail")]
+#![allow(dead_code, reason = "not every test uses all of it")]
+
 use std::fmt::Write as _;
 
 /// A file of these instances, with a context #1 in millimetres, axes #7, and a product definition shape #16.
