@@ -1,6 +1,9 @@
 //! Bounds against dense sampling: never too low, and not far too high.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+#[path = "common/bumpy.rs"]
+mod bumpy;
+
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use trimtess::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
@@ -8,20 +11,9 @@ use trimtess::prepare::internals::{Bend, BezierPatches, BezierSpline3, BoxBounds
 
 fn bumpy(degree_u: usize, degree_v: usize, weight: f64) -> NurbsSurface {
     let knots = |degree: usize| [vec![0.0; degree + 1], vec![0.8], vec![2.0; degree + 1]].concat();
-    let (count_u, count_v) = (degree_u + 2, degree_v + 2);
-    let grid = || (0..count_u).flat_map(|i| (0..count_v).map(move |j| (i as f64, j as f64)));
-    NurbsSurface {
-        degree_u,
-        degree_v,
-        knots_u: knots(degree_u),
-        knots_v: knots(degree_v),
-        points: grid().map(|(x, y)| DVec3::new(x + 0.2 * y.sin(), y, (1.7 * x + 0.9 * y).sin())).collect(),
-        weights: if weight == 1.0 {
-            Vec::new()
-        } else {
-            grid().map(|(x, y)| weight.powf((2.1 * x - 1.3 * y).cos())).collect()
-        },
-    }
+    let degrees = [degree_u, degree_v];
+    let uneven = |x: f64, y: f64| weight.powf((2.1 * x - 1.3 * y).cos());
+    bumpy::bumpy(degrees, degrees.map(knots), if weight == 1.0 { None } else { Some(&uneven) })
 }
 
 /// Name, surface, and the largest allowed ratio of bound to sampled supremum, for first and second derivatives.
@@ -73,6 +65,14 @@ fn list(b: &BoxBounds) -> [f64; 5] {
     [b.uu.norm, b.uv.norm, b.vv.norm, b.u, b.v]
 }
 
+/// The sub-boxes of a table: ends in u and in v, and bounds.
+fn cells(bounds: &SurfaceBounds) -> impl Iterator<Item = ((f64, f64), (f64, f64), &BoxBounds)> {
+    let ends = |breaks: &[f64], k: usize| (breaks[k], breaks[k + 1]);
+    let count_v = bounds.breaks_v.len() - 1;
+    let number = bounds.cells.iter().enumerate().map(move |(k, cell)| (k / count_v, k % count_v, cell));
+    number.map(move |(i, j, cell)| (ends(&bounds.breaks_u, i), ends(&bounds.breaks_v, j), cell))
+}
+
 #[test]
 fn derivative_bounds_hold_and_are_tight() {
     for (name, surface, limit) in cases() {
@@ -81,16 +81,12 @@ fn derivative_bounds_hold_and_are_tight() {
         let mut worst = [1.0_f64; 5];
         // Only where a derivative is near its maximum: near its zeros the ratio means nothing.
         let scale = bounds.cells.iter().fold([0.0_f64; 5], |most, b| std::array::from_fn(|k| most[k].max(list(b)[k])));
-        for i in 0..bounds.breaks_u.len() - 1 {
-            for j in 0..bounds.breaks_v.len() - 1 {
-                let (u, v) =
-                    ((bounds.breaks_u[i], bounds.breaks_u[i + 1]), (bounds.breaks_v[j], bounds.breaks_v[j + 1]));
-                let (found, sampled) = (list(&bounds.cell(i, j)), sampled(&patches, u, v));
-                for k in 0..5 {
-                    assert!(found[k] >= sampled[k] * (1.0 - 1e-9) - 1e-9, "{name}: {found:?} below {sampled:?}");
-                    if sampled[k] > 0.5 * scale[k] && scale[k] > 0.0 {
-                        worst[k] = worst[k].max(found[k] / sampled[k]);
-                    }
+        for (u, v, cell) in cells(&bounds) {
+            let (found, sampled) = (list(cell), sampled(&patches, u, v));
+            for k in 0..5 {
+                assert!(found[k] >= sampled[k] * (1.0 - 1e-9) - 1e-9, "{name}: {found:?} below {sampled:?}");
+                if sampled[k] > 0.5 * scale[k] && scale[k] > 0.0 {
+                    worst[k] = worst[k].max(found[k] / sampled[k]);
                 }
             }
         }
@@ -121,17 +117,12 @@ fn lifts_and_slides_hold_and_are_tight() {
         let patches = BezierPatches::new(&surface);
         let bounds = SurfaceBounds::new(&patches);
         let scale = bounds.cells.iter().fold(0.0_f64, |most, b| most.max(b.uu.norm).max(b.uv.norm).max(b.vv.norm));
-        for i in 0..bounds.breaks_u.len() - 1 {
-            for j in 0..bounds.breaks_v.len() - 1 {
-                let (u, v) =
-                    ((bounds.breaks_u[i], bounds.breaks_u[i + 1]), (bounds.breaks_v[j], bounds.breaks_v[j + 1]));
-                let cell = bounds.cell(i, j);
-                let found = [cell.uu, cell.uv, cell.vv].map(|b| [b.lift, b.slide]);
-                let sampled = sampled_parts(&patches, u, v);
-                for (found, sampled) in found.iter().flatten().zip(sampled.iter().flatten()) {
-                    assert!(*found >= sampled * (1.0 - 1e-4) - 1e-6 * scale, "{name}: {found} below {sampled}");
-                    assert!(*found <= 1.25 * sampled + 0.05 * scale, "{name}: {found} for {sampled} of {scale}");
-                }
+        for (u, v, cell) in cells(&bounds) {
+            let found = [cell.uu, cell.uv, cell.vv].map(|b| [b.lift, b.slide]);
+            let sampled = sampled_parts(&patches, u, v);
+            for (found, sampled) in found.iter().flatten().zip(sampled.iter().flatten()) {
+                assert!(*found >= sampled * (1.0 - 1e-4) - 1e-6 * scale, "{name}: {found} below {sampled}");
+                assert!(*found <= 1.25 * sampled + 0.05 * scale, "{name}: {found} for {sampled} of {scale}");
             }
         }
     }
@@ -153,20 +144,15 @@ fn turning_is_an_upper_bound_and_exact_on_arcs() {
     for (name, surface, _) in cases() {
         let patches = BezierPatches::new(&surface);
         let bounds = SurfaceBounds::new(&patches);
-        for i in 0..bounds.breaks_u.len() - 1 {
-            for j in 0..bounds.breaks_v.len() - 1 {
-                let (u, v) =
-                    ((bounds.breaks_u[i], bounds.breaks_u[i + 1]), (bounds.breaks_v[j], bounds.breaks_v[j + 1]));
-                let cell = bounds.cell(i, j);
-                for k in 0..=10 {
-                    let s = 1e-5 + (1.0 - 2e-5) * k as f64 / 10.0;
-                    let (mu, mv) = (u.0 + (u.1 - u.0) * s, v.0 + (v.1 - v.0) * s);
-                    let (along_u, along_v) =
-                        (turning(&patches, (u.0, mv), (u.1, mv)), turning(&patches, (mu, v.0), (mu, v.1)));
-                    let slack = |theta: f64| theta * 1.01 + 1e-6;
-                    assert!(along_u <= slack(cell.turn_u), "{name}: {along_u} > {}", cell.turn_u);
-                    assert!(along_v <= slack(cell.turn_v), "{name}: {along_v} > {}", cell.turn_v);
-                }
+        for (u, v, cell) in cells(&bounds) {
+            for k in 0..=10 {
+                let s = 1e-5 + (1.0 - 2e-5) * k as f64 / 10.0;
+                let (mu, mv) = (u.0 + (u.1 - u.0) * s, v.0 + (v.1 - v.0) * s);
+                let (along_u, along_v) =
+                    (turning(&patches, (u.0, mv), (u.1, mv)), turning(&patches, (mu, v.0), (mu, v.1)));
+                let slack = |theta: f64| theta * 1.01 + 1e-6;
+                assert!(along_u <= slack(cell.turn_u), "{name}: {along_u} > {}", cell.turn_u);
+                assert!(along_v <= slack(cell.turn_v), "{name}: {along_v} > {}", cell.turn_v);
             }
         }
     }

@@ -1,6 +1,9 @@
 //! Bézier pieces against the NURBS that they are cut from.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+#[path = "common/bumpy.rs"]
+mod bumpy;
+
 use glam::DVec3;
 use std::f64::consts::TAU;
 use trimtess::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
@@ -62,14 +65,12 @@ fn neighbours_share_their_joint_bit_for_bit() {
 fn surfaces() -> Vec<NurbsSurface> {
     let (knots_u, knots_v) =
         (vec![0.0, 0.0, 0.0, 0.0, 0.7, 1.1, 1.1, 2.0, 2.0, 2.0, 2.0], vec![-1.0, -0.8, -0.5, 0.0, 0.7, 1.0, 1.5, 2.0]);
-    let (count_u, count_v) = (7, 5);
-    let grid = || (0..count_u).flat_map(|i| (0..count_v).map(move |j| (i as f64, j as f64)));
-    let points: Vec<_> = grid().map(|(x, y)| DVec3::new(x + 0.2 * y.sin(), y, (1.7 * x + 0.9 * y).sin())).collect();
-    let weights = grid().map(|(x, y)| 1.0 + 0.5 * (2.1 * x - y).cos()).collect();
-    let plain = NurbsSurface { degree_u: 3, degree_v: 2, knots_u, knots_v, points, weights: Vec::new() };
+    let uneven = |x: f64, y: f64| 1.0 + 0.5 * (2.1 * x - y).cos();
+    let rational = bumpy::bumpy([3, 2], [knots_u, knots_v], Some(&uneven));
+    let plain = NurbsSurface { weights: Vec::new(), ..rational.clone() };
     let even = NurbsSurface { weights: vec![0.25; 35], ..plain.clone() };
     let torus = Surface::Torus { frame: Frame3::WORLD, major: 3.0, minor: 1.0 };
-    vec![NurbsSurface { weights, ..plain.clone() }, plain, even, torus.to_nurbs((0.0, TAU), (0.0, 4.0)).0]
+    vec![rational, plain, even, torus.to_nurbs((0.0, TAU), (0.0, 4.0)).0]
 }
 
 #[test]

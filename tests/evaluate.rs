@@ -1,6 +1,9 @@
 //! Lattice evaluation against the surface.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+#[path = "common/bumpy.rs"]
+mod bumpy;
+
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use trimtess::frame::internals::evaluate::evaluate_points;
@@ -9,22 +12,10 @@ use trimtess::model::{Frame3, NurbsSurface, Surface};
 use trimtess::prepare::internals::BezierPatches;
 
 fn bumpy(degree_u: usize, degree_v: usize, rational: bool) -> NurbsSurface {
-    let knots = |degree: usize| {
-        let mut knots = vec![0.0; degree];
-        knots.extend([0.0, 0.6, 1.0, 2.0]);
-        knots.extend(vec![2.0; degree]);
-        knots
-    };
-    let (count_u, count_v) = (degree_u + 3, degree_v + 3);
-    let grid = || (0..count_u).flat_map(|i| (0..count_v).map(move |j| (i as f64, j as f64)));
-    NurbsSurface {
-        degree_u,
-        degree_v,
-        knots_u: knots(degree_u),
-        knots_v: knots(degree_v),
-        points: grid().map(|(x, y)| DVec3::new(x + 0.2 * y.sin(), y, (1.7 * x + 0.9 * y).sin())).collect(),
-        weights: if rational { grid().map(|(x, y)| 1.0 + 0.4 * (2.1 * x - y).cos()).collect() } else { Vec::new() },
-    }
+    let knots = |degree: usize| [vec![0.0; degree + 1], vec![0.6, 1.0], vec![2.0; degree + 1]].concat();
+    let uneven = |x: f64, y: f64| 1.0 + 0.4 * (2.1 * x - y).cos();
+    let degrees = [degree_u, degree_v];
+    bumpy::bumpy(degrees, degrees.map(knots), if rational { Some(&uneven) } else { None })
 }
 
 fn lines(a: f64, b: f64, n: usize) -> Vec<f64> {

@@ -1,6 +1,9 @@
 //! Surfaces against closed forms, finite differences and their own inversion.
 #![allow(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+#[path = "common/bumpy.rs"]
+mod bumpy;
+
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use trimtess::model::{Frame3, NurbsCurve3, NurbsSurface, Surface};
@@ -11,24 +14,10 @@ fn frame() -> Frame3 {
 
 /// A bumpy NURBS surface of degrees (3, 2) with uneven knots.
 fn bumpy(rational: bool) -> NurbsSurface {
-    let (count_u, count_v) = (6, 5);
-    let mut points = Vec::new();
-    let mut weights = Vec::new();
-    for i in 0..count_u {
-        for j in 0..count_v {
-            let (x, y) = (i as f64, j as f64);
-            points.push(DVec3::new(x + 0.2 * (y * 1.3).sin(), y, (x * 1.7 + y * 0.9).sin()));
-            weights.push(1.0 + 0.5 * (x * 2.1 - y).cos());
-        }
-    }
-    NurbsSurface {
-        degree_u: 3,
-        degree_v: 2,
-        knots_u: vec![0.0, 0.0, 0.0, 0.0, 0.7, 1.1, 2.0, 2.0, 2.0, 2.0],
-        knots_v: vec![-1.0, -0.8, -0.5, 0.0, 0.7, 1.0, 1.5, 2.0],
-        points,
-        weights: if rational { weights } else { Vec::new() },
-    }
+    let knots_u = vec![0.0, 0.0, 0.0, 0.0, 0.7, 1.1, 2.0, 2.0, 2.0, 2.0];
+    let knots_v = vec![-1.0, -0.8, -0.5, 0.0, 0.7, 1.0, 1.5, 2.0];
+    let uneven = |x: f64, y: f64| 1.0 + 0.5 * (2.1 * x - y).cos();
+    bumpy::bumpy([3, 2], [knots_u, knots_v], if rational { Some(&uneven) } else { None })
 }
 
 /// Every kind of surface, with a box of natural parameters to sample.

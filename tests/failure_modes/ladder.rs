@@ -16,6 +16,7 @@ const RUNGS: [f64; 4] = [1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 32.0];
 const ANGLE: f64 = 0.5;
 
 /// A model and its expected results.
+#[derive(Default)]
 pub(crate) struct Ladder {
     model: Model,
     /// Names the input within its test.
@@ -39,20 +40,7 @@ pub(crate) struct Ladder {
 
 impl Ladder {
     fn new(model: Model, closed: bool) -> Self {
-        Self {
-            model,
-            name: String::new(),
-            closed,
-            chord: None,
-            area: None,
-            volume: None,
-            pieces: None,
-            told: Vec::new(),
-            lost: BTreeSet::new(),
-            voids: 0,
-            touching: false,
-            angles_only: false,
-        }
+        Self { model, closed, ..Self::default() }
     }
 
     /// A solid with the given volume and area.
