@@ -4,11 +4,12 @@
 mod common;
 
 use common::prepared;
+use glam::DVec3;
 use std::sync::Arc;
 use trimtess::control::{Control, Threads};
 use trimtess::frame::{self, Plan, Tolerance};
 use trimtess::mesh::{MemorySink, check_scene};
-use trimtess::model::Model;
+use trimtess::model::{Frame3, Loop, Model, PartBuilder, ShellKind, Surface};
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare_on};
 
@@ -33,6 +34,21 @@ fn bytes(sink: &MemorySink) -> Vec<u8> {
     bytes
 }
 
+/// A plate with too many corners for one polygon: a constrained Delaunay triangulation, whose order must not matter.
+fn plate() -> Model {
+    let mut part = PartBuilder::new("plate");
+    let corners = [(0.0, 0.0), (120.0, 0.0), (120.0, 120.0), (0.0, 120.0)];
+    let mut loops = vec![Loop::Edges(part.polygon(&corners.map(|(x, y)| DVec3::new(x, y, 0.0))))];
+    for k in 0..144 {
+        let centre = DVec3::new(f64::from(k % 12) * 10.0 + 5.0, f64::from(k / 12) * 10.0 + 5.0, 0.0);
+        let circle = part.circle(&Frame3 { origin: centre, ..Frame3::WORLD }, 3.0);
+        loops.push(Loop::Edges(vec![circle.against()]));
+    }
+    let shell = part.plain_shell(ShellKind::Open);
+    part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, loops, false);
+    part.finish().unwrap().into()
+}
+
 fn models() -> Vec<(String, Model)> {
     let mut models: Vec<_> =
         trimtess_models::names().map(|name| (name.to_owned(), trimtess_models::by_name(name).unwrap())).collect();
@@ -42,6 +58,7 @@ fn models() -> Vec<(String, Model)> {
         let path = format!("{}/tests/data/{name}.step", env!("CARGO_MANIFEST_DIR"));
         models.push((name.into(), step::read(&std::fs::read(path).unwrap(), &step::StepOptions::default()).unwrap()));
     }
+    models.push(("plate".into(), plate()));
     models.retain(|(_, model)| !model.instances.is_empty());
     assert!(!models.is_empty());
     models
