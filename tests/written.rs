@@ -4,21 +4,23 @@
 #[path = "common/blocks.rs"]
 mod blocks;
 mod common;
+#[path = "../benches/common/nowhere.rs"]
+mod nowhere;
 #[path = "sequence/random.rs"]
 mod random;
 
 use blocks::{BlockSink, Blocks, Refusal, decoded};
 use common::prepared;
 use glam::{DAffine3, DVec3, Vec3};
+use nowhere::Nowhere;
 use random::SplitMix;
-use std::slice::Iter;
 use std::sync::Arc;
 use std::time::Duration;
 use trimtess::control::Control;
 use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{
-    Batch, EdgeLine, IndexFormat, MemorySink, MeshSink, NormalFormat, PositionFormat, Scene, SceneChanges,
-    SceneInstance, SinkError, TileMemory, VertexLayout, WrittenTile, check_scene,
+    Batch, IndexFormat, MemorySink, NormalFormat, PositionFormat, SceneInstance, SinkError, TileMemory, VertexLayout,
+    WrittenTile, check_scene,
 };
 use trimtess::model::{Face, Part, PartId, shapes};
 use trimtess::parallel::{FrameError, Session, SessionOptions, serial};
@@ -384,33 +386,8 @@ fn a_view_that_is_shown_allocates_nothing() {
     assert_eq!(spent.count_total, 0);
 }
 
-/// A sink that keeps nothing, so that all allocations are those of the session.
-struct Forgets;
-
-impl MeshSink for Forgets {
-    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
-        tiles.for_each(drop);
-        Ok(())
-    }
-    fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn end(&mut self) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn abort(&mut self) {}
-}
-
-impl TileMemory for Forgets {
+/// Keeps nothing, so that all allocations are those of the session.
+impl TileMemory for Nowhere {
     fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError> {
         fill(&mut vec![0; tile.vertex_bytes()], &mut vec![0; tile.index_bytes()]);
         Ok(0)
@@ -426,7 +403,7 @@ fn a_frame_of_a_flight_makes_few_allocations_on_the_callers_thread() {
     for (written, workers) in [(true, 2), (true, 29), (false, 2)] {
         let mut session = session(&prepared, workers);
         if written {
-            session.write_into(VertexLayout::COMPACT, Arc::new(Forgets));
+            session.write_into(VertexLayout::COMPACT, Arc::new(Nowhere));
         }
         let (mut most, mut tiles) = (0, 0);
         for (k, view) in path.iter().enumerate() {
@@ -438,7 +415,7 @@ fn a_frame_of_a_flight_makes_few_allocations_on_the_callers_thread() {
                     std::thread::yield_now();
                 }
                 let mut made = 0;
-                let finish = allocation_counter::measure(|| made = session.finish(&mut Forgets).unwrap().tiles);
+                let finish = allocation_counter::measure(|| made = session.finish(&mut Nowhere).unwrap().tiles);
                 let count = begin.count_total + finish.count_total;
                 if changes && k > 0 {
                     (most, tiles) = (count.max(most), tiles + made);

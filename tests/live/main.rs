@@ -18,6 +18,7 @@ mod update;
 use adapter::renderer;
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use out_fixture::{box_frame, play};
+use own_pipelines::{OURS, pass_over};
 use random::SplitMix;
 use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Origin, Scene, SceneChanges, SceneInstance, ScenePart,
@@ -86,6 +87,11 @@ fn scene() -> Scene {
     Scene { name: "sheets".into(), parts: vec![part.clone(), part], instances }
 }
 
+/// The renderer, the two sheets, and an empty scene on the device. `None` without an adapter.
+fn set_up() -> Option<(&'static Renderer, Scene, LiveScene)> {
+    renderer().map(|renderer| (renderer, scene(), renderer.live()))
+}
+
 fn whole(scene: &Scene, cells: u32) -> MemorySink {
     let batches = (0..2).flat_map(|part| (0..SIDE * SIDE).map(move |tile| square(part, tile, cells))).collect();
     let lines = (0..2).flat_map(|part| (0..4).map(move |edge| outline(part, edge, 3))).collect();
@@ -151,9 +157,7 @@ fn send(frame: &MemorySink, scene: &mut LiveScene) {
 
 #[test]
 fn frames_of_changes_draw_the_same_as_whole_frames() {
-    let Some(renderer) = renderer() else { return };
-    let mut scene = scene();
-    let mut live = renderer.live();
+    let Some((renderer, mut scene, mut live)) = set_up() else { return };
     let mut memory = whole(&scene, 2);
     send(&memory, &mut live);
     let mut draw = SplitMix(7);
@@ -183,9 +187,7 @@ fn frames_of_changes_draw_the_same_as_whole_frames() {
 
 #[test]
 fn only_what_changed_is_sent() {
-    let Some(renderer) = renderer() else { return };
-    let scene = scene();
-    let mut live = renderer.live();
+    let Some((renderer, scene, mut live)) = set_up() else { return };
     send(&whole(&scene, 2), &mut live);
     // 16 bytes for each of 9 vertices and 2 for each of 24 corners.
     assert_eq!(live.uploaded(), 2 * 64 * (9 * 16 + 8 * 6));
@@ -219,9 +221,7 @@ fn records_and_draws(tiles: u64) -> u64 {
 
 #[test]
 fn a_frame_that_is_not_ended_changes_nothing() {
-    let Some(renderer) = renderer() else { return };
-    let scene = scene();
-    let mut live = renderer.live();
+    let Some((renderer, scene, mut live)) = set_up() else { return };
     let view = options(ColourBy::Tile);
     assert!(live.begin_changes(&scene, &SceneChanges::default()).is_err(), "there is no frame to change yet");
     assert!(live.batch(&mut square(0, 0, 1)).is_err() && live.end().is_err());
@@ -243,9 +243,7 @@ fn a_frame_that_is_not_ended_changes_nothing() {
 
 #[test]
 fn memory_stays_flat() {
-    let Some(renderer) = renderer() else { return };
-    let scene = scene();
-    let mut live = renderer.live();
+    let Some((renderer, scene, mut live)) = set_up() else { return };
     send(&whole(&scene, 6), &mut live);
     let view = options(ColourBy::Rate).with_edges(true);
     let mut draw = SplitMix(11);
@@ -267,9 +265,7 @@ fn memory_stays_flat() {
 
 #[test]
 fn pages_are_added_and_taken_back() {
-    let Some(renderer) = renderer() else { return };
-    let scene = scene();
-    let mut live = renderer.live();
+    let Some((renderer, scene, mut live)) = set_up() else { return };
     let view = options(ColourBy::Part);
     send(&whole(&scene, 1), &mut live);
     let coarse = picture(renderer, &mut live, &view);
@@ -293,9 +289,7 @@ fn pages_are_added_and_taken_back() {
 
 #[test]
 fn tiles_outside_the_drawn_set_are_not_drawn() {
-    let Some(renderer) = renderer() else { return };
-    let scene = scene();
-    let mut live = renderer.live();
+    let Some((renderer, scene, mut live)) = set_up() else { return };
     let frame = whole(&scene, 2);
     let by = options(ColourBy::Tile);
     let mut drawn = DrawnTiles::default();
@@ -325,9 +319,7 @@ fn pixel_of(camera: &Camera, point: DVec3) -> (u32, u32) {
 
 #[test]
 fn picking_a_pixel_finds_what_it_shows() {
-    let Some(renderer) = renderer() else { return };
-    let scene = scene();
-    let mut live = renderer.live();
+    let Some((_, scene, mut live)) = set_up() else { return };
     let view = options(ColourBy::Model);
     assert_eq!(live.pick((120, 90), 0, &view).unwrap(), None, "nothing there");
     send(&whole(&scene, 3), &mut live);
@@ -374,9 +366,7 @@ fn picking_a_pixel_finds_what_it_shows() {
 
 #[test]
 fn only_the_highlighted_face_stands_out() {
-    let Some(renderer) = renderer() else { return };
-    let scene = scene();
-    let mut live = renderer.live();
+    let Some((renderer, scene, mut live)) = set_up() else { return };
     send(&whole(&scene, 2), &mut live);
     let view = options(ColourBy::Model);
     let plain = picture(renderer, &mut live, &view);
@@ -517,31 +507,11 @@ fn a_scene_in_the_callers_pass_shares_its_depth() {
     send(&whole(&scene(), 3), &mut live);
     let view = options(ColourBy::Face).with_wireframe(true).with_edges(true);
     let expected = picture(renderer, &mut live, &view);
-    let format = wgpu::TextureFormat::Rgba8UnormSrgb;
-    let target = texture(device, format, 1);
-    let colour = texture(device, format, LiveScene::SAMPLES);
-    let depth = texture(device, LiveScene::DEPTH, LiveScene::SAMPLES);
     // Depth is reversed: what is nearer than everything hides the scene, 0 hides nothing.
     for (nearest, hidden) in [(0.0, false), (1.0, true)] {
         let drawn = live.upload(0, &view).unwrap();
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let (colour, depth, resolved) = (all(&colour), all(&depth), all(&target));
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &colour,
-                depth_slice: None,
-                resolve_target: Some(&resolved),
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Discard },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(nearest), store: wgpu::StoreOp::Discard }),
-                stencil_ops: None,
-            }),
-            ..wgpu::RenderPassDescriptor::default()
-        });
-        live.encode(&mut pass, &drawn);
-        drop(pass);
+        let target = pass_over(device, &mut encoder, OURS, nearest, |pass| live.encode(pass, &drawn));
         queue.submit([encoder.finish()]);
         let image = Image::read(device, queue, &target).unwrap();
         let camera = view.camera.unwrap();
@@ -549,7 +519,7 @@ fn a_scene_in_the_callers_pass_shares_its_depth() {
         for tile in 0..SIDE * SIDE {
             let point = DVec3::new(f64::from(tile % SIDE) + 0.4, f64::from(tile / SIDE) + 0.6, 0.0);
             let (x, y) = pixel_of(&camera, point);
-            let pixel = if hidden { Some([0, 0, 0, 255]) } else { expected.pixel(x, y) };
+            let pixel = if hidden { Some([0; 4]) } else { expected.pixel(x, y) };
             assert_eq!(image.pixel(x, y), pixel, "tile {tile}");
             // The matrix is the one that the scene is drawn with.
             let clip = drawn.clip() * (point - drawn.eye()).extend(1.0);
@@ -562,9 +532,7 @@ fn a_scene_in_the_callers_pass_shares_its_depth() {
 
 #[test]
 fn lattice_lines_are_drawn_in_their_places() {
-    let Some(renderer) = renderer() else { return };
-    let scene = scene();
-    let mut live = renderer.live();
+    let Some((renderer, scene, mut live)) = set_up() else { return };
     let plain = options(ColourBy::Model);
     let ruled = plain.with_lattice(true);
     send(&whole(&scene, 3), &mut live);

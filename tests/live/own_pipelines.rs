@@ -31,7 +31,7 @@ fn numbers(in: Out) -> @location(0) vec4<f32> {
 
 /// Formats of a pass.
 #[derive(Clone, Copy, Debug)]
-struct Formats {
+pub(crate) struct Formats {
     colour: TextureFormat,
     depth: TextureFormat,
     samples: u32,
@@ -97,6 +97,17 @@ fn pass(
     formats: Formats,
     draw: impl FnOnce(&mut wgpu::RenderPass<'_>),
 ) -> wgpu::Texture {
+    pass_over(device, encoder, formats, 0.0, draw)
+}
+
+/// The same with a depth that is there before.
+pub(crate) fn pass_over(
+    device: &wgpu::Device,
+    encoder: &mut wgpu::CommandEncoder,
+    formats: Formats,
+    depth_before: f32,
+    draw: impl FnOnce(&mut wgpu::RenderPass<'_>),
+) -> wgpu::Texture {
     let target = texture(device, formats.colour, 1);
     let samples = (formats.samples > 1).then(|| all(&texture(device, formats.colour, formats.samples)));
     let (resolved, depth) = (all(&target), all(&texture(device, formats.depth, formats.samples)));
@@ -109,7 +120,10 @@ fn pass(
         })],
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: &depth,
-            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+            depth_ops: Some(wgpu::Operations {
+                load: wgpu::LoadOp::Clear(depth_before),
+                store: wgpu::StoreOp::Discard,
+            }),
             stencil_ops: None,
         }),
         ..wgpu::RenderPassDescriptor::default()
@@ -119,7 +133,7 @@ fn pass(
     target
 }
 
-const OURS: Formats =
+pub(crate) const OURS: Formats =
     Formats { colour: TextureFormat::Rgba8UnormSrgb, depth: LiveScene::DEPTH, samples: LiveScene::SAMPLES };
 const OTHER: Formats = Formats { colour: TextureFormat::Rgba8Unorm, depth: TextureFormat::Depth24Plus, samples: 1 };
 

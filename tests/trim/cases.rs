@@ -71,57 +71,49 @@ fn images(tile: &Tile) -> Vec<Tile> {
     images
 }
 
-/// Checks the tile, its images and the reference with the exact checker. Returns the result of the tile itself.
-fn run(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
-    let tile = Tile::new(cells, loops);
-    let mut first = None;
-    for tile in images(&tile) {
-        let (mut out, mut plain) = (TrimOutput::default(), TrimOutput::default());
-        let outcome = trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
-        reference::trim_tile_reference(&tile.input(), &mut plain).expect("valid input");
-        for result in [&out, &plain] {
-            if let Err(fault) = check(&tile.input(), result, true).and(check_boundary(&tile.input(), result)) {
-                panic!("{fault}\n{:?}\n{tile:?}", result.stats);
-            }
-            assert!(!matches!(result.stats.outcome, TrimOutcome::Repaired { .. }), "{:?}", result.stats);
-        }
-        assert_eq!(outcome, out.stats.outcome);
-        first.get_or_insert(out);
-    }
-    first.expect("there are images")
-}
-
-/// Checks loops that are not simple. Returns the result of the tile itself.
-fn run_repaired(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
-    let tile = Tile::new(cells, loops);
-    let mut first = None;
-    for tile in images(&tile) {
+/// Triangulates a tile and its images, each of which `judge` accepts. Returns the result of the tile itself.
+fn triangulated(
+    cells: (u32, u32),
+    loops: &[Vec<DVec2>],
+    judge: impl Fn(&Tile, &TrimOutput) -> Result<(), String>,
+) -> TrimOutput {
+    let triangulate = |tile: &Tile| {
         let mut out = TrimOutput::default();
         let outcome = trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
-        assert!(matches!(outcome, TrimOutcome::Repaired { .. }), "{outcome:?}");
-        let input = tile.input();
-        let faults = [check(&input, &out, false).map(|_| ()), check_cover(&input, &out), check_boundary(&input, &out)];
-        if let Some(fault) = faults.into_iter().find_map(Result::err) {
+        assert_eq!(outcome, out.stats.outcome);
+        if let Err(fault) = judge(tile, &out) {
             panic!("{fault}\n{:?}\n{tile:?}", out.stats);
         }
-        first.get_or_insert(out);
-    }
-    first.expect("there are images")
+        out
+    };
+    images(&Tile::new(cells, loops)).iter().map(triangulate).collect::<Vec<_>>().swap_remove(0)
+}
+
+/// Checks the tile, its images and the reference with the exact checker.
+fn run(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
+    triangulated(cells, loops, |tile, out| {
+        let mut plain = TrimOutput::default();
+        reference::trim_tile_reference(&tile.input(), &mut plain).expect("valid input");
+        [out, &plain].into_iter().try_for_each(|result| {
+            assert!(!matches!(result.stats.outcome, TrimOutcome::Repaired { .. }), "{:?}", result.stats);
+            check(&tile.input(), result, true).and(check_boundary(&tile.input(), result))
+        })
+    })
+}
+
+/// Checks loops that are not simple.
+fn run_repaired(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
+    triangulated(cells, loops, |tile, out| {
+        assert!(matches!(out.stats.outcome, TrimOutcome::Repaired { .. }), "{:?}", out.stats);
+        check(&tile.input(), out, false)?;
+        check_cover(&tile.input(), out)?;
+        check_boundary(&tile.input(), out)
+    })
 }
 
 /// Checks only the boundary of the result, for arbitrary loops.
 fn run_closed(cells: (u32, u32), loops: &[Vec<DVec2>]) -> TrimOutput {
-    let tile = Tile::new(cells, loops);
-    let mut first = None;
-    for tile in images(&tile) {
-        let mut out = TrimOutput::default();
-        trim_tile(&tile.input(), &mut TrimScratch::default(), &mut out).expect("valid input");
-        if let Err(fault) = check_boundary(&tile.input(), &out) {
-            panic!("{fault}\n{:?}\n{tile:?}", out.stats);
-        }
-        first.get_or_insert(out);
-    }
-    first.expect("there are images")
+    triangulated(cells, loops, |tile, out| check_boundary(&tile.input(), out))
 }
 
 fn in_border(cells: (u32, u32), steps: u32, hole: Vec<DVec2>) -> TrimOutput {
