@@ -2,7 +2,7 @@
 //! error.
 
 use super::pixels::measured;
-use super::{of_corpus, prepared, shape, two_sizes};
+use super::{prepared, shape, two_sizes};
 use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
 use std::collections::{HashMap, HashSet};
@@ -127,58 +127,6 @@ fn bits(p: DVec3) -> [u64; 3] {
 
 pub(crate) fn options(workers: usize) -> SessionOptions {
     SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false)
-}
-
-#[test]
-fn after_each_frame_the_sink_holds_the_plan_without_cracks_and_within_the_screen_space_error() {
-    let (mut made, mut all) = (0, 0);
-    for name in ["torus", "washer", "sphere", "brake-hub", "trimmed-teapot"] {
-        let prepared = shape(name);
-        let mut draw = SplitMix(7);
-        let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
-        let mut sink = MemorySink::default();
-        let (mut most, mut stretches) = (0.0_f64, 0);
-        for (f, view) in path(&mut draw, prepared.bounds.unwrap(), 60).into_iter().enumerate() {
-            let report = session.view(&[view], &mut sink).unwrap();
-            assert!(report.whole == (f == 0) && report.degraded.is_empty(), "{name} {f}: {:?}", report.degraded);
-            if f > 0 {
-                (made, all) = (made + report.tiles, all + prepared.tiles().count());
-            }
-            let scratch = from_scratch(&session);
-            let batches = drawn(&sink);
-            let of_tile = |b: &Batch| session.plan().unwrap().parts[b.part.index()].tiles[b.tile.0 as usize].chord;
-            assert!(batches.iter().all(|b| of_tile(b).is_finite()), "{name} {f}");
-            assert_eq!(batches, drawn(&scratch), "{name} {f}");
-            stretches += balanced(&prepared, &session.plan().unwrap(), &batches, &format!("{name} {f}"));
-            if f % 5 == 0 {
-                let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
-                let near = 0.05 * prepared.scene.parts[0].radius;
-                let (share, _) = measured(&prepared, &view, near, &frame);
-                assert!(share <= 1.0, "{name} {f}: {share} times the tolerance");
-                most = most.max(share);
-            }
-        }
-        assert!(most > 0.1 && stretches > 1000, "{name}: {most}, {stretches}");
-    }
-    assert!(3 * made < all, "{made} of {all} tiles were rebuilt");
-}
-
-/// Files of the corpus with planes of many holes, folds, poles and loops within one cell.
-const FILES: [&str; 4] = ["mini_heatsink.stp", "as1_oc_214.stp", "periodic_pole_solid.stp", "tank_torus_sphere.stp"];
-
-#[test]
-fn frames_of_files_are_those_of_their_plans_without_cracks() {
-    for (name, prepared) in FILES.into_iter().filter_map(|name| Some((name, of_corpus(name)?))) {
-        let mut session = Session::start(Arc::clone(&prepared), &options(2)).unwrap();
-        let (mut sink, mut stretches) = (MemorySink::default(), 0);
-        for (f, view) in path(&mut SplitMix(17), prepared.bounds.unwrap(), 40).into_iter().enumerate() {
-            session.view(&[view], &mut sink).unwrap();
-            let batches = drawn(&sink);
-            assert_eq!(batches, drawn(&from_scratch(&session)), "{name} {f}");
-            stretches += balanced(session.prepared(), &session.plan().unwrap(), &batches, &format!("{name} {f}"));
-        }
-        assert!(stretches > 1000, "{name}: {stretches}");
-    }
 }
 
 #[test]

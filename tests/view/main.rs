@@ -33,9 +33,8 @@ use pixels::measured;
 use random::SplitMix;
 use std::sync::Arc;
 use trimtess::frame::plan_for_view;
-use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::mesh::check_scene;
 use trimtess::model::ModelBuilder;
-use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::{Camera, Projection, View};
 
@@ -166,19 +165,9 @@ fn a_camera_inside_does_not_explode_the_cost() {
 }
 
 #[test]
-fn all_workers_make_the_same_and_invalid_cameras_are_reported() {
+fn invalid_cameras_are_reported() {
     let prepared = shape("teapot");
     let view = SplitMix(4).view(prepared.bounds.unwrap(), (1.0, 1.5));
-    let plan = Arc::new(plan_for_view(&prepared, &view));
-    let alone = whole_frame(&prepared, &plan, false);
-    for workers in [1, 2, 3, 8] {
-        let options = SessionOptions::DEFAULT.with_workers(workers).with_edge_lines(false);
-        let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
-        let mut frame = MemorySink::default();
-        session.frame(Arc::clone(&plan), &mut frame).unwrap();
-        assert!(frame.batches.iter().zip(&alone.batches).all(|(a, b)| a.tile == b.tile && a.mesh == b.mesh));
-        assert_eq!(frame.batches.len(), alone.batches.len());
-    }
     let camera = view.camera;
     let projected = |projection| View { camera: Camera { projection, ..camera }, ..view };
     for broken in [
