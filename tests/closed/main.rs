@@ -11,5 +11,8 @@ mod models;
 #[path = "../parts/mod.rs"]
 mod parts;
 #[cfg(feature = "step")]
+#[path = "../mutants/points.rs"]
+mod points;
+#[cfg(feature = "step")]
 #[path = "../sequence/random.rs"]
 mod random;

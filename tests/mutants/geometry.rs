@@ -18,7 +18,7 @@
 
 use crate::parts::{CORPORA, Made, closed_by_reference, is_asked, make, name, number, on_all_cores, said, step_files};
 use crate::points::Points;
-use crate::random::Random;
+use crate::random::SplitMix;
 use cpu_time::ThreadTime;
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -233,7 +233,7 @@ fn parts_whose_points_are_moved_stay_closed() {
     let mut sums = mutants(|name, points, run| {
         for (size, share) in (0_u64..).zip(SHARES) {
             for seed in first..first + count {
-                let bytes = points.moved(share, &mut Random::new(name, seed << 8 | size));
+                let bytes = points.moved(share, &mut SplitMix::of(name, seed << 8 | size));
                 run(format!("moved by {share:.0e}"), format!("{name} moved {share:.0e} {seed}"), bytes);
             }
         }

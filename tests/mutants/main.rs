@@ -7,4 +7,5 @@ mod geometry;
 #[path = "../parts/mod.rs"]
 mod parts;
 mod points;
+#[path = "../sequence/random.rs"]
 mod random;

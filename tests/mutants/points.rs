@@ -2,7 +2,7 @@
 //! other bytes stay.
 #![allow(dead_code, reason = "not every test uses all of it")]
 
-use crate::random::Random;
+use crate::random::SplitMix;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -99,10 +99,10 @@ impl<'a> Points<'a> {
     }
 
     /// The file with every point moved by at most `share` of its part's size.
-    pub(crate) fn moved(&self, share: f64, random: &mut Random) -> Vec<u8> {
+    pub(crate) fn moved(&self, share: f64, random: &mut SplitMix) -> Vec<u8> {
         self.edited(|point| {
             let reach = share * point.size / (point.coordinates.len() as f64).sqrt();
-            Some(point.coordinates.iter().map(|x| x + reach * random.signed()).collect())
+            Some(point.coordinates.iter().map(|x| x + reach * random.range(-1.0, 1.0)).collect())
         })
     }
 
@@ -241,7 +241,7 @@ fn points_move_by_their_share_of_the_part_and_nothing_else_does() {
     let size = 25.25_f64.sqrt();
     assert!(points.all.iter().all(|point| (point.size - size).abs() < 1e-12));
     assert_eq!(points.all.iter().map(|point| point.on_edge).collect::<Vec<_>>(), [true, true, false]);
-    let moved = points.moved(1e-3, &mut Random::new("points", 0));
+    let moved = points.moved(1e-3, &mut SplitMix::of("points", 0));
     let again = Points::of(&moved);
     for (before, after) in points.all.iter().zip(&again.all) {
         let by = before.coordinates.iter().zip(&after.coordinates).map(|(x, y)| (x - y).powi(2)).sum::<f64>().sqrt();
@@ -251,7 +251,7 @@ fn points_move_by_their_share_of_the_part_and_nothing_else_does() {
     let back =
         again.edited(|point| points.all.iter().find(|p| p.entity == point.entity).map(|p| p.coordinates.clone()));
     assert_eq!(text(&back), text(&points.edited(|point| Some(point.coordinates.clone()))), "all other bytes stayed");
-    assert_ne!(moved, points.moved(1e-3, &mut Random::new("points", 1)));
+    assert_ne!(moved, points.moved(1e-3, &mut SplitMix::of("points", 1)));
     let rounded = Points::of(&points.rounded(0.1)).all.iter().map(|p| p.coordinates.clone()).collect::<Vec<_>>();
     let step = 0.1 * size;
     assert!(rounded[1].iter().all(|x| (x / step - (x / step).round()).abs() < 1e-9), "{rounded:?}");

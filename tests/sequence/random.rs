@@ -5,6 +5,13 @@
 pub(crate) struct SplitMix(pub(crate) u64);
 
 impl SplitMix {
+    /// The sequence of a name and a number.
+    pub(crate) fn of(name: &str, number: u64) -> Self {
+        // FNV-1a: stable across compiler releases.
+        let bytes = name.bytes().chain(number.to_le_bytes());
+        Self(bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)))
+    }
+
     pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         scrambled(self.0)
@@ -23,6 +30,11 @@ impl SplitMix {
     /// A number below `n`, which must not be 0.
     pub(crate) fn below(&mut self, n: u64) -> u64 {
         self.bits() % n
+    }
+
+    /// A random element.
+    pub(crate) fn choose<'a, T>(&mut self, all: &'a [T]) -> Option<&'a T> {
+        all.get(self.below(all.len().max(1) as u64) as usize)
     }
 }
 

@@ -13,13 +13,13 @@ mod parts;
 mod points;
 #[path = "../../../tests/process/mod.rs"]
 mod process;
-#[path = "../../../tests/mutants/random.rs"]
+#[path = "../../../tests/sequence/random.rs"]
 mod random;
 mod run;
 
 use mutate::Mutation;
 use parts::{CORPORA, number, on_all_cores, step_files};
-use random::Random;
+use random::SplitMix;
 use run::{Limits, Outcome, run};
 use std::collections::BTreeMap;
 use std::fs;
@@ -60,7 +60,7 @@ fn mutants_of(path: &Path, folder: &Path, count: u64, shift: u64, found: &Mutex<
     let whole =
         run(path, &folder.join("out"), &Limits { time: 6 * TIME, memory: MOST, most: MOST }).expect("the intact file");
     for number in 0..count {
-        let mut random = Random::new(&name, shift.wrapping_mul(1_000_003).wrapping_add(number));
+        let mut random = SplitMix::of(&name, shift.wrapping_mul(1_000_003).wrapping_add(number));
         let mutation = Mutation::ALL[(random.below(u64::MAX) % Mutation::ALL.len() as u64) as usize];
         if std::env::var("TRIMTESS_MUTANTS_OF").is_ok_and(|only| only != format!("{mutation:?}")) {
             continue;

@@ -1,7 +1,7 @@
 //! The bytes of a file -> the bytes of a mutant.
 
 use crate::points::Points;
-use crate::random::Random;
+use crate::random::SplitMix;
 use std::ops::Range;
 
 /// A way to mutate a file.
@@ -47,7 +47,7 @@ impl Mutation {
         Self::Noisy,
     ];
 
-    pub(crate) fn of(self, bytes: &[u8], random: &mut Random) -> Vec<u8> {
+    pub(crate) fn of(self, bytes: &[u8], random: &mut SplitMix) -> Vec<u8> {
         let length = bytes.len() as u64;
         match self {
             Self::Truncated => bytes[..random.below(length) as usize].to_vec(),
@@ -80,7 +80,7 @@ impl Mutation {
             Self::FannedOut => fanned_out(bytes, random),
             Self::Far => {
                 let far = 10_f64.powi(3 + random.below(13) as i32);
-                Points::of(bytes).shifted([0, 1, 2].map(|_| far * random.signed()))
+                Points::of(bytes).shifted([0, 1, 2].map(|_| far * random.range(-1.0, 1.0)))
             }
             Self::Units => {
                 let (from, to) = (b".MILLI.,.METRE.", format!("{},.METRE.", PREFIXES[random.below(8) as usize]));
@@ -99,7 +99,7 @@ impl Mutation {
 /// Prefixes of units.
 const PREFIXES: [&str; 8] = [".EXA.", ".PETA.", ".KILO.", ".DECI.", ".MICRO.", ".NANO.", ".PICO.", ".ATTO."];
 
-fn numbers(bytes: &[u8], random: &mut Random) -> Vec<u8> {
+fn numbers(bytes: &[u8], random: &mut SplitMix) -> Vec<u8> {
     let is_number = |byte: u8| byte.is_ascii_digit() || b".E+-".contains(&byte);
     let all = tokens(bytes, |byte| byte.is_ascii_digit() || byte == b'-', is_number);
     let reals: Vec<_> = all.into_iter().filter(|range| bytes[range.clone()].contains(&b'.')).collect();
@@ -116,7 +116,7 @@ fn numbers(bytes: &[u8], random: &mut Random) -> Vec<u8> {
 }
 
 /// Repeats the references of a list, up to ten thousand times in all.
-fn repeated(bytes: &[u8], random: &mut Random) -> Vec<u8> {
+fn repeated(bytes: &[u8], random: &mut SplitMix) -> Vec<u8> {
     let Some(list) = random.choose(&lists(bytes)).cloned() else { return bytes.to_vec() };
     let text = &bytes[list.clone()];
     let length = text.split(|&byte| byte == b',').count();
@@ -127,7 +127,7 @@ fn repeated(bytes: &[u8], random: &mut Random) -> Vec<u8> {
 
 /// Adds copies of an instance whose list names the previous copy ten times, and lets a reference to the instance name
 /// the last copy.
-fn fanned_out(bytes: &[u8], random: &mut Random) -> Vec<u8> {
+fn fanned_out(bytes: &[u8], random: &mut SplitMix) -> Vec<u8> {
     /// References of each copy.
     const FAN: usize = 10;
     let whole = || bytes.to_vec();
