@@ -10,7 +10,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::fmt;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::MemorySink;
+use trimtess::mesh::{MemorySink, MeshLists};
 use trimtess::out::{GlbLevel, ReadBack};
 use trimtess::prepare::{Prepared, Shells};
 
@@ -57,11 +57,12 @@ pub(crate) struct Level {
 }
 
 impl Level {
-    /// Makes level `number` of a model whose finest mesh has this tolerance. `max_edge` grows with the angle.
+    /// Makes level `number` of a model whose finest mesh has this tolerance, with these lists. `max_edge` grows with the
+    /// angle.
     pub(crate) fn make(
         prepared: &Arc<Prepared>,
         finest: &Tolerance,
-        number: u8,
+        (number, lists): (u8, MeshLists),
         common: &Common,
     ) -> Result<Self, Failure> {
         let chord = COARSER.powi(i32::from(number));
@@ -70,7 +71,7 @@ impl Level {
         let (angle, max_edge) = ((angle * chord.sqrt()).min(FRAC_PI_2), max_edge.map(|length| length * chord.sqrt()));
         let tolerance = Tolerance { chord: finest.chord * chord, angle, max_edge };
         let plan = Arc::new(frame::plan_within(prepared, &tolerance, &common.limits.plan()));
-        let (frame, mut report) = made::make(prepared, &plan, true, &common.limits)?;
+        let (frame, mut report) = made::make(prepared, &plan, (true, lists), &common.limits)?;
         report.diagonal_mm = prepared.diagonal;
         Ok(Self { tolerance, frame, report })
     }

@@ -8,20 +8,20 @@ use std::sync::Arc;
 use trimtess::audit;
 use trimtess::control::{Control, Rayon};
 use trimtess::frame;
-use trimtess::mesh::{MemorySink, check_scene};
+use trimtess::mesh::{MemorySink, MeshLists, check_scene};
 use trimtess::parallel::{self, balance};
 use trimtess::prepare::{Prepared, Shells};
 
-/// Makes the mesh of a plan on the program's threads, and a report about it. Fails if the limits made the plan coarser
-/// without `--coarsen`; with it, the report warns of that.
+/// Makes the mesh of a plan on the program's threads, with these lists, and a report about it. Fails if the limits made
+/// the plan coarser without `--coarsen`; with it, the report warns of that.
 pub(crate) fn make(
     prepared: &Arc<Prepared>,
     plan: &Arc<frame::Plan>,
-    edge_lines: bool,
+    (edge_lines, lists): (bool, MeshLists),
     limits: &LimitArgs,
 ) -> Result<(MemorySink, Report), Failure> {
     limits.check(plan.shortfall.as_ref())?;
-    let mut frame = MemorySink::default();
+    let mut frame = MemorySink::reading(lists);
     let made = parallel::tessellate_on(&Rayon, prepared, plan, edge_lines, &Control::default(), &mut frame);
     let made = made.map_err(Failure::cannot)?;
     tracing::info!(
@@ -37,6 +37,11 @@ pub(crate) fn make(
     plan.shortfall.iter().for_each(|shortfall| report.add_warning(shortfall.to_string()));
     limits.warn_if_over(made.triangles, &mut report);
     Ok((frame, report))
+}
+
+/// The lists of meshes that are read: files have none of them, and [`check_mesh`] reads all.
+pub(crate) fn lists(check: bool) -> MeshLists {
+    if check { MeshLists::ALL } else { MeshLists::NONE }
 }
 
 /// Runs `check_scene` and the audit on the program's threads, and adds their results and errors to the report.

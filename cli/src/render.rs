@@ -14,6 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::control::{Control, Rayon};
 use trimtess::frame;
+use trimtess::mesh::MeshLists;
 use trimtess::out::wgpu::Renderer;
 use trimtess::parallel;
 use trimtess::prepare::{Prepared, prepare};
@@ -70,7 +71,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, outputs: &mut Outputs) -> 
     let camera = aim(args, common, &prepared)?;
     let view = args.picture.view(&camera, args.size);
     let plan = Arc::new(frame::plan_for_view_within(&prepared, &view, &common.limits.plan()));
-    let (frame, mut report) = make(&prepared, &plan, args.picture.edges, &common.limits)?;
+    let (frame, mut report) = make(&prepared, &plan, (args.picture.edges, MeshLists::ALL), &common.limits)?;
     let tessellate = laps.lap();
 
     progress.stage("drawing");

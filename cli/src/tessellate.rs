@@ -4,7 +4,7 @@ use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::levels::{self, Level};
 use crate::limits::unprepared;
-use crate::made::{check_mesh, make};
+use crate::made::{check_mesh, lists, make};
 use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
 use crate::rounded;
@@ -161,11 +161,12 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     progress.stage("tessellating");
     let plan = Arc::new(frame::plan_within(&prepared, &tolerance, &common.limits.plan()));
     let edge_lines = matches!(format, Format::Glb(_)) || args.check;
-    let (mut frame, mut report) = make(&prepared, &plan, edge_lines, &common.limits)?;
+    let lists = lists(args.check);
+    let (mut frame, mut report) = make(&prepared, &plan, (edge_lines, lists), &common.limits)?;
     let mut levels = Vec::new();
     for number in 1..=args.levels {
         progress.stage(format!("tessellating level {number}"));
-        levels.push(Level::make(&prepared, &tolerance, number, common)?);
+        levels.push(Level::make(&prepared, &tolerance, (number, lists), common)?);
     }
     let tessellate = laps.lap();
 

@@ -132,10 +132,18 @@ pub struct MemorySink {
     pub edge_lines: Vec<EdgeLine>,
     /// The drawn tiles. [`DrawnTiles::default`] for frames made without views, which draw everything.
     pub drawn: DrawnTiles,
+    reads: MeshLists,
     changes: Changes,
 }
 
 impl MemorySink {
+    /// An empty sink that reads these lists of meshes. The others may be empty in its batches. The default sink reads
+    /// all.
+    #[must_use]
+    pub fn reading(reads: MeshLists) -> Self {
+        Self { reads, ..Self::default() }
+    }
+
     /// A frame that draws everything. `batches` are sorted by (part, tile), `edge_lines` by (part, edge).
     #[must_use]
     pub fn of(scene: Scene, batches: Vec<Batch>, edge_lines: Vec<EdgeLine>) -> Self {
@@ -186,8 +194,12 @@ fn replaced<T, K: Ord>(old: &mut Vec<T>, new: Vec<T>, key: impl Fn(&T) -> K) {
 }
 
 impl MeshSink for MemorySink {
+    fn reads(&self) -> MeshLists {
+        self.reads
+    }
+
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
-        *self = Self { scene: scene.clone(), ..Self::default() };
+        *self = Self { scene: scene.clone(), ..Self::reading(self.reads) };
         Ok(())
     }
 
@@ -236,6 +248,6 @@ impl MeshSink for MemorySink {
     }
 
     fn abort(&mut self) {
-        *self = Self::default();
+        *self = Self::reading(self.reads);
     }
 }

@@ -66,6 +66,13 @@ pub struct MeshLists {
     pub origins: bool,
 }
 
+impl Default for MeshLists {
+    /// [`ALL`](Self::ALL).
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
 impl MeshLists {
     /// All lists.
     pub const ALL: Self = Self { uvs: true, lines: true, origins: true };

@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use crate::control::assert_each_cancels;
     use crate::frame::{Tolerance, plan};
-    use crate::mesh::MemorySink;
+    use crate::mesh::{MemorySink, MeshLists};
     use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
 
@@ -64,6 +64,26 @@ mod tests {
             let frame = serial(prepared, &Arc::new(plan(planned, &tolerance)), false, &mut sink);
             assert!(matches!(frame, Err(FrameError::Plan { .. })), "{frame:?}");
             assert!(sink.batches.is_empty());
+        }
+    }
+
+    #[test]
+    fn lists_that_a_sink_does_not_read_are_not_made() {
+        let prepared = prepare(shapes::all(), &PrepareOptions::DEFAULT).expect("within the limits");
+        let tolerance = Tolerance { chord: 0.01, angle: 0.5, max_edge: None };
+        let (plan, prepared) = (Arc::new(plan(&prepared, &tolerance)), Arc::new(prepared));
+        let [all, none] = [MeshLists::ALL, MeshLists::NONE].map(|lists| {
+            let mut sink = MemorySink::reading(lists);
+            serial(&prepared, &plan, true, &mut sink).expect("a frame");
+            sink
+        });
+        assert_eq!((all.batches.len(), &all.edge_lines), (none.batches.len(), &none.edge_lines));
+        for (all, none) in all.batches.iter().zip(&none.batches) {
+            let (all, none) = (&all.mesh, &none.mesh);
+            assert_eq!((&all.positions, &all.normals), (&none.positions, &none.normals));
+            assert_eq!(all.triangles, none.triangles);
+            assert_eq!([all.uvs.len(), all.origins.len()], [all.positions.len(); 2]);
+            assert_eq!([none.uvs.len(), none.origins.len(), none.lines[0].len()], [0; 3]);
         }
     }
 
