@@ -31,11 +31,13 @@ const QUEUE: usize = 1 << 14;
 
 /// Triangles, and which of them have an edge in common. A *side* is an edge as seen from one of its triangles: four
 /// times the triangle plus the corner that the side starts from.
+#[derive(Default)]
 pub(crate) struct Mesh {
     triangles: Vec<Triangle>,
     /// By edge that had no triangles when it was added, the first side that it got.
     open: Vec<u32>,
-    queue: Box<[u32; QUEUE]>,
+    /// `None` until something is flipped.
+    queue: Option<Box<[u32; QUEUE]>>,
     /// Sides around a vertex that are still to be tested.
     around: Vec<u32>,
 }
@@ -51,12 +53,6 @@ struct Triangle {
 
 /// The place in [`Triangle::corners`] of the sides that are in the queue.
 const WAITS: usize = 3;
-
-impl Default for Mesh {
-    fn default() -> Self {
-        Self { triangles: Vec::new(), open: Vec::new(), queue: Box::new([0; QUEUE]), around: Vec::new() }
-    }
-}
 
 impl Mesh {
     pub(crate) fn clear(&mut self) {
@@ -150,6 +146,7 @@ impl Mesh {
     /// Flips edges until none has a vertex inside a circle through its other side, or there were too many flips.
     pub(crate) fn flip(&mut self, points: &[DVec2]) {
         let Self { triangles, queue, .. } = self;
+        let queue = queue.get_or_insert_with(|| Box::new([0; QUEUE]));
         widest(
             #[inline(always)]
             || {
