@@ -365,13 +365,13 @@ impl Glb {
         };
         let [to, by] = *listed.get_or_insert_with(|| {
             let centres = group.places.iter().flat_map(|(_, place)| place.centre.to_array()).map(f32::to_le_bytes);
-            let to = buffers.push(root, Stream::Translations, count, vec![bytes(3 * count, centres)]);
+            let to = buffers.push(root, Stream::Translations, count, vec![bytes(centres)]);
             let turned = turns().flat_map(|(rotation, _)| rotation).map(f32::to_le_bytes);
-            let by = buffers.push(root, Stream::Rotations, count, vec![bytes(4 * count, turned)]);
+            let by = buffers.push(root, Stream::Rotations, count, vec![bytes(turned)]);
             [to.value(), by.value()]
         });
         let scales = turns().flat_map(|(_, scale)| [scale; 3]).map(f32::to_le_bytes);
-        let scales = buffers.push(root, Stream::Scales, count, vec![bytes(3 * count, scales)]).value();
+        let scales = buffers.push(root, Stream::Scales, count, vec![bytes(scales)]).value();
         let attributes = format!(r#"{{"TRANSLATION":{to},"ROTATION":{by},"SCALE":{scales}}}"#);
         format!(r#""EXT_mesh_gpu_instancing":{{"attributes":{attributes}}}"#)
     }

@@ -117,8 +117,7 @@ impl Run<'_> {
         let vertices = faces.iter().map(|batch| batch.mesh.positions.len()).sum::<usize>();
         let corners = faces.iter().map(|batch| 3 * batch.mesh.triangles.len()).sum::<usize>();
         let points = edges.iter().map(|line| line.points.len()).sum::<usize>();
-        let mut piece = Piece::with_room(vertices + points, corners + 2 * points);
-        let mut normals = Vec::with_capacity(vertices);
+        let mut piece = Piece::with_room([vertices, vertices + points], corners + 2 * points);
         let mut rounded = Vec::new();
         let round = |points: &[DVec3], rounded: &mut Vec<Vec3>| {
             rounded.clear();
@@ -131,18 +130,18 @@ impl Run<'_> {
             }
             let (first, before) = (piece.vertices as u32, piece.indices.len());
             let kept = distinct(&batch.mesh, &rounded);
-            piece.indices.extend(kept.flat_map(|corners| corners.map(|corner| first + corner)));
+            kept.for_each(|corners| piece.indices.extend(corners.map(|corner| first + corner)));
             let kept = (piece.indices.len() - before) / 3;
             piece.count.triangles(batch.face, batch.mesh.triangles.len(), kept);
             if kept > 0 {
-                normals.extend((0..rounded.len()).map(|index| {
+                let normals = (0..rounded.len()).map(|index| {
                     let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
                     normal.as_dvec3().normalize_or(DVec3::Z).as_vec3()
-                }));
+                });
+                store_normals(normals, options, &mut piece.normals);
                 piece.place(batch.face.0, &rounded, *numbers);
             }
         }
-        piece.normals = stored_normals(&normals, options);
         for line in edges {
             round(&line.points, &mut rounded)?;
             let (first, before) = (piece.vertices as u32, piece.indices.len());
@@ -169,12 +168,13 @@ struct Piece {
 }
 
 impl Piece {
-    fn with_room(vertices: usize, corners: usize) -> Self {
+    /// `normals` and `vertices`: numbers of them.
+    fn with_room([normals, vertices]: [usize; 2], corners: usize) -> Self {
         Self {
             vertices: 0,
             bounds: Numbers::NONE.bounds,
             positions: Vec::with_capacity(vertices * size_of::<Vec3>()),
-            normals: Vec::new(),
+            normals: Vec::with_capacity(normals * size_of::<Vec3>()),
             features: Vec::new(),
             indices: Vec::with_capacity(corners),
             count: RoundingCount::default(),
@@ -204,39 +204,41 @@ impl Piece {
     /// The ids of all vertices.
     fn ids(&self, Numbers { short_ids, .. }: &Numbers) -> Vec<u8> {
         let stored = |feature: u32| if *short_ids { feature.to_le_bytes() } else { (feature as f32).to_le_bytes() };
-        let of_feature = |&(feature, count): &(u32, usize)| std::iter::repeat_n(stored(feature), count);
-        bytes(self.vertices, self.features.iter().flat_map(of_feature))
+        let mut ids = Vec::with_capacity(self.vertices);
+        for &(feature, count) in &self.features {
+            ids.extend(std::iter::repeat_n(stored(feature), count));
+        }
+        ids.into_flattened()
     }
 
     /// The indices, `first` being that of the first vertex.
     fn indices(&self, first: usize, Numbers { short_indices, .. }: &Numbers) -> Vec<u8> {
         let indices = self.indices.iter().map(|index| first as u32 + index);
         match short_indices {
-            true => bytes(indices.len(), indices.map(|index| (index as u16).to_le_bytes())),
-            false => bytes(indices.len(), indices.map(u32::to_le_bytes)),
+            true => bytes(indices.map(|index| (index as u16).to_le_bytes())),
+            false => bytes(indices.map(u32::to_le_bytes)),
         }
     }
 }
 
-/// The bytes of normals.
-fn stored_normals(normals: &[Vec3], options: GlbOptions) -> Vec<u8> {
+/// Appends the bytes of normals.
+fn store_normals(normals: impl Iterator<Item = Vec3>, options: GlbOptions, to: &mut Vec<u8>) {
     if !options.quantized {
-        return bytes(3 * normals.len(), normals.iter().flat_map(|normal| normal.to_array().map(f32::to_le_bytes)));
+        normals.for_each(|normal| to.extend_from_slice(normal.to_array().map(f32::to_le_bytes).as_flattened()));
+        return;
     }
     #[cfg(feature = "meshopt")]
     if options.compressed {
-        let rows = filtered(normals.iter().map(Vec3::to_array));
-        return bytes(4 * rows.len(), rows.into_iter().flatten().map(i16::to_le_bytes));
+        let rows = filtered(normals.map(|normal| normal.to_array()));
+        to.extend_from_slice(&bytes(rows.into_iter().flatten().map(i16::to_le_bytes)));
+        return;
     }
     let short = |x: f32| ((x * f32::from(i16::MAX)).round() as i16).to_le_bytes();
-    let rows = normals.iter().flat_map(|normal| [short(normal.x), short(normal.y), short(normal.z), [0; 2]]);
-    bytes(4 * normals.len(), rows)
+    let row = |normal: Vec3| [short(normal.x), short(normal.y), short(normal.z), [0; 2]];
+    normals.for_each(|normal| to.extend_from_slice(row(normal).as_flattened()));
 }
 
-/// The bytes of `count` numbers.
-pub(super) fn bytes<const N: usize>(count: usize, numbers: impl Iterator<Item = [u8; N]>) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(N * count);
-    // Not a loop, which would ask flattened numbers for one after the other.
-    numbers.for_each(|number| bytes.extend_from_slice(&number));
-    bytes
+/// The bytes of numbers.
+pub(super) fn bytes<const N: usize>(numbers: impl Iterator<Item = [u8; N]>) -> Vec<u8> {
+    numbers.collect::<Vec<_>>().into_flattened()
 }
