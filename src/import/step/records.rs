@@ -11,7 +11,7 @@ use std::ops::Range;
 pub(super) const LISTED_REPAIRS: usize = 8;
 /// Bytes of text per value and per instance, in most files at least.
 const BYTES_PER_VALUE: usize = 10;
-const BYTES_PER_ROW: usize = 50;
+const BYTES_PER_ROW: usize = 40;
 /// Maximum number of types of an instance. Real ones have up to 10, and who looks for one looks at all.
 const MAX_PARTS: usize = 256;
 /// Maximum nesting of lists in an instance. Real files stay below 6.

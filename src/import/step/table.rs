@@ -145,7 +145,13 @@ impl Table {
         budget: ReadBudget,
     ) -> Self {
         let mut types = Types::default();
-        let mut kinds_of = |named: Types| named.names.iter().map(|name| types.index(name.as_bytes())).collect();
+        let mut kinds_of = |named: Types| -> Vec<u32> {
+            if types.names.is_empty() {
+                types = named;
+                return (0..types.names.len() as u32).collect();
+            }
+            named.names.iter().map(|name| types.index(name.as_bytes())).collect()
+        };
         let pieces: Vec<(Instances, Vec<u32>)> = pieces
             .into_iter()
             .map(|(rows, named, values)| (Instances { rows, values, of_type: Vec::new() }, kinds_of(named)))

@@ -72,6 +72,9 @@ impl Values {
     }
 }
 
+/// Most files have fewer types.
+const USUAL_TYPES: usize = 100;
+
 /// Names of types in capitals, and the index of each.
 #[derive(Default)]
 pub(super) struct Types {
@@ -100,8 +103,13 @@ impl Types {
         }
         // Keeping names as written would take twice the memory.
         let capitals = name.to_ascii_uppercase();
-        if let Some(index) = self.indices.get(&*capitals) {
+        if capitals != name
+            && let Some(index) = self.indices.get(&*capitals)
+        {
             return *index;
+        }
+        if self.names.is_empty() {
+            self.indices.reserve(USUAL_TYPES);
         }
         let index = u32::try_from(self.names.len()).unwrap_or(COMPLEX - 1);
         self.names.push(String::from_utf8_lossy(&capitals).into_owned());
