@@ -87,7 +87,7 @@ pub(crate) fn arc(
         }
     }
     let middle = 0.5 * (a + b);
-    let mut points: SmallVec<[(f64, DVec2); 2]> = SmallVec::with_capacity(2 * samples.len() + more.len());
+    let mut points: Vec<(f64, DVec2)> = Vec::with_capacity(2 * samples.len() + more.len());
     let mut stop = |t: f64| points.push((t, DVec2::ZERO));
     stop(a);
     for w in samples.windows(2) {
@@ -108,7 +108,7 @@ pub(crate) fn arc(
     }
     let at = |k: usize, t: f64| UvSample::at(&samples[k], &samples[k + 1], t);
     let mut piece = 0;
-    let mut hull: SmallVec<[DVec2; 2]> = SmallVec::with_capacity(if exact { 3 * points.len() } else { points.len() });
+    let mut hull: Vec<DVec2> = Vec::with_capacity(if exact { 3 * points.len() } else { points.len() });
     let mut pieces = Vec::with_capacity(if exact { 0 } else { points.len() });
     let mut from = at(samples.partition_point(|s| s.t <= a).clamp(1, samples.len() - 1) - 1, a);
     from.uv = (from.uv - origin) * scale;
@@ -151,8 +151,8 @@ pub(crate) fn arc(
     Some(PcurveArc {
         edge,
         of,
-        points,
-        hull,
+        points: points.into(),
+        hull: hull.into(),
         exact,
         pieces,
         most,

@@ -89,8 +89,13 @@ impl Seeds {
 
     /// The starts after the first.
     fn others(&self, distances: &[f64], first: Option<usize>, next: [Option<usize>; NEAREST - 1]) -> Vec<usize> {
-        let is_other = |k: usize| Some(k) != first && self.is_least(distances, k);
-        let mut starts: Vec<usize> = (0..distances.len()).filter(|&k| is_other(k)).collect();
+        let [rows, row] = self.counts;
+        let mut starts = Vec::new();
+        for i in 0..rows {
+            let us = self.around(0, i);
+            let is_other = |j: &usize| Some(i * row + j) != first && self.is_least(distances, us, *j);
+            starts.extend((0..row).filter(is_other).map(|j| i * row + j));
+        }
         starts.sort_by(|&a, &b| distances[a].total_cmp(&distances[b]));
         starts.truncate(MOST_LEAST - 1);
         for k in next.into_iter().flatten() {
@@ -101,21 +106,24 @@ impl Seeds {
         starts
     }
 
-    /// Whether no seed around seed `k` is nearer.
-    fn is_least(&self, distances: &[f64], k: usize) -> bool {
-        let row = self.counts[1];
-        let around = |axis: usize, at: usize| {
-            let last = self.counts[axis] - 1;
-            let [before, after] = if self.closed[axis] {
-                [if at == 0 { last } else { at - 1 }, if at == last { 0 } else { at + 1 }]
-            } else {
-                [at.saturating_sub(1), (at + 1).min(last)]
-            };
-            [at, before, after]
+    /// The place `at` along an axis, and those next to it.
+    fn around(&self, axis: usize, at: usize) -> [usize; 3] {
+        let last = self.counts[axis] - 1;
+        let [before, after] = if self.closed[axis] {
+            [if at == 0 { last } else { at - 1 }, if at == last { 0 } else { at + 1 }]
+        } else {
+            [at.saturating_sub(1), (at + 1).min(last)]
         };
-        let (us, vs) = (around(0, k / row), around(1, k % row));
-        let is_no_nearer = |other: usize| distances[k].total_cmp(&distances[other]).is_le();
-        distances[k].is_finite() && us.iter().all(|&i| vs.iter().all(|&j| is_no_nearer(i * row + j)))
+        [at, before, after]
+    }
+
+    /// Whether no seed around the one at `us[0]` and `j` is nearer. `us`: its place along u and those next to it.
+    fn is_least(&self, distances: &[f64], us: [usize; 3], j: usize) -> bool {
+        let row = self.counts[1];
+        let here = distances[us[0] * row + j];
+        let vs = self.around(1, j);
+        let is_no_nearer = |other: usize| here.total_cmp(&distances[other]).is_le();
+        here.is_finite() && us.iter().all(|&i| vs.iter().all(|&j| is_no_nearer(i * row + j)))
     }
 }
 

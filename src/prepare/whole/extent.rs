@@ -8,6 +8,7 @@ use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedEdge, PreparedF
 use crate::prepare::surface::tables::BoxBounds;
 use crate::prepare::uv::inside::{TileRegion, points_along};
 use glam::{DVec2, DVec3, DVec4};
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 /// An edge has as many samples per border of its strips, evenly spaced.
@@ -169,10 +170,11 @@ fn interior(
     per_piece: usize,
     bounds: &mut Hull,
 ) -> Vec<DVec3> {
-    let loops = tile.loops.iter().map(|l| polygon(part, l)).collect();
-    let inside = TileRegion { patches: &face.patches, min: tile.min, max: tile.max, loops };
+    let region = |loops| TileRegion { patches: &face.patches, min: tile.min, max: tile.max, loops };
+    // Most tiles have no sample outside the hull.
+    let inside = LazyCell::new(|| region(tile.loops.iter().map(|l| polygon(part, l)).collect()));
     let mut out = Vec::new();
-    for uv in inside.lattice(per_piece).1 {
+    for uv in region(Vec::new()).lattice(per_piece).1 {
         if !reaching[face.patches.piece(uv.x, uv.y)] {
             continue;
         }
