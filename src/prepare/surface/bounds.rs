@@ -20,6 +20,9 @@ use std::cell::LazyCell;
 /// A derivative below this share of the size (largest distance from the origin) is rounding and counts as zero.
 const ROUNDING: f64 = 1e-12;
 
+/// A sub-box whose lifts are below this share of the size is flat to any tolerance.
+const FLAT: f64 = 1e-9;
+
 impl SurfaceBounds {
     /// Bounds all patches.
     ///
@@ -52,11 +55,15 @@ impl SurfaceBounds {
                 let most = samples.most();
                 let part = |k: usize, part: usize| norms[k].min(keep(most[2 * k + part]));
                 let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
-                let [turn_u, turn_v] = samples.turns();
+                let bends = [0, 1, 2].map(bend);
+                // Where a flat surface folds, its normal changes its sign only.
+                let is_flat = bends.iter().all(|bend| bend.lift <= FLAT * size);
+                let [turn_u, turn_v] = if is_flat { [0.0; 2] } else { samples.turns() };
+                let [uu, uv, vv] = bends;
                 cells.push(BoxBounds {
-                    uu: bend(0).scaled(1.0 / (u * u)),
-                    uv: bend(1).scaled(1.0 / (u * v)),
-                    vv: bend(2).scaled(1.0 / (v * v)),
+                    uu: uu.scaled(1.0 / (u * u)),
+                    uv: uv.scaled(1.0 / (u * v)),
+                    vv: vv.scaled(1.0 / (v * v)),
                     u: local.du / u,
                     v: local.dv / v,
                     turn_u,
