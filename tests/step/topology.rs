@@ -259,6 +259,24 @@ fn coincident_vertices_are_joined_and_edges_without_length_are_removed() {
 }
 
 #[test]
+fn edges_without_length_may_have_composite_curves() {
+    let trimmed = "#80=TRIMMED_CURVE('',#63,(#31),(#31),.T.,.CARTESIAN.);";
+    let segment = "#81=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#80);#82=COMPOSITE_CURVE('',(#81),.F.);";
+    for curve in ["#80", "#82"] {
+        let text = square()
+            + trimmed
+            + segment
+            + &format!("#54=EDGE_CURVE('',#30,#30,{curve},.T.);")
+            + "#74=ORIENTED_EDGE('',*,*,#54,.T.);#75=EDGE_LOOP('',(#70,#71,#72,#73,#74));\
+               #76=FACE_OUTER_BOUND('',#75,.T.);";
+        let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+        clean(&model);
+        let part = only_part(&model);
+        assert_eq!((part.edges.len(), area(part, &part.faces[0].loops[0])), (4, 2.0), "{curve}");
+    }
+}
+
+#[test]
 fn a_bounded_surface_takes_its_ends_from_parameter_curves() {
     // The unit square of a plane, bounded by unbounded lines that only their pcurves trim.
     let mut text = world()

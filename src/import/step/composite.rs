@@ -7,19 +7,23 @@ use super::values::Map;
 use crate::model::{NurbsCurve3, StepTrouble};
 
 impl Geometry<'_> {
-    /// The segments of a `COMPOSITE_CURVE`, joined.
+    /// The segments of a `COMPOSITE_CURVE`, joined. Single points among them join nothing.
     pub(super) fn composite(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
         let limit = self.table.budget.max_visits();
         if self.visits(instance, 0, &mut Map::default()) > limit {
             return Err(Trouble::new(instance.id, StepTrouble::TooManyVisits { what: "segments of curves", limit }));
         }
-        let mut pieces = Vec::new();
+        let (mut pieces, mut point) = (Vec::new(), None);
         for segment in instance.fields("COMPOSITE_CURVE", 1).links(0)? {
             let fields = self.get(segment)?.fields("COMPOSITE_CURVE_SEGMENT", 0);
-            let piece = self.bounded(fields.reference(2)?, depth + 1)?;
-            pieces.push(if fields.flag(1, true) { piece } else { piece.reversed() });
+            match self.bounded(fields.reference(2)?, depth + 1) {
+                Ok(piece) => pieces.push(if fields.flag(1, true) { piece } else { piece.reversed() }),
+                Err(trouble) if trouble.is_point() => point = Some(trouble),
+                Err(trouble) => return Err(trouble),
+            }
         }
-        spline::join(&pieces).ok_or_else(|| Trouble::new(instance.id, missing("a composite curve", "segments")))
+        let empty = || point.unwrap_or_else(|| Trouble::new(instance.id, missing("a composite curve", "segments")));
+        spline::join(&pieces).ok_or_else(empty)
     }
 
     /// Number of instances that reading a curve visits, each as often as lists lead to it. `known`: what is counted.

@@ -319,7 +319,7 @@ impl Geometry<'_> {
             (low, high) = (high, low);
         }
         let curve = match carrier {
-            Carrier::Line { .. } if low == high => return Err(Trouble::new(id, missing("a trimmed line", "length"))),
+            Carrier::Line { .. } if low == high => return Err(Trouble::new(id, CurveTrouble::OnePoint)),
             Carrier::Line { .. } => carrier.arc((low, high)),
             Carrier::Round { .. } => {
                 let sweep = (high - low).rem_euclid(TAU);

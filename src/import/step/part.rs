@@ -19,8 +19,8 @@ use super::units::Units;
 use super::values::{Map, Set};
 use crate::control::Call;
 use crate::model::{
-    Coedge, Colour, CurveTrouble, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity,
-    Shell, StepCause, StepOutcome, StepTrouble, Surface, VertexId,
+    Coedge, Colour, Diagnostic, Edge, EdgeId, Face, FaceId, Frame3, Loop, Part, PartError, Severity, Shell, StepCause,
+    StepOutcome, StepTrouble, Surface, VertexId,
 };
 use glam::DVec3;
 
@@ -189,15 +189,14 @@ impl Reader<'_> {
         };
         read().or_else(|trouble| {
             let together = at.start.distance(at.end) <= units.tolerance;
-            let is_point = matches!(*trouble.what, StepTrouble::Curve(CurveTrouble::OnePoint));
-            let closes = !is_point && !geometry.is_straight(EdgeKey::Curve(id));
+            let closes = !trouble.is_point() && !geometry.is_straight(EdgeKey::Curve(id));
             if (together && closes) || self.call.is_cancelled() {
                 return Err(trouble);
             }
             let cause = trouble.seen_from(id);
             // If the straight edge fails, too, report why the curve failed.
             let straight = EdgeDraft::new(id, ends, at, straight(at), units).map_err(|_| trouble)?;
-            Ok(EdgeDraft { straightened: Some(cause), ..straight })
+            Ok(EdgeDraft { straightened: straight.curve.is_some().then_some(cause), ..straight })
         })
     }
 

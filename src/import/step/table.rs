@@ -3,7 +3,7 @@
 use super::budget::ReadBudget;
 use super::values::{Attribute, COMPLEX, List, Map, Row, Types, Values};
 use crate::control::Call;
-use crate::model::{StepCause, StepTrouble};
+use crate::model::{CurveTrouble, StepCause, StepTrouble};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -18,6 +18,11 @@ pub(super) struct Trouble {
 impl Trouble {
     pub(super) fn new(entity: u64, what: impl Into<StepTrouble>) -> Self {
         Self { entity, what: Box::new(what.into()) }
+    }
+
+    /// Whether a curve is a single point, which an edge without length may be.
+    pub(super) fn is_point(&self) -> bool {
+        matches!(*self.what, StepTrouble::Curve(CurveTrouble::OnePoint))
     }
 
     /// The cause in a diagnostic of instance `id`.

@@ -16,7 +16,7 @@ pub enum CurveTrouble {
         /// The curve's type.
         keyword: String,
     },
-    /// A polyline has fewer than two distinct points, or a circle has no radius.
+    /// A polyline has fewer than two distinct points, a circle has no radius, or a line is trimmed to no length.
     #[error("the curve is a single point")]
     OnePoint,
     /// A trim is neither a point nor a parameter.
