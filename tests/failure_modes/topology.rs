@@ -1,6 +1,6 @@
 //! How bodies are composed: edges of many faces, coincident faces, lost faces, tiny faces.
 
-use crate::body::{Body, ball, frame};
+use crate::body::{Body, ball, cap, frame, level};
 use crate::common::{self, prepared};
 use crate::ladder::Ladder;
 use glam::DVec3;
@@ -298,6 +298,25 @@ fn wires_of_a_sphere_run_as_those_of_neighbours_and_planes_say() {
     ] {
         let solid = Ladder::solid(eighth(radius, 0.0, wrong), ball(radius) / 8.0, 5.0 / 4.0 * PI * radius * radius);
         solid.named(wrong).told(told.as_slice()).climb();
+    }
+}
+
+#[test]
+fn a_dome_whose_flags_are_all_wrong() {
+    // A cap of height 2 of a ball of radius 5, on a disc of radius 4.
+    let (whole, area) = (ball(5.0), 16.0 * PI);
+    for (reversed, told, volume, round) in [
+        // All senses: the face of the sphere would have its stated sense on neither side of the disc but this one.
+        (true, vec!["wire-against-planes", "shell-inside-out"], cap(5.0, 2.0), 20.0 * PI),
+        // All bounds, or the sense of the disc.
+        (false, vec!["wire-side-unsure"], whole - cap(5.0, 2.0), 80.0 * PI),
+    ] {
+        let mut body = Body::solid();
+        let rim = body.circle(&level(3.0), 4.0);
+        body.face(Surface::Sphere { frame: Frame3::WORLD, radius: 5.0 }, vec![vec![rim.against()]], reversed);
+        let disc = Surface::Plane { frame: frame(DVec3::Z * 3.0, -DVec3::Z, DVec3::X) };
+        body.face(disc, vec![vec![rim.along()]], reversed);
+        Ladder::solid(body.finish(), volume, area + round).named(reversed).told(&told).climb();
     }
 }
 

@@ -46,13 +46,19 @@ pub enum WireTrouble {
         /// How many edges.
         edges: usize,
     },
-    /// A face of a closed surface is in a shell whose planes all have wires against their normals; its wires were
-    /// reversed, too.
-    #[error("the wires of all {planes} planes of its shell run clockwise; its wires were reversed, too")]
+    /// A face of a closed surface is in a shell whose planes and cylinders all have wires that run clockwise; its wires
+    /// were reversed, too.
+    #[error("the wires of all {faces} planes and cylinders of its shell run clockwise; its wires were reversed, too")]
     AgainstPlanes {
-        /// How many planes.
-        planes: usize,
+        /// How many planes and cylinders.
+        faces: usize,
     },
+    /// A face of a closed surface is in a shell whose only plane or cylinder has wires that run clockwise: one of the two
+    /// may be the other side of its wires.
+    #[error(
+        "the wires of the only plane or cylinder of its shell run clockwise; it may be the other side of its wires"
+    )]
+    SideUnsure,
     /// A face of a closed surface would lie on its neighbours along all its edges; its wires were reversed.
     #[error("the face would lie on its neighbours along all of its {edges} edges; its wires were reversed")]
     FoldsBack {
@@ -84,6 +90,7 @@ codes!(WireTrouble {
     Self::BridgesFilled { .. } => "wire-gaps-filled",
     Self::AgainstNeighbours { .. } => "wire-against-neighbours",
     Self::AgainstPlanes { .. } => "wire-against-planes",
+    Self::SideUnsure => "wire-side-unsure",
     Self::FoldsBack { .. } => "wire-folds-back",
     Self::EdgeOffVertex { .. } => "edge-misses-vertex"
 });

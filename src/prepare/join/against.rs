@@ -2,14 +2,17 @@
 //!
 //! On a closed surface, the direction of the wires says which of two sides is the face. If a flag of the file is wrong,
 //! the other side would be taken. Three things tell that it is. In a closed shell, two faces run along their common
-//! edge in opposite directions. Wires of planes run counter-clockwise: if none of a shell's planes does, all wires run
-//! the wrong way. And no face lies on its neighbours along all its edges.
+//! edge in opposite directions. Wires of planes and cylinders run counter-clockwise: if none of a shell's does, all wires
+//! run the wrong way. And no face lies on its neighbours along all its edges.
 
 use super::chains::{Sum, TurnedFace, sums};
 use crate::math::buckets::Buckets;
-use crate::model::{Coedge, EdgeId, Face, Frame3, Loop, Part, Severity, ShellKind, Surface, SurfaceKind, WireTrouble};
+use crate::model::{
+    Coedge, EdgeId, Face, FaceError, Frame3, Loop, Part, Severity, ShellKind, Surface, SurfaceKind, WireTrouble,
+};
 use crate::prepare::regions::boundary::{boundary, of_boundary};
 use crate::prepare::report::finding::Finding;
+use crate::prepare::tiles::draft::FaceDraft;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::wires::chain::Chain;
 use crate::prepare::wires::heal::Healing;
@@ -30,14 +33,57 @@ pub(crate) fn with_turned_wires<'a>(
     }
     for (face, told) in wrong_faces(&part, free) {
         done.push(Healing { face, severity: Severity::Warning, told: Finding::new(None, told) });
-        for l in &mut part.to_mut().faces[face].loops {
-            if let Loop::Edges(coedges) = l {
-                coedges.reverse();
-                coedges.iter_mut().for_each(|c| c.reversed = !c.reversed);
-            }
-        }
+        turn_wires(&mut part.to_mut().faces[face]);
     }
     part
+}
+
+/// Reverses the wires of a face.
+fn turn_wires(face: &mut Face) {
+    for l in &mut face.loops {
+        if let Loop::Edges(coedges) = l {
+            coedges.reverse();
+            coedges.iter_mut().for_each(|c| c.reversed = !c.reversed);
+        }
+    }
+}
+
+/// The faces of a shell that may be the other side of their wires.
+pub(crate) fn unsure_faces(part: &Part, shell: u32) -> Vec<usize> {
+    let is_unsure = |f: &Face| f.shell == shell && may_have_two_sides(part, f) && !has_seam(f) && is_closed(&f.surface);
+    part.faces.iter().enumerate().filter(|(_, f)| is_unsure(f)).map(|(face, _)| face).collect()
+}
+
+/// Where the wires of the only plane or cylinder of a shell run clockwise, takes the other side of the wires of a face that
+/// has one and was flipped, too: all flags are wrong. `reversed`: whether outward normals of faces are opposite to
+/// `S_u × S_v`. Returns whether a face has a new draft, and the faces that may be the other side, too.
+pub(crate) fn take_other_sides(
+    part: &mut Cow<'_, Part>,
+    drafts: &mut [Option<FaceDraft>],
+    reversed: &[bool],
+    draft: impl Fn(&Part, &Face) -> Result<FaceDraft, FaceError>,
+) -> (bool, Vec<usize>) {
+    let (mut found, mut others) = (false, Vec::new());
+    if !part.faces.iter().any(|face| may_have_two_sides(part, face)) {
+        return (found, others);
+    }
+    for (shell, clockwise) in (0..).zip(clockwise_faces(part)) {
+        let Some(faces @ 1..LEAST_CLOCKWISE) = clockwise else { continue };
+        for k in unsure_faces(part, shell) {
+            let mut face = part.faces[k].clone();
+            turn_wires(&mut face);
+            let again = if reversed[k] == face.reversed { None } else { draft(part, &face).ok() };
+            let Some(mut again) = again else {
+                others.push(k);
+                continue;
+            };
+            again.repairs.push(Finding::new(None, WireTrouble::AgainstPlanes { faces }));
+            drafts[k] = Some(again);
+            part.to_mut().faces[k] = face;
+            found = true;
+        }
+    }
+    (found, others)
 }
 
 /// Faces whose wires run the wrong way, and what tells it.
@@ -61,20 +107,20 @@ fn wrong_faces(part: &Part, free: &FreeFaces) -> Vec<(usize, WireTrouble)> {
     let against = |face: usize| of_faces[face].iter().filter(|sum| sum.uses == 2).map(move |sum| sum.other(face));
     let has_even = |face: usize| chains[face].len() > of_faces[face].len();
     let agrees = |face: usize, but: usize| has_even(face) && against(face).all(|other| other == but);
-    let planes = wrong_planes(part);
+    let clockwise = clockwise_faces(part);
     let users = LazyCell::new(|| edge_users(part));
     let mut wrong = Vec::new();
     for (face, f) in part.faces.iter().enumerate().filter(|(_, f)| may_have_two_sides(part, f)) {
         let alone = !of_faces[face].is_empty() && !has_even(face);
-        let of_shell = planes.get(f.shell as usize).copied().flatten().filter(|&count| count >= LEAST_PLANES);
+        let of_shell = clockwise.get(f.shell as usize).copied().flatten().filter(|&count| count >= LEAST_CLOCKWISE);
         let told = if alone && against(face).count() > 0 && against(face).all(|other| agrees(other, face)) {
             WireTrouble::AgainstNeighbours { edges: against(face).count() }
-        } else if let Some(planes) = of_shell {
+        } else if let Some(faces) = of_shell {
             // A seam says on which side the face is.
             if !of_faces[face].is_empty() || has_seam(f) {
                 continue;
             }
-            WireTrouble::AgainstPlanes { planes }
+            WireTrouble::AgainstPlanes { faces }
         } else if matches!(f.surface.kind(), SurfaceKind::Sphere | SurfaceKind::Torus)
             && let Some(edges) = lies_on_neighbours(part, face, &users)
         {
@@ -96,11 +142,11 @@ fn has_seam(face: &Face) -> bool {
     edges.windows(2).any(|pair| pair[0] == pair[1])
 }
 
-/// Fewer planes whose wires run clockwise may have flags of their own that are wrong.
-const LEAST_PLANES: usize = 2;
+/// Fewer planes and cylinders whose wires run clockwise may have flags of their own that are wrong.
+const LEAST_CLOCKWISE: usize = 2;
 
-/// By shell, how many planes it has whose wires run clockwise; `None` if wires of another plane do not.
-fn wrong_planes(part: &Part) -> Vec<Option<usize>> {
+/// By shell, how many planes and cylinders have wires that run clockwise; `None` if those of another do not.
+fn clockwise_faces(part: &Part) -> Vec<Option<usize>> {
     let mut shells = vec![Some(0); part.shells.len()];
     for face in &part.faces {
         let Some(of_shell @ Some(_)) = shells.get_mut(face.shell as usize) else { continue };
@@ -113,12 +159,17 @@ fn wrong_planes(part: &Part) -> Vec<Option<usize>> {
     shells
 }
 
-/// Whether the wires of a plane run counter-clockwise around its area. `None` for other faces, and without area.
+/// Whether the wires of a plane or a cylinder run counter-clockwise around its area. `None` for other faces, without area,
+/// and if the wires go around the cylinder together: they bound no area then.
 fn runs_around(part: &Part, face: &Face) -> Option<bool> {
     /// Points per edge.
     const POINTS: u32 = 8;
-    let Surface::Plane { frame } = &face.surface else { return None };
-    let (mut area, mut size) = (0.0, 0.0_f64);
+    let (frame, radius) = match &face.surface {
+        Surface::Plane { frame } => (frame, None),
+        Surface::Cylinder { frame, radius } => (frame, Some(*radius)),
+        _ => return None,
+    };
+    let (mut area, mut around, mut size) = (0.0, 0.0, 0.0_f64);
     for wire in face.wires().filter(|_| !face.lost && face.refused.is_none()) {
         let points: Vec<DVec3> = wire
             .iter()
@@ -126,11 +177,20 @@ fn runs_around(part: &Part, face: &Face) -> Option<bool> {
             .filter_map(|(c, share)| Some(point_on(part, c, share)?[0]))
             .map(|p| frame.local(p))
             .collect();
-        let next = points.iter().cycle().skip(1);
-        area += points.iter().zip(next).map(|(p, q)| p.x * q.y - p.y * q.x).sum::<f64>();
-        size = points.iter().map(|p| p.truncate().distance_squared(points[0].truncate())).fold(size, f64::max);
+        for (p, q) in points.iter().zip(points.iter().cycle().skip(1)) {
+            let across = p.x * q.y - p.y * q.x;
+            area += match radius {
+                None => across,
+                Some(radius) => {
+                    let turn = radius * libm::atan2(across, p.x * q.x + p.y * q.y);
+                    around += turn;
+                    -(p.z + q.z) * turn
+                }
+            };
+        }
+        size = points.iter().map(|p| p.distance_squared(points[0])).fold(size, f64::max);
     }
-    (area.abs() > 1e-6 * size).then_some(area > 0.0)
+    (area.abs() > 1e-6 * size && around * around <= 1e-6 * size).then_some(area > 0.0)
 }
 
 /// A point of a coedge and its direction there, by the share of its way. `None` if there is no such edge.

@@ -1,6 +1,6 @@
 //! Part -> prepared part: drafts each face, orients all faces, closes them against each other, and reports diagnostics.
 
-use super::against::with_turned_wires;
+use super::against::{take_other_sides, unsure_faces, with_turned_wires};
 use super::chains::{Closedness, Sum, TurnedFace};
 use super::closing::Closure;
 use super::kept::{FaceContent, KeptFace, KeptFaces};
@@ -77,12 +77,21 @@ pub(crate) fn prepare_part(
     }
     let mut faces = maker.fill(results);
     let mut directed = maker.direct(&mut faces);
+    let draft = |part: &Part, face: &Face| {
+        let shared = shared_edges(part, &maker.free);
+        guarded(|| face::draft(part, face, None, size, &shared, &budget.room))
+    };
+    let (found, unsure) = take_other_sides(&mut maker.part, &mut faces.drafts, &directed.reversed, draft);
+    if found {
+        directed = maker.direct(&mut faces);
+    }
     if budget.exceeded() {
         call.discard(faces.drafts);
         call.discard(kept);
         return PreparedPart::default();
     }
     let without_area = maker.tell_faces(&mut faces, healings);
+    unsure.iter().for_each(|&face| maker.tell(face, Severity::Warning, Finding::new(None, WireTrouble::SideUnsure)));
     let has_draft: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
     let mut assembled = maker.assemble(faces.drafts, &directed.reversed);
     if budget.exceeded() {
@@ -524,7 +533,10 @@ impl PartPreparation<'_> {
             let faces = t.faces;
             let (severity, kind) = match t.fault {
                 Fault::InsideOut { volume: volume_mm3 } => {
-                    (Severity::Note, ShellTrouble::InsideOut { faces, volume_mm3 })
+                    // One wrong sense does that, too, where the face could be the other side of its wires.
+                    let is_sure = unsure_faces(&self.part, self.part.faces[t.face].shell).is_empty();
+                    let severity = if is_sure { Severity::Note } else { Severity::Warning };
+                    (severity, ShellTrouble::InsideOut { faces, volume_mm3 })
                 }
                 Fault::VoidOutside => (Severity::Note, ShellTrouble::VoidOutside { faces }),
                 Fault::NoVolume => (Severity::Warning, ShellTrouble::NoVolume { faces }),
