@@ -27,7 +27,7 @@ impl SurfaceBounds {
     /// Bounds all patches.
     ///
     /// Sub-boxes per patch and direction: 1 where the degree is 1, else 4; 2 or 1 on surfaces with many patches or
-    /// large rational nets. Cost: a few µs per sub-box up to degree (3, 3).
+    /// large rational nets; more where weights differ or the net turns. Cost: a few µs per sub-box up to degree (3, 3).
     #[must_use]
     pub fn new(patches: &BezierPatches) -> Self {
         let [cuts_u, cuts_v] = [0, 1].map(|axis| cuts::of_surface(patches, axis));
@@ -105,7 +105,8 @@ impl CurveBounds {
         self.strips.iter().all(|s| s.second == 0.0)
     }
 
-    /// Bounds all segments: lines in one strip and circular arcs in two, in closed form; others in up to four strips.
+    /// Bounds all segments: lines in one strip and circular arcs in two, in closed form; others in up to four strips, or more
+    /// where weights differ or the control polygon turns.
     ///
     /// A straight curve lies on its chords, however uneven its speed: its second derivative counts as 0.
     #[must_use]
