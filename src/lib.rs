@@ -40,6 +40,9 @@
 //! [named shapes](model::shapes). Triangles go to a file ([`out::open`]), to a picture (`out::wgpu`), to
 //! memory ([`mesh::MemorySink`]) or to [a sink of your own](mesh::MeshSink). All lengths are in millimetres.
 //!
+//! The message of an error is one line that includes its causes. They are public fields;
+//! [`source`](std::error::Error::source) does not repeat them.
+//!
 //! The modules below are listed in the order in which data flows through them. Each may `use` only modules above it;
 //! `docs/architecture.md` has the exact table and `tests/layers.rs` checks it.
 

@@ -1,13 +1,18 @@
-//! docs/diagnostics.md against the kinds of diagnostics; the messages of some.
+//! docs/diagnostics.md against the kinds of diagnostics; the messages of some, and of errors with a cause.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::collections::BTreeSet;
+use std::error::Error;
 use std::fs;
+use std::io;
 use std::path::Path;
+use trimtess::mesh::{GridTooCoarse, SinkError};
 use trimtess::model::{
-    DiagnosticKind, EdgeId, FaceError, FaceId, FaceTrouble, ShellTrouble, StepCause, StepOutcome, StepTrouble,
-    TileTrouble,
+    DiagnosticKind, EdgeId, FaceError, FaceId, FaceTrouble, ModelError, PartError, PartId, ShellTrouble, SplineError,
+    StepCause, StepOutcome, StepTrouble, SurfaceError, TileId, TileTrouble, TrimError,
 };
+use trimtess::parallel::FrameError;
+use trimtess::view::InvalidView;
 
 /// Codes that only the program reports.
 const OF_THE_PROGRAM: [&str; 4] = ["check-failed", "plan-coarser", "face-rounded-away", "triangles-rounded-away"];
@@ -76,4 +81,84 @@ fn messages_are_formatted_from_the_kind() {
     for (kind, code, words) in cases {
         assert_eq!((kind.code(), kind.to_string().as_str()), (code, words));
     }
+}
+
+/// Errors that have a cause, of each kind that can be made from outside.
+fn errors_with_a_cause() -> Vec<Box<dyn Error>> {
+    let full = || io::Error::other("full");
+    let (spline, face) = (SplineError::Degree { degree: 0 }, FaceId(2));
+    let surface = SurfaceError::Spline { direction: 'u', error: spline };
+    let part = PartError::Surface { face, error: surface };
+    let trim = TrimError::Spline { piece: 1, error: spline };
+    let unsound = |error: SurfaceError| StepCause { entity: Some(6), trouble: Box::new(error.into()) };
+    let grid = GridTooCoarse { part: PartId(0), tile: TileId(1), moved: 1e-3, chord: 1e-4 };
+    let diagnostics: [DiagnosticKind; 3] = [
+        StepOutcome::FaceLeftOut(unsound(surface)).into(),
+        FaceTrouble::Unusable(FaceError::Surface(surface)).into(),
+        FaceTrouble::Filled { cause: FaceError::Refused(unsound(surface)), area_mm2: 4.0 }.into(),
+    ];
+    let mut errors: Vec<Box<dyn Error>> = diagnostics.into_iter().map(Into::into).collect();
+    errors.extend::<[Box<dyn Error>; 9]>([
+        SinkError::new("a.obj", full()).into(),
+        FrameError::from(SinkError::new("a.obj", full())).into(),
+        FrameError::from(grid).into(),
+        FrameError::View { view: 1, why: InvalidView::Size { width: 0, height: 4 } }.into(),
+        SurfaceError::Curve(spline).into(),
+        ModelError::Part { part: PartId(0), error: part }.into(),
+        PartError::Trim { face, curve: 3, error: trim }.into(),
+        FaceError::Trim { curve: 3, error: trim }.into(),
+        StepTrouble::from(part).into(),
+    ]);
+    #[cfg(feature = "step")]
+    errors.extend(errors_of_reading());
+    errors
+}
+
+#[cfg(feature = "step")]
+fn errors_of_reading() -> [Box<dyn Error>; 2] {
+    use trimtess::import::step::{StepError, StepOptions, read};
+    let options = StepOptions::DEFAULT.with_max_syntax_repairs(0);
+    let io = StepError::Io { path: "a.step".into(), error: io::Error::other("no such disk") };
+    [io.into(), read(b"ISO-10303-21;HEADER;ENDSEC;DATA;#1=A('", &options).unwrap_err().into()]
+}
+
+#[test]
+fn no_message_is_in_the_chain_of_an_error_twice() {
+    for error in errors_with_a_cause() {
+        let mut chain = vec![error.to_string()];
+        let mut cause = error.source();
+        while let Some(error) = cause {
+            chain.push(error.to_string());
+            cause = error.source();
+        }
+        let twice = chain.iter().enumerate().any(|(k, outer)| chain[k + 1..].iter().any(|inner| outer.contains(inner)));
+        assert!(!twice, "{chain:?}");
+    }
+}
+
+/// What no sample can show, such as the error of a system that refuses threads.
+#[test]
+fn only_transparent_errors_have_a_source() {
+    fn sources(folder: &Path, bad: &mut Vec<String>) {
+        for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if entry.is_dir() {
+                sources(&entry, bad);
+            } else if entry.extension().is_some_and(|extension| extension == "rs") {
+                let text = fs::read_to_string(&entry).unwrap();
+                let mut of_variant = "";
+                for line in text.lines().map(str::trim_start) {
+                    if line.starts_with("#[error(") {
+                        of_variant = line;
+                    }
+                    let is_source = line.contains("#[source]") || line.contains("#[from]");
+                    if is_source && of_variant != "#[error(transparent)]" {
+                        bad.push(format!("{}: {line}", entry.display()));
+                    }
+                }
+            }
+        }
+    }
+    let mut bad = Vec::new();
+    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut bad);
+    assert!(bad.is_empty(), "{bad:#?}");
 }

@@ -131,7 +131,7 @@ pub(crate) fn written(tile: &WrittenTile) -> tt_tile {
 
 /// What a callback that returned another number than 0 means.
 pub(crate) fn refused(name: &str, number: i32) -> SinkError {
-    SinkError { context: name.to_owned(), cause: std::io::Error::other(format!("it returned {number}")) }
+    SinkError::new(name, std::io::Error::other(format!("it returned {number}")))
 }
 
 impl TileMemory for Memory {
@@ -140,8 +140,7 @@ impl TileMemory for Memory {
         let mut room = tt_room { size, reserved: 0, vertices: ptr::null_mut(), indices: ptr::null_mut(), place: 0 };
         match (self.room)(self.user.get(), &written(tile), &mut room) {
             0 if room.vertices.is_null() || room.indices.is_null() => {
-                let cause = std::io::Error::other("it gave null");
-                Err(SinkError { context: "tt_memory.room".into(), cause })
+                Err(SinkError::new("tt_memory.room", std::io::Error::other("it gave null")))
             }
             0 => {
                 let vertices = (room.vertices.cast(), tile.vertex_bytes());

@@ -96,7 +96,6 @@ impl Jobs for Rayon {
 #[non_exhaustive]
 pub struct StartError {
     /// The system's error.
-    #[source]
     pub cause: std::io::Error,
 }
 

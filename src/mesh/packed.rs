@@ -123,7 +123,7 @@ impl MeshSink for PackedFrame {
         let known = self.parts.get_mut(part.index());
         known.map_or(Ok(()), |known| known.push(face, tile, mesh)).map_err(|cause| {
             let context = format!("part {} of {:?}", part.0, self.scene.name);
-            SinkError { context, cause }
+            SinkError::new(context, cause)
         })
     }
 

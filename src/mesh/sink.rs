@@ -42,7 +42,7 @@ pub trait MeshSink: Send {
     /// When the sink takes whole frames only, like files; `abort` follows. The provided implementation always fails.
     fn begin_changes(&mut self, scene: &Scene, _changes: &SceneChanges<'_>) -> Result<(), SinkError> {
         let context = format!("incremental frame of {:?} for a sink that takes whole frames only", scene.name);
-        Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
+        Err(SinkError::new(context, std::io::ErrorKind::Unsupported))
     }
 
     /// Starts an incremental frame of another model, after [`Session::update`](crate::parallel::Session::update). Part
@@ -61,7 +61,7 @@ pub trait MeshSink: Send {
         _from: &[Option<PartId>],
     ) -> Result<(), SinkError> {
         let context = format!("another model, {:?}, for a sink that takes one model only", scene.name);
-        Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
+        Err(SinkError::new(context, std::io::ErrorKind::Unsupported))
     }
 
     /// Receives the triangles of one tile. Instances share their part's batches.
@@ -84,7 +84,7 @@ pub trait MeshSink: Send {
     /// implementation always fails.
     fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
         let context = format!("{} tiles written for a sink that takes meshes", tiles.len());
-        Err(SinkError { context, cause: std::io::ErrorKind::Unsupported.into() })
+        Err(SinkError::new(context, std::io::ErrorKind::Unsupported))
     }
 
     /// Receives the polyline of one B-rep edge. The provided implementation ignores it.

@@ -153,7 +153,7 @@ impl WrittenTile {
         }
         let count = |n: usize| {
             let cause = || std::io::Error::other(format!("{n} vertices or triangles exceed 32 bits"));
-            u32::try_from(n).map_err(|_| NotWritten::Sink(SinkError { context: "a tile".into(), cause: cause() }))
+            u32::try_from(n).map_err(|_| NotWritten::Sink(SinkError::new("a tile", cause())))
         };
         (self.vertices, self.triangles) = (count(mesh.positions.len())?, count(mesh.triangles.len())?);
         self.wide = self.layout.is_wide(mesh.positions.len());
@@ -185,7 +185,7 @@ impl WrittenTile {
         memory.release(&self);
         let (vertices, indices) = (self.vertex_bytes(), self.index_bytes());
         let cause = std::io::Error::other(format!("{vertices} + {indices} bytes asked for"));
-        Err(NotWritten::Sink(SinkError { context: "room of another size, or none, for a tile".into(), cause }))
+        Err(NotWritten::Sink(SinkError::new("room of another size, or none, for a tile", cause)))
     }
 
     /// Writes the vertices by a loop for their formats of position and normal.

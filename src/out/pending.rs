@@ -82,7 +82,7 @@ pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result
 
 /// The error of a file that could not be written.
 pub(super) fn cannot_write(path: &Path, cause: io::Error) -> SinkError {
-    SinkError { context: format!("cannot write {}", path.display()), cause }
+    SinkError::new(format!("cannot write {}", path.display()), cause)
 }
 
 /// Files that appear together or not at all. Dropped before [`Outputs::publish`], they leave nothing.
@@ -217,8 +217,7 @@ fn short(name: &OsStr, serial: u32) -> OsString {
 
 impl PendingFile {
     pub(super) fn create(path: &Path) -> Result<Self, SinkError> {
-        let context = || format!("cannot create {}", path.display());
-        let fail = |cause| SinkError { context: context(), cause };
+        let fail = |cause| SinkError::new(format!("cannot create {}", path.display()), cause);
         // Keep a link and replace its target.
         let path = target_of(path);
         let known = match fs::metadata(&path) {

@@ -218,8 +218,7 @@ impl Rows {
             Feed::Views { whole: false, changes, from: Some(from), .. } => sink.begin_update(scene, &changes, from),
             Feed::Views { whole: false, changes, from: None, .. } => sink.begin_changes(scene, &changes),
             _ => sink.begin(scene),
-        }
-        .map_err(FrameError::Sink)?;
+        }?;
         let gone = match feed {
             Feed::Views { forgotten, .. } => forgotten,
             Feed::All(..) => &[],
@@ -230,13 +229,13 @@ impl Rows {
         }
         for line in self.lines.drain(..) {
             feed.goes_on()?;
-            sink.edge_line(line).map_err(FrameError::Sink)?;
+            sink.edge_line(line)?;
         }
         feed.goes_on()?;
         if let Feed::Views { drawn: [drawn, before], .. } = feed {
-            sink.drawn(drawn, before).map_err(FrameError::Sink)?;
+            sink.drawn(drawn, before)?;
         }
-        sink.end().map_err(FrameError::Sink)
+        Ok(sink.end()?)
     }
 
     /// Tells the sink which tiles are gone, and gives it those of each worker.
@@ -274,7 +273,7 @@ impl Rows {
                         evict(before(&mut gone, (batch.part, batch.tile)), sink)?;
                     }
                     if !whole || !batch.mesh.triangles.is_empty() {
-                        sink.batch(batch).map_err(FrameError::Sink)?;
+                        sink.batch(batch)?;
                     }
                 }
             }
@@ -322,12 +321,12 @@ fn give(tiles: &[WrittenTile], taken: &mut usize, sink: &mut dyn MeshSink) -> Re
     }
     *taken += tiles.len();
     let mut taking = Taking { left: tiles.iter(), taken };
-    sink.written(&mut taking.left).map_err(FrameError::Sink)?;
+    sink.written(&mut taking.left)?;
     match taking.left.len() {
         0 => Ok(()),
         left => {
             let context = format!("{left} of {} written tiles were left by the sink", tiles.len());
-            Err(FrameError::Sink(SinkError { context, cause: std::io::ErrorKind::InvalidInput.into() }))
+            Err(SinkError::new(context, std::io::ErrorKind::InvalidInput).into())
         }
     }
 }
@@ -336,7 +335,7 @@ fn give(tiles: &[WrittenTile], taken: &mut usize, sink: &mut dyn MeshSink) -> Re
 fn evict(tiles: Gone<'_>, sink: &mut dyn MeshSink) -> Result<(), FrameError> {
     for &(part, tile, face) in tiles {
         let mut batch = Batch { part, face, tile, worker: 0, mesh: TileMesh::default() };
-        sink.batch(&mut batch).map_err(FrameError::Sink)?;
+        sink.batch(&mut batch)?;
     }
     Ok(())
 }
@@ -344,7 +343,7 @@ fn evict(tiles: Gone<'_>, sink: &mut dyn MeshSink) -> Result<(), FrameError> {
 /// The error of a sink that panicked.
 pub(super) fn sink_panicked(payload: &(dyn Any + Send)) -> FrameError {
     let cause = std::io::Error::other(panic_message(payload));
-    FrameError::Sink(SinkError { context: "the sink panicked".into(), cause })
+    SinkError::new("the sink panicked", cause).into()
 }
 
 /// Why a tile could not be written, if any could not. The frame must then be dropped before the sink hears of it.
@@ -354,8 +353,8 @@ pub(super) fn refusal(deliveries: &mut [Delivery]) -> Option<FrameError> {
     // The first one, whoever made it.
     let (_, _, why) = refused.min_by_key(|&(part, tile, _)| (part, tile))?;
     Some(match why {
-        NotWritten::Sink(error) => FrameError::Sink(error),
-        NotWritten::Grid(error) => FrameError::Grid(error),
+        NotWritten::Sink(error) => error.into(),
+        NotWritten::Grid(error) => error.into(),
     })
 }
 

@@ -246,7 +246,7 @@ mod tests {
         fn call(&mut self) -> Result<(), SinkError> {
             self.calls += 1;
             if self.calls == self.at {
-                return Err(SinkError { context: "disk".into(), cause: std::io::Error::other("full") });
+                return Err(SinkError::new("disk", std::io::Error::other("full")));
             }
             assert!(self.calls < self.at, "called after it refused");
             Ok(())

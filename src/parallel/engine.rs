@@ -358,7 +358,7 @@ impl Engine {
         if self.writer.is_none() && !lists.contain(reads) {
             self.forget();
             let context = format!("a frame with {lists:?}, made for another sink; this one reads {reads:?}");
-            return Err(FrameError::Sink(SinkError { context, cause: std::io::ErrorKind::InvalidInput.into() }));
+            return Err(SinkError::new(context, std::io::ErrorKind::InvalidInput).into());
         }
         let Some(Live { residency, .. }) = &mut self.live else {
             return Err(FrameError::Lost { why: "a frame of views without a plan".into() });

@@ -29,15 +29,14 @@ pub enum FrameError {
         /// Index of the view.
         view: usize,
         /// What is wrong with it.
-        #[source]
         why: InvalidView,
     },
     /// The sink refused, or panicked, or [reads](crate::mesh::MeshSink::reads) more than was made.
-    #[error("{0}")]
-    Sink(#[source] SinkError),
+    #[error(transparent)]
+    Sink(#[from] SinkError),
     /// A tile does not fit the grid that the sink's layout asks for. The sink was not touched.
-    #[error("{0}")]
-    Grid(#[source] GridTooCoarse),
+    #[error(transparent)]
+    Grid(#[from] GridTooCoarse),
     /// The plan is one of another model: it was made before an [update](super::Session::update), perhaps.
     #[error(
         "the plan is one of another model: part {} has {} tiles and {} edges instead of {} and {}",

@@ -318,11 +318,19 @@ impl Session {
     /// the same bytes for any number of workers and threads, except for
     /// [`Batch::worker`](crate::mesh::Batch::worker) and the order of tiles [in its memory](Self::write_into).
     ///
+    /// The frame is of the model as it was prepared: instances have the places, colours and visibility of
+    /// [`Prepared::scene`], and those that were added at run time are not in it.
+    ///
     /// Cancels a frame of views that was begun. The next frame of views is a whole one. A plan of which the caller
     /// keeps no other handle is freed on the session's threads.
     ///
     /// # Errors
-    /// When the sink refuses: `abort` was called, the session can go on. After an internal error: the session is over.
+    /// * [`FrameError::Plan`] if the plan is one of another model: the sink was not touched.
+    /// * [`FrameError::Grid`] if a tile does not fit the grid of the sink's layout
+    ///   ([`write_into`](Self::write_into)): the sink was not touched.
+    /// * [`FrameError::Sink`] if the sink refuses or panics: its `abort` was called. If its memory does: the sink was
+    ///   not touched.
+    /// * [`FrameError::Lost`] after an internal error. The session is over; after the others it can go on.
     pub fn frame(&mut self, plan: impl Into<Arc<Plan>>, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
         self.frame_controlled(plan, &Control::default(), sink)
     }
@@ -330,7 +338,7 @@ impl Session {
     /// As [`frame`](Self::frame), with progress and cancellation between tiles.
     ///
     /// # Errors
-    /// As [`frame`](Self::frame). When cancelled: the sink was not touched, or its `abort` was called. The session can go on.
+    /// As [`frame`](Self::frame), and [`FrameError::Cancelled`]: the sink was not touched, or its `abort` was called.
     pub fn frame_controlled(
         &mut self,
         plan: impl Into<Arc<Plan>>,
@@ -356,7 +364,7 @@ impl Session {
     /// workers and threads, with the exceptions of [`frame`](Self::frame).
     ///
     /// # Errors
-    /// As [`frame`](Self::frame).
+    /// As [`begin`](Self::begin) and [`finish`](Self::finish).
     pub fn view(&mut self, views: &[View], sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
         self.begin(views)?;
         self.finish(sink)
@@ -370,8 +378,8 @@ impl Session {
     /// Cost on this thread: a copy of the views, and of what was set or moved since the last call.
     ///
     /// # Errors
-    /// When a view is invalid: nothing changes, and a frame that was begun goes on. After an internal error: the
-    /// session is over.
+    /// [`FrameError::View`] if a view is invalid: nothing changes, and a frame that was begun goes on.
+    /// [`FrameError::Lost`] after an internal error: the session is over.
     pub fn begin(&mut self, views: &[View]) -> Result<(), FrameError> {
         let _span = tracing::debug_span!("begin").entered();
         for (k, view) in views.iter().enumerate() {
@@ -455,7 +463,9 @@ impl Session {
     /// Waits for the frame that was begun and updates `sink` as [`view`](Self::view) does. Without one, does nothing.
     ///
     /// # Errors
-    /// As [`frame`](Self::frame).
+    /// * [`FrameError::Sink`] if the sink [reads](MeshSink::reads) more than was made: it was not touched, and the next
+    ///   frame of views is a whole one.
+    /// * [`FrameError::Grid`], [`FrameError::Sink`] and [`FrameError::Lost`] as in [`frame`](Self::frame).
     pub fn finish(&mut self, sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
         self.wait()?;
         match &mut self.engine {

@@ -167,7 +167,7 @@ impl<S: Stages> Worker<'_, S> {
 /// The memory of a sink panicked.
 fn panicked(payload: &(dyn Any + Send)) -> NotWritten {
     let cause = std::io::Error::other(panic_message(payload));
-    NotWritten::Sink(SinkError { context: "the sink's memory panicked".into(), cause })
+    NotWritten::Sink(SinkError::new("the sink's memory panicked", cause))
 }
 
 /// Adds what is told about one tile to the delivery, and returns its triangles.

@@ -62,7 +62,7 @@ impl Blocks {
 }
 
 fn refused() -> SinkError {
-    SinkError { context: "blocks".into(), cause: std::io::ErrorKind::OutOfMemory.into() }
+    SinkError::new("blocks", std::io::ErrorKind::OutOfMemory)
 }
 
 impl TileMemory for Blocks {

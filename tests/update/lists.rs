@@ -83,7 +83,7 @@ impl ByLists {
     fn call(&mut self) -> Result<(), SinkError> {
         let now = self.refuse == Some(0);
         self.refuse = self.refuse.and_then(|left| left.checked_sub(1));
-        if now { Err(SinkError { context: "lists".into(), cause: std::io::Error::other("full") }) } else { Ok(()) }
+        if now { Err(SinkError::new("lists", std::io::Error::other("full"))) } else { Ok(()) }
     }
 
     /// Counts the entries of a list. Returns how many of them to take.

@@ -42,7 +42,7 @@ impl MeshSink for Counting {
     }
     fn drawn(&mut self, drawn: &DrawnTiles, before: &DrawnTiles) -> Result<(), SinkError> {
         if self.refuses {
-            return Err(SinkError { context: "memory".into(), cause: std::io::Error::other("full") });
+            return Err(SinkError::new("memory", std::io::Error::other("full")));
         }
         self.sink.drawn(drawn, before)
     }

@@ -199,7 +199,7 @@ impl MeshSink for Calls {
     }
     fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
         match self.refuse {
-            true => Err(SinkError { context: "memory".into(), cause: std::io::Error::other("full") }),
+            true => Err(SinkError::new("memory", std::io::Error::other("full"))),
             false => Ok(()),
         }
     }

@@ -72,7 +72,6 @@ pub enum StepError {
         /// The file.
         path: PathBuf,
         /// The system's error.
-        #[source]
         error: std::io::Error,
     },
     /// The file is longer than [`StepOptions::max_bytes`].
@@ -130,7 +129,6 @@ pub enum StepError {
     #[error("{error} ({repairs} syntax errors before it were cut out); export the file again or correct the line")]
     Syntax {
         /// The error.
-        #[source]
         error: SyntaxError,
         /// How many errors were cut out before.
         repairs: usize,

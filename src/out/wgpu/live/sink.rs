@@ -14,7 +14,7 @@ fn refusal(context: &str, kind: io::ErrorKind) -> SinkError {
 }
 
 fn failed(error: RenderError) -> SinkError {
-    SinkError { context: "the graphics device".to_owned(), cause: io::Error::other(error) }
+    SinkError::new("the graphics device", io::Error::other(error))
 }
 
 impl LiveScene {
