@@ -21,8 +21,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     // A thousandth of the model's diagonal, and at least 18 segments per full circle.
-    let chord = Tolerance::relative_chord(Tolerance::DEFAULT_CHORD_REL, prepared.diagonal);
-    let tolerance = Tolerance { chord, angle: Tolerance::DEFAULT_ANGLE_DEGREES.to_radians(), max_edge: None };
+    let tolerance = Tolerance::relative(1e-3, prepared.diagonal);
     let plan = frame::plan(&prepared, &tolerance).require_full()?;
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT)?;
     let mut sink = out::open(output)?;

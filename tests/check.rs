@@ -202,9 +202,8 @@ fn without_polylines_of_edges_every_unbalanced_edge_is_a_defect() {
     assert_eq!(check_part(&frame.batches).defects, 4);
 }
 
-/// A torus grid of 2 million triangles in one part. Prints how long the check takes.
 #[test]
-fn two_million_triangles_are_checked_quickly() {
+fn a_torus_of_two_million_triangles_is_closed_and_has_its_volume() {
     const N: u32 = 1000;
     let angle = |k: u32| f64::from(k % N) * std::f64::consts::TAU / f64::from(N);
     let rows = 40;
@@ -222,9 +221,7 @@ fn two_million_triangles_are_checked_quickly() {
             mesh(&points, &triangles)
         })
         .collect();
-    let start = std::time::Instant::now();
     let facts = check_part(&batches);
-    println!("{} triangles checked in {:?}", facts.triangles, start.elapsed());
     assert!(facts.is_closed(), "{facts}");
     assert_eq!(facts.vertices, u64::from(N * N));
     let exact = 2.0 * std::f64::consts::PI.powi(2) * 3.0;

@@ -85,7 +85,7 @@ fn a_model_that_is_kept_is_prepared_as_one_that_is_given_away() {
     let kept = model();
     let of_kept = prepare_on(&Rayon, &kept, &PrepareOptions::DEFAULT, &Control::default()).unwrap();
     let given = prepare(kept, &PrepareOptions::DEFAULT).unwrap();
-    assert_eq!(format!("{:?}", of_kept.scene), format!("{:?}", given.scene));
+    assert_eq!(of_kept.scene, given.scene);
     assert_eq!(of_kept.diagnostics, given.diagnostics);
     assert_eq!((of_kept.bounds, of_kept.diagonal), (given.bounds, given.diagonal));
 }

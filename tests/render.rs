@@ -57,7 +57,7 @@ fn view_points_show_their_side() {
     for (view, _) in ViewPoint::NAMED {
         let image = renderer.render(&frame, &PLAIN.with_camera(Some(from(view, &frame)))).unwrap();
         let [r, g, ..] = centre(&image);
-        assert_eq!(r > g.saturating_mul(2), view == "bottom", "{view}: {:?}", centre(&image));
+        assert_eq!(r > g.saturating_mul(2), *view == "bottom", "{view}: {:?}", centre(&image));
     }
 }
 
@@ -122,7 +122,7 @@ fn colours_show_the_requested_property() {
         }
         hues.len()
     };
-    let counts: Vec<_> = ColourBy::ALL.iter().map(|(name, by)| (*name, hues(*by))).collect();
+    let counts: Vec<_> = ColourBy::ALL.iter().map(|by| (by.name(), hues(*by))).collect();
     let counted = |name: &str| counts.iter().find(|(known, _)| *known == name).unwrap().1;
     assert_eq!((counted("face"), counted("tile"), counted("worker")), (6, 6, 2), "{counts:?}");
     assert_eq!((counted("model"), counted("part"), counted("rate")), (2, 1, 1), "{counts:?}");
@@ -153,7 +153,7 @@ fn messages_state_what_to_do() {
     let none = NoAdapter { found: vec!["Some GPU: too old".into()] }.to_string();
     assert!(none.contains("Some GPU: too old") && none.contains("mesa-vulkan-drivers"), "{none}");
     let unknown = "depth".parse::<ColourBy>().unwrap_err().to_string();
-    assert!(ColourBy::ALL.iter().all(|(name, _)| unknown.contains(name)), "{unknown}");
+    assert!(ColourBy::ALL.iter().all(|by| unknown.contains(by.name())), "{unknown}");
 }
 
 #[test]

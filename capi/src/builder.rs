@@ -67,7 +67,7 @@ pub struct tt_placement {
     /// The part.
     pub part: u32,
     /// Part to world, millimetres: x, y and z axis, then the origin, 3 numbers each. A rigid motion with an optional
-    /// uniform scale. All zeros stand for the identity.
+    /// reflection and uniform scale. All zeros stand for the identity.
     pub transform: [f64; 12],
     /// 1 if `colour` overrides the colours of the faces.
     pub has_colour: u32,

@@ -144,7 +144,7 @@ pub(crate) fn tolerance(
     let relative = positive("tolerance.chord_rel", from.chord_rel)?;
     let chord = match (positive("tolerance.chord", from.chord)?, relative) {
         (Some(chord), None) => chord,
-        (None, Some(fraction)) => Tolerance::relative_chord(fraction, diagonal),
+        (None, Some(fraction)) => Tolerance::relative(fraction, diagonal).chord,
         _ => return Err(Failure::argument("one of tolerance.chord and chord_rel must be above 0, the other 0")),
     };
     let angle = positive("tolerance.angle", from.angle)?.unwrap_or(Tolerance::DEFAULT_ANGLE_DEGREES.to_radians());

@@ -331,7 +331,7 @@ pub(crate) fn subject(part: Option<u32>, face: Option<u32>, entity: Option<u64>)
 
 /// Serializes a ladder as an object of counts by rung name.
 fn by_rung<S: serde::Serializer>(ladder: &Ladder, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_map(Rung::ALL.map(|rung| (rung.to_string().replace(' ', "_"), ladder.count(rung))))
+    serializer.collect_map(Rung::ALL.iter().map(|rung| (rung.to_string().replace(' ', "_"), ladder.count(*rung))))
 }
 
 /// Serializes a severity as its name.

@@ -111,7 +111,7 @@ impl ToleranceArgs {
     /// The tolerance for a model of this diagonal, millimetres.
     pub(crate) fn resolve(&self, diagonal: f64) -> Tolerance {
         let fraction = self.chord_rel.unwrap_or(Tolerance::DEFAULT_CHORD_REL);
-        let chord = self.chord.unwrap_or(Tolerance::relative_chord(fraction, diagonal));
+        let chord = self.chord.unwrap_or(Tolerance::relative(fraction, diagonal).chord);
         Tolerance { chord, angle: self.angle.min(90.0).to_radians(), max_edge: self.max_edge }
     }
 }

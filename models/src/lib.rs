@@ -15,12 +15,11 @@ mod teapot;
 mod trimmed_teapots;
 
 /// The names that this crate adds to [`shapes::NAMES`].
-pub const NAMES: [&str; 6] =
-    ["teapot", "trimmed-teapot", "flower-teapot", "brake-hub", "brake-rotor", "brake-assembly"];
+pub const NAMES: &[&str] = &["teapot", "trimmed-teapot", "flower-teapot", "brake-hub", "brake-rotor", "brake-assembly"];
 
 /// All names that [`by_name`] accepts, the library's shapes first.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    shapes::NAMES.into_iter().chain(NAMES)
+    shapes::NAMES.iter().chain(NAMES).copied()
 }
 
 /// Builds a model by name. `None` if the name is unknown.

@@ -103,7 +103,7 @@ impl Prepared {
             return Err(errors::out_of_range(py, "chord", chord, "None, as chord_rel is given"));
         }
         let fraction = chord_rel.unwrap_or(Tolerance::DEFAULT_CHORD_REL);
-        let chord = chord.unwrap_or(Tolerance::relative_chord(fraction, self.prepared.diagonal));
+        let chord = chord.unwrap_or(Tolerance::relative(fraction, self.prepared.diagonal).chord);
         let tolerance = Tolerance { chord, angle: angle.to_radians(), max_edge };
         let limits = self.limits(max_memory);
         let limits = limits

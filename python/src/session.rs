@@ -198,7 +198,7 @@ impl Session {
     /// Args:
     ///     part: Index of a part of the model.
     ///     transform: Part to world: (4, 4) numbers that multiply columns (x, y, z, 1), a rigid motion with an optional
-    ///         uniform scale; the identity if None.
+    ///         reflection and uniform scale; the identity if None.
     ///     name: Its name.
     ///
     /// Raises:

@@ -46,4 +46,10 @@ impl PartKey {
     pub fn to_bits(self) -> u64 {
         self.0.get()
     }
+
+    /// The key that this number stands for; `None` for 0. Most others name no part.
+    #[must_use]
+    pub fn from_bits(bits: u64) -> Option<Self> {
+        NonZeroU64::new(bits).map(Self)
+    }
 }

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
 /// A part, as sinks see it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScenePart {
     /// Name, possibly empty.
     pub name: String,
@@ -33,7 +33,7 @@ pub struct ScenePart {
 }
 
 /// A placed part, as sinks see it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SceneInstance {
     /// Index into [`Scene::parts`].
     pub part: PartId,
@@ -55,7 +55,7 @@ pub struct SceneInstance {
 }
 
 /// Everything a sink gets besides triangles and lines.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Name of the model.
     pub name: String,

@@ -13,9 +13,9 @@ pub struct SceneChanges<'a> {
     /// Rows of instances that both scenes have and whose LOD, transform, colour or visibility may differ. Ascending. The
     /// numbers of first faces differ after removed ones, too; these are not listed.
     pub changed: &'a [usize],
-    /// The first row of an instance that is new. All rows from there on are new, and no others.
+    /// Row of the first new instance. All rows from there on are new, and no others.
     pub first_instance: usize,
-    /// The first row of a part that is new, unless the model is another one: then 0.
+    /// First new part; 0 after an update to another model.
     pub first_part: usize,
 }
 

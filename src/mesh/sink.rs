@@ -11,8 +11,8 @@ use std::slice::Iter;
 /// on the render thread. Batches arrive sorted by (part, tile), lines by (part, edge), for any number of workers.
 ///
 /// A session that [writes into the sink's memory](crate::parallel::Session::write_into) calls `written` instead of
-/// `batch`: first for evicted tiles, then for each worker that made some. Tiles that were made without triangles are
-/// gone, too, and may be in any of these lists. No tile comes twice in a frame.
+/// `batch`: first for evicted tiles, then for each worker that made some. A tile without triangles is
+/// removed, in whichever call it comes. No tile comes twice in a frame.
 ///
 /// Provisional: it changes together with `parallel::Session`.
 pub trait MeshSink: Send {
@@ -99,8 +99,8 @@ pub trait MeshSink: Send {
     /// is not drawn may be several frames old. Frames made without views draw everything and skip this call.
     ///
     /// `before`: those of the last completed frame, without instances that were removed, by the rows that instances have
-    /// now; none in a whole frame. [`DrawnTiles::set_difference`] tells what comes and what goes. An instance that has
-    /// another LOD now draws the tiles of that, also where their numbers are in both sets.
+    /// now; none in a whole frame. [`DrawnTiles::set_difference`] tells what comes and what goes. If an instance
+    /// changes its LOD, redraw all its tiles, even those in both sets: tile ids now refer to the new LOD.
     ///
     /// # Errors
     /// When the sink cannot take it; `abort` follows.
@@ -122,7 +122,7 @@ pub trait MeshSink: Send {
 }
 
 /// A sink that keeps the last frame in memory.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct MemorySink {
     /// The scene of the last frame.
     pub scene: Scene,
@@ -152,7 +152,7 @@ impl MemorySink {
 }
 
 /// The incremental frame being received, if any.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct Changes {
     only: bool,
     batches: Vec<Batch>,

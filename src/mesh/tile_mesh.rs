@@ -33,7 +33,7 @@ pub enum Origin {
     },
     /// Tessellant `k` of a border between tiles, a seam or a pole of the face.
     Border {
-        /// The edge is `edges[brep_edges + border]` of the prepared part.
+        /// Number of the border among those of the part.
         border: u32,
         /// Index along the border.
         k: u32,

@@ -159,7 +159,7 @@ impl ModelBuilder {
     /// Starts an empty model in millimetres.
     #[must_use]
     pub fn new(name: impl Into<String>) -> Self {
-        Self { model: Model { name: name.into(), millimetres_per_unit: 1.0, ..Model::default() } }
+        Self { model: Model { name: name.into(), ..Model::default() } }
     }
 
     /// Adds a part without placing it.

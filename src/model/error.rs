@@ -188,7 +188,7 @@ pub enum ModelError {
         /// How many parts there are.
         count: usize,
     },
-    /// An instance's transform is not a rigid motion with an optional uniform scale.
+    /// An instance's transform is not a rigid motion with an optional reflection and uniform scale.
     #[error("the transform of instance {} is {}", .instance.0, transform_fault(*.error))]
     Transform {
         /// The instance.

@@ -25,7 +25,7 @@ pub enum CurveKind {
 /// A B-rep edge: one curve in space over `range`, from vertex `start` to vertex `end`.
 ///
 /// The curve's ends may miss the vertices by the file's tolerance. Meshes use the vertex points.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     /// The curve in space. All pcurves follow it.
     pub curve: NurbsCurve3,
@@ -49,7 +49,7 @@ impl Edge {
 }
 
 /// One use of an edge by a face.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Coedge {
     /// The edge.
     pub edge: EdgeId,
@@ -58,7 +58,7 @@ pub struct Coedge {
 }
 
 /// One boundary of a face.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Loop {
     /// Coedges head to tail, closed. The face lies left of them, seen from the tip of the *surface* normal.
     Edges(Vec<Coedge>),
@@ -67,7 +67,7 @@ pub enum Loop {
 }
 
 /// A trimmed surface.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Face {
     /// The surface to trim.
     pub surface: Surface,
@@ -122,7 +122,7 @@ pub enum ShellKind {
 }
 
 /// A group of faces that are oriented together.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Shell {
     /// What it bounds.
     pub kind: ShellKind,
@@ -131,7 +131,7 @@ pub struct Shell {
 }
 
 /// A B-rep in its own coordinates (millimetres).
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Part {
     /// Name, empty if none.
     pub name: String,
@@ -195,11 +195,11 @@ impl Drop for Assembly {
 }
 
 /// A placed part.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Instance {
     /// The part to place.
     pub part: PartId,
-    /// Part to world: a rigid motion with an optional uniform scale.
+    /// Part to world: a rigid motion, with an optional reflection and uniform scale.
     pub transform: DAffine3,
     /// Overrides the colours of the part and its faces.
     pub colour: Option<Colour>,
@@ -219,7 +219,7 @@ impl Instance {
 }
 
 /// A scene: parts and their placements.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// Name, usually that of the file.
     pub name: String,
@@ -233,12 +233,20 @@ pub struct Model {
     pub diagnostics: Vec<Diagnostic>,
 }
 
+/// No parts; lengths in millimetres.
+impl Default for Model {
+    fn default() -> Self {
+        let (name, parts) = (String::new(), Vec::new());
+        Self { name, parts, instances: Vec::new(), millimetres_per_unit: 1.0, diagnostics: Vec::new() }
+    }
+}
+
 impl From<Part> for Model {
     /// The part, placed once, in a model of its name. Unchecked, as all that is not built by
     /// [`ModelBuilder`](super::ModelBuilder).
     fn from(part: Part) -> Self {
         let instances = vec![Instance::new(PartId(0), DAffine3::IDENTITY)];
-        Self { name: part.name.clone(), parts: vec![part], instances, millimetres_per_unit: 1.0, ..Self::default() }
+        Self { name: part.name.clone(), parts: vec![part], instances, ..Self::default() }
     }
 }
 

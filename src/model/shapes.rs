@@ -12,8 +12,8 @@ use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_4, TAU};
 
 /// All names that [`by_name`] knows, roughly by increasing complexity.
-pub const NAMES: [&str; 10] =
-    ["square", "box", "cylinder", "washer", "cone", "sphere", "torus", "wave", "pair", "flower"];
+pub const NAMES: &[&str] =
+    &["square", "box", "cylinder", "washer", "cone", "sphere", "torus", "wave", "pair", "flower"];
 
 /// Makes the shape of that name; `None` if the name is unknown.
 ///

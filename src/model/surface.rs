@@ -107,7 +107,7 @@ pub enum SurfaceKind {
 
 impl SurfaceKind {
     /// All kinds, in the order of declaration.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: &'static [Self] = &[
         Self::Plane,
         Self::Cylinder,
         Self::Cone,

@@ -270,8 +270,8 @@ impl Part {
 }
 
 impl Model {
-    /// Checks the unit, all parts, and that instances place existing parts by rigid motions with an optional uniform
-    /// scale, in colours from 0 to 1.
+    /// Checks the unit, all parts, and that instances place existing parts by rigid motions, with an optional
+    /// reflection and uniform scale, in colours from 0 to 1.
     ///
     /// # Errors
     /// The first fault, in the order unit, parts, instances.
@@ -315,6 +315,23 @@ pub(crate) fn not_rigid(transform: &DAffine3) -> Option<f64> {
 mod tests {
     use super::super::{Colour, shapes};
     use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn an_empty_model_is_sound() {
+        assert_eq!(Model::default().check(), Ok(()));
+    }
+
+    #[test]
+    fn instances_may_be_reflected() {
+        let mut model = shapes::by_name("box").expect("a shape");
+        let scale = DVec3::new(-2.0, 2.0, 2.0);
+        model.instances[0].transform = DAffine3::from_scale(scale);
+        assert_eq!(model.check(), Ok(()));
+        model.instances[0].transform = DAffine3::from_scale(-scale.with_y(1.0));
+        let refused = model.check();
+        assert!(matches!(refused, Err(ModelError::Transform { .. })), "{refused:?}");
+    }
 
     #[test]
     fn colours_have_shares_from_0_to_1() {

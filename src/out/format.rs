@@ -18,6 +18,7 @@ use std::path::Path;
 
 /// A mesh file format.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[non_exhaustive]
 pub enum Format {
     /// Binary glTF, see [`write_glb`](super::write_glb).
     #[cfg(feature = "glb")]

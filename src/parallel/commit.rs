@@ -35,7 +35,9 @@ pub struct FrameReport {
     pub batches: usize,
     /// Triangles of all batches, each part counted once.
     pub triangles: u64,
-    /// Outdated off-screen tiles evicted from the sink, by empty batches.
+    /// Tiles evicted from the sink that no view draws: outdated ones, those beyond
+    /// [`SessionOptions::resident_bytes`](super::SessionOptions::resident_bytes), and those not drawn for long. The sink
+    /// gets them without triangles, by [`MeshSink::batch`] or [`MeshSink::written`].
     pub forgotten: usize,
     /// Tiles whose change of level waits for the next frame because the budget was spent.
     pub deferred: u32,

@@ -79,7 +79,7 @@ pub enum InstanceError {
         /// Its key.
         key: InstanceKey,
     },
-    /// The transform is not a rigid motion with an optional uniform scale.
+    /// The transform is not a rigid motion with an optional reflection and uniform scale.
     #[error("the transform is {}", transform_fault(*.error))]
     Transform {
         /// Largest absolute entry of `MᵀM / scale² - 1`; NaN if the matrix is singular, or the transform not finite.

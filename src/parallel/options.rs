@@ -26,8 +26,9 @@ pub struct SessionOptions {
     pub levels: usize,
     /// Bytes of tiles that a sink of frames of views may hold, as they were sent; `None` = no limit.
     ///
-    /// Beyond it, each frame evicts tiles that no view draws, least recently drawn first. Tiles that are drawn stay. A
-    /// frame does not count the tiles that it sends itself.
+    /// Beyond it, each frame evicts tiles that no view draws, in the order of parts: first those that were drawn neither
+    /// in the current 64 frames nor in the 64 before, then those drawn in the 64 before, then the others. Tiles that are
+    /// drawn stay. A frame does not count the tiles that it sends itself.
     pub resident_bytes: Option<u64>,
     /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
     pub rebalance_every: Option<NonZeroU32>,

@@ -14,12 +14,12 @@ impl Session {
     /// are the default, but for `visible`. Cancels a frame of views that was begun, and waits for its tiles in
     /// progress.
     ///
-    /// A part has as many LODs as instances, up to [`SessionOptions::levels`](super::SessionOptions::levels). One that
-    /// is added is the last part of [`scene`](Self::scene) from then on.
+    /// A part has as many LODs as instances, up to [`SessionOptions::levels`](super::SessionOptions::levels). An LOD
+    /// that this adds becomes the last part of [`scene`](Self::scene).
     ///
     /// # Errors
-    /// When there is no such part, the transform is not a rigid motion with an optional uniform scale, or a number of
-    /// the colour is not from 0 to 1.
+    /// When there is no such part, the transform is not a rigid motion with an optional reflection and uniform scale,
+    /// or a number of the colour is not from 0 to 1.
     pub fn add_instance(&mut self, instance: SceneInstance) -> Result<InstanceKey, InstanceError> {
         let count = self.model.scene.parts.len();
         if instance.part.index() >= count {
@@ -89,7 +89,7 @@ impl Session {
     /// Moves an instance from the next frame of views on. A frame that was begun goes on with its place before.
     ///
     /// # Errors
-    /// When it was removed, or the transform is not a rigid motion with an optional uniform scale.
+    /// When it was removed, or the transform is not a rigid motion with an optional reflection and uniform scale.
     pub fn move_instance(&mut self, key: InstanceKey, transform: DAffine3) -> Result<(), InstanceError> {
         let row = self.keys.row(key).ok_or(InstanceError::NoInstance { key })?;
         not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;

@@ -115,7 +115,7 @@ pub(super) struct Due {
     pub(super) whole: bool,
     /// Tiles to make: stale and drawn. Ascending.
     pub(super) tiles: Vec<(PartId, TileId)>,
-    /// Tiles to evict: resident, stale and not drawn. They could never be drawn again. Ascending.
+    /// Tiles to evict: resident, stale and not drawn. They are outdated, or marked so to evict them. Ascending.
     pub(super) forgotten: Vec<(PartId, TileId, FaceId)>,
     /// Edges whose lines to make, if the sink wants them; in a whole frame, all of parts that have a plan. Ascending.
     pub(super) edges: Vec<(PartId, EdgeId)>,
@@ -317,8 +317,8 @@ impl Residency {
         active.retain(|&part| parts[part].is_drawn);
     }
 
-    /// Marks tiles stale that no view draws, those first that were not drawn for longest, until the others take no more
-    /// than they may. That evicts them.
+    /// Marks tiles stale that no view draws, by the epoch that drew them last, until the others take no more than they
+    /// may. That evicts them.
     fn shed(&mut self) {
         let going = |part: &PartTiles| -> u64 {
             let words = part.stale.iter().zip(&part.drawn).zip(&part.present).enumerate();

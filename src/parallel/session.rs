@@ -19,6 +19,7 @@ use crate::prepare::Prepared;
 use crate::view::View;
 use smallvec::SmallVec;
 use std::collections::BTreeMap;
+use std::fmt;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -182,9 +183,9 @@ impl Session {
     /// The scene of frames of views: the model's parts, then one more part for each further LOD, and the current
     /// instances.
     ///
-    /// The place, colour and visibility of instances are those of the last frame that a call has waited for, also if it
-    /// was cancelled; their LODs are those of the last one that was not. Calls that add or remove an instance, or update
-    /// the model, bring them up to date.
+    /// Transforms, colours and visibility are those of the last frame waited for, cancelled or not; LODs those of the
+    /// last frame that was not cancelled. Calls that add or remove an instance, or update the model, bring them up to
+    /// date.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -372,8 +373,8 @@ impl Session {
 
     /// Begins a frame of views: a job plans and makes it. Returns at once, unless [`Jobs::spawn`] runs the job itself,
     /// as that of [`Alone`](crate::control::Alone) does. Cancels an unfinished frame: what was set or moved before it
-    /// becomes part of this one, and nothing else of it. If the sink shows these views already and holds no more than it
-    /// may, there is nothing to begin, and no job is spawned.
+    /// becomes part of this one, and nothing else of it. If the sink already shows these views, nothing is left to refine
+    /// and the [limit](SessionOptions::resident_bytes) is kept, no job is spawned.
     ///
     /// Cost on this thread: a copy of the views, and of what was set or moved since the last call.
     ///
@@ -552,6 +553,21 @@ fn select((scene, keys): (&mut Scene, &mut SceneKeys), engine: &mut Engine) {
     let selected = engine.placed.take_selected();
     keys.change(selected.iter().map(|(row, _)| *row));
     selected.into_iter().for_each(|(row, part)| scene.instances[row].part = part);
+}
+
+impl fmt::Debug for Session {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Scene { name, parts, instances } = &self.scene;
+        let state = match &self.engine {
+            EngineState::Idle(_, None) => "idle",
+            EngineState::Idle(_, Some(_)) => "made",
+            EngineState::Busy(..) => "busy",
+            EngineState::Lost(_) => "lost",
+        };
+        let mut session = f.debug_struct("Session");
+        session.field("model", name).field("parts", &parts.len()).field("instances", &instances.len());
+        session.field("workers", &self.workers).field("state", &state).finish_non_exhaustive()
+    }
 }
 
 impl Drop for Session {

@@ -12,6 +12,9 @@ const NEAR: f64 = 1e-3;
 
 /// A closed camera path, fitted to the bounding box of a model. z is up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[non_exhaustive]
 pub enum CameraPath {
     /// Once around the model, with all of it in the image.
     Orbit,
@@ -27,6 +30,8 @@ pub enum CameraPath {
 
 /// The fields that all views of a path share: see [`View`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Picture {
     /// [`View::size`].
     pub size: (u32, u32),
@@ -46,9 +51,19 @@ struct Pose {
 }
 
 impl CameraPath {
-    /// All paths, with the names that [`CameraPath::from_str`] parses.
-    pub const NAMED: [(&'static str, Self); 4] =
-        [("orbit", Self::Orbit), ("zoom", Self::Zoom), ("walk", Self::Walk), ("glu", Self::Glu)];
+    /// All paths, in the order of declaration.
+    pub const ALL: &'static [Self] = &[Self::Orbit, Self::Zoom, Self::Walk, Self::Glu];
+
+    /// The path as one lower-case word, which [`CameraPath::from_str`] parses.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Orbit => "orbit",
+            Self::Zoom => "zoom",
+            Self::Walk => "walk",
+            Self::Glu => "glu",
+        }
+    }
 
     /// View `k` of `frames` along the path; view `frames` is view 0 again.
     ///
@@ -142,7 +157,10 @@ fn glu(bounds: [DVec3; 2], turn: f64) -> Pose {
 
 /// Error of parsing a name that is not a [`CameraPath`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown camera path {text:?}: expected one of {}", CameraPath::NAMED.map(|(name, _)| name).join(", "))]
+#[error(
+    "unknown camera path {text:?}: expected one of {}",
+    CameraPath::ALL.iter().map(|path| path.name()).collect::<Vec<_>>().join(", ")
+)]
 #[non_exhaustive]
 pub struct UnknownPath {
     /// The text that was parsed.
@@ -153,8 +171,8 @@ impl FromStr for CameraPath {
     type Err = UnknownPath;
 
     fn from_str(text: &str) -> Result<Self, UnknownPath> {
-        let named = Self::NAMED.into_iter().find(|(name, _)| *name == text);
-        named.map(|(_, path)| path).ok_or_else(|| UnknownPath { text: text.to_owned() })
+        let named = Self::ALL.iter().find(|path| path.name() == text);
+        named.copied().ok_or_else(|| UnknownPath { text: text.to_owned() })
     }
 }
 
@@ -174,7 +192,8 @@ mod tests {
     #[test]
     fn views_are_valid_and_paths_are_closed_and_without_leaps() {
         for bounds in boxes() {
-            for (name, path) in CameraPath::NAMED {
+            for path in CameraPath::ALL {
+                let name = path.name();
                 let views = path.views(bounds, FRAMES, &PICTURE);
                 assert_eq!(views.len(), FRAMES);
                 assert_eq!(path.view(bounds, FRAMES, FRAMES, &PICTURE), views[0], "{name}");
@@ -235,10 +254,21 @@ mod tests {
 
     #[test]
     fn names_are_parsed() {
-        for (name, path) in CameraPath::NAMED {
-            assert_eq!(name.parse(), Ok(path));
+        for path in CameraPath::ALL {
+            assert_eq!(path.name().parse(), Ok(*path));
         }
         let error = "spiral".parse::<CameraPath>().unwrap_err();
         assert_eq!(error.to_string(), "unknown camera path \"spiral\": expected one of orbit, zoom, walk, glu");
+    }
+
+    #[cfg(feature = "serde")]
+    #[test]
+    fn paths_are_stored_by_name() {
+        for path in CameraPath::ALL {
+            let mut bytes = Vec::new();
+            ciborium::into_writer(path, &mut bytes).expect("room");
+            assert_eq!(&bytes[1..], path.name().as_bytes());
+            assert_eq!(ciborium::from_reader::<CameraPath, _>(&bytes[..]).expect("a path"), *path);
+        }
     }
 }

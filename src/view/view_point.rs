@@ -6,6 +6,8 @@ use std::str::FromStr;
 
 /// The direction a scene is viewed from. z is up; the front view looks along +y.
 #[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ViewPoint {
     /// Degrees about z, counter-clockwise seen from above. 0 is the front (eye at -y), 90 the right side (eye at +x).
     pub yaw: f64,
@@ -20,7 +22,7 @@ impl ViewPoint {
     pub const ISO: Self = Self { yaw: 45.0, pitch: 35.264_389_682_754_654, distance: 1.0 };
 
     /// Names that [`ViewPoint::from_str`] accepts besides `yaw,pitch,distance`.
-    pub const NAMED: [(&'static str, Self); 7] = [
+    pub const NAMED: &'static [(&'static str, Self)] = &[
         ("iso", Self::ISO),
         ("front", Self { yaw: 0.0, pitch: 0.0, distance: 1.0 }),
         ("back", Self { yaw: 180.0, pitch: 0.0, distance: 1.0 }),
@@ -105,7 +107,7 @@ const MARGIN: f64 = 0.06;
 #[error(
     "unknown view point {text:?}; known are {}, or yaw,pitch,distance: degrees, distance above 0 as a multiple of the one \
      that shows all",
-    ViewPoint::NAMED.map(|(name, _)| name).join(", ")
+    ViewPoint::NAMED.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 )]
 pub struct BadViewPoint {
     /// The text.

@@ -49,7 +49,7 @@ fn an_avoidable_fold_is_found() {
     let wire = Loop::Edges(part.polygon(&corners));
     part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![wire], false);
     let parts = vec![part.finish().expect("a sound part")];
-    let model = Model { parts, millimetres_per_unit: 1.0, ..Model::default() };
+    let model = Model { parts, ..Model::default() };
     let prepared = prepared(model);
     let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
     let (mut sink, report) = frame(&prepared, &plan, false);

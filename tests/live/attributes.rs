@@ -22,7 +22,7 @@ fn model() -> Model {
         ..Instance::new(PartId(part), DAffine3::from_translation(DVec3::X * 45.0 * k as f64))
     };
     let instances = [0, 1, 1].into_iter().enumerate().map(place).collect();
-    Model { parts: ["washer", "torus"].map(part).into(), instances, millimetres_per_unit: 1.0, ..Model::default() }
+    Model { parts: ["washer", "torus"].map(part).into(), instances, ..Model::default() }
 }
 
 fn view() -> View {

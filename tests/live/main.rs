@@ -163,7 +163,7 @@ fn frames_of_changes_draw_the_same_as_whole_frames() {
     let mut draw = SplitMix(7);
     let mut pictures = Vec::new();
     for frame in 0..24 {
-        let (_, by) = ColourBy::ALL[frame % ColourBy::ALL.len()];
+        let by = ColourBy::ALL[frame % ColourBy::ALL.len()];
         let options = options(by).with_wireframe(frame % 3 == 0).with_edges(frame % 2 == 0).with_backfaces(true);
         let incremental = picture(renderer, &mut live, &options);
         let from_scratch = renderer.render(&memory, &options).unwrap();
@@ -444,7 +444,7 @@ fn a_device_without_features_draws_the_same_from_frame_to_frame() {
     assert_eq!((first.0.triangles, first.0.tiles), (3 * 64 * 18, 3 * 64));
     let mut draw = SplitMix(5);
     for frame in 0..12 {
-        let (_, by) = ColourBy::ALL[frame % ColourBy::ALL.len()];
+        let by = ColourBy::ALL[frame % ColourBy::ALL.len()];
         let view = options(by).with_lattice(frame % 3 == 0).with_edges(frame % 2 == 0).with_backfaces(true);
         let (_, picture) = drawn(&mut live, &view);
         assert_eq!(unlike(&picture, &renderer.render(&memory, &view).unwrap()), 0, "frame {frame} by {by:?}");

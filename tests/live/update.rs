@@ -42,7 +42,7 @@ fn parts_that_go_on_are_drawn_from_the_tiles_that_the_device_has() {
     assert_eq!(live.uploaded(), u64::from(SIDE) * (25 * 16 + 32 * 6), "the tiles of the new part alone");
     update(&mut memory);
     memory.end().unwrap();
-    for (_, by) in ColourBy::ALL {
+    for &by in ColourBy::ALL {
         let options = options(by).with_edges(true).with_backfaces(true);
         assert!(picture(renderer, &mut live, &options) == renderer.render(&memory, &options).unwrap(), "{by:?}");
     }

@@ -75,7 +75,7 @@ impl Run {
             let by_edges: Vec<bool> = model.parts.iter().map(|part| Shells::of(part).open == 0).collect();
             let prepared = prepare_on(&Alone, &model, &PrepareOptions::DEFAULT, &Control::default());
             let prepared = Arc::new(prepared.map_err(|error| error.to_string())?);
-            let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 20_f64.to_radians(), max_edge: None };
+            let tolerance = Tolerance::relative(1e-3, prepared.diagonal);
             let closed: Vec<bool> = prepared.scene.parts.iter().map(|part| part.closed).collect();
             let must_close = |part: usize| closed[part] || stated.is_some_and(|stated| stated.get(part) == Some(&true));
             let mut made = make(&prepared, &tolerance, must_close);

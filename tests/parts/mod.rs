@@ -87,7 +87,7 @@ pub(crate) fn make(prepared: &Arc<Prepared>, tolerance: &Tolerance, must_close: 
     let facts = check_scene(&sink);
     let mut made = Made { triangles: report.triangles, slivers: report.slivers, ..Made::default() };
     for rung in Rung::ALL {
-        made.rungs.insert(rung.to_string(), report.ladder.count(rung));
+        made.rungs.insert(rung.to_string(), report.ladder.count(*rung));
     }
     let is_filled = |rung: Rung| rung.to_string().starts_with("filled");
     made.filled = report.rungs.iter().filter(|f| is_filled(f.rung)).map(|f| (f.part, f.face)).collect();

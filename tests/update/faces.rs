@@ -44,8 +44,7 @@ fn a_moved_hole_costs_its_faces_and_their_neighbours() {
             }
             let [old, new] = [&before, &model].map(|model| &model.parts[part]);
             let free = |face: usize| new.faces[face].trims.is_some();
-            let edge = |part: &Part, edge: &EdgeId| format!("{:?}", part.edges[edge.index()]);
-            let moved = |id: &EdgeId| edge(old, id) != edge(new, id);
+            let moved = |edge: &EdgeId| old.edges[edge.index()] != new.edges[edge.index()];
             let touched = |face: &usize| {
                 free(*face)
                     || old.faces[*face].surface != new.faces[*face].surface

@@ -47,7 +47,7 @@ fn built() -> Model {
     let mut instances: Vec<Instance> =
         (0..parts.len() as u32).map(|k| place(k, DVec3::new(12.0 * f64::from(k) - 40.0, 0.0, 0.0))).collect();
     instances.extend((1..6).map(|k| place(2, DVec3::new(0.0, 3.0 * f64::from(k * k), 3.0))));
-    Model { name: "built".into(), parts, instances, millimetres_per_unit: 1.0, ..Model::default() }
+    Model { name: "built".into(), parts, instances, ..Model::default() }
 }
 
 #[cfg(feature = "step")]

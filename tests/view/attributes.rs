@@ -35,7 +35,6 @@ fn trio() -> Model {
     Model {
         parts: ["torus", "washer", "sphere"].map(part).into(),
         instances: [0, 1, 1, 2].into_iter().enumerate().map(place).collect(),
-        millimetres_per_unit: 1.0,
         ..Model::default()
     }
 }
@@ -199,7 +198,7 @@ fn twins() -> Arc<Prepared> {
         Instance { name: k.to_string().into(), ..Instance::new(PartId(k), aside) }
     };
     let parts = vec![part.clone(), part];
-    prepared(Model { parts, instances: vec![place(0), place(1)], millimetres_per_unit: 1.0, ..Model::default() })
+    prepared(Model { parts, instances: vec![place(0), place(1)], ..Model::default() })
 }
 
 #[test]
@@ -538,7 +537,7 @@ fn random_attributes_leave_no_crack_and_do_not_depend_on_workers() {
                     balanced(session.prepared(), &session.plan().unwrap(), &batches, &format!("{k}"));
                 }
                 let batches: Vec<Batch> = sink.batches.iter().cloned().map(|b| Batch { worker: 0, ..b }).collect();
-                frames.push((batches, sink.edge_lines.clone(), sink.drawn.clone(), format!("{:?}", sink.scene)));
+                frames.push((batches, sink.edge_lines.clone(), sink.drawn.clone(), sink.scene.clone()));
             }
             frames
         };

@@ -48,7 +48,7 @@ impl Tolerance {
             }
         }
         let fraction = chord_rel.unwrap_or(frame::Tolerance::DEFAULT_CHORD_REL);
-        let chord = chord.unwrap_or(frame::Tolerance::relative_chord(fraction, diagonal));
+        let chord = chord.unwrap_or(frame::Tolerance::relative(fraction, diagonal).chord);
         let angle = angle.unwrap_or(frame::Tolerance::DEFAULT_ANGLE_DEGREES);
         Ok(frame::Tolerance { chord, angle: angle.to_radians(), max_edge })
     }

@@ -41,10 +41,7 @@ impl Route {
     /// A short name for reports.
     pub(crate) fn name(&self) -> String {
         match self {
-            Self::Named(path) => {
-                let named = CameraPath::NAMED.iter().find(|(_, named)| named == path);
-                named.map_or_else(String::new, |(name, _)| (*name).to_owned())
-            }
+            Self::Named(path) => path.name().to_owned(),
             Self::Recorded(file) => file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned(),
         }
     }
@@ -96,7 +93,7 @@ const MOST_BYTES: u64 = 64 << 20;
 /// Reads the views of a file, at least one.
 fn read(file: &Path) -> Result<Vec<View>, Failure> {
     let cannot = |why: &dyn std::fmt::Display| {
-        let known = CameraPath::NAMED.map(|(name, _)| name).join(", ");
+        let known = CameraPath::ALL.iter().map(|path| path.name()).collect::<Vec<_>>().join(", ");
         Failure::Cannot(format!("{}: {why}; --path accepts {known}, or a file written by --save-path", file.display()))
     };
     let text = read_at_most(file, MOST_BYTES).map_err(|e| cannot(&e))?;

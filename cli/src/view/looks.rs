@@ -79,8 +79,8 @@ impl Looks {
             self.set_orthographic(!self.camera.is_orthographic());
         }
         if input.key_pressed(Key::C) {
-            let now = ColourBy::ALL.iter().position(|(_, by)| *by == self.picture.color_by).unwrap_or(0);
-            self.picture.color_by = ColourBy::ALL[(now + 1) % ColourBy::ALL.len()].1;
+            let now = ColourBy::ALL.iter().position(|by| *by == self.picture.color_by).unwrap_or(0);
+            self.picture.color_by = ColourBy::ALL[(now + 1) % ColourBy::ALL.len()];
         }
         if input.key_pressed(Key::F) {
             actions.push(Action::FitHere);

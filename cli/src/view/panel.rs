@@ -82,8 +82,8 @@ pub(super) fn panel(ui: &mut Ui, looks: &mut Looks, told: &PanelText) -> Vec<Act
     ui.separator();
     ui.spacing_mut().item_spacing = egui::vec2(6.0, 3.0);
     ui.horizontal_wrapped(|ui| {
-        for (name, by) in ColourBy::ALL {
-            ui.selectable_value(&mut looks.picture.color_by, by, name);
+        for by in ColourBy::ALL {
+            ui.selectable_value(&mut looks.picture.color_by, *by, by.name());
         }
     });
     ui.horizontal_wrapped(|ui| {

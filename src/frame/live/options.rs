@@ -4,7 +4,7 @@ use super::split::LinePlacement;
 use crate::frame::plan::limits::PlanLimits;
 use std::time::Duration;
 
-/// Options of a [`Planner`](super::planner::Planner).
+/// Options of the plans for frames of views.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct PlannerOptions {

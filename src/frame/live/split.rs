@@ -15,6 +15,7 @@ use std::num::NonZeroU32;
 /// With either choice, lines are placed from scratch for new tiles and edges, and whenever settings common to all views
 /// change (angle, size, limits).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum LinePlacement {
     /// Place all lines of a tile and all tessellants of an edge from scratch: the fewest that meet the tolerance,
     /// spaced as evenly as possible.
@@ -38,6 +39,7 @@ pub enum LinePlacement {
 
 /// Which intervals are split when a density rises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum SplitRule {
     /// All intervals that fail the criteria: every frame meets the tolerance.
     Criterion,

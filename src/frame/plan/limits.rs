@@ -64,8 +64,8 @@ pub struct Shortfall {
     /// surface that lines for the angle would follow noise. Unless [`unusable`](Self::unusable), the bounds of the
     /// surface's derivatives grow without limit, as they do towards some poles.
     pub lines: Vec<(PartId, TileId)>,
-    /// Edges limited in their tessellants, as rows of `PreparedPart::edges`;
-    /// ascending.
+    /// Edges limited in their tessellants; ascending. A [`RowId`] counts the edges of a part, then the borders of its
+    /// tiles.
     pub edges: Vec<(PartId, RowId)>,
 }
 

@@ -214,8 +214,7 @@ pub struct Plan {
     /// One per part.
     #[doc(hidden)]
     pub parts: Vec<PartPlan>,
-    /// The part of the scene that is drawn: everything, unless a [`Planner`](crate::frame::live::planner::Planner) made
-    /// the plan.
+    /// The tiles that frames of views draw. [`DrawnTiles::default`] in other plans, which draw everything.
     pub drawn: DrawnTiles,
     /// What is coarser than the tolerance requires; `None` if nothing is.
     pub shortfall: Option<Shortfall>,

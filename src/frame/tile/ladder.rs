@@ -5,6 +5,7 @@ use std::fmt;
 
 /// The fallback that a tile or face needed. Later rungs preserve less of the file's geometry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum Rung {
     /// Every cell was triangulated by itself.
     #[default]
@@ -26,8 +27,8 @@ pub enum Rung {
 
 impl Rung {
     /// All rungs, in order.
-    pub const ALL: [Self; 7] =
-        [Self::Normal, Self::MergedCells, Self::WholeTile, Self::Repaired, Self::Filled, Self::NoArea, Self::Lost];
+    pub const ALL: &'static [Self] =
+        &[Self::Normal, Self::MergedCells, Self::WholeTile, Self::Repaired, Self::Filled, Self::NoArea, Self::Lost];
 
     /// The rung of a tile made by the trim stage.
     pub(crate) fn of(outcome: TrimOutcome, stats: &TrimStats) -> Self {
@@ -75,8 +76,8 @@ impl Ladder {
 
 impl fmt::Display for Ladder {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, rung) in Rung::ALL.into_iter().enumerate() {
-            write!(f, "{}{} {rung}", if k == 0 { "" } else { ", " }, self.count(rung))?;
+        for (k, rung) in Rung::ALL.iter().enumerate() {
+            write!(f, "{}{} {rung}", if k == 0 { "" } else { ", " }, self.count(*rung))?;
         }
         Ok(())
     }

@@ -16,6 +16,8 @@ const LEAST_EDGE: f64 = 1e-6;
 /// of a part's radius for `chord`, 1e-4 for `angle`, 1e-6 of the radius for `max_edge`. The plan reports this in
 /// [`Shortfall::unusable`](crate::frame::plan::limits::Shortfall::unusable).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Tolerance {
     /// Maximum distance between triangles and surface, and between polylines and edges, millimetres. Positive; infinite
     /// = no limit.
@@ -31,15 +33,17 @@ impl Tolerance {
     /// `chord` of programs unless told otherwise, as a fraction of the model's diagonal. At 1e-2 a cylinder across the
     /// model is visibly a prism; 1e-4 makes ten times as many triangles that look the same on a screen.
     pub const DEFAULT_CHORD_REL: f64 = 1e-3;
-
-    /// The chord tolerance, millimetres, that is a fraction of a model's diagonal. The diagonal of a model without extent
-    /// counts as 1 mm: it has no triangles, whatever the tolerance is.
-    #[must_use]
-    pub fn relative_chord(fraction: f64, diagonal: f64) -> f64 {
-        fraction * if diagonal > 0.0 { diagonal } else { 1.0 }
-    }
     /// `angle` of programs unless told otherwise, degrees: about 18 segments around a full circle, however small.
     pub const DEFAULT_ANGLE_DEGREES: f64 = 20.0;
+
+    /// A chord that is a fraction of the [diagonal](crate::prepare::Prepared::diagonal) of a model, millimetres,
+    /// [`DEFAULT_ANGLE_DEGREES`](Self::DEFAULT_ANGLE_DEGREES) and edges of any length. The diagonal of a model without
+    /// extent counts as 1 mm: it has no triangles, whatever the tolerance is.
+    #[must_use]
+    pub fn relative(fraction: f64, diagonal: f64) -> Self {
+        let chord = fraction * if diagonal > 0.0 { diagonal } else { 1.0 };
+        Self { chord, angle: Self::DEFAULT_ANGLE_DEGREES.to_radians(), max_edge: None }
+    }
 
     /// The tolerance in the coordinates of a part that is placed at `scale`.
     pub(crate) fn within_part(&self, scale: f64) -> Self {

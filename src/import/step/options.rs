@@ -29,7 +29,7 @@ pub struct StepOptions {
     pub supplemental: bool,
 }
 
-/// Typical peak memory of reading, per byte of the file. Long lists of short numbers take five times as much.
+/// Typical peak memory of reading, bytes per byte of the file. Long lists of short values take up to 130.
 pub const BYTES_PER_BYTE: u64 = 10;
 
 impl StepOptions {

@@ -7,6 +7,7 @@ use std::str::FromStr;
 
 /// What triangles are coloured by.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[non_exhaustive]
 pub enum ColourBy {
     /// The model's own colours.
     #[default]
@@ -24,20 +25,29 @@ pub enum ColourBy {
 }
 
 impl ColourBy {
-    /// Every choice by name.
-    pub const ALL: [(&'static str, Self); 6] = [
-        ("model", Self::Model),
-        ("part", Self::Part),
-        ("face", Self::Face),
-        ("tile", Self::Tile),
-        ("worker", Self::Worker),
-        ("rate", Self::Rate),
-    ];
+    /// All choices, in the order of declaration.
+    pub const ALL: &'static [Self] = &[Self::Model, Self::Part, Self::Face, Self::Tile, Self::Worker, Self::Rate];
+
+    /// The choice as one lower-case word, which [`ColourBy::from_str`] parses.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Model => "model",
+            Self::Part => "part",
+            Self::Face => "face",
+            Self::Tile => "tile",
+            Self::Worker => "worker",
+            Self::Rate => "rate",
+        }
+    }
 }
 
 /// A text that is not a [`ColourBy`].
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("cannot colour by {text:?}; known are {}", ColourBy::ALL.map(|(name, _)| name).join(", "))]
+#[error(
+    "cannot colour by {text:?}; known are {}",
+    ColourBy::ALL.iter().map(|by| by.name()).collect::<Vec<_>>().join(", ")
+)]
 pub struct BadColourBy {
     /// The text.
     pub text: String,
@@ -47,8 +57,8 @@ impl FromStr for ColourBy {
     type Err = BadColourBy;
 
     fn from_str(text: &str) -> Result<Self, BadColourBy> {
-        let known = Self::ALL.iter().find(|(name, _)| *name == text);
-        known.map(|(_, by)| *by).ok_or_else(|| BadColourBy { text: text.to_owned() })
+        let known = Self::ALL.iter().find(|by| by.name() == text);
+        known.copied().ok_or_else(|| BadColourBy { text: text.to_owned() })
     }
 }
 
