@@ -375,7 +375,7 @@ typedef struct {
     // The part.
     uint32_t part;
     // Part to world, millimetres: x, y and z axis, then the origin, 3 numbers each. A rigid motion with an optional
-    // uniform scale. All zeros stand for the identity.
+    // reflection and uniform scale. All zeros stand for the identity.
     double transform[12];
     // 1 if `colour` overrides the colours of the faces.
     uint32_t has_colour;
@@ -656,8 +656,8 @@ typedef struct {
     uint64_t max_tile_triangles;
     // Memory of a frame at most, bytes, estimated; 0 = 16 GiB.
     uint64_t max_memory;
-    // Bytes of tiles that the sink may hold; 0 = any. Beyond it, tiles that no view draws are evicted, those first that
-    // were not drawn for longest. Tiles of a frame count from the next one on.
+    // Bytes of tiles that the sink may hold; 0 = any. Beyond it, tiles that no view draws are evicted, the oldest first,
+    // in steps of 64 frames. Tiles of a frame count from the next one on.
     uint64_t resident_bytes;
 } tt_session_options;
 

@@ -146,7 +146,7 @@ impl Prepared {
     ///         No limit if None.
     ///     max_memory: Memory of a frame at most, bytes; that of `prepare` and `read` if None.
     ///     resident_bytes: Bytes of tiles that are kept, as `tile` arrays have them. Beyond it, tiles that no view draws are
-    ///         evicted, those first that were not drawn for longest. No limit if None.
+    ///         evicted, the oldest first, in steps of 64 frames. No limit if None.
     ///
     /// Raises:
     ///     RangeError: The budget is not a finite number above 0, or `workers` is too large.

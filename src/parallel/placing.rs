@@ -19,7 +19,7 @@ impl Session {
     ///
     /// # Errors
     /// When there is no such part, the transform is not a rigid motion with an optional reflection and uniform scale,
-    /// or a number of the colour is not from 0 to 1.
+    /// or a number of the colour is not from 0 to 1. When an internal error ended the session.
     pub fn add_instance(&mut self, instance: SceneInstance) -> Result<InstanceKey, InstanceError> {
         let count = self.model.scene.parts.len();
         if instance.part.index() >= count {

@@ -319,8 +319,7 @@ impl Session {
     /// the same bytes for any number of workers and threads, except for
     /// [`Batch::worker`](crate::mesh::Batch::worker) and the order of tiles [in its memory](Self::write_into).
     ///
-    /// The frame is of the model as it was prepared: instances have the places, colours and visibility of
-    /// [`Prepared::scene`], and those that were added at run time are not in it.
+    /// The frame has the instances of [`Prepared::scene`], whatever was added, moved, removed or set at run time.
     ///
     /// Cancels a frame of views that was begun. The next frame of views is a whole one. A plan of which the caller
     /// keeps no other handle is freed on the session's threads.
