@@ -13,7 +13,7 @@ use trimtess::frame::{Rung, Tolerance, plan};
 use trimtess::mesh::{MeshFacts, check_scene};
 use trimtess::model::{
     Coedge, CurveKind, DiagnosticKind, FaceError, FaceTrouble, Frame3, Loop, Model, NurbsCurve3, NurbsSurface, Part,
-    PartBuilder, PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface,
+    PartBuilder, PartId, RegionError, Severity, ShellKind, ShellTrouble, Surface, WireTrouble,
 };
 use trimtess::prepare::Prepared;
 
@@ -26,9 +26,12 @@ fn mesh(prepared: &Arc<Prepared>, chord: f64) -> MeshFacts {
 
 /// Asserts that a part is closed and has the given volume and area at all chords.
 fn is_closed(part: Part, volume: f64, area: f64) {
-    let prepared = prepared_clean(part);
+    closes(&prepared_clean(part), volume, area);
+}
+
+fn closes(prepared: &Arc<Prepared>, volume: f64, area: f64) {
     for chord in CHORDS {
-        let facts = mesh(&prepared, chord);
+        let facts = mesh(prepared, chord);
         assert!(facts.is_well_formed() && facts.is_closed(), "chord {chord}: {facts} {:?}", facts.examples);
         let slack = chord * area;
         assert!((facts.volume - volume).abs() <= slack, "chord {chord}: volume {} of {volume}", facts.volume);
@@ -54,7 +57,11 @@ fn a_circle_through_both_poles_of_a_sphere() {
         false,
     );
     part.plain_face(Surface::Plane { frame: upright() }, shell, vec![Loop::Edges(vec![circle.along()])], false);
-    is_closed(part.finish().expect("a valid part"), 2.0 / 3.0 * PI * 125.0, 3.0 * PI * 25.0);
+    let prepared = prepared(part.finish().expect("a valid part"));
+    // Flags of the ball that are wrong could be the cause as well.
+    let [told] = &prepared.diagnostics[..] else { panic!("{:?}", prepared.diagnostics) };
+    assert!(matches!(told.kind, DiagnosticKind::Wire(WireTrouble::SideUnsure)), "{told:?}");
+    closes(&prepared, 2.0 / 3.0 * PI * 125.0, 3.0 * PI * 25.0);
 }
 
 #[test]

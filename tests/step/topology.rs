@@ -267,9 +267,9 @@ fn edges_without_length_may_have_composite_curves() {
             + trimmed
             + segment
             + &format!("#54=EDGE_CURVE('',#30,#30,{curve},.T.);")
-            + "#74=ORIENTED_EDGE('',*,*,#54,.T.);#75=EDGE_LOOP('',(#70,#71,#72,#73,#74));\
-               #76=FACE_OUTER_BOUND('',#75,.T.);";
-        let model = model(&(text + &shell("ADVANCED_FACE('',(#76),#60,.T.)", 1)));
+            + "#74=ORIENTED_EDGE('',*,*,#54,.T.);#77=EDGE_LOOP('',(#70,#71,#72,#73,#74));\
+               #78=FACE_OUTER_BOUND('',#77,.T.);";
+        let model = model(&(text + &shell("ADVANCED_FACE('',(#78),#60,.T.)", 1)));
         clean(&model);
         let part = only_part(&model);
         assert_eq!((part.edges.len(), area(part, &part.faces[0].loops[0])), (4, 2.0), "{curve}");
