@@ -20,14 +20,11 @@ use std::cell::LazyCell;
 /// A derivative below this share of the size (largest distance from the origin) is rounding and counts as zero.
 const ROUNDING: f64 = 1e-12;
 
-/// A sub-box whose lifts are below this share of the size is flat to any tolerance.
-const FLAT: f64 = 1e-9;
-
 impl SurfaceBounds {
     /// Bounds all patches.
     ///
     /// Sub-boxes per patch and direction: 1 where the degree is 1, else 4; 2 or 1 on surfaces with many patches or
-    /// large rational nets; more where weights differ or the net turns. Cost: a few µs per sub-box up to degree (3, 3).
+    /// large rational nets. Cost: a few µs per sub-box up to degree (3, 3).
     #[must_use]
     pub fn new(patches: &BezierPatches) -> Self {
         let [cuts_u, cuts_v] = [0, 1].map(|axis| cuts::of_surface(patches, axis));
@@ -55,15 +52,11 @@ impl SurfaceBounds {
                 let most = samples.most();
                 let part = |k: usize, part: usize| norms[k].min(keep(most[2 * k + part]));
                 let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
-                let bends = [0, 1, 2].map(bend);
-                // Where a flat surface folds, its normal changes its sign only.
-                let is_flat = bends.iter().all(|bend| bend.lift <= FLAT * size);
-                let [turn_u, turn_v] = if is_flat { [0.0; 2] } else { samples.turns() };
-                let [uu, uv, vv] = bends;
+                let [turn_u, turn_v] = samples.turns();
                 cells.push(BoxBounds {
-                    uu: uu.scaled(1.0 / (u * u)),
-                    uv: uv.scaled(1.0 / (u * v)),
-                    vv: vv.scaled(1.0 / (v * v)),
+                    uu: bend(0).scaled(1.0 / (u * u)),
+                    uv: bend(1).scaled(1.0 / (u * v)),
+                    vv: bend(2).scaled(1.0 / (v * v)),
                     u: local.du / u,
                     v: local.dv / v,
                     turn_u,
@@ -105,8 +98,7 @@ impl CurveBounds {
         self.strips.iter().all(|s| s.second == 0.0)
     }
 
-    /// Bounds all segments: lines in one strip and circular arcs in two, in closed form; others in up to four strips, or more
-    /// where weights differ or the control polygon turns.
+    /// Bounds all segments: lines in one strip and circular arcs in two, in closed form; others in up to four strips.
     ///
     /// A straight curve lies on its chords, however uneven its speed: its second derivative counts as 0.
     #[must_use]

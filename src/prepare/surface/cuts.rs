@@ -2,9 +2,7 @@
 //!
 //! Bounds of a rational net are as slack as its weights differ. The weights of a part of it lie within those of the
 //! whole, so cutting helps: a bicubic patch with weights from 0.03 to 30 has forty times fewer triangles with strips
-//! that [`ALIKE`] allows than with two strips. Within a strip that turns by more than a right angle, nobody knows where
-//! normals turn, and second derivatives along the surface count in full: a spline with two bends, revolved, has four
-//! times fewer triangles with strips that [`TURN`] allows.
+//! that [`ALIKE`] allows than with two strips.
 
 use super::decompose::{BezierPatches, BezierSpline3};
 use crate::math::bernstein;
@@ -15,13 +13,10 @@ use smallvec::SmallVec;
 
 /// A strip is halved while weights along it differ by more than this factor. Halves of arcs of 120 degrees are below.
 const ALIKE: f64 = 1.5;
-/// A strip is halved while a control polygon along it turns by more than this: the sum of the chords between the
-/// directions of its legs, which is that of a right angle.
-const TURN: f64 = std::f64::consts::SQRT_2;
-/// Limit of strips for both, times pieces, times control points of a patch or segment: the work per sub-box goes with
+/// Limit of strips for that, times pieces, times control points of a patch or segment: the work per sub-box goes with
 /// the square of the latter.
 const WORK: usize = 512;
-/// Limit of strips for both in one piece.
+/// Limit of strips for that in one piece.
 const STRIPS: usize = 64;
 
 /// Part of a piece along one parameter.
@@ -32,10 +27,10 @@ pub(super) struct Cut {
     pub(super) ends: (f64, f64),
 }
 
-/// Control points of lines along one parameter: the first of all lines, then their second ones, and so on.
-struct Lines {
-    count: usize,
-    points: SmallVec<[DVec4; 16]>,
+/// Weights of lines along one parameter: the first of all lines, then their second ones, and so on.
+struct Weights {
+    lines: usize,
+    values: SmallVec<[f64; 16]>,
 }
 
 /// The cuts of a surface along u or v (`axis` 0 or 1), in order.
@@ -43,30 +38,31 @@ pub(super) fn of_surface(patches: &BezierPatches, axis: usize) -> Vec<Cut> {
     let counts = <[usize; 2]>::from(patches.counts());
     let degrees = [patches.degree_u, patches.degree_v];
     let points = if patches.rational { (degrees[0] + 1) * (degrees[1] + 1) } else { 1 };
-    let lines = |piece: usize| {
+    let weights = |piece: usize| {
         let columns = degrees[1] + 1;
         let patch = |k: usize| if axis == 0 { patches.patch(piece, k) } else { patches.patch(k, piece) };
         let at = |k: usize, along: usize, across: usize| {
-            patch(k)[if axis == 0 { along * columns + across } else { across * columns + along }]
+            patch(k)[if axis == 0 { along * columns + across } else { across * columns + along }].w
         };
         let lines = || (0..counts[1 - axis]).flat_map(|k| (0..=degrees[1 - axis]).map(move |across| (k, across)));
         let all = (0..=degrees[axis]).flat_map(|along| lines().map(move |(k, across)| (k, along, across)));
-        Lines { count: lines().count(), points: all.map(|(k, along, across)| at(k, along, across)).collect() }
+        Weights { lines: lines().count(), values: all.map(|(k, along, across)| at(k, along, across)).collect() }
     };
     let least = parts(degrees[axis], counts[axis], points);
     let mut all = Vec::with_capacity(counts[axis] * least);
     for piece in 0..counts[axis] {
-        cut(piece, (least, most(counts[axis] * points)), || lines(piece), |cut| all.push(cut));
+        let of_piece = || patches.rational.then(|| weights(piece));
+        cut(piece, (least, most(counts[axis] * points)), of_piece, |cut| all.push(cut));
     }
     all
 }
 
 /// The cuts of a segment of a curve, in order.
 pub(super) fn of_segment(spline: &BezierSpline3, k: usize) -> SmallVec<[Cut; 4]> {
-    let lines = || Lines { count: 1, points: spline.segment(k).into() };
+    let weights = || Some(Weights { lines: 1, values: spline.segment(k).iter().map(|c| c.w).collect() });
     let mut all = SmallVec::new();
     let counts = (parts(spline.degree, spline.segments(), 1), most(spline.segments() * (spline.degree + 1)));
-    cut(k, counts, lines, |cut| all.push(cut));
+    cut(k, counts, weights, |cut| all.push(cut));
     all
 }
 
@@ -84,44 +80,40 @@ fn most(points: usize) -> usize {
     (WORK / points).min(STRIPS)
 }
 
-/// Cuts a piece into `least` equal parts, and these into up to `most` in all where the lines ask for it.
-fn cut(piece: usize, (least, most): (usize, usize), lines: impl FnOnce() -> Lines, mut add: impl FnMut(Cut)) {
+/// Cuts a piece into `least` equal parts, and these into up to `most` in all where the weights ask for it.
+fn cut(
+    piece: usize,
+    (least, most): (usize, usize),
+    weights: impl FnOnce() -> Option<Weights>,
+    mut add: impl FnMut(Cut),
+) {
     let may_be_halved = 2 * least <= most;
-    let uneven = may_be_halved.then(lines).filter(Lines::are_uneven);
+    let uneven = may_be_halved.then(weights).flatten().filter(Weights::differ);
     for k in 0..least {
         let part = Cut { piece, ends: (k as f64 / least as f64, (k + 1) as f64 / least as f64) };
         match &uneven {
-            Some(lines) => lines.restricted(part.ends).halve(part, most / least, &mut add),
+            Some(weights) => weights.restricted(part.ends).halve(part, most / least, &mut add),
             None => add(part),
         }
     }
 }
 
-impl Lines {
-    /// Whether any line has weights that are not [`ALIKE`], or turns by more than [`TURN`].
-    fn are_uneven(&self) -> bool {
-        let line = |k: usize| self.points[k..].iter().step_by(self.count);
-        let differ = |k: usize| {
-            let weights = || line(k).map(|c| c.w);
-            weights().fold(0.0, larger) > ALIKE * weights().fold(f64::INFINITY, smaller)
-        };
-        let turn = |k: usize| {
-            let places = || line(k).map(|c| c.truncate() / c.w);
-            let legs = || places().zip(places().skip(1)).filter_map(|(p, q)| (q - p).try_normalize());
-            legs().zip(legs().skip(1)).map(|(p, q)| p.distance(q)).sum::<f64>()
-        };
-        (0..self.count).any(|k| differ(k) || turn(k) > TURN)
+impl Weights {
+    /// Whether any line has weights that are not [`ALIKE`].
+    fn differ(&self) -> bool {
+        let line = |k: usize| self.values[k..].iter().step_by(self.lines).copied();
+        (0..self.lines).any(|k| line(k).fold(0.0, larger) > ALIKE * line(k).fold(f64::INFINITY, smaller))
     }
 
     fn restricted(&self, (x0, x1): (f64, f64)) -> Self {
-        let mut points = self.points.clone();
-        bernstein::restrict_rows(&mut points, self.count, x0, x1);
-        Self { points, ..*self }
+        let mut values = self.values.clone();
+        bernstein::restrict_rows(&mut values, self.lines, x0, x1);
+        Self { values, ..*self }
     }
 
-    /// Gives a cut, of which these are the lines, in at most `most` parts.
+    /// Gives a cut, of which these are the weights, in at most `most` parts.
     fn halve(&self, cut: Cut, most: usize, add: &mut impl FnMut(Cut)) {
-        if most < 2 || !self.are_uneven() {
+        if most < 2 || !self.differ() {
             return add(cut);
         }
         let (a, b) = cut.ends;
