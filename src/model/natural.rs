@@ -11,7 +11,7 @@ const SAME_ROW: f64 = 1e-6;
 /// Ends of a meridian within this share of the size lie on the axis: files print axis directions with as few as seven
 /// digits.
 const SAME_POINT: f64 = 1e-7;
-/// Largest distance between points of a NURBS border that count as one, as a share of the size of the lines beside it.
+/// Points of a NURBS border within this distance count as one: a share of the size of the lines next to it.
 /// Files round each point by itself.
 const SAME_END: f64 = 1e-5;
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use trimtess::model::NurbsSurface;
 
-/// `weight`: the weight of the control point at (i, j); 1 everywhere if there is none.
+/// `weight` gives that of the control point (i, j). Without it all weights are 1.
 pub(crate) fn bumpy(
     [degree_u, degree_v]: [usize; 2],
     [knots_u, knots_v]: [Vec<f64>; 2],

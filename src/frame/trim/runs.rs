@@ -13,7 +13,7 @@ pub(crate) struct Runs {
     runs: Vec<Run>,
     /// By number, its run.
     run_of: Vec<u32>,
-    /// The place of the last insertion. The next one is often beside it.
+    /// Where the last insertion was. The next one is often near.
     recent: Place,
 }
 
