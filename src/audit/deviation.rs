@@ -37,11 +37,13 @@ const SEARCHES: u32 = 50_000;
 /// Cost: about 1 s per two million samples; O(faces) memory.
 #[must_use]
 pub fn deviation<'a>(prepared: &Prepared, mesh: impl Into<FrameView<'a>>, chord: f64) -> DeviationReport {
-    measure(prepared, &mesh.into().measurable(), chord)
+    let mesh = mesh.into();
+    let triangles = mesh.batches.iter().map(|b| b.mesh.triangles.len() as u64).sum();
+    measure(prepared, &mesh.measurable(), triangles, chord)
 }
 
-fn measure(prepared: &Prepared, mesh: &FrameView<'_>, chord: f64) -> DeviationReport {
-    let triangles: u64 = mesh.batches.iter().map(|b| b.mesh.triangles.len() as u64).sum();
+/// `triangles`: how many the whole mesh has, with the tiles that were left out.
+fn measure(prepared: &Prepared, mesh: &FrameView<'_>, triangles: u64, chord: f64) -> DeviationReport {
     let size: f64 = mesh.batches.iter().map(|b| squared_sizes(&b.mesh).sum::<f64>()).sum();
     let patterns = STEPS.map(pattern);
     let chords: Vec<f64> = prepared.scene.largest_scales().iter().map(|scale| chord / scale).collect();

@@ -64,7 +64,7 @@ pub struct DeviationReport {
     pub worst_edges: Vec<EdgePlace>,
     /// Number of triangles of the mesh.
     pub triangles: u64,
-    /// Number of measured triangles: all up to four million, else every k-th.
+    /// Number of measured triangles: all up to four million, else every k-th; without those of tiles that were skipped.
     pub measured: u64,
 }
 

@@ -97,11 +97,12 @@ impl Meshed {
     }
 
     /// Also checks what holds for sound models: nothing lost or doubtful, only the open edges are open, the tolerance
-    /// holds.
-    pub(crate) fn is_sound(&self) -> Result<(), String> {
+    /// holds. Of a solid that is stated inside out, a warning may say so: if it is a ball cut by a plane, one wrong sense
+    /// could be the cause as well.
+    pub(crate) fn is_sound(&self, is_inverted: bool) -> Result<(), String> {
         self.holds()?;
-        // Of a ball cut by a plane, inside out as a whole, one wrong sense could be the cause as well.
-        let is_doubt = |d: &&Diagnostic| d.severity > Severity::Note && d.kind.code() != "shell-inside-out";
+        let is_told = |d: &Diagnostic| is_inverted && d.kind.code() == "shell-inside-out";
+        let is_doubt = |d: &&Diagnostic| d.severity > Severity::Note && !is_told(d);
         if let Some(told) = self.prepared.diagnostics.iter().find(is_doubt) {
             return Err(format!("{:?}: {}", told.severity, told.kind));
         }

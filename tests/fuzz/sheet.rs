@@ -58,7 +58,7 @@ impl Sheet {
             Err(_) => return Ok(()),
         };
         let meshed = Meshed::new(model, self.chord_rel)?;
-        if self.sound { meshed.is_sound() } else { meshed.is_whole() }
+        if self.sound { meshed.is_sound(false) } else { meshed.is_whole() }
     }
 
     fn model(&self) -> std::result::Result<Model, ModelError> {

@@ -83,7 +83,7 @@ impl Solid {
 
     pub(crate) fn judge(&self) -> std::result::Result<(), String> {
         let meshed = Meshed::new(self.model().map_err(|error| format!("not buildable: {error}"))?, self.chord_rel)?;
-        meshed.is_sound()?;
+        meshed.is_sound(self.inverted)?;
         let scale = self.placed.1;
         let exact = self.shape.volume() * scale.powi(3);
         let total = &meshed.facts.total;
