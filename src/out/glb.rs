@@ -220,8 +220,12 @@ impl Glb {
                         }
                     }
                 }
+                let (shape, count) = match before {
+                    Some(before) if shape.faces.is_empty() => (before.clone(), std::mem::take(&mut counts[row])),
+                    _ => (shape, count),
+                };
                 counted.push(count);
-                made.push(before.filter(|_| shape.faces.is_empty()).cloned().unwrap_or(shape));
+                made.push(shape);
             }
             (finer, counts) = (rows, counted);
             shapes.push(made);

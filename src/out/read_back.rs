@@ -12,7 +12,7 @@ use super::placed::{distinct, placed};
 #[cfg(feature = "glb")]
 use super::read_glb::{GlbFile, Numbers};
 use super::single::single;
-use crate::mesh::FrameView;
+use crate::mesh::{BatchView, FrameView};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::io;
@@ -39,12 +39,24 @@ pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Forma
     let bytes = std::fs::read(path)?;
     let found = match format {
         #[cfg(feature = "glb")]
-        Format::Glb(options) => return compare_level(frame, &GlbFile::open(&bytes)?, 0, (options, most)),
+        Format::Glb(options) => {
+            let with = (options, most);
+            return compare_level(&WrittenLevel::of(frame, with), &GlbFile::open(&bytes)?, 0, with);
+        }
         Format::Stl => stl(&bytes)?,
         Format::Ply => ply(&bytes)?,
         Format::Obj => obj(&bytes)?,
     };
-    compare(found, &expected(frame, format, most)?)
+    #[cfg(not(feature = "glb"))]
+    let _ = most;
+    let expected = match format {
+        Format::Stl => expected(frame, |batch, world| {
+            let rounded: Vec<Vec3> = world.iter().map(|&point| single(point)).collect::<Result<_, _>>()?;
+            Ok(distinct(&batch.mesh, &rounded).collect())
+        })?,
+        _ => by_face(expected(frame, |batch, world| Ok(distinct(&batch.mesh, world).collect()))?),
+    };
+    compare(found, &expected)
 }
 
 /// Reads the levels of a GLB that [`save_levels`](super::save_levels) wrote, and compares each with its frame: the
@@ -56,19 +68,70 @@ pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Forma
 pub fn read_back_levels(frames: &[FrameView<'_>], path: &Path, with: (GlbOptions, f64)) -> io::Result<Vec<ReadBack>> {
     let bytes = std::fs::read(path)?;
     let file = GlbFile::open(&bytes)?;
-    frames.iter().enumerate().map(|(level, frame)| compare_level(frame, &file, level, with)).collect()
+    let (mut read, mut before) = (Vec::with_capacity(frames.len()), None);
+    for (level, frame) in frames.iter().enumerate() {
+        let mut written = WrittenLevel::of(frame, with);
+        if let Some(before) = &before {
+            written.fill(before)?;
+        }
+        read.push(compare_level(&written, &file, level, with)?);
+        before = Some(written);
+    }
+    Ok(read)
+}
+
+/// A level as a GLB holds it.
+#[cfg(feature = "glb")]
+struct WrittenLevel<'a> {
+    frame: FrameView<'a>,
+    numbers: Vec<PointNumbers>,
+}
+
+#[cfg(feature = "glb")]
+impl<'a> WrittenLevel<'a> {
+    fn of(frame: &FrameView<'a>, (options, most): (GlbOptions, f64)) -> Self {
+        Self { numbers: PointNumbers::of(frame, options, most), frame: frame.clone() }
+    }
+
+    /// Gives parts that have no triangles after rounding those of the level before.
+    fn fill(&mut self, before: &Self) -> io::Result<()> {
+        let mut batches = Vec::with_capacity(self.frame.batches.len());
+        let parts = self.frame.batches_by_part().into_iter().zip(before.frame.batches_by_part());
+        for ((own, finer), (numbers, of_finer)) in parts.zip(self.numbers.iter_mut().zip(&before.numbers)) {
+            let mut is_empty = true;
+            for batch in &own {
+                is_empty = is_empty && kept(&self.frame, *numbers, batch)?.is_empty();
+            }
+            if is_empty {
+                *numbers = *of_finer;
+            }
+            batches.extend(if is_empty { finer } else { own }.into_iter().copied());
+        }
+        self.frame.batches = batches;
+        Ok(())
+    }
+}
+
+/// A batch's triangles whose corners stay apart in a GLB.
+#[cfg(feature = "glb")]
+fn kept(frame: &FrameView<'_>, numbers: PointNumbers, batch: &BatchView<'_>) -> io::Result<Vec<[u32; 3]>> {
+    let part = &frame.scene.parts[batch.part.index()];
+    let rounded = batch.mesh.positions.iter().map(|&point| numbers.local(part, point));
+    let rounded: Vec<Vec3> = rounded.collect::<Result<_, _>>()?;
+    Ok(distinct(&batch.mesh, &rounded).collect())
 }
 
 /// Compares a level of a GLB with its frame, as readers in single and in double precision take it.
 #[cfg(feature = "glb")]
 fn compare_level(
-    frame: &FrameView<'_>,
+    WrittenLevel { frame, numbers }: &WrittenLevel<'_>,
     file: &GlbFile<'_>,
     level: usize,
     with: (GlbOptions, f64),
 ) -> io::Result<ReadBack> {
     let found = |numbers| file.triangles(frame, (level, numbers), with);
-    let expected = expected(frame, Format::Glb(with.0), with.1)?;
+    // Colours change the order of faces. Within a face, order is kept.
+    let expected = by_face(expected(frame, |batch, _| kept(frame, numbers[batch.part.index()], batch))?);
     let single = compare(found(Numbers::Single)?, &expected)?;
     let moved = single.moved.max(moved(found(Numbers::Double)?, &expected)?);
     Ok(ReadBack { moved, ..single })
@@ -85,7 +148,7 @@ fn moved(mut found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<
     if found.len() != expected.len() {
         return Err(bad(&format!("{} triangles, and not {}", found.len(), expected.len())));
     }
-    found.sort_by_key(|triangle| triangle.face);
+    found = by_face(found);
     // NaN must not pass as near.
     let worse = |most: f64, distance: f64| if distance.is_nan() { f64::INFINITY } else { most.max(distance) };
     let off = |(a, b): (&FileTriangle, &FileTriangle)| {
@@ -96,46 +159,32 @@ fn moved(mut found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<
     Ok(found.iter().zip(expected).map(off).fold(0.0, worse))
 }
 
-/// The frame's triangles whose corners stay apart after rounding, in the order of writing, with unrounded corners.
-/// Sorted by face where formats store it.
-fn expected(frame: &FrameView<'_>, format: Format, most: f64) -> io::Result<Vec<FileTriangle>> {
-    #[cfg(feature = "glb")]
-    let numbers = match format {
-        Format::Glb(options) => PointNumbers::of(frame, options, most),
-        _ => Vec::new(),
-    };
-    let _ = most;
+/// The frame's triangles in the order of writing, with unrounded corners. `kept` returns those of a batch whose corners
+/// stay apart after rounding, given its placed points.
+fn expected(
+    frame: &FrameView<'_>,
+    kept: impl Fn(&BatchView<'_>, &[DVec3]) -> io::Result<Vec<[u32; 3]>>,
+) -> io::Result<Vec<FileTriangle>> {
     let by_part = frame.batches_by_part();
     let mut out = Vec::new();
     for (instance, placement, batches) in placed(frame, &by_part) {
         for batch in batches {
             let world: Vec<DVec3> = batch.mesh.positions.iter().map(|&point| placement.position(point)).collect();
-            let rounded: Vec<Vec3> = match format {
-                #[cfg(feature = "glb")]
-                Format::Glb(_) => {
-                    let index = instance.part.index();
-                    let (part, numbers) = (&frame.scene.parts[index], numbers[index]);
-                    batch.mesh.positions.iter().map(|&point| numbers.local(part, point)).collect::<Result<_, _>>()?
-                }
-                Format::Stl => world.iter().map(|&point| single(point)).collect::<Result<_, _>>()?,
-                Format::Ply | Format::Obj => Vec::new(),
-            };
             let face = instance.face_number(batch.face);
-            let mut keep = |corners: [u32; 3]| {
+            let triangle = |corners: [u32; 3]| {
                 let corners = placement.winding(corners).map(|corner| world[corner as usize]);
-                out.push(FileTriangle { face, corners });
+                FileTriangle { face, corners }
             };
-            match format {
-                Format::Ply | Format::Obj => distinct(&batch.mesh, &world).for_each(&mut keep),
-                _ => distinct(&batch.mesh, &rounded).for_each(&mut keep),
-            }
+            out.extend(kept(batch, &world)?.into_iter().map(triangle));
         }
     }
-    if format != Format::Stl {
-        // Colours change the order of faces in a GLB. Within a face, order is kept.
-        out.sort_by_key(|triangle| triangle.face);
-    }
     Ok(out)
+}
+
+/// Sorts triangles as formats that store faces do.
+fn by_face(mut triangles: Vec<FileTriangle>) -> Vec<FileTriangle> {
+    triangles.sort_by_key(|triangle| triangle.face);
+    triangles
 }
 
 /// Number of edges whose directed uses do not cancel.
