@@ -12,6 +12,7 @@ use crate::math::matching::matched;
 use crate::math::rows::take_rows;
 use crate::model::PartId;
 use crate::prepare::Prepared;
+use smallvec::SmallVec;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -159,7 +160,7 @@ impl Levels {
         bands.clear();
         served.clear();
         selected.clear();
-        if self.parts.iter().all(|part| part.rows.len() == 1) {
+        if self.rows == self.parts.len() {
             return;
         }
         // The largest scale of each instance that is shown, ascending.
@@ -168,19 +169,21 @@ impl Levels {
         let mut scales: Vec<(usize, f64)> = scales.filter(|(_, most)| *most > 0.0 && most.is_finite()).collect();
         scales.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
         scales.dedup_by_key(|(instance, _)| *instance);
-        let mut wanted: Vec<Vec<i32>> = vec![Vec::new(); self.parts.len()];
+        let mut wanted = Vec::with_capacity(scales.len());
         for &(instance, most) in &scales {
             let (part, band) = &mut self.instances[instance];
             let now = band_of(most, *band);
             if *band != Some(now) {
                 bands.push((instance, band.replace(now)));
             }
-            wanted[part.index()].push(now);
+            wanted.push((part.index(), now));
         }
-        for (part, (levels, wanted)) in self.parts.iter_mut().zip(&mut wanted).enumerate() {
-            wanted.sort_unstable();
-            wanted.dedup();
-            levels.serve(wanted, |row, before| served.push((part, row, before)));
+        wanted.sort_unstable();
+        wanted.dedup();
+        for of_part in wanted.chunk_by(|a, b| a.0 == b.0) {
+            let part = of_part[0].0;
+            let bands: SmallVec<[i32; 8]> = of_part.iter().map(|(_, band)| *band).collect();
+            self.parts[part].serve(&bands, |row, before| served.push((part, row, before)));
         }
         for (instance, _) in scales {
             let (part, band) = self.instances[instance];
