@@ -1,9 +1,9 @@
 //! What the library tells of its work -> a callback.
 
 use crate::border::{User, entry};
-use crate::status::{Failure, tt_status};
+use crate::status::{Failure, tt_status, without_nul};
 use std::cell::Cell;
-use std::ffi::{CString, c_char, c_void};
+use std::ffi::{c_char, c_void};
 use std::fmt::{self, Write as _};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{PoisonError, RwLock};
@@ -90,7 +90,7 @@ fn tell(level: Level, text: String) {
         return;
     }
     if let Some((log, user)) = *LOG.read().unwrap_or_else(PoisonError::into_inner) {
-        log(user.get(), number(level), CString::new(text).unwrap_or_default().as_ptr());
+        log(user.get(), number(level), without_nul(text).as_ptr());
     }
     WITHIN.set(false);
 }

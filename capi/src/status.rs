@@ -100,11 +100,16 @@ thread_local! {
 
 /// Keeps the words of a failure for this thread.
 pub(crate) fn tell(failure: Failure) -> tt_status {
-    let mut words = failure.words.into_bytes();
-    words.iter_mut().filter(|byte| **byte == 0).for_each(|byte| *byte = b' ');
     // A thread that is ending has no words left.
-    let _ = LAST.try_with(|last| *last.borrow_mut() = CString::new(words).unwrap_or_default());
+    let _ = LAST.try_with(|last| *last.borrow_mut() = without_nul(failure.words));
     failure.status
+}
+
+/// A text of C, with a space for each NUL: names in files may have some.
+pub(crate) fn without_nul(text: String) -> CString {
+    let mut bytes = text.into_bytes();
+    bytes.iter_mut().filter(|byte| **byte == 0).for_each(|byte| *byte = b' ');
+    CString::new(bytes).unwrap_or_default()
 }
 
 /// Words of the last failure on this thread, UTF-8; empty if there was none. Never null. Valid until a call on this
@@ -152,4 +157,14 @@ failures! {
     };
     AttributeError: |_| TT_ERROR_ARGUMENT;
     InstanceError: |error| if matches!(error, InstanceError::Lost { .. }) { TT_ERROR_LOST } else { TT_ERROR_ARGUMENT };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_with_nul_are_told_whole() {
+        assert_eq!(without_nul("part \0 of 2\0".to_owned()).as_c_str(), c"part   of 2 ");
+    }
 }

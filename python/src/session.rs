@@ -49,6 +49,8 @@ impl MeshSink for Changes {
     }
 
     fn begin(&mut self, scene: &Scene) -> Result<(), SinkError> {
+        // Whatever was before: changes of an empty scene look like none.
+        self.instances = Arc::default();
         self.begin_changes(scene, &SceneChanges::default())
     }
 
@@ -336,10 +338,11 @@ impl Session {
         told.map(Attributes).map_err(|failure| attribute_error(py, &failure))
     }
 
-    fn __repr__(&self) -> PyResult<String> {
-        let state = self.state()?;
+    fn __repr__(&self) -> String {
+        // Debuggers ask at any time.
+        let Ok(state) = self.state() else { return "<Session in use by another thread>".to_owned() };
         let scene = state.session.scene();
-        Ok(format!("<Session of {:?}: {} instances>", scene.name, scene.instances.len()))
+        format!("<Session of {:?}: {} instances>", scene.name, scene.instances.len())
     }
 }
 

@@ -157,6 +157,12 @@ def test_instances_come_move_and_go(prepared):
             work()
     session.remove_instances([new, keys[1]])
     assert not session.keys and len(session.view(view).instances) == 0
+    # A whole frame of nothing.
+    last = session.add_instance(0)
+    assert len(session.view(view).instances) == 1
+    session.remove_instances([last])
+    session.forget()
+    assert len(session.view(view).instances) == 0
     with pytest.raises(trimtess.RangeError, match="part"):
         session.add_instance(99)
     with pytest.raises(trimtess.RangeError, match="uniform scale"):

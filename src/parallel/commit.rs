@@ -312,7 +312,8 @@ struct Taking<'a> {
 
 impl Drop for Taking<'_> {
     fn drop(&mut self) {
-        *self.taken -= self.left.len();
+        // A sink may leave more than it was given.
+        *self.taken = self.taken.saturating_sub(self.left.len());
     }
 }
 

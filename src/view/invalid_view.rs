@@ -99,7 +99,7 @@ impl View {
         let known = |x: f64| x > 0.0 && x.is_finite();
         let is_sound = match projection {
             Projection::Perspective { fov_y, near } => {
-                fov_y < PI && known((0.5 * fov_y).tan()) && near >= 0.0 && near.is_finite()
+                fov_y > 0.0 && fov_y < PI && known((0.5 * fov_y).tan()) && near >= 0.0 && near.is_finite()
             }
             Projection::Orthographic { height: shown } => known(shown) && known(f64::from(height) / shown),
         };
@@ -130,6 +130,11 @@ mod tests {
             (
                 seen(Projection::Perspective { fov_y: 3.2, near: 1.0 }),
                 "a field of view of 3.2 rad from a depth of 1 mm",
+            ),
+            // Its tangent is above 0.
+            (
+                seen(Projection::Perspective { fov_y: -6.0, near: 1.0 }),
+                "a field of view of -6 rad from a depth of 1 mm",
             ),
             (
                 seen(Projection::Perspective { fov_y: 1.0, near: -1.0 }),

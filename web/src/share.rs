@@ -20,9 +20,9 @@ const FACE: usize = 4;
 fn deal(parts: &[model::Part], owners: usize) -> Vec<usize> {
     let mut order: Vec<(usize, usize)> = parts.iter().map(cost).zip(0..).collect();
     order.sort_unstable_by_key(|&(cost, part)| (std::cmp::Reverse(cost), part));
-    let (mut loads, mut owner) = (vec![0; owners], vec![0; parts.len()]);
+    let (mut loads, mut owner) = (vec![0; owners.max(1)], vec![0; parts.len()]);
     for (cost, part) in order {
-        let least = (0..owners).min_by_key(|&owner| (loads[owner], owner)).unwrap_or(0);
+        let least = (0..loads.len()).min_by_key(|&owner| (loads[owner], owner)).unwrap_or(0);
         loads[least] += cost;
         owner[part] = least;
     }
@@ -42,7 +42,8 @@ fn cost(part: &model::Part) -> usize {
 /// Empties the parts that others own, which keep their names and the colours and numbers of their faces. Returns which
 /// parts are owned.
 pub(crate) fn keep(model: &mut model::Model, share: usize, shares: usize) -> Vec<bool> {
-    let owned: Vec<bool> = deal(&model.parts, shares).into_iter().map(|owner| owner == share).collect();
+    let owned: Vec<bool> =
+        deal(&model.parts, shares).into_iter().map(|owner| share < shares && owner == share).collect();
     for (part, _) in model.parts.iter_mut().zip(&owned).filter(|(_, owned)| !**owned) {
         part.edges = Vec::new();
         for face in &mut part.faces {
@@ -57,7 +58,7 @@ pub(crate) fn keep(model: &mut model::Model, share: usize, shares: usize) -> Vec
 #[wasm_bindgen]
 impl Model {
     /// Leaves all parts but one of so many shares to other instances of the module, which read the same file. Returns
-    /// whether any part is left.
+    /// whether any part is left: of a share that is not below `shares`, none is.
     #[wasm_bindgen(js_name = keepShare)]
     pub fn keep_share(&mut self, share: usize, shares: usize) -> bool {
         self.owned = keep(&mut self.model, share, shares);
@@ -152,7 +153,7 @@ impl Mesh {
         }
     }
 
-    /// `None` if lists are shorter than others say.
+    /// `None` if lists are shorter than others say, or name vertices that are not there.
     fn take(&mut self, shared: SharedPart) -> Option<Result<(), JsError>> {
         let part = PartId(shared.part);
         let scene = self.frame.scene.parts.get_mut(part.index())?;
@@ -172,6 +173,9 @@ impl Mesh {
                 triangles: some(&mut triangles, corners)?,
                 ..TileMesh::default()
             };
+            if mesh.triangles.iter().flatten().any(|&corner| corner as usize >= vertices) {
+                return None;
+            }
             let mut batch = Batch { part, face: FaceId(face), tile: TileId(tile), worker: 0, mesh };
             if let Err(error) = self.frame.batch(&mut batch) {
                 return Some(Err(told(error)));

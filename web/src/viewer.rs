@@ -29,6 +29,8 @@ struct State {
     canvas: Canvas,
     scene: LiveScene,
     show: Option<Show>,
+    /// Number of models that were shown.
+    shown: u64,
     camera: Camera,
     looks: Looks,
     /// The scene stores lattice positions.
@@ -94,6 +96,7 @@ impl Viewer {
             canvas,
             scene,
             show: None,
+            shown: 0,
             camera: ViewPoint::ISO.fit([], 1.0),
             looks: Looks::default(),
             lattice: false,
@@ -116,6 +119,7 @@ impl Viewer {
         let before = state.show.as_ref().map_or(0, |show| show.session.scene().instances.len());
         (0..before).for_each(|row| state.scene.set_visible(InstanceId::new(row), true));
         state.show = Some(Show::new(Arc::clone(prepared.of())));
+        state.shown += 1;
         state.press = None;
         state.fit(&ViewPoint::ISO);
         Ok(())
@@ -147,6 +151,9 @@ impl Viewer {
     /// Turns the camera. A drag over the height of the picture is half a turn.
     pub fn orbit(&self, dx: f64, dy: f64) {
         let state = &mut *self.state.borrow_mut();
+        if !(dx.is_finite() && dy.is_finite()) {
+            return;
+        }
         let angle = PI / f64::from(state.canvas.size().1);
         let pivot = state.pivot();
         state.camera = state.camera.orbit(pivot, angle * dx, -angle * dy);
@@ -155,13 +162,16 @@ impl Viewer {
     /// Moves what is under the first pixel to the second.
     pub fn pan(&self, from_x: f64, from_y: f64, to_x: f64, to_y: f64) {
         let state = &mut *self.state.borrow_mut();
+        if ![from_x, from_y, to_x, to_y].iter().all(|pixel| pixel.is_finite()) {
+            return;
+        }
         let (pivot, size) = (state.pivot(), state.size());
         state.camera = state.camera.pan(pivot, [from_x, from_y], [to_x, to_y], size);
     }
 
     /// Multiplies the distance to what is under a pixel.
     pub fn zoom(&self, x: f64, y: f64, factor: f64) -> Result<(), JsError> {
-        if !(factor.is_finite() && factor > 0.0) {
+        if !(x.is_finite() && y.is_finite() && factor.is_finite() && factor > 0.0) {
             return Ok(());
         }
         let state = &mut *self.state.borrow_mut();
@@ -227,12 +237,17 @@ impl Viewer {
     #[wasm_bindgen(unchecked_return_type = "Pick | undefined")]
     pub async fn pick(&self, x: f64, y: f64) -> Result<Option<Ts<Pick>>, JsError> {
         let state = Rc::clone(&self.state);
-        let picking = state.borrow_mut().begin_pick(x, y)?;
+        let (picking, shown) = {
+            let mut state = state.borrow_mut();
+            (state.begin_pick(x, y)?, state.shown)
+        };
         let hit = match picking {
             Some(picking) => answer(|| state.borrow().scene.poll_pick(&picking)).await?.map_err(crate::told)?,
             None => None,
         };
-        let Some(show) = &mut state.borrow_mut().show else { return Ok(None) };
+        let state = &mut *state.borrow_mut();
+        // The answer is of the model that was shown then.
+        let Some(show) = state.show.as_mut().filter(|_| state.shown == shown) else { return Ok(None) };
         show.picked = hit.map(|PickHit { instance, face, point, .. }| Picked { face: Some((instance, face)), point });
         Ok(hit.map(|hit| show.pick(&hit).into_ts()).transpose()?)
     }

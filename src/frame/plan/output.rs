@@ -39,7 +39,7 @@ impl TileLattice {
     /// Number of cells in u and in v.
     #[must_use]
     pub fn cells(&self) -> (u32, u32) {
-        let count = |lines: &[f64]| u32::try_from(lines.len() - 1).unwrap_or(u32::MAX);
+        let count = |lines: &[f64]| u32::try_from(lines.len().saturating_sub(1)).unwrap_or(u32::MAX);
         (count(&self.us), count(&self.vs))
     }
 }
