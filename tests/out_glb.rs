@@ -14,18 +14,21 @@ use gltf_json::{Index, Root};
 use out_fixture::{box_frame, play};
 use std::collections::BTreeSet;
 use std::fs;
+use trimtess::control::{Alone, Control};
 use trimtess::mesh::{MemorySink, MeshSink};
 use trimtess::model::{EdgeId, FaceId};
-use trimtess::out::{Format, GlbOptions, Rounding, open, save, write_glb, write_glb_within};
+use trimtess::out::{Format, GlbOptions, Rounding, SaveOptions, open, save, write, write_on};
 
 struct Glb {
     root: Root,
     binary: Vec<u8>,
 }
 
+const PLAIN: Format = Format::Glb(GlbOptions::PLAIN);
+
 fn written(frame: &MemorySink) -> Glb {
     let mut bytes = Vec::new();
-    write_glb(frame, &mut bytes).unwrap();
+    write(frame, &mut bytes, PLAIN).unwrap();
     read(&bytes)
 }
 
@@ -298,10 +301,14 @@ fn rounding_far_from_the_origin_is_bounded_or_refused() {
     let far = glam::DAffine3::from_translation(DVec3::splat(1e7 / 3.0));
     frame.scene.instances.iter_mut().for_each(|instance| instance.transform = far * instance.transform);
     let (mut plain, mut nested, mut none) = (Vec::new(), Vec::new(), Vec::new());
-    let moved = write_glb(&frame, &mut plain).unwrap().moved;
+    let moved = write(&frame, &mut plain, PLAIN).unwrap().moved;
     let most = 0.1 * moved;
-    assert!(moved > 1e-2 && write_glb_within(&frame, most, &mut nested).unwrap().moved <= most);
-    assert!(write_glb_within(&frame, 1e-15, &mut none).is_err() && none.is_empty());
+    let within = |most, bytes: &mut Vec<u8>| {
+        let options = SaveOptions::new(PLAIN).with_max_rounding(most);
+        write_on(&Alone, &frame, bytes, &options, &Control::default())
+    };
+    assert!(moved > 1e-2 && within(most, &mut nested).unwrap().moved <= most);
+    assert!(within(1e-15, &mut none).is_err() && none.is_empty());
 }
 
 #[test]
@@ -314,12 +321,12 @@ fn one_thread_and_three_write_the_same_file() {
     #[cfg(feature = "meshopt")]
     let options: Vec<_> = options.into_iter().flat_map(|options| [options, options.with_compressed(true)]).collect();
     let mut plain = Vec::new();
-    write_glb(&frame, &mut plain).unwrap();
+    write(&frame, &mut plain, PLAIN).unwrap();
     for options in options {
         let [alone, shared] = [1, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let rounding = pool.install(|| save(&frame, &path, Format::Glb(options))).unwrap();
-            assert_eq!(rounding, Rounding::of(&frame, Format::Glb(options), f64::INFINITY).unwrap(), "{options:?}");
+            assert_eq!(rounding, Rounding::of(&frame, &SaveOptions::new(Format::Glb(options))).unwrap(), "{options:?}");
             fs::read(&path).unwrap()
         });
         assert!(alone == shared, "{options:?}");

@@ -10,9 +10,11 @@ use glam::{DAffine3, DVec3};
 use gltf_json::Value;
 use out_fixture::box_frame;
 use std::path::Path;
+use trimtess::control::{Control, Rayon};
 use trimtess::mesh::MemorySink;
 use trimtess::out::{
-    Format, GlbLevel, GlbOptions, Outputs, ReadBack, UnfitLevel, read_back, read_back_levels, save_levels, save_within,
+    Format, GlbOptions, MeshLevel, Outputs, ReadBack, SaveError, SaveOptions, Saved, UnfitLevel, read_back,
+    read_back_levels, save_on,
 };
 
 const SIZE: DVec3 = DVec3::new(100.0, 20.0, 30.0);
@@ -38,20 +40,28 @@ fn level(first: usize) -> MemorySink {
     frame
 }
 
-fn coarser(frames: &[(MemorySink, f64)]) -> Vec<GlbLevel<'_>> {
-    frames.iter().map(|(frame, chord)| GlbLevel { frame: frame.into(), chord: *chord }).collect()
+fn with(options: GlbOptions) -> SaveOptions {
+    SaveOptions::new(Format::Glb(options)).with_max_rounding(MOST)
 }
 
-fn save(finest: &MemorySink, coarser: &[GlbLevel<'_>], path: &Path, options: GlbOptions) {
+fn levels<'a>(finest: &'a MemorySink, coarser: &'a [(MemorySink, f64)]) -> Vec<MeshLevel<'a>> {
+    let coarser = coarser.iter().map(|(frame, chord)| MeshLevel { frame: frame.into(), chord: *chord });
+    std::iter::once(MeshLevel { frame: finest.into(), chord: CHORD }).chain(coarser).collect()
+}
+
+fn save(levels: &[MeshLevel<'_>], path: &Path, options: GlbOptions) {
     let mut outputs = Outputs::default();
-    let (roundings, _) = save_levels((finest, CHORD), coarser, path, (options, MOST), &mut outputs).unwrap();
-    assert!(roundings.len() == coarser.len() + 1 && roundings.iter().all(|told| told.moved <= MOST), "{roundings:?}");
+    let saved = outputs.save_on(&Rayon, levels, path, &with(options), &Control::default()).unwrap();
+    let Saved { roundings, temporary, .. } = saved;
+    assert!(roundings.len() == levels.len() && roundings.iter().all(|told| told.moved <= MOST), "{roundings:?}");
+    assert!(temporary.exists() && temporary.parent() == path.parent(), "{temporary:?}");
     outputs.publish().unwrap();
+    assert!(path.exists() && !temporary.exists());
 }
 
 fn read_levels(frames: &[&MemorySink], path: &Path, options: GlbOptions) -> std::io::Result<Vec<ReadBack>> {
-    let frames: Vec<_> = frames.iter().map(|&frame| frame.into()).collect();
-    read_back_levels(&frames, path, (options, MOST))
+    let levels: Vec<_> = frames.iter().map(|&frame| MeshLevel { frame: frame.into(), chord: CHORD }).collect();
+    read_back_levels(&levels, path, &with(options))
 }
 
 fn json(path: &Path) -> Value {
@@ -71,11 +81,11 @@ fn every_level_reads_back_as_its_frame() {
         #[cfg(feature = "meshopt")]
         let options = options.with_compressed(k & 4 > 0);
         let path = folder.join(format!("{k}.glb"));
-        save(&finest, &coarser(&coarse), &path, options);
-        let read = read_back(&finest, &path, Format::Glb(options), MOST).unwrap();
+        save(&levels(&finest, &coarse), &path, options);
+        let read = read_back(&finest, &path, &with(options)).unwrap();
         assert_eq!((read.triangles, read.unbalanced_edges), (60, 0), "{k}");
-        let levels = [&finest, &coarse[0].0, &coarse[1].0];
-        let read = read_levels(&levels, &path, options).unwrap();
+        let all = [&finest, &coarse[0].0, &coarse[1].0];
+        let read = read_levels(&all, &path, options).unwrap();
         assert_eq!(read.len(), 3);
         for (number, (read, triangles)) in read.iter().zip([60, 60, 30]).enumerate() {
             // Corners far from the origin are read as decimals.
@@ -84,7 +94,7 @@ fn every_level_reads_back_as_its_frame() {
         }
         // The second level has triangles of its own.
         assert!(read_levels(&[&finest; 2], &path, options).unwrap()[1].moved > 1.0, "{k}");
-        assert!(read_levels(&[levels[0], levels[1], levels[2], levels[2]], &path, options).is_err(), "{k}");
+        assert!(read_levels(&[all[0], all[1], all[2], all[2]], &path, options).is_err(), "{k}");
     }
 }
 
@@ -93,7 +103,7 @@ fn nodes_name_their_coarser_nodes_and_the_shares_of_the_screen_below_which_those
     let path = folder("level_nodes").join("box.glb");
     let finest = level(0);
     let coarse = [(level(1), 0.4), (level(2), 1.6)];
-    save(&finest, &coarser(&coarse), &path, GlbOptions::PLAIN);
+    save(&levels(&finest, &coarse), &path, GlbOptions::PLAIN);
     let json = json(&path);
     assert!(json["extensionsUsed"].as_array().unwrap().contains(&"MSFT_lod".into()), "{json}");
     assert!(json["extensionsRequired"].is_null(), "who does not know levels draws the finest: {json}");
@@ -126,8 +136,8 @@ fn a_level_with_nothing_coarser_shares_the_data() {
     let folder = folder("shared_levels");
     let finest = level(0);
     let (one, two) = (folder.join("one.glb"), folder.join("two.glb"));
-    save(&finest, &[], &one, GlbOptions::PLAIN);
-    save(&finest, &coarser(&[(level(0), 0.4), (level(0), 1.6)]), &two, GlbOptions::PLAIN);
+    save(&levels(&finest, &[]), &one, GlbOptions::PLAIN);
+    save(&levels(&finest, &[(level(0), 0.4), (level(0), 1.6)]), &two, GlbOptions::PLAIN);
     let bytes = |path: &Path| json(path)["buffers"][0]["byteLength"].as_u64().unwrap();
     assert_eq!(bytes(&one), bytes(&two));
     let read = read_levels(&[&finest; 3], &two, GlbOptions::PLAIN).unwrap();
@@ -145,13 +155,15 @@ fn a_part_without_triangles_in_a_level_has_those_of_the_level_before() {
         // Below the spacing of single precision beside the other points of the level.
         batch.mesh.positions.iter_mut().for_each(|point| *point = SIZE + 1e-9 * *point);
     }
-    let levels = [(empty, 0.4), (tiny, 1.6)];
+    let coarser = [(empty, 0.4), (tiny, 1.6)];
     for options in [GlbOptions::PLAIN, GlbOptions::PLAIN.with_quantized(true)] {
         let mut outputs = Outputs::default();
-        let (told, _) = save_levels((&finest, CHORD), &coarser(&levels), &path, (options, MOST), &mut outputs).unwrap();
+        let levels = levels(&finest, &coarser);
+        let saved = outputs.save_on(&Rayon, &levels, &path, &with(options), &Control::default()).unwrap();
         outputs.publish().unwrap();
+        let told = saved.roundings;
         assert!(told.iter().all(|told| (told.triangles, told.collapsed) == (60, 0)), "{told:?}");
-        let read = read_levels(&[&finest, &levels[0].0, &levels[1].0], &path, options).unwrap();
+        let read = read_levels(&[&finest, &coarser[0].0, &coarser[1].0], &path, options).unwrap();
         assert!(read.iter().all(|read| (read.triangles, read.unbalanced_edges) == (60, 0)), "{read:?}");
     }
 }
@@ -162,8 +174,8 @@ fn without_levels_a_file_has_the_bytes_of_a_plain_one() {
     let finest = level(0);
     for options in [GlbOptions::PLAIN, GlbOptions::PLAIN.with_instanced(true)] {
         let (one, other) = (folder.join("one.glb"), folder.join("other.glb"));
-        save(&finest, &[], &one, options);
-        save_within(&finest, &other, Format::Glb(options), MOST).unwrap();
+        save(&levels(&finest, &[]), &one, options);
+        save_on(&Rayon, &finest, &other, &with(options), &Control::default()).unwrap();
         assert!(std::fs::read(one).unwrap() == std::fs::read(other).unwrap());
     }
 }
@@ -186,13 +198,20 @@ fn meshes_that_are_not_levels_of_one_scene_are_refused_and_nothing_is_written() 
         (vec![(level(1), 1.0), (level(2), 1.0)], UnfitLevel::Chord { level: 2, chord: 1.0, before: 1.0 }),
     ];
     for (frames, expected) in cases {
-        let mut outputs = Outputs::default();
-        let path = folder.join("box.glb");
-        let with = (GlbOptions::PLAIN, MOST);
-        let error = save_levels((&finest, CHORD), &coarser(&frames), &path, with, &mut outputs).unwrap_err();
-        let told = error.cause.get_ref().and_then(|cause| cause.downcast_ref::<UnfitLevel>());
-        assert_eq!(told, Some(&expected));
-        drop(outputs);
-        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
+        assert_eq!(refused(&folder, &levels(&finest, &frames), with(GlbOptions::PLAIN)), expected);
     }
+    let two = [(level(1), 1.0)];
+    let stl = SaveOptions::new(Format::Stl);
+    assert_eq!(refused(&folder, &levels(&finest, &two), stl), UnfitLevel::Format { levels: 2 });
+    assert_eq!(refused(&folder, &[], stl), UnfitLevel::Missing);
+}
+
+/// What is wrong with the levels. Nothing is in the folder then.
+fn refused(folder: &Path, levels: &[MeshLevel<'_>], options: SaveOptions) -> UnfitLevel {
+    let mut outputs = Outputs::default();
+    let saved = outputs.save_on(&Rayon, levels, &folder.join("box"), &options, &Control::default());
+    let Err(SaveError::UnfitLevel(told)) = saved else { panic!("{saved:?}") };
+    outputs.publish().unwrap();
+    assert_eq!(std::fs::read_dir(folder).unwrap().count(), 0);
+    told
 }

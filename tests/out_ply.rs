@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3};
 use out_fixture::{box_frame, play};
 use std::collections::BTreeSet;
 use trimtess::mesh::{MemorySink, MeshSink};
-use trimtess::out::{Format, UnknownFormat, open, save, write_ply};
+use trimtess::out::{Format, UnknownFormat, open, save, write};
 
 struct Ply {
     header: String,
@@ -43,7 +43,7 @@ fn read(bytes: &[u8]) -> Ply {
 
 fn written(frame: &MemorySink) -> Ply {
     let mut bytes = Vec::new();
-    write_ply(frame, &mut bytes).unwrap();
+    write(frame, &mut bytes, Format::Ply).unwrap();
     read(&bytes)
 }
 
@@ -115,7 +115,7 @@ fn the_sink_writes_what_the_function_writes_and_leaves_only_the_file() {
     sink.end().unwrap();
     drop(sink);
     let mut bytes = Vec::new();
-    write_ply(&frame, &mut bytes).unwrap();
+    write(&frame, &mut bytes, Format::Ply).unwrap();
     assert_eq!(std::fs::read(&path).unwrap(), bytes);
     save(&frame, &folder.join("b.ply"), Format::Ply).unwrap();
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);

@@ -7,9 +7,21 @@ mod out_fixture;
 use folders::folder;
 use glam::{DAffine3, DVec3};
 use out_fixture::box_frame;
+use std::path::Path;
+use trimtess::control::{Control, Rayon};
+use trimtess::mesh::MemorySink;
 #[cfg(feature = "glb")]
 use trimtess::out::GlbOptions;
-use trimtess::out::{Format, RoundedTooFar, Rounding, read_back, save, save_within};
+use trimtess::out::{Format, Rounding, SaveError, SaveOptions, read_back, save, save_on};
+
+fn within(format: Format, most: f64) -> SaveOptions {
+    SaveOptions::new(format).with_max_rounding(most)
+}
+
+/// Saves, where rounding moves no vertex by more than `most` millimetres.
+fn limited(frame: &MemorySink, path: &Path, format: Format, most: f64) -> Result<Rounding, SaveError> {
+    save_on(&Rayon, frame, path, &within(format, most), &Control::default())
+}
 
 /// All formats, and GLB in all its forms.
 fn formats() -> Vec<(String, Format)> {
@@ -46,7 +58,7 @@ fn a_file_reads_back_as_the_frame_and_no_vertex_moves_further_than_told() {
         for (extension, format) in formats() {
             let path = folder.join(format!("box.{extension}"));
             let told = save(&frame, &path, format).unwrap();
-            let read = read_back(&frame, &path, format, f64::INFINITY).unwrap();
+            let read = read_back(&frame, &path, &SaveOptions::new(format)).unwrap();
             assert_eq!((told.triangles, told.collapsed, read.triangles), (36, 0, 36), "{x} {extension}");
             assert_eq!(read.unbalanced_edges, 0, "{x} {extension}");
             assert!(read.moved <= told.moved + 1e-14 * x.max(100.0), "{x} {extension}: {read:?} {told:?}");
@@ -62,26 +74,26 @@ fn nodes_are_nested_where_one_translation_has_too_few_digits() {
     let frame = box_frame(DVec3::ONE, &[turned_at(12_345.678_9), turned_at(1e7 / 3.0), DAffine3::IDENTITY]);
     let plain = save(&frame, &path, Format::Glb(GlbOptions::PLAIN)).unwrap();
     assert!(plain.moved > 0.1, "{plain:?}");
-    let fine = save_within(&frame, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).unwrap();
+    let fine = limited(&frame, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).unwrap();
     assert!(fine.moved <= 0.5e-4, "{fine:?}");
     // Readers take the decimals of nodes as single or as double precision, and both are read.
-    let read = read_back(&frame, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).unwrap();
+    let read = read_back(&frame, &path, &within(Format::Glb(GlbOptions::PLAIN), 1e-4)).unwrap();
     assert!(read.moved <= fine.moved + 1e-8, "{read:?} {fine:?}");
     // A micrometre a hundred metres away, and an instance beyond all digits.
     let tiny = box_frame(DVec3::splat(1e-3), &[turned_at(1e5 / 3.0), turned_at(1e5 / 7.0)]);
-    let fine = save_within(&tiny, &path, Format::Glb(GlbOptions::PLAIN), 1e-7).unwrap();
-    let read = read_back(&tiny, &path, Format::Glb(GlbOptions::PLAIN), 1e-7).unwrap();
+    let fine = limited(&tiny, &path, Format::Glb(GlbOptions::PLAIN), 1e-7).unwrap();
+    let read = read_back(&tiny, &path, &within(Format::Glb(GlbOptions::PLAIN), 1e-7)).unwrap();
     assert!(fine.moved <= 1e-7 && read.moved <= fine.moved + 1e-9, "{read:?} {fine:?}");
     let beyond = box_frame(DVec3::ONE, &[turned_at(1.234_567e25)]);
-    assert!(save_within(&beyond, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).is_err());
+    assert!(limited(&beyond, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).is_err());
 }
 
 #[test]
 fn beyond_the_limit_nothing_is_written_and_the_distance_is_told() {
     let path = folder("beyond_limit").join("box.stl");
     let frame = box_frame(DVec3::ONE, &[turned_at(1e7 / 3.0)]);
-    let error = save_within(&frame, &path, Format::Stl, 0.01).unwrap_err();
-    let told = error.cause.get_ref().unwrap().downcast_ref::<RoundedTooFar>().unwrap();
+    let error = limited(&frame, &path, Format::Stl, 0.01).unwrap_err();
+    let SaveError::RoundedTooFar(told) = error else { panic!("{error}") };
     assert!(told.moved > 0.1 && told.moved < 0.5 && told.most == 0.01, "{told:?}");
     assert!(!path.exists());
 }
@@ -90,7 +102,7 @@ fn beyond_the_limit_nothing_is_written_and_the_distance_is_told() {
 fn collapsed_triangles_and_faces_are_counted() {
     let far = DAffine3::from_translation(DVec3::new(1e8, 0.0, 0.0)); // single-precision numbers are 8 mm apart there
     let frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY, far]);
-    let told = Rounding::of(&frame, Format::Stl, f64::INFINITY).unwrap();
+    let told = Rounding::of(&frame, &SaveOptions::new(Format::Stl)).unwrap();
     assert_eq!((told.triangles, told.collapsed), (12 + 4, 8));
     assert_eq!(told.collapsed_faces, [6, 7, 8, 9], "the faces along x of the second instance");
 }
@@ -105,7 +117,7 @@ fn a_damaged_file_does_not_read_back() {
         let whole = std::fs::read(&path).unwrap();
         for length in [0, 10, 30, 100, whole.len() / 2, whole.len() - 20] {
             std::fs::write(&path, &whole[..length]).unwrap();
-            assert!(read_back(&frame, &path, format, f64::INFINITY).is_err(), "{extension} cut to {length}");
+            assert!(read_back(&frame, &path, &SaveOptions::new(format)).is_err(), "{extension} cut to {length}");
         }
     }
 }
@@ -116,7 +128,7 @@ fn triangles_that_are_apart_in_their_node_and_coincide_in_the_world_are_balanced
     let path = folder("coincide").join("box.glb");
     let frame = box_frame(DVec3::splat(1e-10), &[DAffine3::from_translation(DVec3::splat(1e7))]);
     save(&frame, &path, Format::Glb(GlbOptions::PLAIN)).unwrap();
-    let read = read_back(&frame, &path, Format::Glb(GlbOptions::PLAIN), f64::INFINITY).unwrap();
+    let read = read_back(&frame, &path, &SaveOptions::new(Format::Glb(GlbOptions::PLAIN))).unwrap();
     assert_eq!((read.triangles, read.unbalanced_edges), (12, 0));
 }
 
@@ -129,8 +141,8 @@ fn a_grid_keeps_to_what_a_vertex_may_move_and_instances_become_one_node() {
     let plain = GlbOptions::PLAIN;
     let size = |name: &str, options: GlbOptions, most: f64| {
         let path = folder.join(name);
-        let told = save_within(&frame, &path, Format::Glb(options), most).unwrap();
-        let read = read_back(&frame, &path, Format::Glb(options), most).unwrap();
+        let told = limited(&frame, &path, Format::Glb(options), most).unwrap();
+        let read = read_back(&frame, &path, &within(Format::Glb(options), most)).unwrap();
         assert!(told.moved <= most && read.moved <= told.moved * (1.0 + 1e-9), "{name}: {told:?} {read:?}");
         assert_eq!((read.triangles, read.unbalanced_edges), (50 * 12, 0), "{name}");
         let bytes = std::fs::read(&path).unwrap();
@@ -160,7 +172,7 @@ fn what_double_precision_makes_of_the_step_of_a_grid_is_told() {
     for size in [1.0, 5.0, 10.0, 30.0, 100.0] {
         let frame = box_frame(DVec3::new(1.03, 0.77, 0.91) * size, &[DAffine3::IDENTITY]);
         let told = save(&frame, &path, format).unwrap();
-        let read = read_back(&frame, &path, format, f64::INFINITY).unwrap();
+        let read = read_back(&frame, &path, &SaveOptions::new(format)).unwrap();
         assert!(read.moved <= told.moved * (1.0 + 1e-9) + 1e-14 * size, "{size}: {read:?} {told:?}");
     }
 }

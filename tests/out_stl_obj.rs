@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use out_fixture::box_frame;
 use std::collections::BTreeSet;
 use trimtess::mesh::MemorySink;
-use trimtess::out::{write_obj, write_stl};
+use trimtess::out::{Format, write};
 
 fn placement() -> DAffine3 {
     DAffine3::from_axis_angle(DVec3::new(0.3, 0.5, 0.8).normalize(), 0.7)
@@ -17,7 +17,7 @@ fn placement() -> DAffine3 {
 /// Normal and corners of each triangle.
 fn stl(frame: &MemorySink) -> Vec<[Vec3; 4]> {
     let mut bytes = Vec::new();
-    write_stl(frame, &mut bytes).unwrap();
+    write(frame, &mut bytes, Format::Stl).unwrap();
     assert!(!bytes.starts_with(b"solid"));
     let count = u32::from_le_bytes(bytes[80..84].try_into().unwrap()) as usize;
     assert_eq!(bytes.len(), 84 + 50 * count);
@@ -53,7 +53,7 @@ fn stl_drops_triangles_whose_corners_round_together() {
 fn obj_carries_every_bit() {
     let frame = box_frame(DVec3::new(0.1, 1e-7, 1.3), &[DAffine3::IDENTITY, placement()]);
     let mut text = Vec::new();
-    write_obj(&frame, &mut text).unwrap();
+    write(&frame, &mut text, Format::Obj).unwrap();
     let text = String::from_utf8(text).unwrap();
     let rows = |key: &str| -> Vec<Vec<&str>> {
         let rows = text.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix(' '));

@@ -12,7 +12,7 @@ use std::io::{self, Write};
 use std::path::Path;
 #[cfg(feature = "glb")]
 use trimtess::out::GlbOptions;
-use trimtess::out::{BeyondSingle, Format, save, write_whole};
+use trimtess::out::{Format, SaveError, save, write_whole};
 
 #[test]
 fn an_error_halfway_leaves_the_previous_file() {
@@ -69,6 +69,7 @@ fn a_full_disk_is_an_error_for_every_format() {
         let path = folder.join(format!("mesh.{extension}"));
         std::os::unix::fs::symlink("/dev/full", &path).unwrap();
         let error = save(&out_fixture::box_frame(DVec3::ONE, &[DAffine3::IDENTITY]), &path, format).unwrap_err();
+        let SaveError::File(error) = error else { panic!("{error}") };
         assert_eq!(error.cause.kind(), io::ErrorKind::StorageFull, "{error}");
         assert!(path.symlink_metadata().unwrap().is_symlink(), "the device was not replaced");
     }
@@ -103,7 +104,7 @@ fn positions_beyond_single_precision_are_reported_and_nothing_is_written() {
             let path = folder.join("mesh");
             fs::write(&path, "before").unwrap();
             let error = save(frame, &path, format).unwrap_err();
-            let told = error.cause.get_ref().unwrap().downcast_ref::<BeyondSingle>().unwrap();
+            let SaveError::BeyondSingle(told) = &error else { panic!("{error}") };
             assert!(told.position.abs().max_element() >= 1e39, "{told}");
             assert!(error.to_string().contains("3.4028235e38"), "{error}");
             assert_eq!(

@@ -13,7 +13,7 @@ use trimtess::frame::{Tolerance, plan};
 use trimtess::mesh::{Batch, FlatMesh, FrameView, MeshSink, PackedFrame, PartMesh, Scene, SceneChanges, check_scene};
 use trimtess::mesh::{MemorySink, TileMesh};
 use trimtess::model::{FaceId, PartId, TileId};
-use trimtess::out::{write_obj, write_ply, write_stl};
+use trimtess::out::{Format, write};
 use trimtess::parallel::serial;
 
 /// Mirrored, scaled and moved.
@@ -36,13 +36,14 @@ fn packed(frame: &MemorySink) -> PackedFrame {
 fn files<'a>(frame: impl Into<FrameView<'a>>) -> Vec<Vec<u8>> {
     let frame = frame.into();
     let mut files = vec![Vec::new(); 3];
-    write_ply(&frame, &mut files[0]).unwrap();
-    write_stl(&frame, &mut files[1]).unwrap();
-    write_obj(&frame, &mut files[2]).unwrap();
+    write(&frame, &mut files[0], Format::Ply).unwrap();
+    write(&frame, &mut files[1], Format::Stl).unwrap();
+    write(&frame, &mut files[2], Format::Obj).unwrap();
     #[cfg(feature = "glb")]
     {
         files.push(Vec::new());
-        trimtess::out::write_glb(&frame, &mut files[3]).unwrap();
+        let format = Format::Glb(trimtess::out::GlbOptions::PLAIN);
+        write(&frame, &mut files[3], format).unwrap();
     }
     files
 }
@@ -90,7 +91,7 @@ fn parts_whose_lists_were_emptied_are_written_and_checked() {
         let mut packed = whole.clone();
         damage(&mut packed.parts[0]);
         assert_ne!(check_scene(&packed).parts, check_scene(&whole).parts);
-        write_ply(&packed, &mut Vec::new()).unwrap();
+        write(&packed, &mut Vec::new(), Format::Ply).unwrap();
     }
 }
 
@@ -99,7 +100,7 @@ fn flattened_arrays_are_the_rows_of_a_ply() {
     let packed = packed(&box_frame(DVec3::new(1.0, 2.0, 3.0), &transforms()));
     let flat = FlatMesh::of(&packed).unwrap();
     let mut ply = Vec::new();
-    write_ply(&packed, &mut ply).unwrap();
+    write(&packed, &mut ply, Format::Ply).unwrap();
     let end = b"end_header\n";
     let data = ply.windows(end.len()).position(|window| window == end).unwrap() + end.len();
     let mut expected = Vec::new();

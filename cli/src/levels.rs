@@ -11,7 +11,7 @@ use std::fmt;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshLists};
-use trimtess::out::{GlbLevel, ReadBack};
+use trimtess::out::{MeshLevel, ReadBack};
 use trimtess::prepare::{Prepared, Shells};
 
 /// Chord tolerance of a level, in units of that of the level before. A curve takes half as many segments, a surface
@@ -88,8 +88,8 @@ impl Level {
     }
 
     /// The level as the writer takes it.
-    pub(crate) fn as_glb_level(&self) -> GlbLevel<'_> {
-        GlbLevel { frame: (&self.frame).into(), chord: self.tolerance.chord }
+    pub(crate) fn as_mesh_level(&self) -> MeshLevel<'_> {
+        MeshLevel { frame: (&self.frame).into(), chord: self.tolerance.chord }
     }
 
     /// The report about this mesh alone.

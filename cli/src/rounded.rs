@@ -5,9 +5,10 @@ use crate::report::Report;
 use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write as _;
-use trimtess::mesh::{MemorySink, SinkError};
+use std::path::Path;
+use trimtess::mesh::MemorySink;
 use trimtess::model::Severity;
-use trimtess::out::{BeyondSingle, Format, ReadBack, RoundedTooFar, Rounding};
+use trimtess::out::{Format, ReadBack, Rounding, SaveError, SaveOptions};
 use trimtess::prepare::Prepared;
 
 /// What the written file holds.
@@ -34,24 +35,27 @@ pub(crate) fn recenter(frame: &mut MemorySink, prepared: &Prepared) -> DVec3 {
 
 /// The message of a file that was not written. Names what helps if rounding costs too much.
 pub(crate) fn unwritten(
-    error: &SinkError,
+    failure: &SaveError,
+    path: &Path,
     (frame, recentred): (&MemorySink, bool),
     prepared: &Prepared,
-    (format, most): (Format, f64),
+    options: &SaveOptions,
 ) -> Failure {
-    let why = match error.cause.get_ref() {
-        Some(cause) if cause.is::<RoundedTooFar>() => " (a tenth of the tolerance)",
-        Some(cause) if cause.is::<BeyondSingle>() => "",
-        _ => return Failure::cannot(error),
+    let why = match failure {
+        SaveError::RoundedTooFar(_) => " (a tenth of the tolerance)",
+        SaveError::BeyondSingle(_) => "",
+        SaveError::File(failure) => return Failure::cannot(failure),
+        other => return Failure::Cannot(format!("cannot write {}: {other}", path.display())),
     };
-    let fits = |by, format| Rounding::fits_moved(frame, by, format, most);
+    let format = options.format;
+    let fits = |by, format| Rounding::fits_moved(frame, by, &options.with_format(format));
     let centre = prepared.centre();
     let helps = !recentred && centre != DVec3::ZERO && fits(-centre, format);
     let recenter = if helps { "--recenter moves the scene to the origin" } else { "use a larger tolerance" };
     let single = !matches!(format, Format::Ply | Format::Obj);
     let finer =
         if single && fits(DVec3::ZERO, Format::Ply) { ", or write .ply, which has double precision" } else { "" };
-    Failure::Cannot(format!("{error}{why}; {recenter}{finer}"))
+    Failure::Cannot(format!("cannot write {}: {failure}{why}; {recenter}{finer}", path.display()))
 }
 
 /// Adds what rounding cost to the report.

@@ -11,8 +11,10 @@ use crate::rounded;
 use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
+use trimtess::control::{Control, Rayon};
 use trimtess::frame::{self, Tolerance};
-use trimtess::out::{self, Format, GlbLevel};
+use trimtess::mesh::MemorySink;
+use trimtess::out::{Format, MeshLevel, SaveOptions, Saved, read_back_levels};
 use trimtess::prepare::{Shells, prepare};
 
 /// Tessellate a file to GLB, STL, PLY or OBJ.
@@ -46,6 +48,12 @@ pub(crate) struct TessellateArgs {
     report: Option<PathBuf>,
     #[command(flatten)]
     result: AsJson,
+}
+
+/// The meshes of all levels of detail, finest first.
+fn with_coarser<'a>(finest: &'a MemorySink, chord: f64, coarser: &'a [Level]) -> Vec<MeshLevel<'a>> {
+    let finest = MeshLevel { frame: finest.into(), chord };
+    std::iter::once(finest).chain(coarser.iter().map(Level::as_mesh_level)).collect()
 }
 
 /// What a GLB asks of its readers.
@@ -184,33 +192,20 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
         report.offset_mm = offset.to_array();
         levels.iter_mut().for_each(|level| level.translate(-offset));
     }
-    let most = rounded::most(tolerance.chord);
-    let written = tracing::info_span!("write").in_scope(|| match format {
-        Format::Glb(options) => {
-            let coarser: Vec<GlbLevel<'_>> = levels.iter().map(Level::as_glb_level).collect();
-            out::save_levels((&frame, tolerance.chord), &coarser, &args.output, (options, most), outputs.files())
-        }
-        _ => out::save_pending(&frame, &args.output, format, most, outputs.files())
-            .map(|(rounding, pending)| (vec![rounding], pending)),
+    let options = SaveOptions::new(format).with_max_rounding(rounded::most(tolerance.chord));
+    let written = tracing::info_span!("write").in_scope(|| {
+        let all = with_coarser(&frame, tolerance.chord, &levels);
+        outputs.files().save_on(&Rayon, &all, &args.output, &options, &Control::default())
     });
-    let (roundings, pending) = match written {
-        Ok(written) => written,
-        Err(e) => return Err(rounded::unwritten(&e, (&frame, args.recenter), &prepared, (format, most))),
-    };
+    let Saved { roundings, temporary, .. } = written
+        .map_err(|failure| rounded::unwritten(&failure, &args.output, (&frame, args.recenter), &prepared, &options))?;
     let reports = std::iter::once(&mut report).chain(levels.iter_mut().map(Level::report));
     reports.zip(&roundings).for_each(|(report, rounding)| rounded::tell(rounding, report));
     let write = laps.lap();
     // Devices and pipes cannot be read back.
-    if args.check && std::fs::metadata(&pending).is_ok_and(|known| known.is_file()) {
+    if args.check && std::fs::metadata(&temporary).is_ok_and(|known| known.is_file()) {
         progress.stage("reading the file back");
-        let read = match format {
-            Format::Glb(options) => {
-                let coarser = levels.iter().map(|level| level.as_glb_level().frame);
-                let frames: Vec<_> = std::iter::once((&frame).into()).chain(coarser).collect();
-                out::read_back_levels(&frames, &pending, (options, most))
-            }
-            _ => out::read_back(&frame, &pending, format, most).map(|read| vec![read]),
-        };
+        let read = read_back_levels(&with_coarser(&frame, tolerance.chord, &levels), &temporary, &options);
         match read.as_deref() {
             Ok([finest, coarser @ ..]) => {
                 rounded::check(&prepared, finest, tolerance.chord, &mut report);

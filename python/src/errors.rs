@@ -4,8 +4,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use trimtess::frame::Shortfall;
 use trimtess::import::step::StepError;
-use trimtess::mesh::SinkError;
-use trimtess::out::{BeyondSingle, RoundedTooFar, UnfitLevel, UnknownFormat};
+use trimtess::out::{SaveError, UnknownFormat};
 use trimtess::parallel::FrameError;
 use trimtess::prepare::PrepareError;
 
@@ -168,21 +167,25 @@ pub(crate) fn unfit(py: Python<'_>, name: &str, why: &dyn std::fmt::Display, exp
 }
 
 /// Why a file is not written. `helps` says whether moving the scene to the origin would help, and whether a PLY would.
-pub(crate) fn unsaved(py: Python<'_>, failure: &SinkError, path: &str, helps: impl FnOnce() -> [bool; 2]) -> PyErr {
-    let cause = failure.cause.get_ref();
-    if let Some(level) = cause.and_then(|cause| cause.downcast_ref::<UnfitLevel>()) {
-        return unfit(py, "levels", level, "meshes of the same model, each coarser than the one before");
-    }
-    let rounded = cause.and_then(|cause| cause.downcast_ref::<RoundedTooFar>());
-    let beyond = cause.is_some_and(|cause| cause.is::<BeyondSingle>());
+pub(crate) fn unsaved(py: Python<'_>, failure: &SaveError, path: &str, helps: impl FnOnce() -> [bool; 2]) -> PyErr {
+    let (rounded, file) = match failure {
+        SaveError::Cancelled => return cancelled(py),
+        SaveError::UnfitLevel(level) => {
+            return unfit(py, "levels", level, "meshes of the same model, each coarser than the one before");
+        }
+        SaveError::RoundedTooFar(far) => (Some(far), None),
+        SaveError::File(failure) => (None, Some(failure)),
+        _ => (None, None),
+    };
+    let is_rounding = matches!(failure, SaveError::RoundedTooFar(_) | SaveError::BeyondSingle(_));
     let fields = PyDict::new(py);
-    let mut message = failure.to_string();
+    let mut message = file.map_or_else(|| format!("cannot write {path}: {failure}"), ToString::to_string);
     let set = || {
         fields.set_item("path", path)?;
-        if rounded.is_none() && !beyond {
-            let (number, words) = of_system(py, &failure.cause);
-            fields.set_item("errno", number)?;
-            return fields.set_item("strerror", words);
+        if !is_rounding {
+            let system = file.map(|failure| of_system(py, &failure.cause));
+            fields.set_item("errno", system.as_ref().map(|(number, _)| number))?;
+            return fields.set_item("strerror", system.as_ref().map(|(_, words)| words));
         }
         let [recenter, ply] = helps();
         message += if recenter { "; pass recenter=True" } else { "; use a larger tolerance" };
@@ -192,6 +195,6 @@ pub(crate) fn unsaved(py: Python<'_>, failure: &SinkError, path: &str, helps: im
         fields.set_item("allowed", rounded.map(|far| far.most))?;
         fields.set_item("place", rounded.map(|far| far.place.to_array()))
     };
-    let name = if rounded.is_some() || beyond { "RoundingError" } else { "SaveError" };
+    let name = if is_rounding { "RoundingError" } else { "SaveError" };
     set().map_or_else(|failure| failure, |()| error(py, name, message, &fields))
 }

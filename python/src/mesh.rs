@@ -172,6 +172,8 @@ impl Mesh {
     ///         (KHR_mesh_quantization), "compressed" (EXT_meshopt_compression).
     ///     levels: Coarser meshes of the same model, finest first: levels of detail of a GLB (MSFT_lod), with the share of
     ///         the screen at which the chord tolerance of each is a pixel.
+    ///     progress: Called with "write", what is done and what there is to do, on the caller's thread. If it raises, no
+    ///         file is left.
     ///
     /// Raises:
     ///     ValueError: `glb` or `levels` are for another format, `glb` names something else, or `levels` are meshes of
@@ -179,16 +181,17 @@ impl Mesh {
     ///     FormatError: The ending is unknown.
     ///     RoundingError: The format's numbers would move a vertex by more than a tenth of the chord tolerance.
     ///     SaveError: The file cannot be written.
-    #[pyo3(signature = (path, *, recenter=false, glb=Vec::new(), levels=Vec::new()))]
-    fn save(
+    #[pyo3(signature = (path, *, recenter=false, glb=Vec::new(), levels=Vec::new(), progress=None))]
+    fn save<'py>(
         &self,
-        py: Python<'_>,
+        py: Python<'py>,
         path: PathBuf,
         recenter: bool,
         glb: Vec<String>,
         levels: Vec<PyRef<'_, Self>>,
+        progress: Option<Bound<'py, PyAny>>,
     ) -> PyResult<Saved> {
-        let job = Job { py, stage: "save", progress: None, workers: 1 };
+        let job = Job { py, stage: "write", progress, workers: 1 };
         let status = levels.iter().map(|mesh| mesh.status()).fold(self.status(), u8::max);
         let levels = levels.iter().map(|mesh| (Arc::clone(&mesh.frame), mesh.tolerance.chord)).collect();
         let how = How { chord: self.tolerance.chord, recenter, glb: &glb, levels };

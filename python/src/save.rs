@@ -3,11 +3,13 @@
 use crate::errors;
 use crate::job::Job;
 use pyo3::prelude::*;
+use std::iter;
 use std::path::Path;
 use std::sync::Arc;
+use trimtess::control::Rayon;
 use trimtess::glam::DVec3;
 use trimtess::mesh::{FrameView, PackedFrame, Scene};
-use trimtess::out::{self, Format, GlbLevel, Outputs, Rounding};
+use trimtess::out::{Format, MeshLevel, Outputs, Rounding, SaveOptions};
 use trimtess::prepare::Prepared;
 
 /// What was written.
@@ -71,7 +73,7 @@ pub(crate) fn save(
         let expected = "[] for files that do not end in .glb";
         return Err(errors::out_of_range(job.py, "levels", format!("{} meshes", levels.len()), expected));
     }
-    let most = Rounding::SHARE * chord;
+    let options = SaveOptions::new(format).with_max_rounding(Rounding::SHARE * chord);
     let centre = prepared.centre();
     let offset = if recenter { centre } else { DVec3::ZERO };
     let saved = job.run(|control| {
@@ -83,28 +85,20 @@ pub(crate) fn save(
             scene
         };
         let finest = moved(&frame.scene);
-        let finest = FrameView { scene: &finest, ..FrameView::from(&**frame) };
         let scenes: Vec<Scene> = levels.iter().map(|(frame, _)| moved(&frame.scene)).collect();
-        let mut outputs = Outputs::default();
-        let roundings = match format {
-            Format::Glb(options) => {
-                let coarser = levels.iter().zip(&scenes).map(|((frame, chord), scene)| GlbLevel {
-                    frame: FrameView { scene, ..FrameView::from(&**frame) },
-                    chord: *chord,
-                });
-                let coarser: Vec<GlbLevel<'_>> = coarser.collect();
-                out::save_levels((&finest, chord), &coarser, path, (options, most), &mut outputs)?.0
-            }
-            _ => vec![out::save_pending(&finest, path, format, most, &mut outputs)?.0],
+        let level = |(frame, scene, chord): (&Arc<PackedFrame>, _, f64)| MeshLevel {
+            frame: FrameView { scene, ..FrameView::from(&**frame) },
+            chord,
         };
-        // Dropped outputs leave nothing.
-        if !control.is_cancelled() {
-            outputs.publish()?;
-        }
-        Ok(roundings)
+        let coarser = levels.iter().zip(&scenes).map(|((frame, chord), scene)| (frame, scene, *chord));
+        let all: Vec<MeshLevel<'_>> = iter::once((frame, &finest, chord)).chain(coarser).map(level).collect();
+        let mut outputs = Outputs::default();
+        let saved = outputs.save_on(&Rayon, &all, path, &options, control)?;
+        outputs.publish()?;
+        Ok(saved.roundings)
     })?;
     let text = path.display().to_string();
-    let fits = |by, format| Rounding::fits_moved(&**frame, by, format, most);
+    let fits = |by, format| Rounding::fits_moved(&**frame, by, &options.with_format(format));
     let helps = || [!recenter && centre != DVec3::ZERO && fits(-centre, format), fits(-offset, Format::Ply)];
     let mut roundings = saved.map_err(|failure| errors::unsaved(job.py, &failure, &text, helps))?;
     let mut collapsed_faces: Vec<u64> =

@@ -16,7 +16,7 @@ from files import LARGE, SMALL
 import trimtess
 
 
-def test_progress_is_told_on_the_callers_thread_and_ends_with_the_total():
+def test_progress_is_told_on_the_callers_thread_and_ends_with_the_total(tmp_path):
     told = []
 
     def progress(stage, done, total):
@@ -24,10 +24,11 @@ def test_progress_is_told_on_the_callers_thread_and_ends_with_the_total():
 
     prepared = trimtess.read(LARGE, progress=progress).prepare(progress=progress)
     mesh = prepared.tessellate(progress=progress)
+    mesh.save(tmp_path / "mesh.stl", progress=progress)
     assert {ident for *_, ident in told} == {threading.get_ident()}
     stages = [stage for stage, *_ in told]
-    assert list(dict.fromkeys(stages)) == ["read", "prepare", "tessellate"]
-    for stage in ("read", "prepare", "tessellate"):
+    assert list(dict.fromkeys(stages)) == ["read", "prepare", "tessellate", "write"]
+    for stage in ("read", "prepare", "tessellate", "write"):
         counts = [(done, total) for of, done, total, _ in told if of == stage]
         assert counts == sorted(counts) and counts[-1][0] == counts[-1][1] > 0, stage
     assert all(total > 0 for _, _, total, _ in told), "callers may divide by it"
@@ -57,6 +58,20 @@ def test_an_exception_of_progress_ends_the_work(large):
     assert len(calls) == 1 and calls[0][1] < calls[0][2], "not at the end"
     assert large.tessellate(chord_rel=1e-2).status == large.tessellate().status, "the model is as it was"
     assert time.monotonic() - start < 60
+
+
+def test_a_save_that_progress_ends_leaves_no_file(large, tmp_path):
+    class Enough(Exception):
+        pass
+
+    def progress(*_):
+        raise Enough
+
+    mesh = large.tessellate(chord_rel=1e-4, angle=5)
+    with pytest.raises(Enough):
+        mesh.save(tmp_path / "mesh.obj", progress=progress)
+        pytest.fail("no progress")
+    assert not any(path.suffix == ".part" for path in tmp_path.iterdir())
 
 
 @pytest.fixture

@@ -14,6 +14,9 @@ pub enum Stage {
     Prepare,
     /// Tessellating. Counts tiles, each part once.
     Tessellate,
+    /// Writing a file. Counts the tiles that the file has, in formats without instances those of each instance, and all
+    /// of them twice: when their bytes are made, and when they are written.
+    Write,
 }
 
 impl Stage {
@@ -24,6 +27,7 @@ impl Stage {
             Self::Read => "read",
             Self::Prepare => "prepare",
             Self::Tessellate => "tessellate",
+            Self::Write => "write",
         }
     }
 }
@@ -111,12 +115,17 @@ impl Counter {
     }
 
     /// Counts one more.
+    pub(crate) fn advance(&self) {
+        self.advance_by(1);
+    }
+
+    /// Counts so many more.
     ///
     /// No lock: the observer may itself do work that this thread joins, and would then wait for itself. So a thread that
     /// finds another one telling leaves its number to it.
-    pub(crate) fn advance(&self) {
+    pub(crate) fn advance_by(&self, count: u64) {
         let Some(observer) = &self.control.0.observer else { return };
-        self.done.fetch_add(1, Ordering::SeqCst);
+        self.done.fetch_add(count, Ordering::SeqCst);
         while self.done.load(Ordering::SeqCst) > self.told.load(Ordering::SeqCst) {
             if self.telling.swap(true, Ordering::SeqCst) {
                 return;

@@ -1,96 +1,13 @@
 //! Batches to a file: collects a frame, writes it when the frame is complete.
 
-#[cfg(feature = "glb")]
-use super::glb::glb_levels;
-#[cfg(feature = "glb")]
-use super::glb_levels::GlbLevel;
-#[cfg(feature = "glb")]
-use super::glb_options::GlbOptions;
-use super::pending::{Outputs, PendingFile, cannot_write};
-use super::plain::{Pieces, write_alone};
-use super::rounding::Rounding;
-use super::{Format, UnknownFormat};
-use crate::control::{Call, Control, Rayon};
-use crate::mesh::{Batch, EdgeLine, FrameView, MemorySink, MeshLists, MeshSink, Scene, SinkError, TileMesh};
+use super::levels::MeshLevel;
+use super::pending::{PendingFile, cannot_write};
+use super::save::Made;
+use super::{Format, SaveOptions, UnknownFormat};
+use crate::control::{Alone, Call, Control};
+use crate::mesh::{Batch, EdgeLine, MemorySink, MeshLists, MeshSink, Scene, SinkError, TileMesh};
 use std::io;
 use std::path::{Path, PathBuf};
-
-/// Writes a finished frame to `path` atomically. Returns what rounding to the format's numbers cost. The file is made
-/// on [rayon's threads](crate::control::Rayon).
-///
-/// # Errors
-/// If the file cannot be created, written or renamed. An existing file at `path` is then unchanged.
-pub fn save<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format) -> Result<Rounding, SinkError> {
-    save_within(frame, path, format, f64::INFINITY)
-}
-
-/// As [`save`], unless rounding to the format's numbers moves a vertex by more than `most` millimetres.
-///
-/// # Errors
-/// As [`save`]; and [`RoundedTooFar`](super::RoundedTooFar) as the cause, before the file is created.
-pub fn save_within<'a>(
-    frame: impl Into<FrameView<'a>>,
-    path: &Path,
-    format: Format,
-    most: f64,
-) -> Result<Rounding, SinkError> {
-    let mut outputs = Outputs::default();
-    let (rounding, _) = save_pending(frame, path, format, most, &mut outputs)?;
-    outputs.publish()?;
-    Ok(rounding)
-}
-
-/// As [`save_within`], to a file that appears when `outputs` are published. Returns its temporary name as well.
-///
-/// # Errors
-/// As [`save_within`].
-pub fn save_pending<'a>(
-    frame: impl Into<FrameView<'a>>,
-    path: &Path,
-    format: Format,
-    most: f64,
-    outputs: &mut Outputs,
-) -> Result<(Rounding, PathBuf), SinkError> {
-    let frame = frame.into();
-    made(path, outputs, |call| format.make(call, &frame, most))
-}
-
-/// Writes the pieces that `make` makes on rayon's threads. Returns what it does with them, and the temporary name.
-fn made<R>(
-    path: &Path,
-    outputs: &mut Outputs,
-    make: impl FnOnce(Call<'_>) -> io::Result<(Pieces, R)>,
-) -> Result<(R, PathBuf), SinkError> {
-    let control = Control::default();
-    let (pieces, made) = make(Call::new(&Rayon, &control)).map_err(|cause| cannot_write(path, cause))?;
-    let temporary = outputs.write(path, |file| pieces.iter().try_for_each(|piece| file.write_all(piece)))?;
-    Ok((made, temporary))
-}
-
-/// Writes a GLB with levels of detail (MSFT_lod): each node has coarser nodes, and the share of the screen below which
-/// each replaces it. `frame` was made within `chord` millimetres; `coarser` are finest first. Returns what rounding costs
-/// in each level, beginning with `frame`, and the temporary name of the file, which appears when `outputs` are published.
-///
-/// At its share, the chord tolerance of a level is a pixel on a screen of 1920 by 1080. Readers that do not know the
-/// extension draw `frame`. Where a part has no triangles in a level, it has those of the level before.
-///
-/// # Errors
-/// As [`save_within`], for each level; and [`UnfitLevel`](super::UnfitLevel) as the cause.
-#[cfg(feature = "glb")]
-pub fn save_levels<'a>(
-    (frame, chord): (impl Into<FrameView<'a>>, f64),
-    coarser: &[GlbLevel<'_>],
-    path: &Path,
-    (options, most): (GlbOptions, f64),
-    outputs: &mut Outputs,
-) -> Result<(Vec<Rounding>, PathBuf), SinkError> {
-    let frame = frame.into();
-    made(path, outputs, |call| {
-        super::glb_levels::check(frame.scene, chord, coarser)
-            .map_err(|unfit| io::Error::new(io::ErrorKind::InvalidInput, unfit))?;
-        glb_levels(call, &frame, coarser, (options, most))
-    })
-}
 
 /// Creates a sink that writes `path` in the format of its extension. The file system is first touched by `begin`.
 ///
@@ -106,7 +23,7 @@ pub fn open(path: &Path) -> Result<FileSink, UnknownFormat> {
 /// headers contain counts and instances share the triangles of their part.
 ///
 /// Rounding to the format's numbers may leave out triangles and whole faces, as in STL far from the origin. The sink
-/// does not tell; [`save`] returns the [`Rounding`], and [`save_within`] limits it.
+/// does not tell; [`save_on`](super::save_on) returns the [`Rounding`](super::Rounding), limits it, and can be cancelled.
 #[derive(Debug)]
 pub struct FileSink {
     path: PathBuf,
@@ -151,8 +68,12 @@ impl MeshSink for FileSink {
             Some(pending) => pending,
             None => PendingFile::create(&self.path)?,
         };
-        let frame = FrameView::from(&self.frame);
-        pending.publish(|file| write_alone(file, |call| self.format.make(call, &frame, f64::INFINITY)).map(drop))?;
+        let (control, frame) = (Control::default(), (&self.frame).into());
+        let level = [MeshLevel { frame, chord: 0.0 }];
+        let made = Made::of(Call::new(&Alone, &control), &level, &SaveOptions::new(self.format));
+        let Made { making, pieces, .. } =
+            made.map_err(|failure| cannot_write(&self.path, io::Error::new(io::ErrorKind::InvalidData, failure)))?;
+        pending.publish(|file| making.write(pieces, file))?;
         self.frame = MemorySink::default();
         Ok(())
     }

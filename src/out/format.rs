@@ -1,33 +1,34 @@
-//! File extensions to formats, and formats to their writers.
+//! File extensions to formats, and how a file is written.
 
 #[cfg(feature = "glb")]
-use super::glb::glb;
-#[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
-use super::obj::obj;
-use super::plain::{Pieces, rounding_of, to_double, to_single};
-use super::ply::ply;
+use super::plain::{rounding_of, to_double, to_single};
 use super::rounding::Rounding;
 use super::single::BeyondSingle;
-use super::stl::stl;
-use crate::control::Call;
 use crate::mesh::FrameView;
 use glam::DVec3;
-use std::io;
 use std::path::Path;
 
 /// A mesh file format.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Format {
-    /// Binary glTF, see [`write_glb`](super::write_glb).
+    /// Binary glTF. Each part is stored once and placed by nodes; an instance with its own colour has its own mesh, which
+    /// shares the part's data. Positions are single precision about the part's centre; parts far from the origin get
+    /// nodes with offsets of their own if [`SaveOptions::max_rounding`] asks for it. Triangles whose rounded corners
+    /// coincide are left out. Up to 4 GiB.
     #[cfg(feature = "glb")]
     Glb(GlbOptions),
-    /// Binary STL, see [`write_stl`](super::write_stl).
+    /// Binary STL: every instance, single precision, millimetres. Positions are rounded once, from world coordinates, so
+    /// the file is closed wherever the mesh is. Triangles whose rounded corners coincide are left out. Up to 2³² - 1
+    /// triangles.
     Stl,
-    /// Stanford PLY, see [`write_ply`](super::write_ply).
+    /// Stanford PLY: every instance, double precision, millimetres. Vertices are shared within a tile only. `face_id`
+    /// numbers faces across all instances ([`SceneInstance::face_number`](crate::mesh::SceneInstance::face_number)). Up
+    /// to 2³² - 1 vertices.
     Ply,
-    /// Wavefront OBJ, see [`write_obj`](super::write_obj).
+    /// Wavefront OBJ: every instance is an object `o`, every face a group `g`. Numbers are the shortest that parse to the
+    /// same f64, so equal positions stay equal. No colours: the format keeps them in a second file.
     Obj,
 }
 
@@ -50,48 +51,55 @@ impl Format {
         let known = Self::ALL.iter().find(|(name, _)| *name == extension);
         known.map(|(_, format)| *format).ok_or(UnknownFormat { extension })
     }
+}
 
-    /// Makes the file, unless rounding moves a vertex by more than `most` millimetres.
-    pub(super) fn make(self, call: Call<'_>, frame: &FrameView<'_>, most: f64) -> io::Result<(Pieces, Rounding)> {
-        let (pieces, rounding) = match self {
-            #[cfg(feature = "glb")]
-            Self::Glb(options) => glb(call, frame, (options, most))?,
-            Self::Stl => stl(call, frame)?,
-            Self::Ply => ply(call, frame)?,
-            Self::Obj => obj(call, frame)?,
-        };
-        rounding.within(most)?;
-        Ok((pieces, rounding))
+/// How a mesh is written.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
+pub struct SaveOptions {
+    /// The file format.
+    pub format: Format,
+    /// Maximum distance that rounding to the format's numbers may move a vertex, millimetres. Beyond it, nothing is
+    /// written. Infinite: no limit.
+    pub max_rounding: f64,
+}
+
+impl SaveOptions {
+    /// No limit on rounding.
+    #[must_use]
+    pub const fn new(format: Format) -> Self {
+        Self { format, max_rounding: f64::INFINITY }
+    }
+
+    setters! {
+        with_format(format: Format);
+        with_max_rounding(max_rounding: f64);
     }
 }
 
 impl Rounding {
-    /// Measures what writing `frame` as `format` costs. `most` is the limit that the file is written with, infinite for
-    /// no limit: nodes of a GLB depend on it.
+    /// Measures what writing `frame` costs, also beyond [`SaveOptions::max_rounding`].
     ///
     /// # Errors
     /// If a position overflows the format's single precision.
-    pub fn of<'a>(frame: impl Into<FrameView<'a>>, format: Format, most: f64) -> Result<Self, BeyondSingle> {
+    pub fn of<'a>(frame: impl Into<FrameView<'a>>, options: &SaveOptions) -> Result<Self, BeyondSingle> {
         let frame = &frame.into();
-        match format {
+        match options.format {
             #[cfg(feature = "glb")]
-            Format::Glb(options) => Self::of_nodes(frame, (options, most)),
+            Format::Glb(glb) => Self::of_nodes(frame, (glb, options.max_rounding)),
             Format::Stl => rounding_of(frame, to_single),
-            Format::Ply | Format::Obj => {
-                let _ = most;
-                rounding_of(frame, to_double)
-            }
+            Format::Ply | Format::Obj => rounding_of(frame, to_double),
         }
     }
 
-    /// Whether `frame` would be written within `most` if its scene were moved by `by`.
+    /// Whether `frame` would be written within the limit on rounding if its scene were moved by `by`.
     #[must_use]
-    pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, format: Format, most: f64) -> bool {
+    pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, options: &SaveOptions) -> bool {
         let frame = frame.into();
         let mut scene = frame.scene.clone();
         scene.translate(by);
         let moved = FrameView { scene: &scene, ..frame };
-        Self::of(&moved, format, most).is_ok_and(|rounding| rounding.within(most).is_ok())
+        Self::of(&moved, options).is_ok_and(|rounding| rounding.within(options.max_rounding).is_ok())
     }
 }
 

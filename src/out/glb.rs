@@ -3,20 +3,23 @@
 //! Positions are single precision relative to the centre of the part's bounding box, which the node's translation adds
 //! back, so parts far from the origin keep their precision. Where one translation has too few digits for the tolerance,
 //! nested nodes add up to the place. Each vertex stores the index of its face in `_FEATURE_ID_0`
-//! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge.
+//! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge. Each node may have coarser nodes
+//! (MSFT_lod), and the share of the screen below which each replaces it.
 
 use super::colour;
 use super::glb_buffers::Buffers;
-use super::glb_levels::{Detail, GlbLevel};
+use super::glb_levels::Detail;
 use super::glb_numbers::{Group, Numbers, bytes, numbers};
 use super::glb_options::GlbOptions;
 use super::glb_stream::Stream;
+use super::levels::MeshLevel;
+use super::making::{Making, Pieces, Text};
 use super::node_place::{NodeGroup, NodePlace, PointNumbers, Turn, groups};
 use super::placed::instance_name;
-use super::plain::{Pieces, write_alone};
 use super::rounding::{Rounding, RoundingCount};
+use super::save_error::{SaveError, counted};
 use crate::control::Call;
-use crate::mesh::{BatchView, EdgeLine, FrameView, ScenePart};
+use crate::mesh::{BatchView, EdgeLine, ScenePart};
 use crate::model::Colour;
 use glam::Vec3;
 use gltf_json::material::{AlphaMode, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
@@ -25,63 +28,42 @@ use gltf_json::scene::UnitQuaternion;
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Asset, Index, Material, Mesh, Node, Root, Scene, Value};
 use std::collections::{BTreeMap, HashMap};
-use std::io::{self, Write};
+use std::io;
 
 /// Rotation from +Z up to +Y up, by columns.
 const Y_UP: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 /// The colour of B-rep edges.
 const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
 
-/// Writes a frame as binary glTF. Each part is stored once and placed by nodes.
-///
-/// An instance with its own colour gets its own mesh, which shares the part's data. Triangles whose rounded corners
-/// coincide are left out. Runs on the caller's thread. Returns what rounding to the format's numbers cost.
-///
-/// # Errors
-/// I/O errors of `file`. More than 4 GiB of data, or a position [beyond single precision](super::BeyondSingle); nothing is
-/// written then.
-pub fn write_glb<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<Rounding> {
-    write_glb_within(frame, f64::INFINITY, file)
+/// Number of tiles that [`glb`] makes the bytes of.
+pub(super) fn tiles(levels: &[MeshLevel<'_>]) -> usize {
+    levels.iter().flat_map(|level| level.frame.batches_by_part()).map(|batches| batches.len()).sum()
 }
 
-/// As [`write_glb`], where rounding moves no vertex by more than `most` millimetres. Parts far from the origin get nodes
-/// with offsets of their own if they need them.
-///
-/// # Errors
-/// Those of [`write_glb`], and if rounding would move a vertex further. Nothing is written then.
-pub fn write_glb_within<'a>(frame: impl Into<FrameView<'a>>, most: f64, file: &mut impl Write) -> io::Result<Rounding> {
-    write_alone(file, |call| glb(call, &frame.into(), (GlbOptions::PLAIN, most)))
-}
-
-/// Makes a file of one level.
-pub(super) fn glb(call: Call<'_>, frame: &FrameView<'_>, with: (GlbOptions, f64)) -> io::Result<(Pieces, Rounding)> {
-    let (pieces, mut roundings) = glb_levels(call, frame, &[], with)?;
-    Ok((pieces, roundings.remove(0)))
-}
-
-/// Makes a file with coarser levels of detail, and measures what rounding costs in each level. A node whose translation
+/// Makes a file with levels of detail, finest first, and measures what rounding costs in each. A node whose translation
 /// is rounded by more than half of `most` millimetres is put into others, and the translations add up to the place.
 ///
 /// # Errors
 /// If a number overflows single precision, rounding moves a vertex by more than `most`, or there are more than 4 GiB.
-pub(super) fn glb_levels(
-    call: Call<'_>,
-    frame: &FrameView<'_>,
-    coarser: &[GlbLevel<'_>],
+/// When cancelled.
+pub(super) fn glb(
+    making: &Making<'_>,
+    levels: &[MeshLevel<'_>],
     (options, most): (GlbOptions, f64),
-) -> io::Result<(Pieces, Vec<Rounding>)> {
-    let (glb, roundings) = Glb::of(call, frame, coarser, (options, most))?;
+) -> Result<(Pieces, Vec<Rounding>), SaveError> {
+    let (glb, roundings) = Glb::of(making, levels, (options, most))?;
     roundings.iter().try_for_each(|rounding| rounding.within(most))?;
-    Ok((glb.finish()?, roundings))
+    Ok((glb.finish(making)?, roundings))
 }
 
 /// Batches and edge lines of a part.
 type PartRows<'a> = (Vec<&'a BatchView<'a>>, Vec<&'a EdgeLine>);
 
-/// Whether two meshes of a part are the same in a file.
-fn is_same((batches, lines): &PartRows<'_>, (other_batches, other_lines): &PartRows<'_>) -> bool {
+/// Whether two meshes of a part are the same in a file. No, once cancelled.
+fn is_same(call: Call<'_>, (batches, lines): &PartRows<'_>, (other_batches, other_lines): &PartRows<'_>) -> bool {
     let same_batch = |(a, b): (&&BatchView<'_>, &&BatchView<'_>)| {
-        (a.face, a.mesh.positions, a.mesh.normals) == (b.face, b.mesh.positions, b.mesh.normals)
+        !call.is_cancelled()
+            && (a.face, a.mesh.positions, a.mesh.normals) == (b.face, b.mesh.positions, b.mesh.normals)
             && a.mesh.triangles.iter().eq(b.mesh.triangles.iter())
     };
     let same_line = |(a, b): (&&EdgeLine, &&EdgeLine)| (a.edge, &a.points) == (b.edge, &b.points);
@@ -119,19 +101,18 @@ struct Uses {
 impl Glb {
     /// Makes the JSON and the buffers.
     fn of(
-        call: Call<'_>,
-        frame: &FrameView<'_>,
-        coarser: &[GlbLevel<'_>],
+        making: &Making<'_>,
+        levels: &[MeshLevel<'_>],
         with: (GlbOptions, f64),
-    ) -> io::Result<(Self, Vec<Rounding>)> {
+    ) -> Result<(Self, Vec<Rounding>), SaveError> {
         let mut glb = Self { options: with.0, ..Self::default() };
-        let levels: Vec<&FrameView<'_>> =
-            std::iter::once(frame).chain(coarser.iter().map(|level| &level.frame)).collect();
-        let (shapes, roundings) = glb.shapes(call, &levels, with.1)?;
+        let [MeshLevel { frame, .. }, coarser @ ..] = levels else { return Ok((glb, Vec::new())) };
+        let (shapes, roundings) = glb.shapes(making, levels, with.1)?;
         let scales = frame.scene.largest_scales();
         let mut meshes = HashMap::new();
         let mut children = Vec::new();
-        for group in groups(frame, with)? {
+        for group in groups(making.call, frame, with)? {
+            making.goes_on()?;
             let Some((instance, place)) =
                 group.places.first().map(|(row, place)| (&frame.scene.instances[*row], place))
             else {
@@ -148,7 +129,7 @@ impl Glb {
             };
             let (mut detail, mut listed) = (Detail::default(), None);
             let finest = mesh(&mut glb, 0);
-            for (level, GlbLevel { chord, .. }) in (1..).zip(coarser).filter(|_| finest.is_some()) {
+            for (level, MeshLevel { chord, .. }) in (1..).zip(coarser).filter(|_| finest.is_some()) {
                 let mesh = mesh(&mut glb, level);
                 let with = (mesh, shapes[level][row].numbers);
                 let node = glb.node((&group, &names), with, &Detail::default(), &mut listed)?;
@@ -175,13 +156,13 @@ impl Glb {
     /// triangles, it shares the data of the level before.
     fn shapes(
         &mut self,
-        call: Call<'_>,
-        levels: &[&FrameView<'_>],
+        making: &Making<'_>,
+        levels: &[MeshLevel<'_>],
         most: f64,
-    ) -> io::Result<(Vec<Vec<PartShape>>, Vec<Rounding>)> {
+    ) -> Result<(Vec<Vec<PartShape>>, Vec<Rounding>), SaveError> {
         let (mut shapes, mut roundings) = (Vec::<Vec<PartShape>>::new(), Vec::new());
         let (mut finer, mut counts) = (Vec::<PartRows<'_>>::new(), Vec::<RoundingCount>::new());
-        for frame in levels {
+        for MeshLevel { frame, .. } in levels {
             // Readers do not draw lists of lines.
             let edge_lines = if self.options.instanced { &[] } else { frame.edge_lines };
             let lines = frame.by_part(edge_lines, |line| line.part);
@@ -189,17 +170,20 @@ impl Glb {
             let of_points = PointNumbers::of(frame, self.options, most);
             let before = shapes.last();
             let shared: Vec<bool> =
-                (0..rows.len()).map(|row| before.is_some() && is_same(&finer[row], &rows[row])).collect();
+                (0..rows.len()).map(|row| before.is_some() && is_same(making.call, &finer[row], &rows[row])).collect();
             let mut groups = Vec::new();
             let mut of_part = Vec::with_capacity(rows.len());
             for (row, (part, numbers)) in frame.scene.parts.iter().zip(&of_points).enumerate() {
                 let first = groups.len();
-                if !shared[row] {
+                if shared[row] {
+                    making.made(rows[row].0.len());
+                } else {
                     groups.extend(groups_of((part, *numbers), &rows[row]));
                 }
                 of_part.push(first..groups.len());
             }
-            let mut stored = numbers(call, &groups, self.options)?.into_iter();
+            let mut stored = numbers(making, &groups, self.options)?.into_iter();
+            making.goes_on()?;
             let (mut made, mut counted) = (Vec::with_capacity(rows.len()), Vec::with_capacity(rows.len()));
             for (row, of_part) in of_part.into_iter().enumerate() {
                 let before = before.map(|shapes| &shapes[row]);
@@ -229,7 +213,7 @@ impl Glb {
             }
             (finer, counts) = (rows, counted);
             shapes.push(made);
-            roundings.push(Rounding::of_counts(frame, &counts, (self.options, most))?);
+            roundings.push(Rounding::of_counts(making.call, frame, &counts, (self.options, most))?);
         }
         Ok((shapes, roundings))
     }
@@ -381,10 +365,10 @@ impl Glb {
     }
 
     /// The bytes of the file.
-    fn finish(mut self) -> io::Result<Pieces> {
+    fn finish(mut self, making: &Making<'_>) -> Result<Pieces, SaveError> {
         self.root.asset =
             Asset { generator: Some(concat!("trimtess ", env!("CARGO_PKG_VERSION")).into()), ..Asset::default() };
-        let mut pieces = self.buffers.finish(&mut self.root, self.options)?;
+        let mut pieces = self.buffers.finish(making, &mut self.root, self.options)?;
         let total: u64 = pieces.iter().map(|piece| piece.len() as u64).sum();
         let padding = (total.next_multiple_of(4) - total) as usize;
         if total > 0 {
@@ -400,13 +384,16 @@ impl Glb {
             self.root.extensions_used.extend_from_slice(&self.root.extensions_required);
             self.root.extensions_used.extend(levels.then(|| "MSFT_lod".to_owned()));
         }
-        let mut json = self.root.to_vec()?;
+        let mut text = Text { bytes: Vec::new(), call: making.call };
+        let told = self.root.to_writer(&mut text);
+        making.goes_on()?;
+        told.map_err(io::Error::from)?;
+        let mut json = text.bytes;
         json.resize(json.len().next_multiple_of(4), b' ');
         let binary = total + padding as u64;
         let chunk = if total > 0 { 8 + binary } else { 0 };
         let length = 12 + 8 + json.len() as u64 + chunk;
-        let length = u32::try_from(length)
-            .map_err(|_| io::Error::other(format!("{length} bytes exceed the glTF limit of {}", u32::MAX)))?;
+        let length = counted(length, "bytes")?;
         let mut head = b"glTF".to_vec();
         head.extend([2, length, json.len() as u32].iter().flat_map(|word| word.to_le_bytes()));
         head.extend_from_slice(b"JSON");

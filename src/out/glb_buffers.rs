@@ -4,6 +4,8 @@
 use super::glb_compress::compress;
 use super::glb_options::GlbOptions;
 use super::glb_stream::Stream;
+use super::making::{Making, Pieces};
+use super::save_error::SaveError;
 use gltf_json::accessor::GenericComponentType;
 use gltf_json::buffer::{Stride, Target, View};
 use gltf_json::validation::Checked::Valid;
@@ -58,10 +60,11 @@ impl Buffers {
     }
 
     /// Adds views and buffers. Returns the pieces of the binary chunk.
-    pub(super) fn finish(self, root: &mut Root, options: GlbOptions) -> io::Result<Vec<Vec<u8>>> {
+    pub(super) fn finish(self, making: &Making<'_>, root: &mut Root, options: GlbOptions) -> Result<Pieces, SaveError> {
         let mut stored = Vec::new();
         let mut ends = Ends::default();
         for (stream, Pool { mut pieces, mut length, accessors }) in self.streams {
+            making.goes_on()?;
             let (stride, target) = (stream.layout().2, stream.target());
             let is_attribute = matches!(target, Some(Target::ArrayBuffer));
             let mut view = View {
@@ -96,7 +99,7 @@ impl Buffers {
         if ends.decompressed > 0 {
             // Holds nothing: it gives views their places.
             let fallback = r#"{"EXT_meshopt_compression":{"fallback":true}}"#;
-            buffer(ends.decompressed, Some(gltf_json::deserialize::from_str(fallback)?));
+            buffer(ends.decompressed, Some(gltf_json::deserialize::from_str(fallback).map_err(io::Error::from)?));
         }
         Ok(stored)
     }

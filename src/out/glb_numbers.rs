@@ -3,6 +3,7 @@
 #[cfg(feature = "meshopt")]
 use super::glb_compress::filtered;
 use super::glb_options::GlbOptions;
+use super::making::Making;
 use super::node_place::PointNumbers;
 use super::placed::{cut, distinct};
 use super::rounding::RoundingCount;
@@ -55,12 +56,12 @@ impl Numbers {
 }
 
 /// Rounds the vertices of groups, and leaves out triangles and segments whose corners coincide then. Returns the numbers
-/// of each group, empty if nothing is left, and what rounding its faces costs.
+/// of each group, empty if nothing is left, and what rounding its faces costs. All are empty once cancelled.
 ///
 /// # Errors
 /// If a position overflows single precision.
 pub(super) fn numbers(
-    call: Call<'_>,
+    making: &Making<'_>,
     groups: &[Group<'_>],
     options: GlbOptions,
 ) -> Result<Vec<(Numbers, RoundingCount)>, BeyondSingle> {
@@ -71,9 +72,18 @@ pub(super) fn numbers(
         runs.extend(faces.map(|faces| (k, Run { group, faces, edges: &[] })));
         runs.extend(edges.map(|edges| (k, Run { group, faces: &[], edges })));
     }
-    let made = call.each(1, runs, |(k, run)| Ok::<_, BeyondSingle>((k, run.piece(options)?)));
     let mut out: Vec<(Numbers, RoundingCount)> =
         groups.iter().map(|_| (Numbers::NONE, RoundingCount::default())).collect();
+    let call = making.call;
+    let made = call.each(1, runs, |(k, run)| {
+        let piece = if call.is_cancelled() { Piece::with_room([0; 2], 0) } else { run.piece(call, options)? };
+        making.made(run.faces.len());
+        Ok::<_, BeyondSingle>((k, piece))
+    });
+    if call.is_cancelled() {
+        call.discard(made);
+        return Ok(out);
+    }
     let (mut pieces, mut features) = (Vec::with_capacity(made.len()), vec![Vec::new(); groups.len()]);
     for made in made {
         let (k, mut piece) = made?;
@@ -96,7 +106,10 @@ pub(super) fn numbers(
         numbers.short_ids = options.quantized && features.last().is_none_or(|&last| last <= u32::from(u16::MAX));
         numbers.short_indices = numbers.vertices <= SHORT_VERTICES;
     }
-    let stored = call.each(1, pieces, |(k, first, piece)| (k, piece.ids(&out[k].0), piece.indices(first, &out[k].0)));
+    let stored = call.each(1, pieces, |(k, first, piece)| match call.is_cancelled() {
+        true => (k, Vec::new(), Vec::new()),
+        false => (k, piece.ids(&out[k].0), piece.indices(call, first, &out[k].0)),
+    });
     for (k, ids, indices) in stored {
         out[k].0.ids.push(ids);
         out[k].0.indices.push(indices);
@@ -112,7 +125,8 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn piece(&self, options: GlbOptions) -> Result<Piece, BeyondSingle> {
+    /// Some of it, once cancelled.
+    fn piece(&self, call: Call<'_>, options: GlbOptions) -> Result<Piece, BeyondSingle> {
         let Self { group: Group { part, numbers, .. }, faces, edges } = *self;
         let vertices = faces.iter().map(|batch| batch.mesh.positions.len()).sum::<usize>();
         let corners = faces.iter().map(|batch| 3 * batch.mesh.triangles.len()).sum::<usize>();
@@ -121,25 +135,26 @@ impl Run<'_> {
         let mut rounded = Vec::new();
         let round = |points: &[DVec3], rounded: &mut Vec<Vec3>| {
             rounded.clear();
-            points.iter().try_for_each(|&point| numbers.local(part, point).map(|position| rounded.push(position)))
+            call.while_wanted(points.iter())
+                .try_for_each(|&point| numbers.local(part, point).map(|position| rounded.push(position)))
         };
         for batch in faces {
             round(batch.mesh.positions, &mut rounded)?;
-            for (&point, &position) in batch.mesh.positions.iter().zip(&rounded) {
+            for (&point, &position) in call.while_wanted(batch.mesh.positions.iter().zip(&rounded)) {
                 piece.count.point(point, numbers.moved(part, point, position));
             }
             let (first, before) = (piece.vertices as u32, piece.indices.len());
-            let kept = distinct(&batch.mesh, &rounded);
+            let kept = call.while_wanted(distinct(&batch.mesh, &rounded));
             kept.for_each(|corners| piece.indices.extend(corners.map(|corner| first + corner)));
             let kept = (piece.indices.len() - before) / 3;
             piece.count.triangles(batch.face, batch.mesh.triangles.len(), kept);
             if kept > 0 {
-                let normals = (0..rounded.len()).map(|index| {
+                let normals = call.while_wanted(0..rounded.len()).map(|index| {
                     let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
                     normal.as_dvec3().normalize_or(DVec3::Z).as_vec3()
                 });
                 store_normals(normals, options, &mut piece.normals);
-                piece.place(batch.face.0, &rounded, *numbers);
+                piece.place(call, batch.face.0, &rounded, *numbers);
             }
         }
         for line in edges {
@@ -148,7 +163,7 @@ impl Run<'_> {
             let segments = (1..).zip(rounded.windows(2)).filter(|(_, ends)| ends[0] != ends[1]);
             piece.indices.extend(segments.flat_map(|(end, _)| [first + end - 1, first + end]));
             if piece.indices.len() > before {
-                piece.place(line.edge.0, &rounded, *numbers);
+                piece.place(call, line.edge.0, &rounded, *numbers);
             }
         }
         Ok(piece)
@@ -182,10 +197,10 @@ impl Piece {
     }
 
     /// Appends the vertices of a face or an edge.
-    fn place(&mut self, feature: u32, rounded: &[Vec3], numbers: PointNumbers) {
+    fn place(&mut self, call: Call<'_>, feature: u32, rounded: &[Vec3], numbers: PointNumbers) {
         let [mut low, mut high] = self.bounds;
         let mut within = |stored: Vec3| (low, high) = (low.min(stored), high.max(stored));
-        for &position in rounded {
+        for &position in call.while_wanted(rounded.iter()) {
             if let Some(step) = numbers.step {
                 let integers = PointNumbers::integers(step, position);
                 within(Vec3::from_array(integers.map(f32::from)));
@@ -212,8 +227,8 @@ impl Piece {
     }
 
     /// The indices, `first` being that of the first vertex.
-    fn indices(&self, first: usize, Numbers { short_indices, .. }: &Numbers) -> Vec<u8> {
-        let indices = self.indices.iter().map(|index| first as u32 + index);
+    fn indices(&self, call: Call<'_>, first: usize, Numbers { short_indices, .. }: &Numbers) -> Vec<u8> {
+        let indices = call.while_wanted(self.indices.iter()).map(|index| first as u32 + index);
         match short_indices {
             true => bytes(indices.map(|index| (index as u16).to_le_bytes())),
             false => bytes(indices.map(u32::to_le_bytes)),

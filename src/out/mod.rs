@@ -24,16 +24,21 @@ mod node_place;
 mod rounding;
 pub use rounding::{RoundedTooFar, Rounding};
 
+mod levels;
+pub use levels::{MeshLevel, UnfitLevel};
+
+mod save_error;
+pub use save_error::SaveError;
+
+mod making;
+
 mod plain;
 
 mod ply;
-pub use ply::write_ply;
 
 mod stl;
-pub use stl::write_stl;
 
 mod obj;
-pub use obj::write_obj;
 
 mod bytes;
 
@@ -51,29 +56,24 @@ mod glb_numbers;
 
 #[cfg(feature = "glb")]
 mod glb_levels;
-#[cfg(feature = "glb")]
-pub use glb_levels::{GlbLevel, UnfitLevel};
 
 #[cfg(feature = "glb")]
 mod glb;
-#[cfg(feature = "glb")]
-pub use glb::{write_glb, write_glb_within};
 
 mod format;
-pub use format::{Format, UnknownFormat};
+pub use format::{Format, SaveOptions, UnknownFormat};
+
+mod save;
+pub use save::{Saved, save, save_on, write, write_on};
 
 #[cfg(feature = "glb")]
 mod read_glb;
 
 mod read_back;
-#[cfg(feature = "glb")]
-pub use read_back::read_back_levels;
-pub use read_back::{ReadBack, read_back};
+pub use read_back::{ReadBack, read_back, read_back_levels};
 
 mod file_sink;
-#[cfg(feature = "glb")]
-pub use file_sink::save_levels;
-pub use file_sink::{FileSink, open, save, save_pending, save_within};
+pub use file_sink::{FileSink, open};
 
 /// Pictures through wgpu.
 #[cfg(feature = "wgpu")]

@@ -3,6 +3,7 @@
 
 use super::glb_options::GlbOptions;
 use super::single::{BeyondSingle, single};
+use crate::control::Call;
 use crate::mesh::{FrameView, SceneInstance, ScenePart};
 use crate::model::PartId;
 use glam::{DMat3, DQuat, DVec3, Vec3};
@@ -177,14 +178,18 @@ pub(super) struct NodeGroup {
 }
 
 /// The nodes of a frame. With [`GlbOptions::instanced`], the instances of a part that have one colour are one node, where
-/// none of them is mirrored or needs nested nodes. In the order of their first instances.
+/// none of them is mirrored or needs nested nodes. In the order of their first instances. Some, once cancelled.
 ///
 /// # Errors
 /// If a number overflows single precision.
-pub(super) fn groups(frame: &FrameView<'_>, with: (GlbOptions, f64)) -> Result<Vec<NodeGroup>, BeyondSingle> {
+pub(super) fn groups(
+    call: Call<'_>,
+    frame: &FrameView<'_>,
+    with: (GlbOptions, f64),
+) -> Result<Vec<NodeGroup>, BeyondSingle> {
     let mut groups: Vec<NodeGroup> = Vec::new();
     let mut listed = HashMap::new();
-    for (row, instance) in frame.scene.instances.iter().enumerate() {
+    for (row, instance) in frame.scene.instances.iter().enumerate().take_while(|_| !call.is_cancelled()) {
         let Some(part) = frame.scene.parts.get(instance.part.index()) else { continue };
         let place = NodePlace::new(part, instance, with)?;
         let key = (instance.part, instance.colour.map(|colour| colour.map(f32::to_bits)));

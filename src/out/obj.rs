@@ -1,27 +1,16 @@
 //! A frame to Wavefront OBJ: text, millimetres, world coordinates at full f64 precision.
 
+use super::making::{Making, Pieces};
 use super::placed::instance_name;
-use super::plain::{Pieces, pieces, to_double, write_alone};
+use super::plain::{pieces, to_double};
 use super::rounding::Rounding;
-use crate::control::Call;
+use super::save_error::SaveError;
 use crate::mesh::{FrameView, Scene, SceneInstance};
 use std::fmt::Write as _;
-use std::io::{self, Write};
-
-/// Writes every instance as an object `o` and every face as a group `g`.
-///
-/// Numbers are the shortest that parse to the same f64, so equal positions stay equal. Colours are not written: the
-/// format keeps them in a second file. The whole file is in memory before it is written.
-///
-/// # Errors
-/// I/O errors of `file`.
-pub fn write_obj<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    write_alone(file, |call| obj(call, &frame.into())).map(drop)
-}
 
 /// Makes the file.
-pub(super) fn obj(call: Call<'_>, frame: &FrameView<'_>) -> io::Result<(Pieces, Rounding)> {
-    let (mut pieces, rounding) = pieces(call, frame, |run| {
+pub(super) fn obj(making: &Making<'_>, frame: &FrameView<'_>) -> Result<(Pieces, Rounding), SaveError> {
+    let (mut pieces, rounding) = pieces(making, frame, |run| {
         let mut text = String::new();
         if run.before.is_none() {
             line(&mut text, format_args!("o {}", object_name(frame.scene, run.instance)));
@@ -33,10 +22,10 @@ pub(super) fn obj(call: Call<'_>, frame: &FrameView<'_>) -> io::Result<(Pieces, 
                 let number = run.instance.face_number(batch.face);
                 line(&mut text, format_args!("g face_{number}"));
             }
-            for p in world {
+            for p in making.call.while_wanted(world.iter()) {
                 line(&mut text, format_args!("v {:?} {:?} {:?}", p.x, p.y, p.z));
             }
-            for index in 0..world.len() {
+            for index in making.call.while_wanted(0..world.len()) {
                 let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
                 let n = run.placement.normal(normal).as_vec3();
                 line(&mut text, format_args!("vn {:?} {:?} {:?}", n.x, n.y, n.z));

@@ -110,6 +110,11 @@ impl Outputs {
         Ok(place)
     }
 
+    /// Removes the file that was written last.
+    pub(super) fn remove_last(&mut self) {
+        self.files.pop();
+    }
+
     /// Gives all files their names. If one cannot have it, those that were replaced come back and new ones go; file
     /// systems without hard links cannot bring files back.
     ///

@@ -1,6 +1,7 @@
 //! A frame to the pieces of a file with every instance in world coordinates, made in runs on all threads, and to what
 //! rounding costs.
 
+use super::making::Making;
 use super::placed::{Placement, cut, distinct, placed};
 use super::rounding::{Rounding, RoundingCount};
 use super::single::{BeyondSingle, single};
@@ -8,24 +9,10 @@ use crate::control::{Alone, Call, Control};
 use crate::mesh::{BatchView, FrameView, SceneInstance};
 use crate::model::FaceId;
 use glam::{DAffine3, DVec3, Vec3};
-use std::io::{self, Write};
-
-/// The bytes of a file, in pieces.
-pub(super) type Pieces = Vec<Vec<u8>>;
-
-/// Makes a file on the caller's thread and writes it. Returns what `make` does with the pieces.
-pub(super) fn write_alone<R>(
-    file: &mut impl Write,
-    make: impl FnOnce(Call<'_>) -> io::Result<(Pieces, R)>,
-) -> io::Result<R> {
-    let control = Control::default();
-    let (pieces, made) = make(Call::new(&Alone, &control))?;
-    pieces.iter().try_for_each(|piece| file.write_all(piece))?;
-    Ok(made)
-}
 
 /// Batches of an instance that follow each other.
 pub(super) struct Run<'a> {
+    call: Call<'a>,
     pub(super) instance: &'a SceneInstance,
     pub(super) placement: Placement,
     batches: &'a [&'a BatchView<'a>],
@@ -37,7 +24,7 @@ pub(super) struct Run<'a> {
 
 impl Run<'_> {
     /// Rounds the positions of each batch by `round`, which also returns the distance, and passes them to `write` with
-    /// the triangles whose corners stay apart, all of which it takes.
+    /// the triangles whose corners stay apart, all of which it takes. Passes fewer, once cancelled.
     pub(super) fn round<P: PartialEq>(
         &self,
         round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle>,
@@ -48,19 +35,25 @@ impl Run<'_> {
             let (rounded, moved) = round(self.placement.position(point))?;
             Ok((rounded, moved + arithmetic.moved(point)))
         };
-        RoundingCount::of(self.batches, placed, |batch, rounded| {
+        RoundingCount::of(self.call, self.batches, placed, |batch, rounded| {
             let mut kept = 0;
-            let triangles = distinct(&batch.mesh, rounded).inspect(|_| kept += 1);
+            let triangles = self.call.while_wanted(distinct(&batch.mesh, rounded)).inspect(|_| kept += 1);
             write(batch, rounded, &mut triangles.map(|corners| self.placement.winding(corners)));
             kept
         })
     }
 }
 
-/// Calls `piece` with each run, and returns its results in order, with what rounding costs. An instance without batches
-/// has a run without any: there are files that name it.
-pub(super) fn pieces<T: Send>(
-    call: Call<'_>,
+/// Number of tiles that [`pieces`] makes the bytes of.
+pub(super) fn tiles(frame: &FrameView<'_>) -> usize {
+    let by_part = frame.batches_by_part();
+    placed(frame, &by_part).map(|(_, _, batches)| batches.len()).sum()
+}
+
+/// Calls `piece` with each run, and returns its results in order, with what rounding costs: none once cancelled. An
+/// instance without batches has a run without any: there are files that name it.
+pub(super) fn pieces<T: Default + Send>(
+    making: &Making<'_>,
     frame: &FrameView<'_>,
     piece: impl Fn(&Run<'_>) -> Result<(T, RoundingCount), BeyondSingle> + Sync,
 ) -> Result<(Vec<T>, Rounding), BeyondSingle> {
@@ -70,12 +63,23 @@ pub(super) fn pieces<T: Send>(
     for (instance, placement, batches) in placed(frame, &by_part) {
         let mut before = None;
         for batches in cut(batches, vertices).chain(batches.is_empty().then_some(batches)) {
-            runs.push(Run { instance, placement, batches, before, first });
+            runs.push(Run { call: making.call, instance, placement, batches, before, first });
             before = batches.last().map(|batch| batch.face);
             first += batches.iter().map(vertices).sum::<usize>() as u64;
         }
     }
-    let made = call.each(1, &runs, piece);
+    let made = making.call.each(1, &runs, |run| {
+        if making.call.is_cancelled() {
+            return Ok(Default::default());
+        }
+        let made = piece(run);
+        making.made(run.batches.len());
+        made
+    });
+    if making.call.is_cancelled() {
+        making.call.discard(made);
+        return Ok(Default::default());
+    }
     let (mut pieces, mut rounding) = (Vec::with_capacity(runs.len()), Rounding::default());
     let mut count = RoundingCount::default();
     for (k, (run, made)) in runs.iter().zip(made).enumerate() {
@@ -96,7 +100,7 @@ pub(super) fn rounding_of<P: PartialEq>(
 ) -> Result<Rounding, BeyondSingle> {
     let control = Control::default();
     let count = |run: &Run<'_>| Ok(((), run.round(&round, |_, _, triangles| _ = triangles.count())?));
-    Ok(pieces(Call::new(&Alone, &control), frame, count)?.1)
+    Ok(pieces(&Making::start(Call::new(&Alone, &control), 0), frame, count)?.1)
 }
 
 /// Rounds to single precision.

@@ -1,33 +1,23 @@
 //! A frame to PLY, binary little-endian: f64 positions in millimetres and world coordinates, f32 normals, and the face
 //! of each triangle.
 
-use super::plain::{Pieces, pieces, to_double, write_alone};
+use super::making::{Making, Pieces};
+use super::plain::{pieces, to_double};
 use super::rounding::Rounding;
-use crate::control::Call;
+use super::save_error::{SaveError, counted};
 use crate::mesh::FrameView;
-use std::io::{self, Write};
 
 /// Bytes of a vertex.
 const VERTEX: usize = 3 * 8 + 3 * 4;
 
-/// Writes every instance. Vertices are shared within a batch only. `face_id` numbers faces across all instances
-/// ([`SceneInstance::face_number`](crate::mesh::SceneInstance::face_number)). The whole file is in memory before it
-/// is written.
-///
-/// # Errors
-/// I/O errors of `file`, or 2³² vertices or more.
-pub fn write_ply<'a>(frame: impl Into<FrameView<'a>>, file: &mut impl Write) -> io::Result<()> {
-    write_alone(file, |call| ply(call, &frame.into())).map(drop)
-}
-
 /// Makes the file.
-pub(super) fn ply(call: Call<'_>, frame: &FrameView<'_>) -> io::Result<(Pieces, Rounding)> {
-    let (pieces, rounding) = pieces(call, frame, |run| {
+pub(super) fn ply(making: &Making<'_>, frame: &FrameView<'_>) -> Result<(Pieces, Rounding), SaveError> {
+    let (pieces, rounding) = pieces(making, frame, |run| {
         let (mut vertices, mut faces) = (Vec::new(), Vec::new());
         // Too many vertices are refused below.
         let mut first = run.first as u32;
         let count = run.round(to_double, |batch, world, triangles| {
-            for (index, point) in world.iter().enumerate() {
+            for (index, point) in making.call.while_wanted(world.iter().enumerate()) {
                 let normal = batch.mesh.normals.get(index).copied().unwrap_or_default();
                 for coordinate in point.to_array() {
                     vertices.extend_from_slice(&coordinate.to_le_bytes());
@@ -49,9 +39,7 @@ pub(super) fn ply(call: Call<'_>, frame: &FrameView<'_>) -> io::Result<(Pieces, 
         Ok(((vertices, faces), count))
     })?;
     let vertices = pieces.iter().map(|(vertices, _)| (vertices.len() / VERTEX) as u64).sum::<u64>();
-    if u32::try_from(vertices).is_err() {
-        return Err(io::Error::other(format!("{vertices} vertices exceed the 32-bit indices of PLY ({})", u32::MAX)));
-    }
+    counted(vertices, "vertices")?;
     let head = format!(
         "ply\nformat binary_little_endian 1.0\ncomment millimetres\n\
          element vertex {vertices}\nproperty double x\nproperty double y\nproperty double z\n\

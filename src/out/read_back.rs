@@ -2,16 +2,17 @@
 //!
 //! Reads the layouts that this folder writes, not formats in general.
 
-use super::Format;
 use super::bytes::{FileTriangle, bad, bytes_at, vector};
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
+use super::levels::MeshLevel;
 #[cfg(feature = "glb")]
 use super::node_place::PointNumbers;
 use super::placed::{distinct, placed};
 #[cfg(feature = "glb")]
 use super::read_glb::{GlbFile, Numbers};
 use super::single::single;
+use super::{Format, SaveOptions};
 use crate::mesh::{BatchView, FrameView};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -29,27 +30,25 @@ pub struct ReadBack {
     pub unbalanced_edges: u64,
 }
 
-/// Reads a file that [`save_within`](super::save_within) wrote for `frame` and `most`, and compares.
+/// Reads a file that [`save_on`](super::save_on) wrote for `frame` with these options, and compares.
 ///
 /// # Errors
 /// If the file cannot be read or does not have the layout, or has another number of triangles than the frame has after
 /// rounding.
-pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format, most: f64) -> io::Result<ReadBack> {
+pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, options: &SaveOptions) -> io::Result<ReadBack> {
     let frame = &frame.into();
     let bytes = std::fs::read(path)?;
-    let found = match format {
+    let found = match options.format {
         #[cfg(feature = "glb")]
-        Format::Glb(options) => {
-            let with = (options, most);
+        Format::Glb(glb) => {
+            let with = (glb, options.max_rounding);
             return compare_level(&WrittenLevel::of(frame, with), &GlbFile::open(&bytes)?, 0, with);
         }
         Format::Stl => stl(&bytes)?,
         Format::Ply => ply(&bytes)?,
         Format::Obj => obj(&bytes)?,
     };
-    #[cfg(not(feature = "glb"))]
-    let _ = most;
-    let expected = match format {
+    let expected = match options.format {
         Format::Stl => expected(frame, |batch, world| {
             let rounded: Vec<Vec3> = world.iter().map(|&point| single(point)).collect::<Result<_, _>>()?;
             Ok(distinct(&batch.mesh, &rounded).collect())
@@ -59,25 +58,32 @@ pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Forma
     compare(found, &expected)
 }
 
-/// Reads the levels of a GLB that [`save_levels`](super::save_levels) wrote, and compares each with its frame: the
-/// finest first.
+/// Reads a file that [`Outputs::save_on`](super::Outputs::save_on) wrote for these levels with these options, and compares
+/// each level.
 ///
 /// # Errors
-/// As [`read_back`], of any level; and if there are more frames than levels.
-#[cfg(feature = "glb")]
-pub fn read_back_levels(frames: &[FrameView<'_>], path: &Path, with: (GlbOptions, f64)) -> io::Result<Vec<ReadBack>> {
-    let bytes = std::fs::read(path)?;
-    let file = GlbFile::open(&bytes)?;
-    let (mut read, mut before) = (Vec::with_capacity(frames.len()), None);
-    for (level, frame) in frames.iter().enumerate() {
-        let mut written = WrittenLevel::of(frame, with);
-        if let Some(before) = &before {
-            written.fill(before)?;
+/// As [`read_back`], of any level; and if there are more levels than the file has.
+pub fn read_back_levels(levels: &[MeshLevel<'_>], path: &Path, options: &SaveOptions) -> io::Result<Vec<ReadBack>> {
+    match (options.format, levels) {
+        #[cfg(feature = "glb")]
+        (Format::Glb(glb), _) => {
+            let bytes = std::fs::read(path)?;
+            let file = GlbFile::open(&bytes)?;
+            let with = (glb, options.max_rounding);
+            let (mut read, mut before) = (Vec::with_capacity(levels.len()), None);
+            for (k, level) in levels.iter().enumerate() {
+                let mut written = WrittenLevel::of(&level.frame, with);
+                if let Some(before) = &before {
+                    written.fill(before)?;
+                }
+                read.push(compare_level(&written, &file, k, with)?);
+                before = Some(written);
+            }
+            Ok(read)
         }
-        read.push(compare_level(&written, &file, level, with)?);
-        before = Some(written);
+        (_, [level]) => Ok(vec![read_back(&level.frame, path, options)?]),
+        _ => Err(bad(&format!("one level of detail, and not {}", levels.len()))),
     }
-    Ok(read)
 }
 
 /// A level as a GLB holds it.

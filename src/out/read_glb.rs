@@ -5,6 +5,7 @@ use super::bytes::{FileTriangle, bad, bytes_at};
 use super::glb_compress::decompress;
 use super::glb_options::GlbOptions;
 use super::node_place::groups;
+use crate::control::{Alone, Call, Control};
 use crate::mesh::{FrameView, SceneInstance};
 use crate::model::FaceId;
 use glam::{DMat3, DMat4, DQuat, DVec3, Mat4, Quat, Vec3};
@@ -113,7 +114,8 @@ impl<'a> GlbFile<'a> {
         let top = root.scenes.first().and_then(|scene| scene.nodes.first());
         let (top, world) =
             top.and_then(|&top| Some((top, root.get(top)?))).ok_or_else(|| bad("a GLB without a scene"))?;
-        for (&child, group) in world.children.iter().flatten().zip(groups(frame, with)?) {
+        let control = Control::default();
+        for (&child, group) in world.children.iter().flatten().zip(groups(Call::new(&Alone, &control), frame, with)?) {
             let mut at = matrix(top);
             let mut node = Some(child);
             // An instance is a node, a node in nodes, or a row of a node's list.

@@ -11,12 +11,14 @@ use super::placed::Placement;
 #[cfg(feature = "glb")]
 use super::placed::distinct;
 use super::single::BeyondSingle;
+use crate::control::Call;
+#[cfg(feature = "glb")]
+use crate::control::{Alone, Control};
 #[cfg(feature = "glb")]
 use crate::mesh::FrameView;
 use crate::mesh::{BatchView, SceneInstance};
 use crate::model::FaceId;
 use glam::DVec3;
-use std::io;
 
 /// What rounding to a format's numbers costs. Counts are over all instances.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,12 +51,6 @@ pub struct RoundedTooFar {
     pub place: DVec3,
 }
 
-impl From<RoundedTooFar> for io::Error {
-    fn from(too_far: RoundedTooFar) -> Self {
-        Self::new(io::ErrorKind::InvalidData, too_far)
-    }
-}
-
 /// What happens to one part or some of its faces, in its own file coordinates or as placed by one instance.
 #[derive(Default)]
 pub(super) struct RoundingCount {
@@ -84,6 +80,8 @@ impl Rounding {
     #[cfg(feature = "glb")]
     pub(super) fn of_nodes(frame: &FrameView<'_>, with: (GlbOptions, f64)) -> Result<Self, BeyondSingle> {
         let mut counts = Vec::with_capacity(frame.scene.parts.len());
+        let control = Control::default();
+        let call = Call::new(&Alone, &control);
         let numbers = PointNumbers::of(frame, with.0, with.1);
         for ((part, batches), numbers) in frame.scene.parts.iter().zip(frame.batches_by_part()).zip(numbers) {
             let round = |point| {
@@ -91,21 +89,22 @@ impl Rounding {
                 Ok((rounded, numbers.moved(part, point, rounded)))
             };
             let kept = |batch: &BatchView<'_>, rounded: &[_]| distinct(&batch.mesh, rounded).count();
-            counts.push(RoundingCount::of(&batches, round, kept)?);
+            counts.push(RoundingCount::of(call, &batches, round, kept)?);
         }
-        Self::of_counts(frame, &counts, with)
+        Self::of_counts(call, frame, &counts, with)
     }
 
-    /// The parts' counts, as nodes place the parts.
+    /// The parts' counts, as nodes place the parts. Of some instances, once cancelled.
     #[cfg(feature = "glb")]
     pub(super) fn of_counts(
+        call: Call<'_>,
         frame: &FrameView<'_>,
         counts: &[RoundingCount],
         with: (GlbOptions, f64),
     ) -> Result<Self, BeyondSingle> {
         let collapsed: Vec<Vec<FaceId>> = counts.iter().map(RoundingCount::collapsed_faces).collect();
         let mut out = Self::default();
-        for instance in &frame.scene.instances {
+        for instance in frame.scene.instances.iter().take_while(|_| !call.is_cancelled()) {
             let place = instance.part.index();
             if let (Some(part), Some(count)) = (frame.scene.parts.get(place), counts.get(place)) {
                 let node = NodePlace::new(part, instance, with)?;
@@ -134,8 +133,9 @@ impl Rounding {
 
 impl RoundingCount {
     /// Rounds all points by `round`, which returns the rounded point and the distance. `kept` tells how many triangles
-    /// of a batch have corners that stay apart.
+    /// of a batch have corners that stay apart. Means nothing once cancelled.
     pub(super) fn of<P: PartialEq>(
+        call: Call<'_>,
         batches: &[&BatchView<'_>],
         round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle>,
         mut kept: impl FnMut(&BatchView<'_>, &[P]) -> usize,
@@ -144,7 +144,7 @@ impl RoundingCount {
         let mut rounded = Vec::new();
         for batch in batches {
             rounded.clear();
-            for &point in batch.mesh.positions {
+            for &point in call.while_wanted(batch.mesh.positions.iter()) {
                 let (position, moved) = round(point)?;
                 count.point(point, moved);
                 rounded.push(position);

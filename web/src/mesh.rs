@@ -12,7 +12,7 @@ use trimtess::frame::{self, PlanLimits, plan_on};
 use trimtess::glam::DVec3;
 use trimtess::mesh::{PackedFrame, PartMesh};
 use trimtess::model::{self, PartId};
-use trimtess::out::{self, Rounding};
+use trimtess::out::{Format, GlbOptions, Rounding, SaveOptions, write_on};
 use trimtess::parallel::tessellate_on;
 use trimtess::prepare::Prepared;
 use tsify::{Ts, Tsify};
@@ -176,7 +176,8 @@ impl Mesh {
     /// chord tolerance.
     pub fn glb(&self) -> Result<Vec<u8>, JsError> {
         let mut bytes = Vec::new();
-        out::write_glb_within(&self.frame, self.rounding, &mut bytes).map_err(told)?;
+        let options = SaveOptions::new(Format::Glb(GlbOptions::PLAIN)).with_max_rounding(self.rounding);
+        write_on(&Alone, &self.frame, &mut bytes, &options, &Control::default()).map_err(told)?;
         Ok(bytes)
     }
 
@@ -186,7 +187,7 @@ impl Mesh {
     /// If memory does not suffice.
     pub fn ply(&self) -> Result<Vec<u8>, JsError> {
         let mut bytes = Vec::new();
-        out::write_ply(&self.frame, &mut bytes).map_err(told)?;
+        write_on(&Alone, &self.frame, &mut bytes, &SaveOptions::new(Format::Ply), &Control::default()).map_err(told)?;
         Ok(bytes)
     }
 }

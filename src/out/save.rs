@@ -1,0 +1,196 @@
+//! A mesh, or levels of detail, to bytes and files.
+
+#[cfg(feature = "glb")]
+use super::glb::{glb, tiles as glb_tiles};
+use super::levels::{MeshLevel, UnfitLevel, checked};
+use super::making::{Making, Pieces};
+use super::obj::obj;
+use super::pending::{Outputs, cannot_write};
+use super::plain::tiles;
+use super::ply::ply;
+use super::rounding::Rounding;
+use super::save_error::SaveError;
+use super::stl::stl;
+use super::{Format, SaveOptions};
+use crate::control::{Call, Control, Jobs, Rayon};
+use crate::mesh::FrameView;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Writes a finished frame to `path` atomically, whatever rounding costs, and returns what it cost. Runs on [`Rayon`]'s
+/// threads.
+///
+/// # Errors
+/// As [`save_on`], but for limits and cancelling.
+pub fn save<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format) -> Result<Rounding, SaveError> {
+    save_on(&Rayon, frame, path, &SaveOptions::new(format), &Control::default())
+}
+
+/// Writes a finished frame to `path` atomically, on the threads of `jobs`, with progress and cancellation. Returns what
+/// rounding to the format's numbers cost. The bytes do not depend on the number of threads. They are all in memory before
+/// the file is created.
+///
+/// Cancelling takes effect after at most 8192 vertices on each thread, or a tile that has more, or a MiB that is being
+/// written. Compressing a stream of a GLB is not interrupted: about 3 ms per MiB of the stream.
+///
+/// # Errors
+/// If the file cannot be created, written or renamed, the format's numbers do not suffice, or when cancelled. An existing
+/// file at `path` is then unchanged, and no other file is left. Devices and pipes are written in place.
+pub fn save_on<'a>(
+    jobs: &dyn Jobs,
+    frame: impl Into<FrameView<'a>>,
+    path: &Path,
+    options: &SaveOptions,
+    control: &Control,
+) -> Result<Rounding, SaveError> {
+    let mut outputs = Outputs::default();
+    let Saved { mut roundings, .. } = outputs.save_on(jobs, &single(frame), path, options, control)?;
+    outputs.publish()?;
+    Ok(roundings.swap_remove(0))
+}
+
+/// Writes the bytes of a finished frame to `file`, whatever rounding costs, and returns what it cost. Runs on [`Rayon`]'s
+/// threads.
+///
+/// # Errors
+/// As [`write_on`], but for limits and cancelling.
+pub fn write<'a>(
+    frame: impl Into<FrameView<'a>>,
+    file: &mut impl Write,
+    format: Format,
+) -> Result<Rounding, SaveError> {
+    write_on(&Rayon, frame, file, &SaveOptions::new(format), &Control::default())
+}
+
+/// As [`save_on`], to anything that takes bytes. A call on this thread passes it at most a MiB at a time.
+///
+/// # Errors
+/// If `file` refuses, the format's numbers do not suffice (nothing is written then), or when cancelled.
+pub fn write_on<'a>(
+    jobs: &dyn Jobs,
+    frame: impl Into<FrameView<'a>>,
+    file: &mut impl Write,
+    options: &SaveOptions,
+    control: &Control,
+) -> Result<Rounding, SaveError> {
+    let mut made = Made::of(Call::new(jobs, control), &single(frame), options)?;
+    made.making.write(made.pieces, file)?;
+    made.making.goes_on()?;
+    Ok(made.roundings.swap_remove(0))
+}
+
+/// A file that was written and has a temporary name.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Saved {
+    /// What rounding to the format's numbers costs in each level.
+    pub roundings: Vec<Rounding>,
+    /// Where the file is until its [`Outputs`] are published: next to its final place, or that place if it is a device or
+    /// a pipe.
+    pub temporary: PathBuf,
+}
+
+impl Outputs {
+    /// Writes a mesh, or levels of detail of a GLB (MSFT_lod), finest first, to a file that appears when these outputs are
+    /// published. Otherwise as [`save_on`](super::save_on).
+    ///
+    /// With levels, each node has coarser nodes, and the share of the screen below which each replaces it: that at which the
+    /// chord tolerance of a level is a pixel on a screen of 1920 by 1080. Readers that do not know the extension draw the
+    /// finest level. Where a part has no triangles in a level, it has those of the level before.
+    ///
+    /// # Errors
+    /// As [`save_on`](super::save_on); rounding is limited in each level. [`UnfitLevel`] if the levels are not of one scene, or
+    /// the format has no levels. Earlier files of these outputs are not affected.
+    pub fn save_on(
+        &mut self,
+        jobs: &dyn Jobs,
+        levels: &[MeshLevel<'_>],
+        path: &Path,
+        options: &SaveOptions,
+        control: &Control,
+    ) -> Result<Saved, SaveError> {
+        let Made { making, pieces, roundings } =
+            Made::of(Call::new(jobs, control), levels, options).map_err(|failure| match failure {
+                SaveError::Io(cause) => SaveError::File(cannot_write(path, cause)),
+                other => other,
+            })?;
+        let temporary = self.write(path, |file| making.write(pieces, file))?;
+        making.goes_on().inspect_err(|_| self.remove_last())?;
+        Ok(Saved { roundings, temporary })
+    }
+}
+
+/// A level whose tolerance decides nothing.
+fn single<'a>(frame: impl Into<FrameView<'a>>) -> [MeshLevel<'a>; 1] {
+    [MeshLevel { frame: frame.into(), chord: 0.0 }]
+}
+
+/// The bytes of a file.
+pub(super) struct Made<'a> {
+    pub(super) making: Making<'a>,
+    pub(super) pieces: Pieces,
+    /// Of each level.
+    pub(super) roundings: Vec<Rounding>,
+}
+
+impl<'a> Made<'a> {
+    /// Makes the bytes.
+    pub(super) fn of(call: Call<'a>, levels: &[MeshLevel<'_>], options: &SaveOptions) -> Result<Self, SaveError> {
+        let levels = checked(levels)?;
+        #[cfg(feature = "glb")]
+        if let Format::Glb(glb_options) = options.format {
+            let making = Making::start(call, glb_tiles(levels));
+            let (pieces, roundings) = glb(&making, levels, (glb_options, options.max_rounding))?;
+            return Ok(Self { making, pieces, roundings });
+        }
+        let [MeshLevel { frame, .. }] = levels else {
+            return Err(UnfitLevel::Format { levels: levels.len() }.into());
+        };
+        let making = Making::start(call, tiles(frame));
+        let (pieces, rounding) = match options.format {
+            Format::Ply => ply(&making, frame)?,
+            Format::Obj => obj(&making, frame)?,
+            _ => stl(&making, frame)?,
+        };
+        making.goes_on()?;
+        rounding.within(options.max_rounding)?;
+        Ok(Self { making, pieces, roundings: vec![rounding] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::{Alone, assert_each_cancels};
+    use crate::frame::{Tolerance, plan};
+    use crate::mesh::MemorySink;
+    use crate::model::shapes;
+    use crate::parallel::serial;
+    use crate::prepare::{PrepareOptions, prepare};
+    use std::sync::Arc;
+
+    #[test]
+    fn files_are_cancelled_wherever_they_look() {
+        let prepared = Arc::new(prepare(shapes::all(), &PrepareOptions::DEFAULT).expect("within the limits"));
+        let frame = |chord| {
+            let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
+            let mut frame = MemorySink::default();
+            serial(&prepared, &plan, true, &mut frame).expect("a frame");
+            frame
+        };
+        let frames = [0.05, 0.5, 0.5].map(frame);
+        let levels: Vec<_> =
+            (1..).zip(&frames).map(|(k, frame)| MeshLevel { frame: frame.into(), chord: f64::from(k) }).collect();
+        for &(extension, format) in Format::ALL {
+            let levels = if extension == "glb" { &levels[..] } else { &levels[..1] };
+            assert_each_cancels(extension, 1000, |control| {
+                let made = Made::of(Call::new(&Alone, control), levels, &SaveOptions::new(format));
+                let written = made.and_then(|made| {
+                    made.making.write(made.pieces, &mut Vec::new())?;
+                    made.making.goes_on()
+                });
+                matches!(written, Err(SaveError::Cancelled))
+            });
+        }
+    }
+}
