@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use std::f64::consts::FRAC_PI_6;
 use std::hint::black_box;
 use std::sync::Arc;
-use trimtess::control::Alone;
+use trimtess::control::{Alone, Control};
 use trimtess::frame::internals::{PlacedInstances, Planner};
 use trimtess::frame::{PlanLimits, PlannerOptions, plan_for_view_on};
 use trimtess::model::PartId;
@@ -59,7 +59,7 @@ fn plans(c: &mut Criterion) {
         let mut turn = Turn::of(&prepared, Some(36));
         let limits = PlanLimits::DEFAULT;
         group.bench_function("from nothing", |b| {
-            b.iter(|| plan_for_view_on(&Alone, &prepared, black_box(&turn.view()), &limits));
+            b.iter(|| plan_for_view_on(&Alone, &prepared, black_box(&turn.view()), &limits, &Control::default()));
         });
         for steps in STEPS {
             let mut turn = Turn::of(&prepared, steps);

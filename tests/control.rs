@@ -2,16 +2,18 @@
 #![cfg(feature = "step")]
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+use glam::DVec3;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use trimtess::control::{Alone, Control, Jobs, Progress, Rayon, Stage, Threads};
-use trimtess::frame::{Plan, Tolerance, plan};
+use trimtess::frame::{Plan, PlanError, PlanLimits, Tolerance, plan, plan_for_view_on, plan_on};
 use trimtess::import::step::{StepError, StepOptions, read_on};
 use trimtess::mesh::{Batch, EdgeLine, MemorySink, MeshSink, Scene, SinkError};
 use trimtess::model::Model;
 use trimtess::parallel::{FrameError, Session, SessionOptions, tessellate_on};
 use trimtess::prepare::{PrepareError, PrepareOptions, Prepared, prepare, prepare_on};
+use trimtess::view::{Camera, Projection, View};
 
 fn text() -> Vec<u8> {
     std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/nist_ctc05.step")).unwrap()
@@ -88,6 +90,25 @@ fn a_model_that_is_kept_is_prepared_as_one_that_is_given_away() {
     assert_eq!(of_kept.scene, given.scene);
     assert_eq!(of_kept.diagnostics, given.diagnostics);
     assert_eq!((of_kept.bounds, of_kept.diagonal), (given.bounds, given.diagonal));
+}
+
+#[test]
+fn a_plan_is_cancelled() {
+    let (prepared, plan) = planned();
+    let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 0.35, max_edge: None };
+    let camera = Camera::looking_at(DVec3::X, DVec3::ZERO, DVec3::Z, Projection::Orthographic { height: 100.0 });
+    let view = View { camera, size: (640, 480), deviation_px: 0.5, size_px: None, angle: View::ANGLE };
+    let limits = PlanLimits::DEFAULT;
+    for jobs in [&Alone as &dyn Jobs, &Threads::start(3).unwrap()] {
+        let control = Control::default();
+        assert_eq!(plan_on(jobs, &prepared, &tolerance, &limits, &control).unwrap(), *plan);
+        control.cancel();
+        assert_eq!(plan_on(jobs, &prepared, &tolerance, &limits, &control), Err(PlanError::Cancelled));
+        // Limits ask for several attempts.
+        let few = limits.with_triangles(100);
+        assert_eq!(plan_on(jobs, &prepared, &tolerance, &few, &control), Err(PlanError::Cancelled));
+        assert_eq!(plan_for_view_on(jobs, &prepared, &view, &limits, &control), Err(PlanError::Cancelled));
+    }
 }
 
 #[test]

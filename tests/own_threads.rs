@@ -57,7 +57,7 @@ fn no_thread_is_started_beside_an_engines_pool() -> Arc<Prepared> {
     let model = read_on(&*jobs, &text, &StepOptions::DEFAULT, &control).unwrap();
     let prepared = Arc::new(prepare_on(&*jobs, &model, &PrepareOptions::DEFAULT, &control).unwrap());
     let tolerance = Tolerance { chord: 1e-3 * prepared.diagonal, angle: 0.35, max_edge: None };
-    let plan = Arc::new(plan_on(&*jobs, &prepared, &tolerance, &PlanLimits::DEFAULT));
+    let plan = Arc::new(plan_on(&*jobs, &prepared, &tolerance, &PlanLimits::DEFAULT, &Control::default()).unwrap());
     tessellate_on(&*jobs, &prepared, &plan, true, &control, &mut MemorySink::default()).unwrap();
     let mut session = Session::start_on(jobs, Arc::clone(&prepared), &SessionOptions::DEFAULT);
     session.frame_controlled(Arc::clone(&plan), &control, &mut MemorySink::default()).unwrap();

@@ -861,7 +861,7 @@ typedef struct {
     // Triangles of these.
     uint64_t triangles;
     // Outdated tiles out of sight that the sink was told to forget.
-    uint64_t forgotten;
+    uint64_t evicted;
     // Tiles whose change waits for the next frame, because the budget was spent.
     uint64_t deferred;
     // Tiles that are not as they should be.

@@ -179,7 +179,7 @@ pub unsafe extern "C" fn tt_tessellate(
         let (tolerance, limits, coarsen) = self::tolerance(c, tolerance, prepared.diagonal)?;
         let (options, control) = (c.read_or_zeros("options", options)?, self::control(control)?);
         let made = Workplace::Own(at_most(options.threads)?).run(|jobs| -> Result<Mesh, Failure> {
-            let plan = allowed(plan_on(jobs, &prepared, &tolerance, &limits), coarsen)?;
+            let plan = allowed(plan_on(jobs, &prepared, &tolerance, &limits, &control)?, coarsen)?;
             let mut frame = PackedFrame::default();
             let report = tessellate_on(jobs, &prepared, &plan, options.edge_lines != 0, &control, &mut frame)?;
             Ok(made(frame, &report, (&prepared, &plan)))

@@ -88,7 +88,7 @@ pub struct tt_report {
     /// Triangles of these.
     pub triangles: u64,
     /// Outdated tiles out of sight that the sink was told to forget.
-    pub forgotten: u64,
+    pub evicted: u64,
     /// Tiles whose change waits for the next frame, because the budget was spent.
     pub deferred: u64,
     /// Tiles that are not as they should be.
@@ -157,7 +157,7 @@ pub(crate) fn report(made: &FrameReport, short: Option<&Shortfall>) -> tt_report
         tiles: made.tiles as u64,
         sent: made.batches as u64,
         triangles: made.triangles,
-        forgotten: made.forgotten as u64,
+        evicted: made.evicted as u64,
         deferred: made.deferred.into(),
         degraded: made.degraded.len() as u64,
         planned_in: made.planned_in.as_secs_f64(),

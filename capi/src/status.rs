@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 use trimtess::control::StartError;
+use trimtess::frame::PlanError;
 use trimtess::import::step::StepError;
 use trimtess::model::ModelError;
 use trimtess::parallel::{AttributeError, FrameError, InstanceError};
@@ -146,6 +147,7 @@ failures! {
         PrepareError::Cancelled => TT_ERROR_CANCELLED,
         _ => TT_ERROR_LIMIT,
     };
+    PlanError: |_| TT_ERROR_CANCELLED;
     ModelError: |_| TT_ERROR_MODEL;
     StartError: |_| TT_ERROR_THREADS;
     FrameError: |error| match error {

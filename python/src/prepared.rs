@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 use trimtess::control::Rayon;
-use trimtess::frame::{PlanLimits, PlannerOptions, Shortfall, Tolerance, plan_within};
+use trimtess::frame::{PlanLimits, PlannerOptions, Shortfall, Tolerance, plan_on};
 use trimtess::mesh::PackedFrame;
 use trimtess::parallel::{SessionOptions, coarse_points, tessellate_on};
 use trimtess::prepare::{self, Shells};
@@ -112,7 +112,10 @@ impl Prepared {
         let workers = threads(py, workers)?;
         let job = Job { py, stage: "tessellate", progress, workers };
         let made = job.run(|control| -> Result<_, Shortfall> {
-            let plan = plan_within(&self.prepared, &tolerance, &limits);
+            let plan = match plan_on(&Rayon, &self.prepared, &tolerance, &limits, control) {
+                Ok(plan) => plan,
+                Err(cancelled) => return Ok(Err(cancelled.into())),
+            };
             let plan = Arc::new(if coarsen { plan } else { plan.require_full()? });
             let mut frame = PackedFrame::default();
             let made = tessellate_on(&Rayon, &self.prepared, &plan, true, control, &mut frame);

@@ -9,7 +9,7 @@ pub use tolerance::object_tolerance::Tolerance;
 mod plan;
 pub use plan::for_view::{plan_for_view, plan_for_view_on, plan_for_view_within};
 pub use plan::limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
-pub use plan::make::{plan, plan_on, plan_within};
+pub use plan::make::{PlanError, plan, plan_on, plan_within};
 pub use plan::output::Plan;
 
 mod trim;

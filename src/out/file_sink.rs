@@ -23,7 +23,8 @@ pub fn open(path: &Path) -> Result<FileSink, UnknownFormat> {
 /// headers contain counts and instances share the triangles of their part.
 ///
 /// Rounding to the format's numbers may leave out triangles and whole faces, as in STL far from the origin. The sink
-/// does not tell; [`save_on`](super::save_on) returns the [`Rounding`](super::Rounding), limits it, and can be cancelled.
+/// does not tell; [`save_on`](super::save_on) returns the [`Rounding`](super::Rounding), limits it, and can be
+/// cancelled.
 #[derive(Debug)]
 pub struct FileSink {
     path: PathBuf,

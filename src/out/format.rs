@@ -13,22 +13,22 @@ use std::path::Path;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[non_exhaustive]
 pub enum Format {
-    /// Binary glTF. Each part is stored once and placed by nodes; an instance with its own colour has its own mesh, which
-    /// shares the part's data. Positions are single precision about the part's centre; parts far from the origin get
-    /// nodes with offsets of their own if [`SaveOptions::max_rounding`] asks for it. Triangles whose rounded corners
-    /// coincide are left out. Up to 4 GiB.
+    /// Binary glTF. Each part is stored once and placed by nodes; an instance with its own colour has its own mesh,
+    /// which shares the part's data. Positions are single precision about the part's centre; parts far from the origin
+    /// get nodes with offsets of their own if [`SaveOptions::max_rounding`] asks for it. Triangles whose rounded
+    /// corners coincide are left out. Up to 4 GiB.
     #[cfg(feature = "glb")]
     Glb(GlbOptions),
-    /// Binary STL: every instance, single precision, millimetres. Positions are rounded once, from world coordinates, so
-    /// the file is closed wherever the mesh is. Triangles whose rounded corners coincide are left out. Up to 2³² - 1
+    /// Binary STL: every instance, single precision, millimetres. Positions are rounded once, from world coordinates,
+    /// so the file is closed wherever the mesh is. Triangles whose rounded corners coincide are left out. Up to 2³² - 1
     /// triangles.
     Stl,
     /// Stanford PLY: every instance, double precision, millimetres. Vertices are shared within a tile only. `face_id`
     /// numbers faces across all instances ([`SceneInstance::face_number`](crate::mesh::SceneInstance::face_number)). Up
     /// to 2³² - 1 vertices.
     Ply,
-    /// Wavefront OBJ: every instance is an object `o`, every face a group `g`. Numbers are the shortest that parse to the
-    /// same f64, so equal positions stay equal. No colours: the format keeps them in a second file.
+    /// Wavefront OBJ: every instance is an object `o`, every face a group `g`. Numbers are the shortest that parse to
+    /// the same f64, so equal positions stay equal. No colours: the format keeps them in a second file.
     Obj,
 }
 

@@ -28,7 +28,8 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    /// Appends `count` values, whose bytes are in pieces. Returns their accessor; [`finish`](Self::finish) sets its view.
+    /// Appends `count` values, whose bytes are in pieces. Returns their accessor; [`finish`](Self::finish) sets its
+    /// view.
     pub(super) fn push(
         &mut self,
         root: &mut Root,

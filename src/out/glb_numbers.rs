@@ -55,8 +55,8 @@ impl Numbers {
     };
 }
 
-/// Rounds the vertices of groups, and leaves out triangles and segments whose corners coincide then. Returns the numbers
-/// of each group, empty if nothing is left, and what rounding its faces costs. All are empty once cancelled.
+/// Rounds the vertices of groups, and leaves out triangles and segments whose corners coincide then. Returns the
+/// numbers of each group, empty if nothing is left, and what rounding its faces costs. All are empty once cancelled.
 ///
 /// # Errors
 /// If a position overflows single precision.

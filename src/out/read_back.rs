@@ -58,8 +58,8 @@ pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, options: &Sav
     compare(found, &expected)
 }
 
-/// Reads a file that [`Outputs::save_on`](super::Outputs::save_on) wrote for these levels with these options, and compares
-/// each level.
+/// Reads a file that [`Outputs::save_on`](super::Outputs::save_on) wrote for these levels with these options, and
+/// compares each level.
 ///
 /// # Errors
 /// As [`read_back`], of any level; and if there are more levels than the file has.

@@ -27,15 +27,15 @@ pub fn save<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format) ->
 }
 
 /// Writes a finished frame to `path` atomically, on the threads of `jobs`, with progress and cancellation. Returns what
-/// rounding to the format's numbers cost. The bytes do not depend on the number of threads. They are all in memory before
-/// the file is created.
+/// rounding to the format's numbers cost. The bytes do not depend on the number of threads. They are all in memory
+/// before the file is created.
 ///
 /// Cancelling takes effect after at most 8192 vertices on each thread, or a tile that has more, or a MiB that is being
 /// written. Compressing a stream of a GLB is not interrupted: about 3 ms per MiB of the stream.
 ///
 /// # Errors
-/// If the file cannot be created, written or renamed, the format's numbers do not suffice, or when cancelled. An existing
-/// file at `path` is then unchanged, and no other file is left. Devices and pipes are written in place.
+/// If the file cannot be created, written or renamed, the format's numbers do not suffice, or when cancelled. An
+/// existing file at `path` is then unchanged, and no other file is left. Devices and pipes are written in place.
 pub fn save_on<'a>(
     jobs: &dyn Jobs,
     frame: impl Into<FrameView<'a>>,
@@ -49,8 +49,8 @@ pub fn save_on<'a>(
     Ok(roundings.swap_remove(0))
 }
 
-/// Writes the bytes of a finished frame to `file`, whatever rounding costs, and returns what it cost. Runs on [`Rayon`]'s
-/// threads.
+/// Writes the bytes of a finished frame to `file`, whatever rounding costs, and returns what it cost. Runs on
+/// [`Rayon`]'s threads.
 ///
 /// # Errors
 /// As [`write_on`], but for limits and cancelling.
@@ -85,22 +85,22 @@ pub fn write_on<'a>(
 pub struct Saved {
     /// What rounding to the format's numbers costs in each level.
     pub roundings: Vec<Rounding>,
-    /// Where the file is until its [`Outputs`] are published: next to its final place, or that place if it is a device or
-    /// a pipe.
+    /// Where the file is until its [`Outputs`] are published: next to its final place, or that place if it is a device
+    /// or a pipe.
     pub temporary: PathBuf,
 }
 
 impl Outputs {
-    /// Writes a mesh, or levels of detail of a GLB (MSFT_lod), finest first, to a file that appears when these outputs are
-    /// published. Otherwise as [`save_on`](super::save_on).
+    /// Writes a mesh, or levels of detail of a GLB (MSFT_lod), finest first, to a file that appears when these outputs
+    /// are published. Otherwise as [`save_on`](super::save_on).
     ///
-    /// With levels, each node has coarser nodes, and the share of the screen below which each replaces it: that at which the
-    /// chord tolerance of a level is a pixel on a screen of 1920 by 1080. Readers that do not know the extension draw the
-    /// finest level. Where a part has no triangles in a level, it has those of the level before.
+    /// With levels, each node has coarser nodes, and the share of the screen below which each replaces it: that at
+    /// which the chord tolerance of a level is a pixel on a screen of 1920 by 1080. Readers that do not know the
+    /// extension draw the finest level. Where a part has no triangles in a level, it has those of the level before.
     ///
     /// # Errors
-    /// As [`save_on`](super::save_on); rounding is limited in each level. [`UnfitLevel`] if the levels are not of one scene, or
-    /// the format has no levels. Earlier files of these outputs are not affected.
+    /// As [`save_on`](super::save_on); rounding is limited in each level. [`UnfitLevel`] if the levels are not of one
+    /// scene, or the format has no levels. Earlier files of these outputs are not affected.
     pub fn save_on(
         &mut self,
         jobs: &dyn Jobs,

@@ -25,7 +25,7 @@ pub fn coarse_points(
     control: &Control,
 ) -> Result<Vec<DVec3>, FrameError> {
     let tolerance = Tolerance { chord: CHORD_REL * prepared.diagonal, angle: View::ANGLE, max_edge: None };
-    let plan = Arc::new(frame::plan_on(jobs, prepared, &tolerance, limits));
+    let plan = Arc::new(frame::plan_on(jobs, prepared, &tolerance, limits, control)?);
     let mut coarse = PackedFrame::default();
     tessellate_on(jobs, prepared, &plan, false, control, &mut coarse)?;
     let mut points = Vec::new();

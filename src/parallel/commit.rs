@@ -38,7 +38,7 @@ pub struct FrameReport {
     /// Tiles evicted from the sink that no view draws: outdated ones, those beyond
     /// [`SessionOptions::resident_bytes`](super::SessionOptions::resident_bytes), and those not drawn for long. The sink
     /// gets them without triangles, by [`MeshSink::batch`] or [`MeshSink::written`].
-    pub forgotten: usize,
+    pub evicted: usize,
     /// Tiles whose change of level waits for the next frame because the budget was spent.
     pub deferred: u32,
     /// Degraded tiles, ascending by (part, tile).
@@ -79,7 +79,7 @@ pub(super) enum Feed<'a> {
         from: Option<&'a [Option<PartId>]>,
         /// And those before.
         drawn: [&'a DrawnTiles; 2],
-        forgotten: Gone<'a>,
+        evicted: Gone<'a>,
     },
 }
 
@@ -142,8 +142,8 @@ pub(super) fn commit(
     }
     report.batches = report.tiles - bare.len();
     report.workers.sort_unstable_by_key(|metrics| metrics.worker);
-    if let Feed::Views { forgotten, .. } = feed {
-        report.forgotten = forgotten.len();
+    if let Feed::Views { evicted, .. } = feed {
+        report.evicted = evicted.len();
     }
     rows.lines.sort_by_key(|l| (l.part, l.edge));
     report.degraded.sort_unstable_by_key(|d| (d.part, d.tile));
@@ -222,7 +222,7 @@ impl Rows {
             _ => sink.begin(scene),
         }?;
         let gone = match feed {
-            Feed::Views { forgotten, .. } => forgotten,
+            Feed::Views { evicted, .. } => evicted,
             Feed::All(..) => &[],
         };
         match writer {

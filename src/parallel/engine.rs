@@ -363,7 +363,7 @@ impl Engine {
         let Some(Live { residency, .. }) = &mut self.live else {
             return Err(FrameError::Lost { why: "a frame of views without a plan".into() });
         };
-        let still = deliveries.is_empty() && !due.whole && due.from.is_none() && due.forgotten.is_empty();
+        let still = deliveries.is_empty() && !due.whole && due.from.is_none() && due.evicted.is_empty();
         if still && residency.shows(&plan.drawn, self.placed.scene_version()) {
             self.rests = true;
             return Ok(FrameReport { planned_in, deferred, ..self.unchanged() });
@@ -372,7 +372,7 @@ impl Engine {
         let times: Vec<_> = notes.flat_map(|notes| notes.times.iter().copied()).collect();
         let from = due.from.as_deref();
         let drawn = [&plan.drawn, residency.shown()];
-        let feed = Feed::Views { whole: due.whole, changes, from, drawn, forgotten: &due.forgotten };
+        let feed = Feed::Views { whole: due.whole, changes, from, drawn, evicted: &due.evicted };
         let made = (deliveries, &seats[..]);
         let report = match commit(made, (scene, self.writer.as_deref()), feed, (&mut self.rows, sink)) {
             Ok(report) => report,
@@ -394,8 +394,8 @@ impl Engine {
         if due.whole {
             degraded.clear();
         } else if !degraded.is_empty() {
-            let forgotten = due.forgotten.iter().map(|&(part, tile, _)| (part, tile));
-            let gone = self.rows.made().map(|made| (made.part, made.tile)).chain(forgotten);
+            let evicted = due.evicted.iter().map(|&(part, tile, _)| (part, tile));
+            let gone = self.rows.made().map(|made| (made.part, made.tile)).chain(evicted);
             gone.for_each(|tile| _ = degraded.remove(&tile));
         }
         degraded.extend(report.degraded.iter().map(|tile| ((tile.part, tile.tile), tile.clone())));

@@ -1,5 +1,6 @@
 //! Why a frame is not made.
 
+use crate::frame::PlanError;
 use crate::mesh::{GridTooCoarse, InstanceKey, SinkError};
 use crate::model::{Colour, PartId, transform_fault};
 use crate::view::InvalidView;
@@ -10,6 +11,12 @@ pub(super) struct Lost(pub(super) String);
 impl From<Lost> for FrameError {
     fn from(Lost(why): Lost) -> Self {
         Self::Lost { why }
+    }
+}
+
+impl From<PlanError> for FrameError {
+    fn from(_: PlanError) -> Self {
+        Self::Cancelled
     }
 }
 

@@ -116,7 +116,7 @@ pub(super) struct Due {
     /// Tiles to make: stale and drawn. Ascending.
     pub(super) tiles: Vec<(PartId, TileId)>,
     /// Tiles to evict: resident, stale and not drawn. They are outdated, or marked so to evict them. Ascending.
-    pub(super) forgotten: Vec<(PartId, TileId, FaceId)>,
+    pub(super) evicted: Vec<(PartId, TileId, FaceId)>,
     /// Edges whose lines to make, if the sink wants them; in a whole frame, all of parts that have a plan. Ascending.
     pub(super) edges: Vec<(PartId, EdgeId)>,
     /// For [`MeshSink::begin_update`](crate::mesh::MeshSink::begin_update), if the sink has another model and the frame
@@ -258,7 +258,7 @@ impl Residency {
                 due.tiles.extend(tiles_of_word(stale & drawn, k).map(|tile| (PartId::new(p), tile)));
                 let face = |tile: TileId| prepared.parts[p].tiles[tile.0 as usize].face;
                 let gone = tiles_of_word(stale & !drawn & part.present[k], k);
-                due.forgotten.extend(gone.map(|tile| (PartId::new(p), tile, face(tile))));
+                due.evicted.extend(gone.map(|tile| (PartId::new(p), tile, face(tile))));
             }
         }
         let is_planned = |&(part, _): &(PartId, EdgeId)| self.parts[part.index()].is_planned;
@@ -385,7 +385,7 @@ impl Residency {
             part.stale[word] &= !bit;
             part.present[word] |= bit;
         }
-        for &(part, TileId(tile), _) in &due.forgotten {
+        for &(part, TileId(tile), _) in &due.evicted {
             let part = &mut self.parts[part.index()];
             part.present[tile as usize >> 6] &= !(1 << (tile & 63));
             self.held -= u64::from(std::mem::take(&mut part.bytes[tile as usize]));

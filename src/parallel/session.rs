@@ -258,17 +258,17 @@ impl Session {
     }
 
     /// A plan for [`frame`](Self::frame), for a tolerance everywhere ([`plan_within`](crate::frame::plan_within())),
-    /// made on the session's threads.
+    /// made on the session's threads. [`plan_on`] can be cancelled.
     #[must_use]
     pub fn plan_within(&self, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
-        plan_on(&*self.jobs, &self.model, tolerance, limits)
+        plan_on(&*self.jobs, &self.model, tolerance, limits, &Control::default()).unwrap_or_default()
     }
 
     /// A plan for [`frame`](Self::frame), for one view
     /// ([`plan_for_view_within`](crate::frame::plan_for_view_within())), made on the session's threads.
     #[must_use]
     pub fn plan_for_view(&self, view: &View, limits: &PlanLimits) -> Plan {
-        plan_for_view_on(&*self.jobs, &self.model, view, limits)
+        plan_for_view_on(&*self.jobs, &self.model, view, limits, &Control::default()).unwrap_or_default()
     }
 
     /// Switches to another model from the next frame on: usually an [update](Prepared::update) of this one, whose file

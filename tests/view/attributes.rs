@@ -115,7 +115,7 @@ fn what_is_shown_again_has_the_tiles_that_the_sink_still_has() {
         session.set_part(PartId(0), &PLAIN.with_visible(!hide)).unwrap();
         session.set_instance(second, &PLAIN.with_visible(!hide)).unwrap();
         let report = session.view(&[view], &mut sink).unwrap();
-        assert_eq!((report.tiles, report.forgotten, report.whole), (0, 0, false));
+        assert_eq!((report.tiles, report.evicted, report.whole), (0, 0, false));
         let shown: Vec<usize> = sink.sink.drawn.instances(0).collect();
         assert_eq!(shown, if hide { vec![2, 3] } else { vec![0, 1, 2, 3] });
         assert_eq!(drawn(&sink.sink), drawn(&from_scratch(&session)));

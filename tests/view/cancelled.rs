@@ -73,7 +73,7 @@ fn compare(case: &str, jobs: &Arc<dyn Jobs>, prepared: &Arc<Prepared>, options: 
         let wanted = plain.view(&[*view], &mut expected).unwrap();
         let report = wasting.view(&[*view], &mut sink).unwrap();
         let facts = |report: &trimtess::parallel::FrameReport| {
-            (report.frame, report.whole, report.tiles, report.forgotten, report.deferred, report.triangles)
+            (report.frame, report.whole, report.tiles, report.evicted, report.deferred, report.triangles)
         };
         assert_eq!(facts(&report), facts(&wanted), "{case}");
         assert!(sink == expected, "{case}");
@@ -95,7 +95,7 @@ fn frames_that_nobody_commits_leave_no_trace() {
         ("default", default),
         ("budget", default.with_budget(Some(Duration::from_micros(300)))),
         ("limits", default.with_limits(PlanLimits::DEFAULT.with_triangles(3000))),
-        ("lines", default.with_lines(LinePlacement::Split { intensive: SplitRule::Rendering, most: 2.0, resync })),
+        ("lines", default.with_lines(LinePlacement::Split { intensive: SplitRule::LongestFirst, most: 2.0, resync })),
     ];
     // The row long enough for tiles to be evicted.
     let models = [("row", row_of("washer", 5, 6), 70), ("hub", shape("brake-hub"), 12)];

@@ -243,17 +243,17 @@ fn tiles_off_screen_for_long_are_evicted_when_they_are_many() {
         let forward = forward + 1.3 * forward.cross(up) * (1.0 + 1e-4 * f64::from(k));
         View { camera: Camera { forward, ..whole.camera }, ..whole }
     };
-    let (mut forgotten, mut most) = (0, 0.0_f64);
+    let (mut evicted, mut most) = (0, 0.0_f64);
     for k in 0..220 {
-        forgotten += session.view(&[aside(k)], &mut sink).unwrap().forgotten;
+        evicted += session.view(&[aside(k)], &mut sink).unwrap().evicted;
         assert_eq!(drawn(&sink), drawn(&from_scratch(&session)), "{k}");
         if k > 200 {
             most = most.max(triangles(&sink.batches) as f64 / triangles(&drawn(&sink)) as f64);
         }
     }
-    assert!(forgotten > 50 && most <= 2.0, "{forgotten} {most}");
+    assert!(evicted > 50 && most <= 2.0, "{evicted} {most}");
     let again = session.view(&[whole], &mut sink).unwrap();
-    assert!(again.tiles >= forgotten && triangles(&drawn(&sink)) >= all, "{}", again.tiles);
+    assert!(again.tiles >= evicted && triangles(&drawn(&sink)) >= all, "{}", again.tiles);
     assert_eq!(drawn(&sink), drawn(&from_scratch(&session)));
 }
 

@@ -19,7 +19,7 @@ use trimtess::view::{Camera, View};
 pub(crate) const CRITERION: LinePlacement =
     LinePlacement::Split { intensive: SplitRule::Criterion, most: 2.0, resync: None };
 pub(crate) const RENDERING: LinePlacement =
-    LinePlacement::Split { intensive: SplitRule::Rendering, most: 2.0, resync: None };
+    LinePlacement::Split { intensive: SplitRule::LongestFirst, most: 2.0, resync: None };
 
 fn with_turns(intensive: SplitRule, frames: u32) -> LinePlacement {
     LinePlacement::Split { intensive, most: 2.0, resync: NonZeroU32::new(frames) }
@@ -55,8 +55,11 @@ pub(crate) fn flown(
             let frame = MemorySink::of(sink.scene.clone(), batches, Vec::new());
             let near = 0.05 * prepared.scene.parts.iter().map(|part| part.radius).fold(0.0, f64::max);
             let (share, _) = measured(session.prepared(), view, near, &frame);
-            let allowed =
-                if matches!(lines, LinePlacement::Split { intensive: SplitRule::Rendering, .. }) { 4.0 } else { 1.0 };
+            let allowed = if matches!(lines, LinePlacement::Split { intensive: SplitRule::LongestFirst, .. }) {
+                4.0
+            } else {
+                1.0
+            };
             assert!(share <= allowed, "{case}: {share} times the tolerance");
             most = most.max(share);
         }
@@ -76,7 +79,7 @@ fn frames_are_closed_and_keep_the_tolerance_or_four_times_it() {
             CRITERION,
             RENDERING,
             with_turns(SplitRule::Criterion, 20),
-            with_turns(SplitRule::Rendering, 20),
+            with_turns(SplitRule::LongestFirst, 20),
             LinePlacement::Split { intensive: SplitRule::Criterion, most: 1.25, resync: None },
         ];
         for (k, lines) in ways.into_iter().enumerate() {
@@ -87,7 +90,7 @@ fn frames_are_closed_and_keep_the_tolerance_or_four_times_it() {
         all += (views.len() - 1) * prepared.tiles().count();
     }
     println!("at most {most:?} of the tolerance, {made:?} tiles rebuilt");
-    // `Rendering` deviates more than `Criterion`; splitting rebuilds fewer tiles than `Spread`.
+    // `LongestFirst` deviates more than `Criterion`; splitting rebuilds fewer tiles than `Spread`.
     assert!(most[2] > most[1] && most[4] > most[1], "{most:?}");
     assert!(made[1] < made[0] && made[2] < made[0] && made[5] < made[0], "{made:?}");
     assert!(3 * made[0] < all, "{made:?} of {all} tiles");
@@ -105,7 +108,7 @@ fn plans(prepared: &Arc<Prepared>, options: &PlannerOptions, views: &[View]) -> 
 fn the_same_views_give_the_same_plans() {
     let prepared = shape("brake-hub");
     let views = path(&mut SplitMix(12), prepared.bounds.unwrap(), 80);
-    for lines in [CRITERION, with_turns(SplitRule::Rendering, 7)] {
+    for lines in [CRITERION, with_turns(SplitRule::LongestFirst, 7)] {
         let again = plans(&prepared, &planner(lines), &views);
         assert!(plans(&prepared, &planner(lines), &views) == again);
         assert!(plans(&prepared, &PlannerOptions::DEFAULT, &views) != again);
@@ -155,7 +158,7 @@ fn tiles_take_turns_until_lines_equal_newly_placed_ones() {
         let views = path(&mut SplitMix(17), prepared.bounds.unwrap(), 60);
         let even = plans(&prepared, &PlannerOptions::DEFAULT, &views);
         let near = 0.05 * prepared.scene.parts[0].radius;
-        for intensive in [SplitRule::Criterion, SplitRule::Rendering] {
+        for intensive in [SplitRule::Criterion, SplitRule::LongestFirst] {
             let lines = planner(with_turns(intensive, TURN));
             // Stops at the frame where most lines differ.
             let split = plans(&prepared, &lines, &views);

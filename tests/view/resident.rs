@@ -55,7 +55,7 @@ fn a_sink_holds_no_more_than_it_may_and_what_is_drawn_and_new() {
                 assert!(held <= most.max(shown_bytes) + sink.sent, "{name} {most} {k}: {held}, {shown_bytes} drawn");
                 assert!(shown == drawn(&from_scratch(&session)), "{name} {most} {k}");
                 balanced(&prepared, &session.plan().unwrap(), &shown, &format!("{name} {most} {k}"));
-                evicted += report.forgotten;
+                evicted += report.evicted;
             }
             // A still camera: what was over goes, then nothing happens.
             let last = *views.last().unwrap();
@@ -64,7 +64,7 @@ fn a_sink_holds_no_more_than_it_may_and_what_is_drawn_and_new() {
             assert!(bytes(&sink.sink.batches) <= most.max(shown), "{name} {most}");
             sink.sent = 0;
             let still = session.view(&[last], &mut sink).unwrap();
-            assert_eq!((still.forgotten, sink.sent), (0, 0), "{name} {most}");
+            assert_eq!((still.evicted, sink.sent), (0, 0), "{name} {most}");
         }
         assert!(evicted > 0, "{name}");
     }

@@ -74,7 +74,7 @@ impl Mesh {
         control: &Control,
     ) -> Result<Self, JsError> {
         let tolerance = asked.resolve(diagonal)?;
-        let plan = plan_on(&Alone, prepared, &tolerance, limits).require_full();
+        let plan = plan_on(&Alone, prepared, &tolerance, limits, control).map_err(told)?.require_full();
         let plan = plan.map_err(|short| told(format!("{short}; use a larger tolerance")))?;
         let mut frame = PackedFrame::default();
         let report = tessellate_on(&Alone, prepared, &Arc::new(plan), true, control, &mut frame).map_err(told)?;

@@ -32,7 +32,7 @@ pub(crate) enum Follow {
     /// Keep lines, and split every interval that violates the tolerance.
     Split,
     /// Keep lines, and split only until there are as many as `spread` places; up to four times the deviation.
-    SplitRendering,
+    SplitLongest,
 }
 
 impl Follow {
@@ -40,7 +40,7 @@ impl Follow {
         match self {
             Self::Spread => LinePlacement::Spread,
             Self::Split => LinePlacement::Split { intensive: SplitRule::Criterion, most, resync },
-            Self::SplitRendering => LinePlacement::Split { intensive: SplitRule::Rendering, most, resync },
+            Self::SplitLongest => LinePlacement::Split { intensive: SplitRule::LongestFirst, most, resync },
         }
     }
 }

@@ -154,7 +154,8 @@ fn timed(prepared: &Prepared, view: &View) -> (Plan, [Duration; 2]) {
     const ROUNDS: u32 = 5;
     const TIMES: u32 = 10;
     let mut scratch = Scratch::default();
-    let plan = || plan_for_view_on(&Alone, prepared, view, &PlanLimits::DEFAULT);
+    let control = Control::default();
+    let plan = || plan_for_view_on(&Alone, prepared, view, &PlanLimits::DEFAULT, &control).unwrap_or_default();
     let made = plan();
     let mut least = [Duration::MAX; 2];
     for _ in 0..ROUNDS {

@@ -26,7 +26,7 @@ use route::{PictureOverrides, Route};
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::sync::Arc;
-use summary::{Costly, Machine, Replay, Report, Row, Run, Spread, TileCosts};
+use summary::{Costly, Machine, Percentiles, Replay, Report, Row, Run, TileCosts};
 use trimtess::prepare::{Prepared, prepare};
 use trimtess::view::View;
 
@@ -266,7 +266,7 @@ fn replayed(costs: &Costs, numbers: &[usize], coherence: Coherence, costly: Vec<
     Replay {
         coherence: name_of(&coherence),
         frames: frames.len(),
-        tile_us: TileCosts { mean, spread: Spread::of(all), most },
+        tile_us: TileCosts { mean, spread: Percentiles::of(all), most },
         costly,
         rows: numbers.iter().map(row).collect(),
     }

@@ -9,12 +9,12 @@ use std::fmt::Write as _;
 
 /// Median and 99th percentile, in the unit of the numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub(super) struct Spread {
+pub(super) struct Percentiles {
     pub(super) p50: f64,
     pub(super) p99: f64,
 }
 
-impl Spread {
+impl Percentiles {
     /// Computes both. Zero for no numbers.
     pub(super) fn of(numbers: impl IntoIterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> = numbers.into_iter().collect();
@@ -79,7 +79,7 @@ pub(super) struct Run {
     /// The first frame, which is always whole.
     pub(super) first_ms: f64,
     /// Processor time of a frame, milliseconds: the caller's plus the maximum of the workers.
-    pub(super) undisturbed_ms: Spread,
+    pub(super) undisturbed_ms: Percentiles,
     pub(super) triangles_mean: f64,
     pub(super) tiles_remade_mean: f64,
     pub(super) bytes_uploaded_mean: f64,
@@ -98,28 +98,28 @@ pub(super) struct Run {
 #[derive(Serialize)]
 pub(super) struct Stages {
     /// From the view to the plan, on the master.
-    pub(super) plan: Spread,
+    pub(super) plan: Percentiles,
     /// From the plan to the last delivery.
-    pub(super) make: Spread,
+    pub(super) make: Percentiles,
     /// From the last delivery to the end of the commit to the sink.
-    pub(super) commit: Spread,
+    pub(super) commit: Percentiles,
     /// Busy time of each worker.
-    pub(super) workers: Vec<Spread>,
+    pub(super) workers: Vec<Percentiles>,
     /// Processor time of each worker.
-    pub(super) workers_cpu: Vec<Spread>,
+    pub(super) workers_cpu: Vec<Percentiles>,
     /// Plan and commit.
-    pub(super) around: Spread,
+    pub(super) around: Percentiles,
 }
 
 impl Run {
     pub(super) fn of(flight: &Flight, path: String) -> Self {
         let Flight { times, made, .. } = flight;
         let frames = times.len();
-        let all = |of: fn(&Times) -> f64| Spread::of(times.iter().map(of));
+        let all = |of: fn(&Times) -> f64| Percentiles::of(times.iter().map(of));
         let mean = |of: fn(&FrameOutput) -> u64| made.iter().map(|m| of(m) as f64).sum::<f64>() / frames.max(1) as f64;
         let whole = all(|t| t.frame);
         let each = |of: fn(&Times) -> &[f64]| {
-            let worker = |w: usize| Spread::of(times.iter().map(|t| of(t)[w]));
+            let worker = |w: usize| Percentiles::of(times.iter().map(|t| of(t)[w]));
             (0..flight.workers).map(worker).collect::<Vec<_>>()
         };
         let most = made.iter().map(|m| m.held).max_by_key(|held| held.bytes).unwrap_or_default();
@@ -181,7 +181,7 @@ pub(super) struct Replay {
 pub(super) struct TileCosts {
     pub(super) mean: f64,
     #[serde(flatten)]
-    pub(super) spread: Spread,
+    pub(super) spread: Percentiles,
     pub(super) most: f64,
 }
 
@@ -316,10 +316,10 @@ mod tests {
 
     #[test]
     fn quantiles_are_elements_of_the_sample() {
-        assert_eq!(Spread::of([]), Spread { p50: 0.0, p99: 0.0 });
-        assert_eq!(Spread::of([3.0]), Spread { p50: 3.0, p99: 3.0 });
-        assert_eq!(Spread::of((1..=100).rev().map(f64::from)), Spread { p50: 50.0, p99: 99.0 });
-        assert_eq!(Spread::of((1..=300).map(f64::from)), Spread { p50: 150.0, p99: 297.0 });
+        assert_eq!(Percentiles::of([]), Percentiles { p50: 0.0, p99: 0.0 });
+        assert_eq!(Percentiles::of([3.0]), Percentiles { p50: 3.0, p99: 3.0 });
+        assert_eq!(Percentiles::of((1..=100).rev().map(f64::from)), Percentiles { p50: 50.0, p99: 99.0 });
+        assert_eq!(Percentiles::of((1..=300).map(f64::from)), Percentiles { p50: 150.0, p99: 297.0 });
     }
 
     #[test]

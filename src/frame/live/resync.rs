@@ -92,8 +92,11 @@ mod tests {
 
     #[test]
     fn tiles_take_evenly_spread_turns() {
-        let mut turns =
-            Turns::of(LinePlacement::Split { intensive: SplitRule::Rendering, most: 2.0, resync: NonZeroU32::new(10) });
+        let mut turns = Turns::of(LinePlacement::Split {
+            intensive: SplitRule::LongestFirst,
+            most: 2.0,
+            resync: NonZeroU32::new(10),
+        });
         let mut count = vec![0; 1000];
         for _ in 0..10 {
             turns.pass(false);

@@ -46,7 +46,7 @@ pub enum SplitRule {
     /// As many intervals as it takes to reach the number of lines of `Spread`, the longest first. The others are up to
     /// twice too long: until the next resynchronisation, triangles may deviate by up to four times the tolerance, and
     /// turn by up to twice.
-    Rendering,
+    LongestFirst,
 }
 
 /// The last lines of a tile or an edge, and which intervals between them to split.
@@ -95,7 +95,7 @@ impl Criteria<'_> {
     /// Appends parameters after `a` and up to `b > a`, strictly increasing and ending with `b`: the last lines that are
     /// still needed, and new ones.
     ///
-    /// With [`SplitRule::Criterion`] they meet the density; with [`SplitRule::Rendering`], half of it and `least`.
+    /// With [`SplitRule::Criterion`] they meet the density; with [`SplitRule::LongestFirst`], half of it and `least`.
     /// Falls back to `Density::spread` if there would be more than [`LastLines::most`] times the lines that it places,
     /// or more than `limit`. Returns whether `limit` allows the density. Cost: about three times the number of gaps.
     fn follow(&self, before: LastLines<'_, [f64]>, (a, b): (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool {
@@ -103,7 +103,7 @@ impl Criteria<'_> {
         if needed <= limit {
             let split = self.split(&self.lines_inside(before.last, a, b), before.intensive, limit);
             let mut lines = self.joined(&split);
-            if before.intensive == SplitRule::Rendering {
+            if before.intensive == SplitRule::LongestFirst {
                 self.fill(&mut lines, needed);
             }
             if (lines.len() - 1) as f64 <= (before.most * needed as f64).min(limit as f64) {
@@ -149,7 +149,7 @@ impl Criteria<'_> {
                 out.push(to);
                 continue;
             }
-            if intensive == SplitRule::Rendering {
+            if intensive == SplitRule::LongestFirst {
                 let needed = self.density.fewest(from, to, limit);
                 // An interval that holds exactly K − 1 lines is cut into K − 1.
                 let exactly = fullness / needed as f64;
@@ -209,7 +209,7 @@ mod tests {
     use arbitrary::Unstructured;
 
     const LIMIT: usize = 4096;
-    const BOTH: [SplitRule; 2] = [SplitRule::Criterion, SplitRule::Rendering];
+    const BOTH: [SplitRule; 2] = [SplitRule::Criterion, SplitRule::LongestFirst];
 
     /// A density whose tables are leaked.
     fn dense(breaks: &[f64], rates: &[f64]) -> Density<'static> {
@@ -246,17 +246,17 @@ mod tests {
     #[test]
     fn ten_intervals_become_fourteen_as_in_the_paper() {
         let ten = spread(even(10.0), 0.0, 1.0);
-        let lines = follow(&ten, even(14.0), even(0.0), SplitRule::Rendering);
+        let lines = follow(&ten, even(14.0), even(0.0), SplitRule::LongestFirst);
         // K = 2: no line into every interval, and four of the ten are split.
         assert!(lines.len() == 15 && has_all(&lines, &ten), "{lines:?}");
         let whole = lines.windows(2).filter(|w| (w[1] - w[0] - 0.1).abs() < 1e-12).count();
         assert_eq!(whole, 6);
         assert!((fullest(even(14.0), &lines).powi(2) - 1.96).abs() < 1e-9);
         // The other six are split before any interval is split again.
-        let lines = follow(&lines, even(20.0), even(0.0), SplitRule::Rendering);
+        let lines = follow(&lines, even(20.0), even(0.0), SplitRule::LongestFirst);
         assert!(lines.len() == 21 && has_all(&lines, &ten) && fullest(even(20.0), &lines) < 1.000_001, "{lines:?}");
         // K = 4: two lines into each, and three more.
-        let lines = follow(&ten, even(33.0), even(0.0), SplitRule::Rendering);
+        let lines = follow(&ten, even(33.0), even(0.0), SplitRule::LongestFirst);
         assert!(lines.len() == 34 && has_all(&lines, &ten), "{lines:?}");
         assert!((fullest(even(33.0), &lines) - 1.1).abs() < 1e-9, "{lines:?}");
         // All intervals fail, so all are split.
@@ -267,7 +267,7 @@ mod tests {
     fn intervals_over_the_least_density_do_not_wait() {
         let ten = spread(even(10.0), 0.0, 1.0);
         for (least, count) in [(10.0, 14), (10.1, 20)] {
-            let lines = follow(&ten, even(14.0), even(least), SplitRule::Rendering);
+            let lines = follow(&ten, even(14.0), even(least), SplitRule::LongestFirst);
             assert_eq!((lines.len() - 1, has_all(&lines, &ten)), (count, true), "{least}: {lines:?}");
         }
     }
@@ -367,7 +367,7 @@ mod tests {
                 let case = format!("{intensive:?} {breaks:?} {rates:?} {share}: {} {}", old.len(), new.len());
                 assert!(new.len() - 1 < 2 * needed, "{needed} {case}");
                 let (full, strict) = (fullest(density, &new), fullest(least, &new));
-                let most = if intensive == SplitRule::Rendering { WAITS } else { FULL };
+                let most = if intensive == SplitRule::LongestFirst { WAITS } else { FULL };
                 assert!(full <= most * FULL && strict <= FULL * FULL, "{full} {strict} {case}");
                 if new != spread(density, a, b) {
                     // A line that goes leaves an interval that passes or may wait, and no interval that passes is cut.

@@ -1,7 +1,7 @@
 //! One camera -> a plan that meets its screen-space error.
 
 use super::limits::PlanLimits;
-use super::make::plan_parts;
+use super::make::{PlanError, plan_parts};
 use super::output::Plan;
 use crate::control::{Call, Control, Jobs, Rayon};
 use crate::frame::tolerance::box_tolerance::PartTolerance;
@@ -41,12 +41,20 @@ pub fn plan_for_view(prepared: &Prepared, view: &View) -> Plan {
 /// As [`plan_for_view`], within the limits of the caller.
 #[must_use]
 pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
-    plan_for_view_on(&Rayon, prepared, view, limits)
+    plan_for_view_on(&Rayon, prepared, view, limits, &Control::default()).unwrap_or_default()
 }
 
-/// As [`plan_for_view_within`], on the threads of `jobs`. The plan does not depend on their number.
-#[must_use]
-pub fn plan_for_view_on(jobs: &dyn Jobs, prepared: &Prepared, view: &View, limits: &PlanLimits) -> Plan {
+/// As [`plan_for_view_within`], on the threads of `jobs`, with cancellation, as [`plan_on`](crate::frame::plan_on).
+///
+/// # Errors
+/// When cancelled.
+pub fn plan_for_view_on(
+    jobs: &dyn Jobs,
+    prepared: &Prepared,
+    view: &View,
+    limits: &PlanLimits,
+    control: &Control,
+) -> Result<Plan, PlanError> {
     let (lens, Scene { parts, instances, .. }) = (view.lens(), &prepared.scene);
     let rows = instances.iter().enumerate().map(|(row, instance)| (instance.part.0, row as u32));
     let of_parts = Buckets::of(parts.len(), rows);
@@ -60,6 +68,5 @@ pub fn plan_for_view_on(jobs: &dyn Jobs, prepared: &Prepared, view: &View, limit
     };
     let mut asked: Vec<PartTolerance> = parts.iter().enumerate().map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
-    let control = Control::default();
-    plan_parts(Call::new(jobs, &control), prepared.parts.clone(), asked, limits, 0).unwrap_or_default()
+    plan_parts(Call::new(jobs, control), prepared.parts.clone(), asked, limits, 0).ok_or(PlanError::Cancelled)
 }

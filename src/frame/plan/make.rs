@@ -35,19 +35,37 @@ pub fn plan(prepared: &Prepared, tolerance: &Tolerance) -> Plan {
 /// As [`plan`], within the limits of the caller.
 #[must_use]
 pub fn plan_within(prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
-    plan_on(&Rayon, prepared, tolerance, limits)
+    plan_on(&Rayon, prepared, tolerance, limits, &Control::default()).unwrap_or_default()
 }
 
-/// As [`plan_within`], on the threads of `jobs`. The plan does not depend on their number.
-#[must_use]
-pub fn plan_on(jobs: &dyn Jobs, prepared: &Prepared, tolerance: &Tolerance, limits: &PlanLimits) -> Plan {
+/// Why a plan was not made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The work was [cancelled](Control::cancel).
+    #[error("planning was cancelled")]
+    Cancelled,
+}
+
+/// As [`plan_within`], on the threads of `jobs`, with cancellation: it takes effect after at most 64 tiles or edges on each
+/// thread. The plan does not depend on the number of threads. Reports no progress.
+///
+/// # Errors
+/// When cancelled.
+pub fn plan_on(
+    jobs: &dyn Jobs,
+    prepared: &Prepared,
+    tolerance: &Tolerance,
+    limits: &PlanLimits,
+    control: &Control,
+) -> Result<Plan, PlanError> {
     let scales = prepared.scene.largest_scales();
     let of_part =
         |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
     let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
     let held_mib = u32::try_from(prepared.memory().total().div_ceil(1 << 20)).unwrap_or(u32::MAX);
-    let control = Control::default();
-    plan_parts(Call::new(jobs, &control), prepared.parts.clone(), asked, limits, held_mib).unwrap_or_default()
+    let planned = plan_parts(Call::new(jobs, control), prepared.parts.clone(), asked, limits, held_mib);
+    planned.ok_or(PlanError::Cancelled)
 }
 
 /// The coarsest plan of some parts within limits, in their order. `None` once cancelled.
@@ -399,5 +417,24 @@ impl SharedBudget {
         }
         let before = self.cells.fetch_add(cells, Ordering::Relaxed);
         (before.checked_add(cells)? <= self.left).then_some(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::{Alone, assert_each_cancels};
+    use crate::model::shapes;
+    use crate::prepare::{PrepareOptions, prepare};
+
+    #[test]
+    fn plans_are_cancelled_wherever_they_look() {
+        let prepared = prepare(shapes::all(), &PrepareOptions::DEFAULT).expect("within the limits");
+        let tolerance = Tolerance { chord: 0.01, angle: 0.5, max_edge: None };
+        for limits in [PlanLimits::DEFAULT, PlanLimits::DEFAULT.with_triangles(1000)] {
+            assert_each_cancels("shapes", 1000, |control| {
+                plan_on(&Alone, &prepared, &tolerance, &limits, control) == Err(PlanError::Cancelled)
+            });
+        }
     }
 }

@@ -329,9 +329,8 @@ fn limit_to_cells(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::Alone;
     use crate::frame::plan::limits::PlanLimits;
-    use crate::frame::plan::make::plan_on;
+    use crate::frame::plan::make::plan_within;
     use crate::frame::plan::output::{MAX_LINES, PartPlan};
     use crate::model::{FreeTrims, Model, PartBuilder, ShellKind, TrimCurve, TrimRule, shapes};
     use crate::prepare::{PrepareOptions, prepare};
@@ -356,7 +355,7 @@ mod tests {
             let prepared = prepare(model, &PrepareOptions::DEFAULT).unwrap();
             for (chord, angle, max_edge) in [(1.0, 1.5, None), (0.05, 0.5, None), (0.01, 0.1, Some(5.0))] {
                 let tolerance = Tolerance { chord, angle, max_edge };
-                let plan = plan_on(&Alone, &prepared, &tolerance, &PlanLimits::DEFAULT);
+                let plan = plan_within(&prepared, &tolerance, &PlanLimits::DEFAULT);
                 for (part, PartPlan { tiles, .. }) in prepared.parts.iter().zip(&plan.parts) {
                     // A factor makes the edge coarser or finer. The lattices stay.
                     let edges = part.edges.iter().filter(|edge| !edge.uses.is_empty());

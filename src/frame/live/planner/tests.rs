@@ -156,7 +156,7 @@ fn plans_that_are_taken_back_leave_no_trace() {
         ("budget", options.with_budget(Some(Duration::from_micros(20)))),
         ("limits", options.with_limits(PlanLimits::DEFAULT.with_triangles(2000))),
         ("culling", options.with_cull_back_faces(true)),
-        ("lines", options.with_lines(LinePlacement::Split { intensive: SplitRule::Rendering, most: 2.0, resync })),
+        ("lines", options.with_lines(LinePlacement::Split { intensive: SplitRule::LongestFirst, most: 2.0, resync })),
     ] {
         for jobs in [&Alone as &dyn Jobs, &threads] {
             let cancelled = waste(jobs, &options, &flight);
