@@ -635,10 +635,6 @@ typedef struct {
     uint32_t levels;
     // Deals tiles to workers again every so many frames of views, by measured times; 0 = never.
     uint32_t rebalance_every;
-    // 0.
-    uint32_t reserved;
-    // 1 keeps lattice lines where densities change and puts new ones between them: less changes from frame to frame.
-    uint32_t keep_lines;
     // 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
     // and the near plane clips none.
     uint32_t cull_back_faces;

@@ -5,7 +5,7 @@ use crate::limits::{positive, set};
 use crate::status::Failure;
 use crate::threads::at_most;
 use std::time::Duration;
-use trimtess::frame::{LinePlacement, PlannerOptions, Shortfall, SplitRule};
+use trimtess::frame::{PlannerOptions, Shortfall};
 use trimtess::parallel::{FrameReport, SessionOptions};
 
 /// Options of a session. Zeros are the defaults.
@@ -24,10 +24,6 @@ pub struct tt_session_options {
     pub levels: u32,
     /// Deals tiles to workers again every so many frames of views, by measured times; 0 = never.
     pub rebalance_every: u32,
-    /// 0.
-    pub reserved: u32,
-    /// 1 keeps lattice lines where densities change and puts new ones between them: less changes from frame to frame.
-    pub keep_lines: u32,
     /// 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
     /// and the near plane clips none.
     pub cull_back_faces: u32,
@@ -49,7 +45,7 @@ pub struct tt_session_options {
     /// in steps of 64 frames. Tiles of a frame count from the next one on.
     pub resident_bytes: u64,
 }
-versioned!(tt_session_options, reserved);
+versioned!(tt_session_options);
 
 /// What a session has.
 #[repr(C)]
@@ -118,10 +114,6 @@ pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(Se
     set(&mut planner.limits.bytes, from.max_memory);
     let budget = positive("options.budget", from.budget)?;
     planner = planner.with_budget(budget.map(duration));
-    if from.keep_lines != 0 {
-        planner =
-            planner.with_lines(LinePlacement::Split { intensive: SplitRule::Criterion, most: 1.25, resync: None });
-    }
     let options = SessionOptions::DEFAULT
         .with_threads(at_most(from.threads)?)
         .with_workers(workers(from.workers)?)

@@ -570,8 +570,7 @@ void Run::sessions() {
         const bool own = random.once_in(12);
         options.threads = own ? 2 : 0, options.workers = random.index(3) % 5, options.no_threads = !own;
         options.edge_lines = random.flag(), options.levels = random.index(3) % 9;
-        options.keep_lines = random.flag(), options.rebalance_every = random.index(2);
-        options.cull_back_faces = random.flag();
+        options.rebalance_every = random.index(2), options.cull_back_faces = random.flag();
         options.budget = random.once_in(3) ? random.number(1e-4) : 0;
         options.max_triangles = 20000;
         tt_jobs pool{};

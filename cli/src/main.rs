@@ -31,7 +31,6 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use outputs::{Named, Outputs};
 use std::fmt;
 use std::io::Write;
-use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::process::exit;
 use trimtess::model::Diagnostic;
@@ -85,14 +84,8 @@ struct Common {
 
 /// Parses a number from 0 to 1.
 fn share(text: &str) -> Result<f64, String> {
-    within(text, 0.0..=1.0)
-}
-
-/// Parses a number within a range.
-fn within(text: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
     let number = text.parse::<f64>().map_err(|e| e.to_string())?;
-    let refused = || format!("the value must be from {} to {}", range.start(), range.end());
-    range.contains(&number).then_some(number).ok_or_else(refused)
+    (0.0..=1.0).contains(&number).then_some(number).ok_or_else(|| "the value must be from 0 to 1".into())
 }
 
 /// The name of a value on the command line.

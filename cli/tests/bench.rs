@@ -96,25 +96,6 @@ fn coherence_saves_tiles_and_bytes_and_is_simulated() {
 }
 
 #[test]
-fn split_lines_keep_more_tiles_unchanged() {
-    let args =
-        ["builtin:trimmed-teapot", "--path", "zoom", "--frames", "60", "--workers", "1", "--coherence", "off,on"];
-    let lines = ["--lines", "spread,split,split-rendering"];
-    let report = measured(&folder("lines"), &[&args[..], &lines].concat());
-    let [off, spread, split, rendering] = &report["runs"].as_array().unwrap()[..] else { panic!("{report}") };
-    let names = [off, spread, split, rendering].map(|run| run["lines"].as_str().unwrap());
-    assert_eq!(names, ["spread", "spread", "split", "split-rendering"]);
-    let [tiles, triangles] =
-        ["/tiles_remade_mean", "/triangles_mean"].map(|field| [spread, split, rendering].map(|run| number(run, field)));
-    assert!(tiles[1] < tiles[0] && tiles[2] < tiles[0], "{tiles:?}");
-    assert!(triangles[0] < triangles[2] && triangles[2] < triangles[1], "{triangles:?}");
-    // At most a quarter more lines, and none after a resync.
-    let few = ["--lines", "split", "--most-lines", "1.25", "--resync", "20"];
-    let report = measured(&folder("few_lines"), &[&args[..], &few].concat());
-    assert!(number(&report, "/runs/1/triangles_mean") < triangles[1], "{report}");
-}
-
-#[test]
 fn saved_paths_can_be_flown_again() {
     let folder = folder("path");
     let picture = ["--size", "640x480", "--deviation-px", "1.5", "--angle", "20"];

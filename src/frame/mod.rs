@@ -25,7 +25,6 @@ pub use tile::outcome::Degradation;
 mod live;
 pub use live::attributes::Attributes;
 pub use live::options::PlannerOptions;
-pub use live::split::{LinePlacement, SplitRule};
 
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]

@@ -5,12 +5,11 @@ use super::shape;
 use crate::pools::{Engine, Shuffled};
 use crate::random::SplitMix;
 use glam::{DAffine3, DVec3};
-use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 use trimtess::control::{Alone, Jobs, Threads};
-use trimtess::frame::{LinePlacement, PlanLimits, PlannerOptions, SplitRule};
+use trimtess::frame::{PlanLimits, PlannerOptions};
 use trimtess::mesh::MemorySink;
 use trimtess::model::PartId;
 use trimtess::parallel::{Session, SessionOptions};
@@ -90,12 +89,11 @@ fn frames_that_nobody_commits_leave_no_trace() {
         ("none", Arc::new(Alone)),
     ];
     let default = PlannerOptions::DEFAULT;
-    let resync = NonZeroU32::new(7);
     let planners = [
         ("default", default),
         ("budget", default.with_budget(Some(Duration::from_micros(300)))),
         ("limits", default.with_limits(PlanLimits::DEFAULT.with_triangles(3000))),
-        ("lines", default.with_lines(LinePlacement::Split { intensive: SplitRule::LongestFirst, most: 2.0, resync })),
+        ("culling", default.with_cull_back_faces(true)),
     ];
     // The row long enough for tiles to be evicted.
     let models = [("row", row_of("washer", 5, 6), 70), ("hub", shape("brake-hub"), 12)];

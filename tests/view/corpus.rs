@@ -1,12 +1,11 @@
 //! Cameras that move around files of the corpus: no cracks, and every tile within the screen-space error.
 
 use super::frames::{balanced_as, options, path};
-use super::{lines, of_corpus};
+use super::{flights, of_corpus};
 use crate::blocks::{BlockSink, Blocks, decoded};
 use crate::random::SplitMix;
 use glam::DVec3;
 use std::sync::Arc;
-use trimtess::frame::LinePlacement;
 use trimtess::mesh::{Batch, VertexLayout};
 use trimtess::parallel::Session;
 
@@ -26,21 +25,9 @@ fn files_keep_the_screen_space_error_in_every_frame() {
     for (k, name) in FILES.iter().enumerate() {
         let Some(prepared) = of_corpus(name) else { continue };
         let views = path(&mut SplitMix(40 + k as u64), prepared.bounds.unwrap(), 24);
-        let (most, made) = lines::flown(name, &prepared, LinePlacement::Spread, &views, 1);
+        let (most, made) = flights::flown(name, &prepared, &views, 1);
         println!("{name}: at most {most} of the tolerance, {made} tiles");
         assert!(most > 0.1, "{name}: {most}");
-    }
-}
-
-#[test]
-fn files_stay_closed_and_within_the_stated_error_with_split_lines() {
-    for (k, name) in FILES.iter().enumerate() {
-        let Some(prepared) = of_corpus(name) else { continue };
-        let views = path(&mut SplitMix(60 + k as u64), prepared.bounds.unwrap(), 20);
-        for lines in [lines::CRITERION, lines::RENDERING] {
-            let (most, made) = lines::flown(name, &prepared, lines, &views, 5);
-            println!("{name}, {lines:?}: at most {most} of the tolerance, {made} tiles");
-        }
     }
 }
 

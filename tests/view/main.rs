@@ -11,12 +11,12 @@ mod common;
 mod corpus;
 mod counted;
 mod culling;
+mod flights;
 #[cfg(feature = "step")]
 #[path = "../corpus/folder.rs"]
 mod folder;
 mod frames;
 mod instances;
-mod lines;
 mod pixels;
 #[path = "../common/pools.rs"]
 mod pools;

@@ -2,10 +2,9 @@
 
 use super::uploads::{Size, Uploads};
 use crate::{Common, Failure};
-use std::num::NonZeroU32;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::{LinePlacement, PlannerOptions, SplitRule};
+use trimtess::frame::PlannerOptions;
 use trimtess::mesh::VertexLayout;
 use trimtess::parallel::{FrameReport, Session, SessionOptions};
 use trimtess::prepare::Prepared;
@@ -23,28 +22,6 @@ pub(crate) enum Coherence {
     On,
 }
 
-/// How lattice lines follow changes of level, if plans are reused.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum Follow {
-    /// Spread lines evenly after each change of level, as few as the tolerance allows.
-    #[default]
-    Spread,
-    /// Keep lines, and split every interval that violates the tolerance.
-    Split,
-    /// Keep lines, and split only until there are as many as `spread` places; up to four times the deviation.
-    SplitLongest,
-}
-
-impl Follow {
-    pub(super) fn lines(self, most: f64, resync: Option<NonZeroU32>) -> LinePlacement {
-        match self {
-            Self::Spread => LinePlacement::Spread,
-            Self::Split => LinePlacement::Split { intensive: SplitRule::Criterion, most, resync },
-            Self::SplitLongest => LinePlacement::Split { intensive: SplitRule::LongestFirst, most, resync },
-        }
-    }
-}
-
 /// Arguments of [`fly`].
 pub(super) struct Order<'a> {
     pub(super) prepared: &'a Arc<Prepared>,
@@ -53,8 +30,6 @@ pub(super) struct Order<'a> {
     /// 0: as many as sessions have on these threads.
     pub(super) workers: usize,
     pub(super) coherence: Coherence,
-    pub(super) follow: Follow,
-    pub(super) lines: LinePlacement,
     /// Whether workers write vertices of 16 bytes into the sink's memory, in place of meshes.
     pub(super) written: bool,
     /// Number of flights. Each frame's times are the minimum over all flights.
@@ -131,7 +106,6 @@ pub(super) struct FrameOutput {
 pub(super) struct Flight {
     pub(super) workers: usize,
     pub(super) coherence: Coherence,
-    pub(super) follow: Follow,
     pub(super) times: Vec<Times>,
     /// Output per frame, in the last round.
     pub(super) made: Vec<FrameOutput>,
@@ -144,12 +118,12 @@ pub(super) struct Flight {
 /// Flies a path.
 pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure> {
     let start = Instant::now();
-    let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan()).with_lines(order.lines);
+    let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
     let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
     let options = options.with_threads(order.threads).with_workers(order.workers);
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(Failure::cannot)?;
     let workers = session.workers();
-    let mut flight = Flight { workers, coherence: order.coherence, follow: order.follow, ..Flight::default() };
+    let mut flight = Flight { workers, coherence: order.coherence, ..Flight::default() };
     let mut sink = if order.written {
         Uploads::written_by(&mut session, VertexLayout::COMPACT)
     } else {

@@ -20,10 +20,9 @@ use crate::progress::Progress;
 use crate::tessellate::{positive, size};
 use crate::{Common, Done, Failure, MOST_WORKERS, name_of};
 use costs::Costs;
-use flight::{Coherence, Follow, Order, fly};
+use flight::{Coherence, Order, fly};
 use replay::{EPOCH, Policy, replay};
 use route::{PictureOverrides, Route};
-use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::sync::Arc;
 use summary::{Costly, Machine, Percentiles, Replay, Report, Row, Run, TileCosts};
@@ -32,11 +31,6 @@ use trimtess::view::View;
 
 /// Maximum number of frames: a view takes 200 bytes, and a quarter of an hour at 1000 frames per second is long enough.
 const MOST_FRAMES: i64 = 1_000_000;
-
-/// Parses a number from 1 to 2.
-fn from_1_to_2(text: &str) -> Result<f64, String> {
-    crate::within(text, 1.0..=2.0)
-}
 
 /// Measure frame times along a camera path: stages, workers, bytes uploaded.
 #[derive(clap::Args)]
@@ -56,17 +50,6 @@ pub(crate) struct BenchArgs {
     /// What frames reuse of the last one. A comma-separated list measures several.
     #[arg(long, value_name = "WHAT", value_delimiter = ',', default_values = ["off", "on"])]
     coherence: Vec<Coherence>,
-    /// How lattice lines and tessellants follow changes of level, if plans are reused. A comma-separated list measures
-    /// several.
-    #[arg(long, value_name = "HOW", value_delimiter = ',', default_values = ["spread"])]
-    lines: Vec<Follow>,
-    /// Upper bound on split lattice lines, as a multiple of what `spread` places, from 1 to 2. Beyond it, lines are
-    /// spread.
-    #[arg(long, value_name = "X", requires = "lines", value_parser = from_1_to_2, default_value_t = 2.0)]
-    most_lines: f64,
-    /// Spread the split lines of each tile again every N frames; tiles take turns [default: never].
-    #[arg(long, value_name = "N", requires = "lines")]
-    resync: Option<NonZeroU32>,
     /// Number of flights along the path. Each frame's time is the minimum over all flights.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), default_value_t = 1)]
     rounds: u32,
@@ -86,7 +69,7 @@ pub(crate) struct BenchArgs {
     replay: Vec<u16>,
     /// Measure reading, preparing, and cold and coherent frames on 1, 2, 4 … all cores (or the numbers of --workers),
     /// and as many copies of the model as threads. Compute frames on up to 32 threads from the steps of one.
-    #[arg(long, conflicts_with_all = ["replay", "coherence", "lines", "resync", "save_path"])]
+    #[arg(long, conflicts_with_all = ["replay", "coherence", "save_path"])]
     scaling: bool,
     /// With --scaling: copies of the model, side by side, each with parts of its own.
     #[arg(long, value_name = "N", requires = "scaling", value_parser = clap::value_parser!(u32).range(1..=10_000),
@@ -94,7 +77,7 @@ pub(crate) struct BenchArgs {
     copies: u32,
     /// Fly once, on the first number of --workers, with tiles packed as renderers take them, and print the triangles of
     /// the last picture and a hash of all pictures. The example `view.c` of the C interface prints the same.
-    #[arg(long, conflicts_with_all = ["replay", "coherence", "lines", "resync", "scaling", "json", "plot"])]
+    #[arg(long, conflicts_with_all = ["replay", "coherence", "scaling", "json", "plot"])]
     hash: bool,
     /// Write the results as JSON.
     #[arg(long, value_name = "OUT.json")]
@@ -200,19 +183,12 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
     let cores = vec![std::thread::available_parallelism().map_or(1, usize::from)];
     let mut flights = Vec::new();
     for &coherence in &args.coherence {
-        // Plans made from scratch have no lines to keep.
-        let ways = if coherence == Coherence::Off { &[Follow::Spread][..] } else { &args.lines };
-        for &follow in ways {
-            for &workers in if workers.is_empty() { &cores } else { &workers } {
-                let (path, coherent, how) = (args.path.name(), name_of(&coherence), name_of(&follow));
-                progress.stage(format!("flying {path}, coherence {coherent}, lines {how}, workers {workers}"));
-                let rounds = args.rounds as usize;
-                let lines = follow.lines(args.most_lines, args.resync);
-                let (prepared, views, threads) = (&prepared, &views[..], workers);
-                let written = false;
-                let order = Order { prepared, views, threads, workers, coherence, follow, lines, written, rounds };
-                flights.push(fly(&order, common)?);
-            }
+        for &workers in if workers.is_empty() { &cores } else { &workers } {
+            let (path, coherent) = (args.path.name(), name_of(&coherence));
+            progress.stage(format!("flying {path}, coherence {coherent}, workers {workers}"));
+            let (rounds, written) = (args.rounds as usize, false);
+            let (prepared, views, threads) = (&prepared, &views[..], workers);
+            flights.push(fly(&Order { prepared, views, threads, workers, coherence, written, rounds }, common)?);
         }
     }
     let numbers: Vec<usize> = args.replay.iter().map(|&n| usize::from(n)).collect();
@@ -222,10 +198,8 @@ fn along_a_path(input: &Input, args: &BenchArgs, common: &Common, outputs: &mut 
         let costs = costs::record(&prepared, &views, common)?;
         let costly = costly(&prepared, &costs);
         replays.push(replayed(&costs, &numbers, Coherence::Off, costly));
-        let follow = args.lines.first().copied().unwrap_or_default();
         if views.len() > 1 && args.coherence.contains(&Coherence::On) {
-            let lines = follow.lines(args.most_lines, args.resync);
-            let costs = costs::record_changes(&prepared, &views, lines, common)?;
+            let costs = costs::record_changes(&prepared, &views, common)?;
             replays.push(replayed(&costs, &numbers, Coherence::On, Vec::new()));
         }
     }

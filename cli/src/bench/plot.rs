@@ -77,7 +77,7 @@ fn frames(report: &Report, flights: &[Flight], area: &Area<'_>) -> Drawn {
         .build_cartesian_2d(0..longest, (low.clamp(1e-4, high * 0.5)..high * 1.3).log_scale())?;
     chart.configure_mesh().x_desc("frame").y_desc("ms").label_style(FONT).light_line_style(TRANSPARENT).draw()?;
     for (k, (flight, run)) in flights.iter().zip(&report.runs).enumerate() {
-        let name = format!("workers {}, coherence {}, {}", run.workers, run.coherence, run.lines);
+        let name = format!("workers {}, coherence {}", run.workers, run.coherence);
         line(&mut chart, name, (style(k), 0), flight.times.iter().map(|t| t.frame).enumerate())?;
     }
     legend(&mut chart, SeriesLabelPosition::UpperRight)

@@ -1,7 +1,7 @@
 //! A model, and numbers of threads -> how the time of each stage falls with them: reading, preparing, cold and coherent
 //! frames, and larger models on more threads.
 
-use super::flight::{Coherence, Flight, Follow, Order, Times, fly, ms};
+use super::flight::{Coherence, Flight, Order, Times, fly, ms};
 use super::hash;
 use super::plot;
 use super::steps::{Replayed, replay};
@@ -18,7 +18,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 use trimtess::control::{Control, Rayon};
-use trimtess::frame::LinePlacement;
 use trimtess::glam::{DAffine3, DVec3};
 use trimtess::model::{Instance, Model, PartId};
 use trimtess::prepare::{Prepared, prepare_on};
@@ -124,9 +123,8 @@ pub(super) fn measure(
         done = Done::of(&prepared);
         progress.stage(format!("{threads} threads: flying"));
         let flown = |prepared: &Arc<Prepared>, views: &[View], coherence| {
-            let (follow, lines, written) = (Follow::Spread, LinePlacement::Spread, true);
-            let (workers, rounds) = (0, plan.rounds as usize);
-            fly(&Order { prepared, views, threads, workers, coherence, follow, lines, written, rounds }, common)
+            let (workers, rounds, written) = (0, plan.rounds as usize, true);
+            fly(&Order { prepared, views, threads, workers, coherence, written, rounds }, common)
         };
         let cold = flown(&prepared, &views, Coherence::Off)?;
         let coherent = flown(&prepared, &views, Coherence::On)?;

@@ -69,8 +69,6 @@ pub(super) struct Run {
     pub(super) workers: usize,
     /// What frames reuse: a name of `Coherence`.
     pub(super) coherence: String,
-    /// How lines follow changes of level: `spread`, `split` or `split-rendering`.
-    pub(super) lines: String,
     pub(super) frames: usize,
     pub(super) frames_per_s: f64,
     /// Time of a frame, from the view to the end of the commit.
@@ -128,7 +126,6 @@ impl Run {
             path,
             workers: flight.workers,
             coherence: name_of(&flight.coherence),
-            lines: name_of(&flight.follow),
             frames,
             frames_per_s: if seconds > 0.0 { frames as f64 / seconds } else { 0.0 },
             p50_ms: whole.p50,
@@ -230,7 +227,7 @@ impl Report {
         );
         let _ = writeln!(
             text,
-            "path     workers    coherence           lines | frames/s  ms: p50    p99  first | cpu: p50    p99 | \
+            "path     workers    coherence | frames/s  ms: p50    p99  first | cpu: p50    p99 | \
              plan p50    p99 | slowest worker | sink p50    p99 | \
              triangles   tiles made   KiB sent | efficiency"
         );
@@ -245,12 +242,11 @@ impl Run {
         let Stages { plan, commit, workers, .. } = &self.stages_ms;
         let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
         format!(
-            "{:<10} {:>5} {:>12} {:>15} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | \
+            "{:<10} {:>5} {:>12} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | \
              {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>10.3}\n",
             self.path,
             self.workers,
             self.coherence,
-            self.lines,
             self.frames_per_s,
             self.p50_ms,
             self.p99_ms,

@@ -145,7 +145,7 @@ mod tests {
             }
             let (urgency, growth) = (draw.below(9) as f64 - 2.0, 1.0 + draw.unit());
             let (part, tile, rate) = (part.index(), tile.index(), Rate::Even(None));
-            let wanted = WantedRate { urgency, growth, part, tile, rate, band: (0.0, 0.0), chord: 1.0, replace: false };
+            let wanted = WantedRate { urgency, growth, part, tile, rate, band: (0.0, 0.0), chord: 1.0 };
             lists.last_mut().expect("not empty").push(wanted);
             if draw.unit() < 0.1 {
                 lists.push(Vec::new());

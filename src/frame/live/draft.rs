@@ -20,8 +20,6 @@ pub(super) const UNSEEN: PixelScale = PixelScale { most: -1.0, least: -1.0 };
 pub(super) const TOUCHED: u8 = 1;
 /// An adjacent lattice changed.
 pub(super) const BESIDE_NEW: u8 = 2;
-/// All tessellants are replaced.
-pub(super) const REPLACED: u8 = 4;
 
 /// Edges to plan, each once however many tiles request it.
 #[derive(Default)]
@@ -149,8 +147,6 @@ pub(super) struct RateChanges {
     /// In lists of up to [`PLANNED`], or in one.
     pub(super) rates: Vec<Vec<WantedRate>>,
     pub(super) near: Vec<(usize, usize)>,
-    /// Tiles whose turn has come.
-    pub(super) due: Vec<(usize, usize)>,
     /// By part and group.
     pub(super) groups: Vec<(usize, usize, GroupBand)>,
     /// Cells that tiles would have.
@@ -218,8 +214,6 @@ pub(super) struct NewLattice {
     /// With the number of its cells. `None` if the old one holds.
     pub(super) made: Option<(u64, Pair<TileLattice>)>,
     pub(super) kept: DensityMet,
-    /// Whether its lines follow those of the old one.
-    pub(super) follows: bool,
     /// Edges of the tile to plan, and why.
     pub(super) touches: SmallVec<[(RowId, u8); 6]>,
 }
@@ -236,8 +230,6 @@ pub(super) struct TessellantUpdate {
     /// The tiles that use a new line, each with how many more tessellants it has there.
     pub(super) tiles: SmallVec<[(TileId, i32); 4]>,
     pub(super) kept: bool,
-    /// Whether they follow the old ones.
-    pub(super) follows: bool,
 }
 
 /// A tile whose rate should change.
@@ -252,8 +244,6 @@ pub(super) struct WantedRate {
     pub(super) band: (f64, f64),
     /// The chord tolerance that the views require, in the part's own millimetres.
     pub(super) chord: f64,
-    /// Whether to replace all lines of the tile and of its edges.
-    pub(super) replace: bool,
 }
 
 /// The plan of the current frame.

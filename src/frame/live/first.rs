@@ -4,7 +4,6 @@ use super::culling::{PartBoxes, RANGE, RangeBoxes};
 use super::draft::{CellsAt, GroupBand, SeenTiles};
 use super::rate::Rate;
 use super::rates::{PartRates, Rates, TileCounts, along};
-use super::resync::LineHistory;
 use crate::control::{Call, Jobs, map};
 use crate::frame::plan::budget::cells;
 use crate::frame::plan::make::coarsest;
@@ -44,7 +43,6 @@ impl PartRates {
             edges: vec![Rate::Even(None); edges],
             tile_terms: vec![0; tiles],
             edge_terms: vec![0; edges],
-            kept: LineHistory::none(part),
             counts,
             estimates: vec![CellsAt::NEVER; if is_budgeted { tiles } else { 0 }],
             seen: SeenTiles::none(tiles),

@@ -1,12 +1,10 @@
 //! Plans for moving cameras: culling, levels of detail, hysteresis, budgets.
 
-pub(super) mod split;
 pub(super) mod options;
 pub(super) mod attributes;
 pub(super) mod culling;
 pub(super) mod placed;
 pub(super) mod rate;
-pub(super) mod resync;
 pub(super) mod pages;
 pub(super) mod draft;
 pub(super) mod rates;

@@ -1,6 +1,5 @@
-//! What a planner may do: limits, a budget of time, culling, how lines follow changes of density.
+//! What a planner may do: limits, a budget of time, culling.
 
-use super::split::LinePlacement;
 use crate::frame::plan::limits::PlanLimits;
 use std::time::Duration;
 
@@ -16,14 +15,11 @@ pub struct PlannerOptions {
     /// Cull back-facing tiles of closed parts.
     /// Only valid while no camera is inside a part and the near plane clips none.
     pub cull_back_faces: bool,
-    /// How lattice lines and tessellants follow changes of density.
-    pub lines: LinePlacement,
 }
 
 impl PlannerOptions {
-    /// Default limits, no budget, no back-face culling, [`LinePlacement::Spread`].
-    pub const DEFAULT: Self =
-        Self { limits: PlanLimits::DEFAULT, budget: None, cull_back_faces: false, lines: LinePlacement::Spread };
+    /// Default limits, no budget, no back-face culling.
+    pub const DEFAULT: Self = Self { limits: PlanLimits::DEFAULT, budget: None, cull_back_faces: false };
 }
 
 options! {
@@ -31,5 +27,4 @@ options! {
     with_limits(limits: PlanLimits);
     with_budget(budget: Option<Duration>);
     with_cull_back_faces(cull_back_faces: bool);
-    with_lines(lines: LinePlacement);
 }

@@ -17,7 +17,6 @@ use super::pages::{NewRows, PlanChanges, PlanPages, renewed};
 use super::placed::{PlacedInstances, Shown};
 use super::rate::{Rate, Terms};
 use super::rates::{PartRates, Rates, lengthened};
-use super::resync::Turns;
 use super::undo::{Undo, Whole};
 use crate::control::{Alone, Call, Control, Jobs, chunks, map, map_with};
 use crate::frame::plan::budget::cells;
@@ -62,7 +61,6 @@ impl Planner {
             shown: Vec::new(),
             terms: Terms { angle: f64::INFINITY, size: None, coarser: 0 },
             term: 0,
-            turns: Turns::of(options.lines),
             options: *options,
         };
         let mut planner = Self {
@@ -150,12 +148,12 @@ impl Planner {
     pub fn memory(&self) -> usize {
         /// The counters of an `Arc`, and one more pointer: there are two plans, which share most rows.
         const SHARED: usize = 4 * size_of::<usize>();
-        /// Of a tile, besides its rate and lattice: band, term, history, counts, scales, its share of a group.
-        const TILE: usize = 54;
+        /// Of a tile, besides its rate and lattice: band, term, counts, scales, its share of a group.
+        const TILE: usize = 52;
         /// Of a tile and all of its LODs: bounding box, cone, its place in a group and its share of that.
         const BOXES: usize = 90;
-        /// Of an edge, besides its rate and tessellants: term, history, stamp.
-        const EDGE: usize = 8;
+        /// Of an edge, besides its rate and tessellants: term, stamp.
+        const EDGE: usize = 7;
         let heap = |is_spilled: bool, bytes: usize| if is_spilled { bytes } else { 0 };
         let tile = |lattice: &Arc<TileLattice>| {
             let lines = [&lattice.us, &lattice.vs].map(|lines| heap(lines.spilled(), 8 * lines.len()));
@@ -177,7 +175,7 @@ impl Planner {
     /// Whether the last plan is the one for these views, if no instance moved since, and nothing is left to refine.
     #[must_use]
     pub fn has_settled_on(&self, views: &[View]) -> bool {
-        self.seen[..] == *views && !self.rates.turns.are_left() && !self.unfinished
+        self.seen[..] == *views && !self.unfinished
     }
 
     /// Makes the plan for these views of the instances, which are the same in every call but for their changes, and
@@ -211,7 +209,6 @@ impl Planner {
     ) -> Option<&Arc<Plan>> {
         self.undo.whole = Some(self.whole());
         let has_moved = self.placed != placed.version();
-        own(&mut self.rates).turns.pass(self.seen[..] == *views && !has_moved);
         if !has_moved && self.has_settled_on(views) {
             self.changes = PlanChanges::default();
             return Some(&self.pages.last);
@@ -306,16 +303,16 @@ impl Planner {
             self.pages.take_back(jobs, parts, page);
         }
         let rates = own(&mut self.rates);
-        (rates.terms, rates.term, rates.turns) = (whole.terms, whole.term, whole.turns);
+        (rates.terms, rates.term) = (whole.terms, whole.term);
         (self.seen, self.placed) = (whole.seen, whole.placed);
         (self.unfinished, self.growth) = (whole.unfinished, whole.growth);
     }
 
     /// The state of the last plan as a whole.
     fn whole(&self) -> Whole {
-        let Rates { terms, term, turns, .. } = *self.rates;
+        let Rates { terms, term, .. } = *self.rates;
         let Self { placed, unfinished, growth, .. } = *self;
-        Whole { terms, term, turns, seen: self.seen.clone(), placed, unfinished, growth, has_turned: false }
+        Whole { terms, term, seen: self.seen.clone(), placed, unfinished, growth, has_turned: false }
     }
 
     /// Sets the terms common to all valid views: the strictest angle and edge length.
@@ -393,12 +390,11 @@ impl Planner {
             wanted
         });
         let (parts, undo) = (&mut own(&mut self.rates).parts, &mut self.undo);
-        for RateChanges { rates, near, due, groups, estimates } in call.until_cancelled(found) {
+        for RateChanges { rates, near, groups, estimates } in call.until_cancelled(found) {
             rates.into_iter().for_each(|list| draft.want(list));
             draft.near.extend(near);
             groups.into_iter().for_each(|(p, group, band)| parts[p].groups[group] = band);
             estimates.into_iter().for_each(|(p, t, estimate)| undo.set_estimate(&mut parts[p], (p, t), estimate));
-            due.into_iter().for_each(|(p, t)| undo.set_due(&mut parts[p], (p, t)));
         }
         call.goes_on()
     }
@@ -436,7 +432,7 @@ impl Planner {
                 changed.lattices.add(p, t);
                 changed.tiles.add(p, t);
             }
-            undo.set_tile((rates, limited), (wanted, *term), (new.follows, new.kept));
+            undo.set_tile((rates, limited), (wanted, *term), new.kept);
             new.touches.into_iter().for_each(|(edge, why)| touched.add(p, edge, why));
         }
         for (p, t) in draft.near.drain(..) {
@@ -464,7 +460,7 @@ impl Planner {
         for ((p, e), new) in call.until_cancelled(made).flatten() {
             let Some(NewTessellants { rate, made }) = new else { continue };
             let (rates, k) = (&mut parts[p], e.index());
-            let planned = made.as_ref().map(|made| (*term, made.follows, made.kept));
+            let planned = made.as_ref().map(|made| (*term, made.kept));
             undo.set_edge((rates, limited), ((PartId::new(p), e), rate), planned);
             let Some(TessellantUpdate { line: Some([line, again]), tiles, .. }) = made else { continue };
             let old = std::mem::replace(&mut page.parts[p].edges[k], line);

@@ -3,14 +3,12 @@
 
 use super::culling::{GROUP, GROUPS, InstanceSight, PartBoxes, RANGE, WORDS};
 use super::draft::{
-    BESIDE_NEW, CellsAt, GroupBand, NewLattice, NewTessellants, REPLACED, RateChanges, SeenRange, SeenTiles, Sights,
+    BESIDE_NEW, CellsAt, GroupBand, NewLattice, NewTessellants, RateChanges, SeenRange, SeenTiles, Sights,
     TessellantUpdate, UNSEEN, VisibleTiles, WantedRate, pair,
 };
 use super::options::PlannerOptions;
 use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
-use super::resync::{LineHistory, Turns, owner};
 use crate::frame::plan::budget::{Budget, cells};
-use crate::frame::plan::density::FollowLines;
 use crate::frame::plan::lattice::{LatticeRequest, Lattices, is_single, places};
 use crate::frame::plan::output::{EdgePolyline, Plan};
 use crate::frame::plan::tessellants::{Tessellants, is_bare, turns_more_than_bends};
@@ -43,8 +41,6 @@ pub(super) struct PartRates {
     /// The `term` with which each tile and edge was last planned; 0: never.
     pub(super) tile_terms: Vec<u32>,
     pub(super) edge_terms: Vec<u32>,
-    /// Tiles and edges whose lines also depend on history.
-    pub(super) kept: LineHistory,
     pub(super) counts: TileCounts,
     /// Cells of tiles that wait for their first step. Empty without a budget.
     pub(super) estimates: Vec<CellsAt>,
@@ -131,7 +127,6 @@ pub(super) struct Rates {
     pub(super) terms: Terms,
     /// Number of changes of `terms`. Plans made with an earlier one are outdated.
     pub(super) term: u32,
-    pub(super) turns: Turns,
 }
 
 impl Rates {
@@ -171,7 +166,7 @@ impl Rates {
             in_any |= groups;
             touched.push(groups);
         }
-        let judged = if self.turns.are_taken() || boxes.may_cull(*range) { 0 } else { *whole & in_any & !in_part };
+        let judged = if boxes.may_cull(*range) { 0 } else { *whole & in_any & !in_part };
         let of_range = &groups[GROUPS * *range..];
         let keep = ones(judged).filter(|&group| self.keeps(&of_range[group], bounds[group]));
         let kept = keep.fold(0, |kept, group| kept | 1 << group);
@@ -243,7 +238,7 @@ impl Rates {
         (sights, raised): (&[InstanceSight], f64),
         wanted: &mut RateChanges,
     ) -> GroupBand {
-        let PartRates { tiles: rates, bands, tile_terms, kept, seen, .. } = &self.parts[p];
+        let PartRates { tiles: rates, bands, tile_terms, seen, .. } = &self.parts[p];
         let part = &self.prepared.parts[p];
         let (mut of_all, mut all_keep) = (GroupBand::all(self.term), true);
         for t in tiles {
@@ -252,17 +247,13 @@ impl Rates {
                 all_keep = false;
                 continue;
             }
-            let due = kept.is_due(&self.turns, part, (p, t), |tile| seen.shows(tile));
-            if due {
-                wanted.due.push((p, t));
-            }
             let checks_edges = self.is_next_to_culled(p, t);
             if checks_edges {
                 wanted.near.push((p, t));
             }
             let planned = tile_terms[t] == self.term;
             let (low, high) = bands[t];
-            if planned && !due && most >= low && most <= high && most <= APART * least {
+            if planned && most >= low && most <= high && most <= APART * least {
                 (of_all.low, of_all.high) = (of_all.low.max(low), of_all.high.min(high));
                 continue;
             }
@@ -278,18 +269,18 @@ impl Rates {
                 // The edges of tiles with one cell at any density may bend, but they have their own boxes.
                 let single = is_single(face, self.terms.size);
                 let boxes = || places(face, &part.tiles[t]).filter(|_| !single);
-                if planned && !due && before.is_each() && holds(boxes(), before, sights) {
+                if planned && before.is_each() && holds(boxes(), before, sights) {
                     continue;
                 }
                 (Rate::Each(each(boxes(), before, sights)), (0.0, 0.0))
             };
-            if !planned || due || rate != *before {
+            if !planned || rate != *before {
                 let (urgency, growth) = match self.options.budget {
                     Some(_) => self.urgency((p, t), planned, &rate, wanted),
                     None => (0.0, 1.0),
                 };
                 let (urgency, chord) = (urgency + raised, 1.0 / most);
-                wanted.want(WantedRate { urgency, growth, part: p, tile: t, rate, band, chord, replace: due });
+                wanted.want(WantedRate { urgency, growth, part: p, tile: t, rate, band, chord });
             }
         }
         if all_keep { of_all } else { GroupBand::NONE }
@@ -324,7 +315,7 @@ impl Rates {
             let part = &self.prepared.parts[p];
             let (tile, face) = (&part.tiles[t], part.face_of(&part.tiles[t]));
             let need = self.terms.need(rate, self.prepared.scene.parts[p].radius);
-            let (made, _) = Lattices::default().lattice(&self.request((face, tile), &need, None));
+            let (made, _) = Lattices::default().lattice(&self.request((face, tile), &need));
             known = CellsAt { term: self.term, step: rate.finest(), cells: cells(&made) as f64 };
             wanted.estimates.push((p, t, known));
         }
@@ -337,26 +328,19 @@ impl Rates {
         (steps_of(growth).max(1.0), growth)
     }
 
-    fn request<'a>(
-        &self,
-        (face, tile): (&'a PreparedFace, &'a Tile),
-        need: &'a BoxTolerances,
-        before: Option<&'a dyn FollowLines>,
-    ) -> LatticeRequest<'a> {
+    fn request<'a>(&self, (face, tile): (&'a PreparedFace, &'a Tile), need: &'a BoxTolerances) -> LatticeRequest<'a> {
         let most_cells = Budget::of(&self.options.limits, 0).cells_per_tile;
-        LatticeRequest { face, tile, need, factor: 1.0, most_cells, before }
+        LatticeRequest { face, tile, need, factor: 1.0, most_cells }
     }
 
     /// The lattice of a tile at the rate that it should have, and the edges that follow.
     pub(super) fn new_lattice(&self, wanted: &WantedRate, page: &Plan, lattices: &mut Lattices) -> NewLattice {
-        let WantedRate { part: p, tile: t, rate, chord, replace, .. } = wanted;
-        let (part, rates) = (&self.prepared.parts[*p], &self.parts[*p]);
+        let WantedRate { part: p, tile: t, rate, chord, .. } = wanted;
+        let part = &self.prepared.parts[*p];
         let (tile, old) = (&part.tiles[*t], &page.parts[*p].tiles[*t]);
         let face = part.face_of(tile);
         let need = self.terms.need(rate, self.prepared.scene.parts[*p].radius);
-        let before = self.turns.follow(&**old, *replace || rates.tile_terms[*t] != self.term);
-        let before_lines = before.as_ref().map(|b| b as &dyn FollowLines);
-        let (mut made, kept) = lattices.lattice(&self.request((face, tile), &need, before_lines));
+        let (mut made, kept) = lattices.lattice(&self.request((face, tile), &need));
         let is_plane = face.kind == SurfaceKind::Plane;
         // A plane's lattice does not depend on the chord, but the chord decides whether a face without triangles is
         // thin or lost.
@@ -367,10 +351,8 @@ impl Rates {
         let holds = old.chord <= made.chord && old.loosest <= made.loosest || is_plane && old.chord.is_finite();
         let as_before = old.us == made.us && old.vs == made.vs && holds;
         let why = if as_before { 0 } else { BESIDE_NEW };
-        let with_it = |e: RowId| *replace && owner(&part.edges[e.index()], |t| rates.seen.shows(t)) == Some(*t);
-        let uses = tile.loops.iter().flatten();
-        let touches = uses.map(|u| (u.edge, why | if with_it(u.edge) { REPLACED } else { 0 })).collect();
-        NewLattice { made: (!as_before).then(|| (cells(&made), pair(made))), kept, follows: before.is_some(), touches }
+        let touches = tile.loops.iter().flatten().map(|u| (u.edge, why)).collect();
+        NewLattice { made: (!as_before).then(|| (cells(&made), pair(made))), kept, touches }
     }
 
     /// `None` if the old tessellants hold at the old rate.
@@ -384,8 +366,7 @@ impl Rates {
         let (part, rates) = (&self.prepared.parts[p], &self.parts[p]);
         let (edge, k) = (&part.edges[e.index()], e.index());
         let beside = || edge.uses.iter().map(|place| &rates.tiles[place.tile.index()]);
-        let replace = why & REPLACED > 0;
-        let planned = why & BESIDE_NEW == 0 && !replace && rates.edge_terms[k] == self.term;
+        let planned = why & BESIDE_NEW == 0 && rates.edge_terms[k] == self.term;
         let page = &page.parts[p];
         if planned && self.terms.size.is_none() && is_bare(edge, &page.tiles) {
             return None;
@@ -413,16 +394,13 @@ impl Rates {
                 return Some(NewTessellants { rate, made: None });
             }
         }
-        let before = self.turns.follow(&*page.edges[k], replace || rates.edge_terms[k] != self.term);
-        let (line, kept) =
-            tessellants.polyline(edge, &page.tiles, &need, 1.0, before.as_ref().map(|b| b as &dyn FollowLines));
-        let follows = before.is_some();
+        let (line, kept) = tessellants.polyline(edge, &page.tiles, &need, 1.0);
         if *page.edges[k] == line {
-            let made = TessellantUpdate { line: None, tiles: SmallVec::new(), kept, follows };
+            let made = TessellantUpdate { line: None, tiles: SmallVec::new(), kept };
             return Some(NewTessellants { rate, made: Some(made) });
         }
         let tiles = lengthened(part, k, [&page.edges[k], &line]).collect();
-        Some(NewTessellants { rate, made: Some(TessellantUpdate { line: Some(pair(line)), tiles, kept, follows }) })
+        Some(NewTessellants { rate, made: Some(TessellantUpdate { line: Some(pair(line)), tiles, kept }) })
     }
 
     /// Expected number of triangles of the drawn tiles.

@@ -4,7 +4,6 @@ use super::draft::{CellsAt, WantedRate};
 use super::limited::{Limited, mark};
 use super::rate::{Rate, Terms};
 use super::rates::{PartRates, Rates};
-use super::resync::Turns;
 use crate::frame::plan::lattice::DensityMet;
 use crate::model::{PartId, RowId, TileId};
 use crate::view::View;
@@ -16,8 +15,6 @@ enum RowBefore {
     Tile {
         id: (PartId, TileId),
         term: u32,
-        follows: bool,
-        due: bool,
         /// Whether limits made its cells and its lines coarser.
         limited: [bool; 2],
         rate: Rate,
@@ -26,11 +23,9 @@ enum RowBefore {
     Edge {
         id: (PartId, RowId),
         rate: Rate,
-        /// If its tessellants were planned: its term, whether it depended on history, and whether limits made it coarser.
-        planned: Option<(u32, bool, bool)>,
+        /// If its tessellants were planned: its term, and whether limits made it coarser.
+        planned: Option<(u32, bool)>,
     },
-    /// A tile that was not due.
-    Due(PartId, TileId),
     Estimate(PartId, TileId, CellsAt),
 }
 
@@ -38,7 +33,6 @@ enum RowBefore {
 pub(super) struct Whole {
     pub(super) terms: Terms,
     pub(super) term: u32,
-    pub(super) turns: Turns,
     pub(super) seen: SmallVec<[View; 2]>,
     pub(super) placed: u64,
     pub(super) unfinished: bool,
@@ -56,19 +50,17 @@ pub(super) struct Undo {
 }
 
 impl Undo {
-    /// Sets the rate of a tile. `follows`: whether its lines follow those before. `kept`: the limits that it met.
+    /// Sets the rate of a tile. `kept`: the limits that it met.
     pub(super) fn set_tile(
         &mut self,
         (rates, limited): (&mut PartRates, &mut Limited),
         (wanted, term): (WantedRate, u32),
-        (follows, kept): (bool, DensityMet),
+        kept: DensityMet,
     ) {
         let (id, t) = ((PartId::new(wanted.part), TileId(wanted.tile as u32)), wanted.tile);
         let before = RowBefore::Tile {
             id,
             term: replace(&mut rates.tile_terms[t], term),
-            follows: replace(&mut rates.kept.tiles[t], follows),
-            due: replace(&mut rates.kept.due[t], false),
             limited: [mark(&mut limited.tiles, id, !kept.cells), mark(&mut limited.lines, id, !kept.lines)],
             rate: replace(&mut rates.tiles[t], wanted.rate),
             band: replace(&mut rates.bands[t], wanted.band),
@@ -76,19 +68,16 @@ impl Undo {
         self.note(rates, before);
     }
 
-    /// Sets the rate of an edge. `planned`, if its tessellants were: its term, whether they follow those before, and
-    /// whether it met the limits.
+    /// Sets the rate of an edge. `planned`, if its tessellants were: its term, and whether it met the limits.
     pub(super) fn set_edge(
         &mut self,
         (rates, limited): (&mut PartRates, &mut Limited),
         (id, rate): ((PartId, RowId), Rate),
-        planned: Option<(u32, bool, bool)>,
+        planned: Option<(u32, bool)>,
     ) {
         let k = id.1.index();
-        let planned = planned.map(|(term, follows, kept)| {
-            let of_edge = (replace(&mut rates.edge_terms[k], term), replace(&mut rates.kept.edges[k], follows));
-            (of_edge.0, of_edge.1, mark(&mut limited.edges, id, !kept))
-        });
+        let planned =
+            planned.map(|(term, kept)| (replace(&mut rates.edge_terms[k], term), mark(&mut limited.edges, id, !kept)));
         let before = RowBefore::Edge { id, rate: replace(&mut rates.edges[k], rate), planned };
         self.note(rates, before);
     }
@@ -97,13 +86,6 @@ impl Undo {
     pub(super) fn set_estimate(&mut self, rates: &mut PartRates, (part, tile): (usize, usize), cells: CellsAt) {
         let before = replace(&mut rates.estimates[tile], cells);
         self.note(rates, RowBefore::Estimate(PartId::new(part), TileId(tile as u32), before));
-    }
-
-    /// Notes that the turn of a tile has come.
-    pub(super) fn set_due(&mut self, rates: &mut PartRates, (part, tile): (usize, usize)) {
-        if !replace(&mut rates.kept.due[tile], true) {
-            self.note(rates, RowBefore::Due(PartId::new(part), TileId(tile as u32)));
-        }
     }
 
     /// Notes a row of a part, unless all of the part goes if the plan is taken back.
@@ -126,22 +108,20 @@ impl Undo {
     pub(super) fn revert(&mut self, rates: &mut Rates, limited: &mut Limited) {
         while let Some(row) = self.rows.pop() {
             match row {
-                RowBefore::Tile { id, term, follows, due, limited: [cells, lines], rate, band } => {
+                RowBefore::Tile { id, term, limited: [cells, lines], rate, band } => {
                     mark(&mut limited.tiles, id, cells);
                     mark(&mut limited.lines, id, lines);
                     let (of, t) = (&mut rates.parts[id.0.index()], id.1.index());
-                    (of.tile_terms[t], of.kept.tiles[t], of.kept.due[t]) = (term, follows, due);
-                    (of.tiles[t], of.bands[t]) = (rate, band);
+                    (of.tile_terms[t], of.tiles[t], of.bands[t]) = (term, rate, band);
                 }
                 RowBefore::Edge { id, rate, planned } => {
                     let (of, k) = (&mut rates.parts[id.0.index()], id.1.index());
                     of.edges[k] = rate;
-                    if let Some((term, follows, was_limited)) = planned {
+                    if let Some((term, was_limited)) = planned {
                         mark(&mut limited.edges, id, was_limited);
-                        (of.edge_terms[k], of.kept.edges[k]) = (term, follows);
+                        of.edge_terms[k] = term;
                     }
                 }
-                RowBefore::Due(part, tile) => rates.parts[part.index()].kept.due[tile.index()] = false,
                 RowBefore::Estimate(part, tile, cells) => rates.parts[part.index()].estimates[tile.index()] = cells,
             }
         }

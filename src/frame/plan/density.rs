@@ -13,22 +13,6 @@ pub(crate) struct Density<'a> {
     pub(crate) rates: &'a [f64],
 }
 
-/// Densities that lines must meet.
-#[derive(Clone, Copy)]
-pub(crate) struct Criteria<'a> {
-    pub(crate) density: Density<'a>,
-    /// At most `density`. Intervals that wait to be split meet it too.
-    pub(crate) least: Density<'a>,
-}
-
-/// Another way to place lines than [`Density::spread`]: with regard to lines that were there before.
-pub(crate) trait FollowLines {
-    /// Appends parameters after the first of `ends` and up to the second, strictly increasing and ending with it: at
-    /// most `limit`. `axis` is 0 for u-lines and tessellants, 1 for v-lines. Returns whether `limit` allows the
-    /// density.
-    fn follow(&self, axis: usize, criteria: Criteria<'_>, ends: (f64, f64), limit: usize, out: &mut Vec<f64>) -> bool;
-}
-
 /// A strip with fewer lines than this inside a gap does not limit the gap: strips and breaks meet at the same knots,
 /// except for rounding.
 const HAIR: f64 = 1e-6;
@@ -74,13 +58,6 @@ impl Density<'_> {
     /// The largest density between `a` and `b`.
     fn most(&self, a: f64, b: f64) -> f64 {
         self.between(a, b).fold(0.0, |most, k| larger(self.rates[k], most))
-    }
-
-    /// Length of the gap from `a` to `b` as a multiple of the longest gap that its largest density allows: at most 1 if
-    /// the gap meets the density.
-    pub(crate) fn fullness(&self, a: f64, b: f64) -> f64 {
-        let touched = self.strips(a, b).filter(|(rate, width)| rate * width > HAIR);
-        touched.fold(0.0, |most, (rate, _)| larger(rate, most)) * (b - a)
     }
 
     /// Counts the fewest gaps from `a` to `b` that meet the density times `scale`, up to `limit` + 1, and returns where
@@ -315,10 +292,15 @@ mod tests {
         (lines, kept)
     }
 
-    /// Largest fullness of any gap.
+    /// Length of a gap as a multiple of the longest that its largest density allows, at most 1 if it meets the density:
+    /// the largest of any gap.
     fn fullest(breaks: &[f64], rates: &[f64], lines: &[f64]) -> f64 {
         let density = Density { breaks, rates };
-        lines.windows(2).map(|w| density.fullness(w[0], w[1])).fold(0.0, f64::max)
+        let fullness = |gap: &[f64]| {
+            let touched = density.strips(gap[0], gap[1]).filter(|(rate, width)| rate * width > HAIR);
+            touched.fold(0.0, |most, (rate, _)| larger(rate, most)) * (gap[1] - gap[0])
+        };
+        lines.windows(2).map(fullness).fold(0.0, f64::max)
     }
 
     #[test]

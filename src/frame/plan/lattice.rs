@@ -1,6 +1,6 @@
 //! Derivative bounds and a tolerance -> the lattice lines of a tile.
 
-use super::density::{Criteria, Density, FollowLines};
+use super::density::Density;
 use super::directions::{Directions, Strip};
 use super::output::{LINES_OF_TILE, TileLattice, most_lines};
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, is_steep, most_touched};
@@ -73,10 +73,8 @@ pub(crate) struct Lattices {
     shares: Vec<f64>,
     /// Across u and v.
     strips: [Vec<Strip>; 2],
-    /// Densities of lines, strip by strip: those that the tolerance needs, and the least at which triangles do not fold
-    /// over, at any tolerance.
+    /// Densities of lines, strip by strip.
     wanted: [Vec<f64>; 2],
-    least: [Vec<f64>; 2],
     lines: Vec<f64>,
 }
 
@@ -89,8 +87,6 @@ pub(crate) struct LatticeRequest<'a> {
     /// Lines are this many times as dense as the tolerance needs.
     pub(crate) factor: f64,
     pub(crate) most_cells: u64,
-    /// Lines that are reused where they fit.
-    pub(crate) before: Option<&'a dyn FollowLines>,
 }
 
 impl Lattices {
@@ -165,8 +161,8 @@ impl Lattices {
         (breaks, steep): ([&[f64]; 2], bool),
         all: [Bend; 3],
     ) -> bool {
-        let LatticeRequest { face, tile, need: BoxTolerances { tolerance, .. }, factor, before, .. } = *request;
-        let Self { strips, wanted, least, .. } = self;
+        let LatticeRequest { face, tile, need: BoxTolerances { tolerance, .. }, factor, .. } = *request;
+        let Self { strips, wanted, .. } = self;
         let noise = if tile.entangled { GAPS_PER_CELL * face.gap } else { 0.0 };
         // Lines per unit of parameter beyond which cells follow noise.
         let densest = |strip: &Strip| if noise > 0.0 { strip.fastest / noise } else { f64::INFINITY };
@@ -205,11 +201,6 @@ impl Lattices {
             share = if share == 0.0 { turned } else { (1.05 * turned).min(1.0) };
         }
         wanted.iter_mut().flatten().for_each(|rate| *rate *= factor);
-        for (least, strips) in least.iter_mut().zip(&*strips) {
-            least.clear();
-            let rate = |s: &Strip| factor * (s.turn / FRAC_PI_2).max(s.even).min(densest(s));
-            least.extend(strips.iter().filter(|_| before.is_some()).map(rate));
-        }
         (0..2).any(|axis| {
             strips[axis].iter().zip(&wanted[axis]).any(|(strip, rate)| {
                 let smooth = factor * (strip.turn / angle).max(strip.even);
@@ -225,8 +216,8 @@ impl Lattices {
         breaks: [&[f64]; 2],
         (steep, noisy): (bool, bool),
     ) -> (TileLattice, DensityMet) {
-        let LatticeRequest { face, tile, need, most_cells, mut before, .. } = *request;
-        let Self { wanted, least, lines: buffer, .. } = self;
+        let LatticeRequest { face, tile, need, most_cells, .. } = *request;
+        let Self { wanted, lines: buffer, .. } = self;
         let mut creases = [Cow::Borrowed(&face.creases[0]), Cow::Borrowed(&face.creases[1])];
         if steep {
             for (creases, breaks) in creases.iter_mut().zip(breaks) {
@@ -242,10 +233,7 @@ impl Lattices {
         let (mut round, mut beyond) = (0, false);
         loop {
             let density = |axis: usize| Density { breaks: breaks[axis], rates: &wanted[axis] };
-            let mut placed = |axis: usize| {
-                let follow = before.map(|before| (before, axis, Density { breaks: breaks[axis], rates: &least[axis] }));
-                lines(&density(axis), ends[axis], (&creases[axis], most_lines), follow, buffer)
-            };
+            let mut placed = |axis: usize| lines(density(axis), ends[axis], (&creases[axis], most_lines), buffer);
             let ((us, kept_u), (vs, kept_v)) = (placed(0), placed(1));
             let (nu, nv) = ((us.len() - 1) as f64, (vs.len() - 1) as f64);
             beyond |= !(kept_u && kept_v);
@@ -257,10 +245,6 @@ impl Lattices {
             };
             let (too_u, too_v) = (share(nu, nv), share(nv, nu));
             let fits = too_u <= 1.0 && too_v <= 1.0;
-            if !fits && before.take().is_some() {
-                // Before lowering the density, try without the earlier lines.
-                continue;
-            }
             kept.lines &= kept_u && kept_v;
             if fits || round == COARSER {
                 let (chord, loosest) = (need.tolerance.chord, need.loosest_chord());
@@ -307,10 +291,9 @@ fn coarser(density: &Density<'_>, (lo, hi): (f64, f64), n: f64, too_many: f64) -
 /// Lines from `lo` to `hi`, at all creases between and at most so many from one to the next, and whether they meet the
 /// density. `buffer` is room for them.
 fn lines(
-    density: &Density<'_>,
+    density: Density<'_>,
     (lo, hi): (f64, f64),
     (creases, most): (&[f64], usize),
-    follow: Option<(&dyn FollowLines, usize, Density<'_>)>,
     buffer: &mut Vec<f64>,
 ) -> (SmallVec<[f64; 2]>, bool) {
     buffer.clear();
@@ -318,12 +301,7 @@ fn lines(
     let mut from = lo;
     let mut kept = true;
     for &x in creases.iter().filter(|&&x| x > lo && x < hi).chain([&hi]) {
-        kept &= match follow {
-            Some((before, axis, least)) => {
-                before.follow(axis, Criteria { density: *density, least }, (from, x), most, buffer)
-            }
-            None => density.spread(from, x, most, buffer),
-        };
+        kept &= density.spread(from, x, most, buffer);
         from = x;
     }
     (SmallVec::from_slice(buffer), kept)

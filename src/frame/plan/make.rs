@@ -357,7 +357,7 @@ impl Round {
                 let face = part.face_of(tile);
                 asked.over(places(face, tile), &mut need);
                 let (factor, most_cells) = (self.density, self.cells_per_tile);
-                let request = LatticeRequest { face, tile, need: &need, factor, most_cells, before: None };
+                let request = LatticeRequest { face, tile, need: &need, factor, most_cells };
                 let (lattice, kept) = lattices.lattice(&request);
                 let cells = cells(&lattice);
                 (lattice, cells, (!kept.cells || !kept.lines).then_some(kept))
@@ -389,7 +389,7 @@ impl Round {
                 let bare = bare.or_else(|| bare_within(edge, tiles, strictest.as_ref()?, self.density));
                 let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
                     asked.over(edge.bounds.places(), &mut need);
-                    tessellants.polyline(edge, tiles, &need, self.density, None)
+                    tessellants.polyline(edge, tiles, &need, self.density)
                 });
                 let tessellants = line.ts.len() as u64;
                 (line, tessellants, (!kept).then_some(()))

@@ -1,6 +1,6 @@
 //! An edge, its tolerance and the lattices of its tiles -> its tessellants.
 
-use super::density::{Criteria, Density, FollowLines};
+use super::density::Density;
 use super::output::{CellWalk, EdgePolyline, TileLattice, is_even, most_lines};
 use super::rows::PlanRows;
 use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, most_touched};
@@ -25,8 +25,6 @@ pub(crate) struct Tessellants {
     /// Densities of the strips of the edge's bounds, and of the finer strips of its images.
     of_bounds: Vec<f64>,
     rates: Vec<f64>,
-    /// Densities that [`Criteria::least`] requires.
-    least: Vec<f64>,
     wanted: Vec<f64>,
     ts: Vec<f64>,
 }
@@ -67,17 +65,16 @@ fn is_closed(edge: &PreparedEdge) -> bool {
 
 impl Tessellants {
     /// Tessellants of an edge, and whether they meet the density that the tolerance needs, times `factor`. A segment
-    /// spans at most one cell of any lattice along the edge. Tessellants of `before` are reused where they fit.
+    /// spans at most one cell of any lattice along the edge.
     pub(crate) fn polyline(
         &mut self,
         edge: &PreparedEdge,
         tiles: &PlanRows<TileLattice>,
         need: &BoxTolerances,
         factor: f64,
-        before: Option<&dyn FollowLines>,
     ) -> (EdgePolyline, bool) {
         let own = OwnDensity::of(edge, &need.tolerance, factor);
-        if edge.uses.is_empty() || before.is_none() && one_is_enough(edge, &own, tiles) {
+        if edge.uses.is_empty() || one_is_enough(edge, &own, tiles) {
             return (breaks_alone(edge), true);
         }
         let most = most_lines(need.tolerance.around(need.radius, true));
@@ -86,7 +83,7 @@ impl Tessellants {
         let made = loop {
             // A segment in several strips must meet the tolerances of all of them.
             dilate(&need.shares, need.shares.len().max(1), reach, &mut shares);
-            let made = self.spread(edge, tiles, &own, (&shares, most), before);
+            let made = self.spread(edge, tiles, &own, (&shares, most));
             let touched = if reach == 0 { 1 } else { most_touched(&edge.bounds.breaks, &made.0.ts) };
             if touched <= reach + 1 {
                 break made;
@@ -105,34 +102,25 @@ impl Tessellants {
         tiles: &PlanRows<TileLattice>,
         own: &OwnDensity<'_>,
         (shares, most): (&[f64], usize),
-        before: Option<&dyn FollowLines>,
     ) -> (EdgePolyline, bool) {
-        let Self { of_bounds, rates, least, wanted, ts, .. } = self;
+        let Self { of_bounds, rates, wanted, ts, .. } = self;
         let bounds = &edge.bounds;
         of_bounds.clear();
         of_bounds.extend((0..own.strips.len()).map(|k| own.strip(k, shares.get(k).copied().unwrap_or(1.0))));
         let breaks = edge.images.strips(bounds);
         refine(&bounds.breaks, of_bounds, breaks, rates);
-        // Tessellants that follow earlier ones also have a least density: by the edge's shape, and by the cells along
-        // it.
-        of_bounds.clear();
-        of_bounds.extend((0..own.strips.len()).filter(|_| before.is_some()).map(|k| own.shape(k)));
-        least.clear();
-        if before.is_some() {
-            refine(&bounds.breaks, of_bounds, breaks, least);
-        }
         for (k, TileUse { tile, .. }) in edge.uses.iter().enumerate() {
             let lattice = &tiles[tile.0 as usize];
             if lattice.us.len() > 2 || lattice.vs.len() > 2 {
-                limit_to_cells(&edge.images.image(k), lattice, breaks, [&mut rates[..], &mut least[..]], wanted);
+                limit_to_cells(&edge.images.image(k), lattice, breaks, rates, wanted);
             }
         }
         if is_closed(edge) {
             // At least three segments.
             let closed = 3.0 / (edge.breaks[1].t - edge.breaks[0].t);
-            rates.iter_mut().chain(&mut *least).for_each(|rate| *rate = rate.max(closed));
+            rates.iter_mut().for_each(|rate| *rate = rate.max(closed));
         }
-        let (density, least) = (Density { breaks, rates }, Density { breaks, rates: least });
+        let density = Density { breaks, rates };
         ts.clear();
         ts.push(edge.breaks[0].t);
         let mut at = SmallVec::with_capacity(edge.breaks.len());
@@ -140,10 +128,7 @@ impl Tessellants {
         let mut kept = true;
         let limit = (SEGMENTS_OF_EDGE / (edge.breaks.len() - 1)).clamp(LEAST_LIMIT, most);
         for w in edge.breaks.windows(2) {
-            kept &= match before {
-                Some(before) => before.follow(0, Criteria { density, least }, (w[0].t, w[1].t), limit, ts),
-                None => density.spread(w[0].t, w[1].t, limit, ts),
-            };
+            kept &= density.spread(w[0].t, w[1].t, limit, ts);
             at.push(u32::try_from(ts.len() - 1).unwrap_or(u32::MAX));
         }
         (EdgePolyline { ts: SmallVec::from_slice(ts), breaks: at }, kept)
@@ -155,7 +140,6 @@ struct OwnDensity<'a> {
     strips: &'a [StripBounds],
     /// Borders of the strips.
     borders: &'a [f64],
-    straight: bool,
     /// What the chord asks: the square of the density, for a second derivative of 1.
     per_second: f64,
     /// What the angle asks: the density times the strip's width, for a turn of 1 radian. At any tolerance at least one
@@ -174,7 +158,7 @@ impl<'a> OwnDensity<'a> {
         let [per_second, per_turn] =
             if edge.straight { [0.0; 2] } else { [factor * factor / (8.0 * tolerance.chord), per_turn] };
         let (strips, borders) = (&edge.bounds.strips[..], &edge.bounds.breaks[..]);
-        Self { strips, borders, straight: edge.straight, per_second, per_turn, per_first }
+        Self { strips, borders, per_second, per_turn, per_first }
     }
 
     /// In strip `k`, at `share` of the tolerance. What is not a number asks nothing.
@@ -184,12 +168,6 @@ impl<'a> OwnDensity<'a> {
         let by_chord = larger((second * share * self.per_second).sqrt(), 0.0);
         let by_turn = larger(turn * self.per_turn / self.width(k), by_chord);
         larger(first * share * self.per_first, by_turn)
-    }
-
-    /// In strip `k`, at any tolerance.
-    #[inline(always)]
-    fn shape(&self, k: usize) -> f64 {
-        if self.straight { 0.0 } else { self.strips[k].turn / FRAC_PI_2 / self.width(k) }
     }
 
     #[inline(always)]
@@ -283,7 +261,7 @@ fn limit_to_cells(
     image: &EdgeImage<'_>,
     lattice: &TileLattice,
     breaks: &[f64],
-    rates: [&mut [f64]; 2],
+    rates: &mut [f64],
     wanted: &mut Vec<f64>,
 ) {
     /// Maximum number of traversals of the lattice by one edge. The outline of a gear or a word as one spline has a few
@@ -293,10 +271,8 @@ fn limit_to_cells(
     let (nu, nv) = (f64::from(nu), f64::from(nv));
     let real = image.ways.iter().all(|&ways| f64::from(ways) <= TRAVERSALS);
     if real && is_even(&lattice.us) && is_even(&lattice.vs) {
-        for rates in rates {
-            for (rate, &[u, v]) in rates.iter_mut().skip(image.strip).zip(image.rates) {
-                *rate = larger(larger(f64::from(u) * nu, f64::from(v) * nv), *rate);
-            }
+        for (rate, &[u, v]) in rates.iter_mut().skip(image.strip).zip(image.rates) {
+            *rate = larger(larger(f64::from(u) * nu, f64::from(v) * nv), *rate);
         }
         return;
     }
@@ -319,10 +295,8 @@ fn limit_to_cells(
         total += cells;
     }
     let share = (TRAVERSALS * (nu + nv) / total).min(1.0);
-    for rates in rates {
-        for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
-            *rate = larger(*wanted * share, *rate);
-        }
+    for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
+        *rate = larger(*wanted * share, *rate);
     }
 }
 
@@ -361,7 +335,7 @@ mod tests {
                     let edges = part.edges.iter().filter(|edge| !edge.uses.is_empty());
                     for (edge, factor) in edges.flat_map(|edge| [0.01, 1.0, 3.0].map(|factor| (edge, factor))) {
                         let own = OwnDensity::of(edge, &tolerance, factor);
-                        let made = Tessellants::default().spread(edge, tiles, &own, (&[], MAX_LINES), None);
+                        let made = Tessellants::default().spread(edge, tiles, &own, (&[], MAX_LINES));
                         if one_is_enough(edge, &own, tiles) {
                             assert_eq!(made, (breaks_alone(edge), true), "{tolerance:?}, {factor}");
                             one += usize::from(!edge.straight);

@@ -3,7 +3,6 @@
 use super::*;
 use crate::control::{Threads, cancelled_at, so_far};
 use crate::frame::live::draft::GroupBand;
-use crate::frame::live::split::{LinePlacement, SplitRule};
 use crate::frame::plan::limits::PlanLimits;
 use crate::frame::plan::make::completed;
 use crate::model::{ModelBuilder, shapes};
@@ -11,7 +10,6 @@ use crate::prepare::{PrepareOptions, prepare};
 use crate::sequence::random::SplitMix;
 use crate::view::{Camera, CameraPath, Picture};
 use glam::{DAffine3, DVec3};
-use std::num::NonZeroU32;
 use std::time::Duration;
 
 /// Shapes, each placed along a row that leads away from the origin.
@@ -149,14 +147,12 @@ fn plans_that_are_taken_back_leave_no_trace() {
     const PICTURE: Picture = Picture { size: (800, 600), deviation_px: 0.5, size_px: None, angle: 0.5 };
     let flight = CameraPath::Zoom.views(rows().bounds.expect("a placed model"), 60, &PICTURE);
     let options = PlannerOptions::DEFAULT;
-    let resync = NonZeroU32::new(5);
     let threads = Threads::start(3).expect("threads");
     for (what, options) in [
         ("default", options),
         ("budget", options.with_budget(Some(Duration::from_micros(20)))),
         ("limits", options.with_limits(PlanLimits::DEFAULT.with_triangles(2000))),
         ("culling", options.with_cull_back_faces(true)),
-        ("lines", options.with_lines(LinePlacement::Split { intensive: SplitRule::LongestFirst, most: 2.0, resync })),
     ] {
         for jobs in [&Alone as &dyn Jobs, &threads] {
             let cancelled = waste(jobs, &options, &flight);
