@@ -151,7 +151,7 @@ failures! {
     ModelError: |_| TT_ERROR_MODEL;
     StartError: |_| TT_ERROR_THREADS;
     FrameError: |error| match error {
-        FrameError::View { .. } | FrameError::Plan { .. } => TT_ERROR_ARGUMENT,
+        FrameError::View { .. } | FrameError::Plan(_) => TT_ERROR_ARGUMENT,
         FrameError::Sink(_) => TT_ERROR_CALLBACK,
         FrameError::Grid(_) => TT_ERROR_GRID,
         FrameError::Cancelled => TT_ERROR_CANCELLED,

@@ -7,6 +7,7 @@ mod tolerance;
 pub use tolerance::object_tolerance::Tolerance;
 
 mod plan;
+pub use plan::damage::DamagedPlan;
 pub use plan::for_view::{plan_for_view, plan_for_view_on, plan_for_view_within};
 pub use plan::limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
 pub use plan::make::{PlanError, plan, plan_on, plan_within};

@@ -24,7 +24,6 @@ use crate::mesh::{
 };
 use crate::model::{EdgeId, PartId, TileId};
 use crate::prepare::Prepared;
-use crate::prepare::internals::PreparedPart;
 use crate::view::View;
 use glam::DAffine3;
 use std::collections::BTreeMap;
@@ -414,7 +413,7 @@ impl Engine {
         sink: &mut dyn MeshSink,
     ) -> Result<FrameReport, FrameError> {
         let _span = tracing::debug_span!("frame", number = self.next).entered();
-        fits(&plan, &self.prepared.parts[..scene.parts.len()])?;
+        plan.check(&self.prepared.parts[..scene.parts.len()])?;
         let with = (&*self.jobs, &*self.prepared, self.writer.as_ref());
         let report = whole_frame((&mut self.crew, &mut self.rows), with, &plan, (scene, control), sink)?;
         // The caller may keep it.
@@ -431,18 +430,6 @@ impl Engine {
 /// The lists that a sink reads.
 fn lists_of(sink: &dyn MeshSink) -> Result<MeshLists, FrameError> {
     catch_unwind(AssertUnwindSafe(|| sink.reads())).map_err(|panic| sink_panicked(&*panic))
-}
-
-/// Whether a plan has the tiles and edges of these parts.
-pub(super) fn fits(plan: &Plan, parts: &[Arc<PreparedPart>]) -> Result<(), FrameError> {
-    for (row, part) in parts.iter().enumerate() {
-        let planned = plan.parts.get(row).map_or([0; 2], |plan| [plan.tiles.len(), plan.edges.len()]);
-        let stated = [part.tiles.len(), part.edges.len()];
-        if planned != stated {
-            return Err(FrameError::Plan { part: PartId::new(row), planned, stated });
-        }
-    }
-    Ok(())
 }
 
 /// Frees what a sink left of its batches; those of many tiles on all threads.

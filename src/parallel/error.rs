@@ -1,6 +1,6 @@
 //! Why a frame is not made.
 
-use crate::frame::PlanError;
+use crate::frame::{DamagedPlan, PlanError};
 use crate::mesh::{GridTooCoarse, InstanceKey, SinkError};
 use crate::model::{Colour, PartId, transform_fault};
 use crate::view::InvalidView;
@@ -44,19 +44,10 @@ pub enum FrameError {
     /// A tile does not fit the grid that the sink's layout asks for. The sink was not touched.
     #[error(transparent)]
     Grid(#[from] GridTooCoarse),
-    /// The plan is one of another model: it was made before an [update](super::Session::update), perhaps.
-    #[error(
-        "the plan is one of another model: part {} has {} tiles and {} edges instead of {} and {}",
-        .part.0, .planned[0], .planned[1], .stated[0], .stated[1]
-    )]
-    Plan {
-        /// The first part that differs.
-        part: PartId,
-        /// Its tiles and edges in the plan; 0 of each if there are none.
-        planned: [usize; 2],
-        /// Its tiles and edges in the model.
-        stated: [usize; 2],
-    },
+    /// The plan is one of another model, as after an [update](super::Session::update), or was changed since it was made.
+    /// The sink was not touched.
+    #[error(transparent)]
+    Plan(#[from] DamagedPlan),
     /// An internal error. The session cannot be used any more.
     #[error("an internal error ended the session: {why}")]
     Lost {

@@ -2,7 +2,7 @@
 
 use super::commit::{FrameReport, Rows};
 use super::crew::Crew;
-use super::engine::{fits, whole_frame};
+use super::engine::whole_frame;
 use super::error::FrameError;
 use super::owners::{hands, workers_on};
 use crate::control::{Alone, Control, Jobs, width};
@@ -38,7 +38,7 @@ pub fn tessellate_on(
     control: &Control,
     sink: &mut dyn MeshSink,
 ) -> Result<FrameReport, FrameError> {
-    fits(plan, &prepared.parts)?;
+    plan.check(&prepared.parts)?;
     let threads = width(jobs);
     let mut crew = Crew::of(prepared, hands(prepared, (workers_on(threads), threads), edge_lines));
     let with = (&mut crew, &mut Rows::default());
@@ -49,7 +49,7 @@ pub fn tessellate_on(
 mod tests {
     use super::*;
     use crate::control::assert_each_cancels;
-    use crate::frame::{Tolerance, plan};
+    use crate::frame::{DamagedPlan, Tolerance, plan};
     use crate::mesh::{MemorySink, MeshLists};
     use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
@@ -62,7 +62,7 @@ mod tests {
         for (prepared, planned) in [(&all, &one), (&one, &all)] {
             let mut sink = MemorySink::default();
             let frame = serial(prepared, &Arc::new(plan(planned, &tolerance)), false, &mut sink);
-            assert!(matches!(frame, Err(FrameError::Plan { .. })), "{frame:?}");
+            assert!(matches!(frame, Err(FrameError::Plan(DamagedPlan::Rows { .. }))), "{frame:?}");
             assert!(sink.batches.is_empty());
         }
     }

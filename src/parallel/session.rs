@@ -325,7 +325,7 @@ impl Session {
     /// keeps no other handle is freed on the session's threads.
     ///
     /// # Errors
-    /// * [`FrameError::Plan`] if the plan is one of another model: the sink was not touched.
+    /// * [`FrameError::Plan`] if the plan is one of another model, or was stored and damaged: the sink was not touched.
     /// * [`FrameError::Grid`] if a tile does not fit the grid of the sink's layout
     ///   ([`write_into`](Self::write_into)): the sink was not touched.
     /// * [`FrameError::Sink`] if the sink refuses or panics: its `abort` was called. If its memory does: the sink was

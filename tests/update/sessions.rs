@@ -8,7 +8,7 @@ use crate::{built, common, edits, models, pool};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 use trimtess::control::Alone;
-use trimtess::frame::{PlanLimits, Tolerance};
+use trimtess::frame::{DamagedPlan, PlanLimits, Tolerance};
 use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, VertexLayout,
 };
@@ -344,7 +344,10 @@ fn plans_from_before_an_update_are_refused() {
     let plan = session.plan_within(&Tolerance { chord: 0.1, angle: 0.3, max_edge: None }, &PlanLimits::DEFAULT);
     session.update(updated(&prepared, &built())).unwrap();
     let refused = session.frame(plan, &mut spy).unwrap_err();
-    assert!(matches!(refused, FrameError::Plan { part: PartId(1), planned: [0, 0], .. }), "{refused:?}");
+    assert!(
+        matches!(refused, FrameError::Plan(DamagedPlan::Rows { part: PartId(1), planned: [0, 0], .. })),
+        "{refused:?}"
+    );
     session.view(&[view_of(&prepared)], &mut spy).unwrap();
 }
 

@@ -1,7 +1,8 @@
 //! Bounding boxes and normal cones of a part's tiles -> the tiles that a camera shows, and their pixels per millimetre.
 //! Frustum and back-face culling.
 
-use crate::frame::plan::lattice::{places, strips_under};
+use crate::frame::plan::lattice::strips_under;
+use crate::frame::plan::tile_bounds::surface_box;
 use crate::frame::tolerance::part_camera::{PartCamera, PartEye, PixelScale};
 use crate::math::hilbert;
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
@@ -176,7 +177,7 @@ fn boxes(part: &PreparedPart) -> impl Iterator<Item = BoundingBox> + '_ {
 
 /// The bounding box of a tile's surface, enlarged by the gap between surface and edges.
 fn tile_box(face: &PreparedFace, tile: &Tile) -> BoundingBox {
-    let all = places(face, tile).fold(BoundingBox::EMPTY, |all, place| all.with(place));
+    let all = surface_box(face, tile);
     BoundingBox { low: all.low - face.gap, high: all.high + face.gap }
 }
 

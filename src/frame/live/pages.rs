@@ -100,8 +100,9 @@ impl PlanPages {
         };
         let Some(page) = spare.as_mut().and_then(Arc::get_mut) else {
             let all: Vec<PartId> = (0..self.last.parts.len()).map(PartId::new).collect();
-            let Plan { drawn, shortfall, .. } = &*self.last;
-            return Arc::new(Plan { parts: copy(&all), drawn: drawn.clone(), shortfall: shortfall.clone() });
+            let Plan { drawn, shortfall, made, .. } = &*self.last;
+            let (parts, drawn, shortfall) = (copy(&all), drawn.clone(), shortfall.clone());
+            return Arc::new(Plan { parts, drawn, shortfall, made: *made });
         };
         for (part, copy) in self.parts.iter().zip(copy(&self.parts)) {
             page.parts[part.index()] = copy;

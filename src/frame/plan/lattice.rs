@@ -41,7 +41,7 @@ pub(crate) fn strips_under(face: &PreparedFace, tile: &Tile) -> [Range<usize>; 2
 }
 
 /// Strips between breaks under `[lo, hi]`.
-fn strips(breaks: &[f64], lo: f64, hi: f64) -> Range<usize> {
+pub(super) fn strips(breaks: &[f64], lo: f64, hi: f64) -> Range<usize> {
     let n = breaks.len() - 1;
     let first = breaks.partition_point(|&x| x <= lo).saturating_sub(1).min(n - 1);
     let last = breaks.partition_point(|&x| x < hi).clamp(first + 1, n);

@@ -3,7 +3,7 @@
 use super::budget::{Budget, cells};
 use super::lattice::{DensityMet, LatticeRequest, Lattices, is_exact, places};
 use super::limits::{PlanLimits, Shortfall};
-use super::output::{EdgePolyline, LINES_OF_TILE, PartPlan, Plan, TileLattice};
+use super::output::{EdgePolyline, LINES_OF_TILE, Made, PartPlan, Plan, TileLattice};
 use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{Tessellants, bare, bare_within};
 use crate::control::{Call, Control, Jobs, Rayon, drop_later, map, width};
@@ -126,7 +126,7 @@ pub(crate) fn plan_parts(
         let asked = PlanRequest { call, wanted: &wanted, density, cells_per_tile: budget.cells_per_tile };
         let mut shortfall = Shortfall { density, ..shortfall.clone() };
         let parts = asked.plan(0..wanted.parts.len(), &mut budget, &mut shortfall).ok_or(asked)?;
-        Ok(Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any() })
+        Ok(Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any(), made: Made(true) })
     };
     let asked = match attempt(0) {
         Ok(plan) => return Some(plan),
