@@ -24,7 +24,7 @@ mod tiles;
 mod join;
 pub use join::limits::{PrepareError, PrepareLimits};
 pub use join::memory::PreparedMemory;
-pub use join::prepared::Prepared;
+pub use join::prepared::{FaceFacts, Prepared};
 pub use join::shells::Shells;
 
 mod whole;

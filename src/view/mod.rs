@@ -10,6 +10,8 @@ pub use camera::{Camera, Projection, View};
 mod invalid_view;
 pub use invalid_view::InvalidView;
 
+mod from_matrix;
+
 mod view_point;
 pub use view_point::{BadViewPoint, ViewPoint};
 

@@ -13,6 +13,7 @@ use crate::prepare::uv::uv_curve::UvCurve;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A face ready for tessellation.
@@ -48,7 +49,7 @@ pub struct PreparedFace {
     /// Number of points where its boundary meets itself other than at common ends. Both edges have a break there.
     pub meetings: u32,
     /// The face's range of [`PreparedPart::tiles`].
-    pub tiles: std::ops::Range<u32>,
+    pub tiles: Range<u32>,
 }
 
 impl PreparedFace {
@@ -245,17 +246,48 @@ impl Prepared {
         self.bounds.map_or(DVec3::ZERO, |[low, high]| 0.5 * low + 0.5 * high)
     }
 
-    /// What viewers tell of a face of a part, as names and values; nothing of a face that prepare could not use.
+    /// What is known of a face of a part. `None` if there is no such face, or if prepare could not use it.
     #[must_use]
-    pub fn face_facts(&self, part: PartId, face: FaceId) -> Vec<(&'static str, String)> {
-        let Some(face) = self.parts.get(part.index()).and_then(|part| part.face(face)) else { return Vec::new() };
+    pub fn face_facts(&self, part: PartId, face: FaceId) -> Option<FaceFacts> {
+        let face = self.parts.get(part.index())?.face(face)?;
         let (across, along) = face.patches.counts();
-        let mut rows = vec![("surface", face.kind.name().to_owned())];
-        rows.extend((face.entity != 0).then(|| ("entity", format!("#{}", face.entity))));
-        rows.push(("tiles", face.tiles.len().to_string()));
+        let &PreparedFace { kind, entity, gap, repaired, filled, .. } = face;
+        Some(FaceFacts { kind, entity, tiles: face.tiles.clone(), pieces: [across, along], gap, repaired, filled })
+    }
+}
+
+/// What is known of a face that can be tessellated.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct FaceFacts {
+    /// Kind of its surface in the file.
+    pub kind: SurfaceKind,
+    /// Entity number in the source file, 0 if none.
+    pub entity: u64,
+    /// Its [tiles](TileId) within the part.
+    pub tiles: Range<u32>,
+    /// Number of Bézier pieces in u and in v.
+    pub pieces: [usize; 2],
+    /// Largest distance between the surface and the face's edges, millimetres: the gap that the file itself leaves.
+    pub gap: f64,
+    /// Whether the face is not quite as stated: its boundary crossed or overlapped itself, or had gaps, or it was
+    /// filled. A diagnostic says where.
+    pub repaired: bool,
+    /// Whether the plane that fits its loops best replaces the file's surface.
+    pub filled: bool,
+}
+
+impl FaceFacts {
+    /// The facts as viewers list them: names and values.
+    #[must_use]
+    pub fn rows(&self) -> Vec<(&'static str, String)> {
+        let Self { kind, entity, tiles, pieces: [across, along], gap, repaired, .. } = self;
+        let mut rows = vec![("surface", kind.name().to_owned())];
+        rows.extend((*entity != 0).then(|| ("entity", format!("#{entity}"))));
+        rows.push(("tiles", tiles.len().to_string()));
         rows.push(("Bézier pieces", format!("{across} × {along}")));
-        rows.push(("edge gap", format!("{:.2e} mm", face.gap)));
-        rows.extend(face.repaired.then(|| ("boundary", "repaired".to_owned())));
+        rows.push(("edge gap", format!("{gap:.2e} mm")));
+        rows.extend(repaired.then(|| ("boundary", "repaired".to_owned())));
         rows
     }
 }
