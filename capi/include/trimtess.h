@@ -856,7 +856,7 @@ typedef struct {
     uint64_t sent;
     // Triangles of these.
     uint64_t triangles;
-    // Outdated tiles out of sight that the sink was told to forget.
+    // Tiles evicted from the sink that no view draws.
     uint64_t evicted;
     // Tiles whose change waits for the next frame, because the budget was spent.
     uint64_t deferred;

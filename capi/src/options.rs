@@ -83,7 +83,7 @@ pub struct tt_report {
     pub sent: u64,
     /// Triangles of these.
     pub triangles: u64,
-    /// Outdated tiles out of sight that the sink was told to forget.
+    /// Tiles evicted from the sink that no view draws.
     pub evicted: u64,
     /// Tiles whose change waits for the next frame, because the budget was spent.
     pub deferred: u64,

@@ -85,6 +85,7 @@ mod tests {
 
     const SIZE: (u32, u32) = (1280, 720);
     const ASPECT: f64 = 1280.0 / 720.0;
+    const TARGET: DVec3 = DVec3::new(1.0, 2.0, 3.0);
 
     fn cameras() -> impl Iterator<Item = Camera> {
         let eyes = [DVec3::new(300.0, -200.0, 150.0), DVec3::new(-1e5, 3.0, 2e4), DVec3::new(1.0, 0.0, 1.0)];
@@ -93,9 +94,8 @@ mod tests {
             Projection::Perspective { fov_y: 2.0, near: 0.0 },
             Projection::Orthographic { height: 120.0 },
         ];
-        eyes.into_iter().flat_map(move |eye| {
-            projections.map(|projection| Camera::looking_at(eye, DVec3::new(1.0, 2.0, 3.0), DVec3::Z, projection))
-        })
+        eyes.into_iter()
+            .flat_map(move |eye| projections.map(|projection| Camera::looking_at(eye, TARGET, DVec3::Z, projection)))
     }
 
     #[test]
@@ -124,9 +124,9 @@ mod tests {
                     assert_eq!((found.size, found.check()), (SIZE, Ok(())));
                     let again = found.camera.projection_matrix(ASPECT, 0.1, 10.0) * found.camera.view_matrix();
                     let wanted = camera.projection_matrix(ASPECT, 0.1, 10.0) * view;
-                    for row in [0, 1, 3] {
-                        let off = (again.row(row) - wanted.row(row)).length() / wanted.row(row).length();
-                        assert!(off < 1e-5, "{camera:?} {row}: {off}");
+                    for aside in [DVec3::ZERO, DVec3::new(0.5, 0.3, 0.1), DVec3::new(-0.2, 0.4, -0.5)] {
+                        let [again, wanted] = [again, wanted].map(|matrix| matrix.project_point3(TARGET + aside));
+                        assert!((again - wanted).truncate().length() < 1e-6, "{camera:?} {again} {wanted}");
                     }
                 }
             }
