@@ -78,7 +78,8 @@ impl Control {
         Self(Arc::new(Shared { observer: Some(Box::new(observer)), ..Shared::default() }))
     }
 
-    /// Asks the work to stop. It ends with an error after the piece of text, part, face or tile in hand.
+    /// Asks the work to stop. It ends with an error after the piece of text, part, face or tile in hand, or
+    /// a MiB that is being written.
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);
     }

@@ -162,23 +162,36 @@ impl<'a> Made<'a> {
 mod tests {
     use super::*;
     use crate::control::{Alone, assert_each_cancels};
-    use crate::frame::{Tolerance, plan};
-    use crate::mesh::MemorySink;
-    use crate::model::shapes;
-    use crate::parallel::serial;
-    use crate::prepare::{PrepareOptions, prepare};
-    use std::sync::Arc;
+    use crate::mesh::{Batch, EdgeLine, MemorySink, Scene, SceneInstance, ScenePart, TileMesh};
+    use crate::model::{EdgeId, FaceId, PartId, TileId};
+    use glam::{DAffine3, DVec3, Vec3};
+
+    /// A square with so many vertices along a side.
+    fn square(part: u32, tile: u32, side: u32) -> Batch {
+        let vertices = (0..side * side).map(|k| (k % side, k / side));
+        let corner = |k: u32| k / (side - 1) * side + k % (side - 1);
+        let cells = (0..(side - 1).pow(2)).map(corner);
+        let triangles = cells.flat_map(|k| [[k, k + 1, k + side], [k + 1, k + side + 1, k + side]]).collect();
+        let positions: Vec<DVec3> =
+            vertices.map(|(x, y)| DVec3::new(f64::from(x), f64::from(y), 0.1 * f64::from(tile))).collect();
+        let normals = vec![Vec3::Z; positions.len()];
+        let mesh = TileMesh { positions, normals, triangles, ..TileMesh::default() };
+        Batch { part: PartId(part), face: FaceId(tile), tile: TileId(tile), worker: 0, mesh }
+    }
+
+    /// Two parts, one placed twice. A tile has more vertices than those between two looks.
+    fn frame(side: u32) -> MemorySink {
+        let part = || ScenePart { face_colours: vec![None; 3], radius: 100.0, ..ScenePart::default() };
+        let instances = [0, 1, 1].map(|part| SceneInstance::new(PartId(part), DAffine3::IDENTITY)).to_vec();
+        let scene = Scene { name: String::new(), parts: vec![part(), part()], instances };
+        let batches = vec![square(0, 0, side), square(0, 1, 2), square(1, 0, side), square(1, 1, 3), square(1, 2, 4)];
+        let line = EdgeLine { part: PartId(1), edge: EdgeId(0), points: vec![DVec3::ZERO, DVec3::X, DVec3::Y] };
+        MemorySink::of(scene, batches, vec![line])
+    }
 
     #[test]
     fn files_are_cancelled_wherever_they_look() {
-        let prepared = Arc::new(prepare(shapes::all(), &PrepareOptions::DEFAULT).expect("within the limits"));
-        let frame = |chord| {
-            let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
-            let mut frame = MemorySink::default();
-            serial(&prepared, &plan, true, &mut frame).expect("a frame");
-            frame
-        };
-        let frames = [0.05, 0.5, 0.5].map(frame);
+        let frames = [100, 10, 10].map(frame);
         let levels: Vec<_> =
             (1..).zip(&frames).map(|(k, frame)| MeshLevel { frame: frame.into(), chord: f64::from(k) }).collect();
         for &(extension, format) in Format::ALL {

@@ -67,7 +67,8 @@ impl Show {
 
     /// What the picked face is.
     pub(crate) fn pick(&self, hit: &PickHit) -> Pick {
-        let facts = hit.facts(self.session.scene(), self.prepared.face_facts(hit.part, hit.face));
+        let of_face = self.prepared.face_facts(hit.part, hit.face).map(|facts| facts.rows());
+        let facts = hit.facts(self.session.scene(), of_face.unwrap_or_default());
         let facts = facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         let point = hit.point.to_array();
         Pick { instance: hit.instance.0, part: hit.part.0, face: hit.face.0, tile: hit.tile.0, point, facts }

@@ -254,7 +254,8 @@ impl Viewer {
         if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
             model.picked = under(at);
             self.told.picked = model.picked.map_or(Vec::new(), |picked| {
-                picked.facts(model.session.scene(), model.prepared.face_facts(picked.part, picked.face))
+                let of_face = model.prepared.face_facts(picked.part, picked.face).map(|facts| facts.rows());
+                picked.facts(model.session.scene(), of_face.unwrap_or_default())
             });
         }
         let turned = ui.input(|input| input.smooth_scroll_delta.y + 200.0 * (input.zoom_delta() - 1.0));

@@ -8,7 +8,6 @@ use crate::out::wgpu::error::RenderError;
 use crate::out::wgpu::formats::{DEPTH_FORMAT, PICK_FORMAT};
 use crate::out::wgpu::options::RenderOptions;
 use crate::out::wgpu::target::{Reading, begin_pass, texture, whole};
-use crate::prepare::FaceFacts;
 use crate::view::Camera;
 use ::wgpu::{LoadOp, Operations, RenderPassColorAttachment, StoreOp, TextureUsages};
 use glam::DVec3;
@@ -34,9 +33,9 @@ pub struct PickHit {
 
 impl PickHit {
     /// What viewers tell of the face, as names and values. `scene` is that of the session. `of_face` are the
-    /// [facts](crate::prepare::Prepared::face_facts) of the face, if there are any.
+    /// [facts](crate::prepare::FaceFacts::rows) of the face.
     #[must_use]
-    pub fn facts(&self, scene: &Scene, of_face: Option<FaceFacts>) -> Vec<(&'static str, String)> {
+    pub fn facts(&self, scene: &Scene, of_face: Vec<(&'static str, String)>) -> Vec<(&'static str, String)> {
         let named = |name: Option<&str>, number: usize| match name {
             Some(name) if !name.is_empty() => format!("{number} {name:?}"),
             _ => number.to_string(),
@@ -48,7 +47,7 @@ impl PickHit {
             ("instance", named(scene.instances.get(instance).map(|placed| &*placed.name), instance)),
             ("face", self.face.index().to_string()),
         ];
-        rows.extend(of_face.iter().flat_map(FaceFacts::rows));
+        rows.extend(of_face);
         rows.push(("tile", self.tile.0.to_string()));
         rows.push(("triangles", format!("{} in the tile", self.triangles)));
         rows.push(("point", format!("{x:.3}, {y:.3}, {z:.3}")));
