@@ -37,7 +37,13 @@ pub enum SaveError {
     File(#[from] SinkError),
     /// The caller's [`Write`](std::io::Write) refused.
     #[error("cannot write: {0}")]
-    Io(#[from] io::Error),
+    Io(io::Error),
+}
+
+impl From<io::Error> for SaveError {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
 }
 
 /// Checks that the format can count as many.
