@@ -402,6 +402,23 @@ fn a_hole_that_runs_along_a_crease() {
 }
 
 #[test]
+fn lines_that_bend_within_a_plane() {
+    // Four flat pieces around a lattice point that is inside in (u,v) and beyond an edge in space. Lines bend there, as at
+    // a crease, but the normal does not turn.
+    let steps = [0.0, 1.0, 2.0];
+    let mut points: Vec<DVec3> = steps.iter().flat_map(|&x| steps.map(|y| DVec3::new(x, y, 0.0))).collect();
+    points[4] = DVec3::new(1.2, 1.1, 0.0);
+    let knots = vec![0.0, 0.0, 1.0, 2.0, 2.0];
+    let (knots_u, knots_v) = (knots.clone(), knots);
+    let surface = NurbsSurface { degree_u: 1, degree_v: 1, knots_u, knots_v, points, weights: Vec::new() };
+    let mut body = Body::sheet();
+    let corners = [(0.2, 0.5), (1.18, 0.5), (1.18, 1.5), (0.2, 1.5)].map(|(x, y)| DVec3::new(x, y, 0.0));
+    let wire = body.polygon(&corners);
+    body.face(Surface::Nurbs(surface), vec![wire], false);
+    Ladder::sheet(body.finish(), 0.98).pieces(1).climb();
+}
+
+#[test]
 fn a_sheet_folded_back_onto_itself() {
     // Two legs that meet in a crease at a sharp angle: edges across it must not be projected onto the wrong leg. Edges
     // and surface have the crease at different fractions of their ranges, with the edges in both directions.

@@ -60,6 +60,7 @@ pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<FilledF
         bounds: Arc::new(bounds),
         maps,
         creases: [Vec::new(), Vec::new()],
+        sharp: false,
         gap,
         critical: 0,
         meetings: 0,

@@ -38,6 +38,8 @@ pub struct PreparedFace {
     pub maps: [AxisMap; 2],
     /// Parameters in u and in v where the surface has a crease. Every lattice has a line there.
     pub creases: [Vec<f64>; 2],
+    /// Whether the normal turns by more than 0.05 radians at a crease. It does not where lines bend within the surface.
+    pub sharp: bool,
     /// Whether the outward normal is opposite to `S_u × S_v`, so that triangles are flipped.
     pub reversed: bool,
     /// The unit normal along `S_u × S_v` of a plane; `None` of other surfaces.

@@ -109,6 +109,7 @@ pub(crate) fn assemble(
             bounds: draft.bounds,
             maps: draft.maps,
             creases: draft.creases,
+            sharp: draft.sharp,
             reversed: reversed[k],
             plane_normal,
             gap: draft.gap,

@@ -75,6 +75,8 @@ pub(crate) struct FaceDraft {
     pub(crate) bounds: Arc<SurfaceBounds>,
     pub(crate) maps: [AxisMap; 2],
     pub(crate) creases: [Vec<f64>; 2],
+    /// See [`PreparedFace::sharp`](crate::prepare::join::prepared::PreparedFace::sharp).
+    pub(crate) sharp: bool,
     pub(crate) gap: f64,
     /// Number of critical parameters, and of meetings, among `breaks`.
     pub(crate) critical: u32,
@@ -118,6 +120,7 @@ impl FaceDraft {
             bounds: _,
             maps: _,
             creases: _,
+            sharp: _,
             gap: _,
             critical: _,
             meetings: _,

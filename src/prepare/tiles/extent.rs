@@ -18,6 +18,8 @@ pub(super) struct Patched {
     pub(super) maps: [AxisMap; 2],
     /// Parameters of the patches where the tangent breaks.
     pub(super) creases: [Vec<f64>; 2],
+    /// Whether the normal turns by more than [`BLUNT`] at one of them.
+    pub(super) sharp: bool,
 }
 
 impl Patched {
@@ -46,8 +48,13 @@ impl Patched {
         let is_analytic = analytic.is_some();
         let bounds = analytic.unwrap_or_else(|| SurfaceBounds::new(&patches));
         check_area(&patches, &bounds, high - low, is_analytic)?;
-        let creases = [0, 1].map(|axis| if is_analytic { Vec::new() } else { creases(&nurbs, &patches, axis) });
-        Ok(Self { patches, bounds, maps, creases })
+        let mut sharp = false;
+        let creases = [0, 1].map(|axis| {
+            let creases = if is_analytic { Vec::new() } else { creases(&nurbs, &patches, axis) };
+            sharp |= creases.iter().any(|crease| crease.turn > BLUNT);
+            creases.into_iter().map(|crease| crease.at).collect()
+        });
+        Ok(Self { patches, bounds, maps, creases, sharp })
     }
 }
 
@@ -119,8 +126,19 @@ fn is_curve(patches: &BezierPatches) -> bool {
     })
 }
 
-/// Parameters where the tangent across a knot of full multiplicity breaks.
-fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f64> {
+/// Largest turn of the normal across a crease, radians, at which triangles on both sides may be judged by either normal:
+/// triangles count as steep before they are that close to perpendicular.
+const BLUNT: f64 = 0.05;
+
+/// A parameter where the tangent breaks.
+struct Crease {
+    at: f64,
+    /// Largest turn of the normal across it, radians: none where lines bend within the surface.
+    turn: f64,
+}
+
+/// Where the tangent across a knot of full multiplicity breaks.
+fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<Crease> {
     /// Radians. Files write spline knots with 5 to 15 digits.
     const BREAK: f64 = 1e-3;
     /// Share of the longest tangent along a knot below which a tangent has no direction, as on a pole.
@@ -130,28 +148,33 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<f6
     } else {
         (&nurbs.knots_v, nurbs.degree_v, &patches.breaks_v, &patches.breaks_u)
     };
-    let tangent = |x: f64, y: f64| {
+    let tangent_and_normal = |x: f64, y: f64| {
         let [_, du, dv] = if axis == 0 { patches.tangents(x, y) } else { patches.tangents(y, x) };
-        if axis == 0 { du } else { dv }
+        [if axis == 0 { du } else { dv }, du.cross(dv)]
     };
     // A crease may be as short as one piece: three samples per piece, and the end.
     let places = LazyCell::new(|| {
         let places = across.windows(2).flat_map(|w| [0.0, 1.0, 2.0].map(|third| w[0] + (w[1] - w[0]) * third / 3.0));
         places.chain(across.last().copied()).collect::<Vec<f64>>()
     });
-    let is_crease = |k: usize| {
+    let crease = |k: usize| {
         let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
-        let sides: Vec<[DVec3; 2]> =
-            places.iter().map(|&y| [-step, step].map(|step| tangent(breaks[k] + step, y))).collect();
-        let longest = sides.as_flattened().iter().map(|t| t.length()).fold(0.0, f64::max);
-        let has_tangent = |t: &DVec3| t.length() > NO_TANGENT * longest;
-        let turn = |a: DVec3, b: DVec3| libm::atan2(a.cross(b).length(), a.dot(b));
-        sides.iter().any(|[a, b]| has_tangent(a) && has_tangent(b) && turn(*a, *b) > BREAK)
+        let sides: Vec<[[DVec3; 2]; 2]> =
+            places.iter().map(|&y| [-step, step].map(|step| tangent_and_normal(breaks[k] + step, y))).collect();
+        // The largest turn of the tangent or of the normal.
+        let most = |of: usize| {
+            let longest = sides.as_flattened().iter().map(|side| side[of].length()).fold(0.0, f64::max);
+            let is_long = |v: DVec3| v.length() > NO_TANGENT * longest;
+            let turn = |a: DVec3, b: DVec3| libm::atan2(a.cross(b).length(), a.dot(b));
+            let turns = sides.iter().map(|[a, b]| [a[of], b[of]]).filter(|ends| ends.iter().all(|&v| is_long(v)));
+            turns.map(|[a, b]| turn(a, b)).fold(0.0, f64::max)
+        };
+        (most(0) > BREAK).then(|| Crease { at: breaks[k], turn: most(1) })
     };
     let has_full_multiplicity = |k: usize| {
         let slack = 1e-12 * (1.0 + breaks[k].abs());
         let first = knots.partition_point(|x| *x < breaks[k] - slack);
         knots[first..].iter().take_while(|x| **x <= breaks[k] + slack).count() >= degree
     };
-    (1..breaks.len() - 1).filter(|&k| has_full_multiplicity(k)).filter(|&k| is_crease(k)).map(|k| breaks[k]).collect()
+    (1..breaks.len() - 1).filter(|&k| has_full_multiplicity(k)).filter_map(crease).collect()
 }

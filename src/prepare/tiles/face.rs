@@ -250,7 +250,7 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> 
     let (grid, arranged) = cut(&outline.region, &face.surface, projector, &mut outline.notes)?;
     // The images are in the tiles now: where a boundary runs along itself thousands of times, copies count.
     drop(std::mem::take(&mut outline.region.loops));
-    let Patched { patches, bounds, maps, creases } = Patched::over(&face.surface, &arranged.tiles, traced.room)?;
+    let Patched { patches, bounds, maps, creases, sharp } = Patched::over(&face.surface, &arranged.tiles, traced.room)?;
     let maker = BorderMaker {
         arranged: &arranged,
         grid: &grid,
@@ -278,6 +278,7 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> 
         bounds: Arc::new(bounds),
         maps,
         creases,
+        sharp,
         gap,
         critical,
         meetings,
