@@ -55,11 +55,13 @@ impl<'a> Making<'a> {
 }
 
 /// Collects the bytes of a text, and refuses more once the caller asked to stop.
+#[cfg(feature = "glb")]
 pub(super) struct Text<'a> {
     pub(super) bytes: Vec<u8>,
     pub(super) call: Call<'a>,
 }
 
+#[cfg(feature = "glb")]
 impl Write for Text<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.write_all(bytes).map(|()| bytes.len())
