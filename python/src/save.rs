@@ -49,6 +49,11 @@ pub(crate) struct How<'a> {
     pub(crate) levels: Vec<(Arc<PackedFrame>, f64)>,
 }
 
+/// A mesh in a scene that may be moved.
+fn level<'a>(frame: &'a PackedFrame, scene: &'a Scene, chord: f64) -> MeshLevel<'a> {
+    MeshLevel { frame: FrameView { scene, ..FrameView::from(frame) }, chord }
+}
+
 /// Writes a frame. `status` is the worst of the meshes.
 pub(crate) fn save(
     job: &Job<'_>,
@@ -86,12 +91,8 @@ pub(crate) fn save(
         };
         let finest = moved(&frame.scene);
         let scenes: Vec<Scene> = levels.iter().map(|(frame, _)| moved(&frame.scene)).collect();
-        let level = |(frame, scene, chord): (&Arc<PackedFrame>, _, f64)| MeshLevel {
-            frame: FrameView { scene, ..FrameView::from(&**frame) },
-            chord,
-        };
-        let coarser = levels.iter().zip(&scenes).map(|((frame, chord), scene)| (frame, scene, *chord));
-        let all: Vec<MeshLevel<'_>> = iter::once((frame, &finest, chord)).chain(coarser).map(level).collect();
+        let coarser = levels.iter().zip(&scenes).map(|((frame, chord), scene)| level(frame, scene, *chord));
+        let all: Vec<MeshLevel<'_>> = iter::once(level(frame, &finest, chord)).chain(coarser).collect();
         let mut outputs = Outputs::default();
         let saved = outputs.save_on(&Rayon, &all, path, &options, control)?;
         outputs.publish()?;
