@@ -177,6 +177,65 @@ fn a_line_in_the_parameters_of_a_plane_ends_at_the_vertices() {
     near(middle(&line), DVec3::new(2.0, 4.0, 0.0));
 }
 
+/// The edge between two points along a line of a surface's parameters, and a point of it.
+fn along(surface: &str, at: [f64; 2], direction: [f64; 2], [start, end]: [[f64; 3]; 2], middle: [f64; 3]) -> CurveKind {
+    let numbers = |[u, v]: [f64; 2]| format!("({u:?},{v:?})");
+    let line = format!(
+        "#60=PCURVE('',#61,#62);#62=DEFINITIONAL_REPRESENTATION('',(#63),#1);#63=LINE('',#64,#65);\
+         #64=CARTESIAN_POINT('',{});#65=VECTOR('',#66,1.);#66=DIRECTION('',{});{surface}",
+        numbers(at),
+        numbers(direction)
+    );
+    let edge = edge(start, end, &line);
+    near(edge.curve.point(edge.range.0), start.into());
+    near(self::middle(&edge), middle.into());
+    near(edge.curve.point(edge.range.1), end.into());
+    edge.kind
+}
+
+#[test]
+fn lines_along_one_parameter_of_a_surface_end_at_the_vertices() {
+    let r = FRAC_1_SQRT_2;
+    let ball = "#61=SPHERICAL_SURFACE('',#20,3.);";
+    let kind = along(ball, [0.0, -1.0], [0.0, 1.0], [[3.0, 0.0, 0.0], [0.0, 0.0, 3.0]], [3.0 * r, 0.0, 3.0 * r]);
+    assert_eq!(kind, CurveKind::Circle);
+    let tube = "#61=CYLINDRICAL_SURFACE('',#20,2.);";
+    let kind = along(tube, [7.0, 3.0], [-1.0, 0.0], [[0.0, 2.0, 3.0], [2.0, 0.0, 3.0]], [2.0 * r, 2.0 * r, 3.0]);
+    assert_eq!(kind, CurveKind::Circle);
+    let kind = along(tube, [FRAC_PI_2, 0.0], [0.0, 1.0], [[0.0, 2.0, 3.0], [0.0, 2.0, 1.0]], [0.0, 2.0, 2.0]);
+    assert_eq!(kind, CurveKind::Line);
+    let ring = "#61=TOROIDAL_SURFACE('',#20,5.,1.);";
+    let ends = [[0.0, 6.0, 0.0], [0.0, 5.0, 1.0]];
+    assert_eq!(along(ring, [FRAC_PI_2, 0.0], [0.0, 2.0], ends, [0.0, 5.0 + r, r]), CurveKind::Circle);
+    let swept = "#61=SURFACE_OF_LINEAR_EXTRUSION('',#82,#83);#82=CIRCLE('',#20,2.);#83=VECTOR('',#22,1.);";
+    along(swept, [0.0, 3.0], [1.0, 0.0], [[2.0, 0.0, 3.0], [0.0, 2.0, 3.0]], [2.0 * r, 2.0 * r, 3.0]);
+    let profile = [[2.0, 0.0, 0.0], [4.0, 0.0, 2.0]].into_iter().zip(84..).map(|(p, id)| point(id, p));
+    let turned = "#61=SURFACE_OF_REVOLUTION('',#82,#83);#82=POLYLINE('',(#84,#85));#83=AXIS1_PLACEMENT('',#21,#22);"
+        .to_owned()
+        + &profile.collect::<String>();
+    along(&turned, [FRAC_PI_2, 0.0], [0.0, 1.0], [[0.0, 2.0, 0.0], [0.0, 4.0, 2.0]], [0.0, 3.0, 1.0]);
+    // A saddle; its lines along either parameter are straight, the diagonal is not.
+    let corners = [[0.0, 0.0, 0.0], [0.0, 2.0, 2.0], [2.0, 0.0, 2.0], [2.0, 2.0, 0.0]];
+    let net = "#61=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#84,#85),(#86,#87)),.UNSPECIFIED.,.F.,.F.,.F.,(2,2),(2,2),\
+               (0.,1.),(0.,1.),.UNSPECIFIED.);"
+        .to_owned()
+        + &corners.into_iter().zip(84..).map(|(p, id)| point(id, p)).collect::<String>();
+    along(&net, [0.0, 0.25], [1.0, 0.0], [[0.0, 0.5, 0.5], [2.0, 0.5, 1.5]], [1.0, 0.5, 1.0]);
+    along(&net, [1.0, 0.0], [0.0, -1.0], [[2.0, 2.0, 0.0], [2.0, 0.0, 2.0]], [2.0, 1.0, 1.0]);
+    along(&net, [0.5, 0.5], [1.0, 1.0], [[0.0, 0.0, 0.0], [2.0, 2.0, 0.0]], [1.0, 1.0, 1.0]);
+}
+
+#[test]
+fn a_conic_in_the_parameters_of_a_plane_is_a_conic() {
+    let curve = "#60=PCURVE('',#61,#62);#61=PLANE('',#20);#62=DEFINITIONAL_REPRESENTATION('',(#63),#1);\
+                 #63=PARABOLA('',#64,1.);#64=AXIS2_PLACEMENT_2D('',#65,#66);#65=CARTESIAN_POINT('',(1.,0.));\
+                 #66=DIRECTION('',(0.,1.));";
+    // x = 1 - 2t, y = t²
+    let arc = edge([3.0, 1.0, 0.0], [-1.0, 1.0, 0.0], curve);
+    assert_eq!(arc.kind, CurveKind::Conic);
+    near(middle(&arc), DVec3::new(1.0, 0.0, 0.0));
+}
+
 /// A geometric set of one rectangular trimmed surface #60 over surface #61.
 fn rectangle(context: u32, surface: &str, trims: &str) -> Model {
     let text = world()

@@ -278,7 +278,7 @@ impl Geometry<'_> {
         } else if instance.is("OFFSET_CURVE_3D") {
             return self.offset_curve(instance, depth);
         } else if instance.is("PCURVE") {
-            self.pcurve(instance, depth)?
+            return self.pcurve(instance, depth);
         } else if instance.is("POLYLINE") {
             let mut points = self.points(instance.fields("POLYLINE", 1).links(0)?)?;
             points.dedup();

@@ -2,14 +2,15 @@
 //! Exact where a closed form exists, else cubic pieces, refined until sampled errors are within the tolerance.
 
 use super::curve::Carrier;
+use super::isoline::isoline;
 use super::offset::fitted;
-use super::parameters::Parametric;
+use super::parameters::{Parametric, StatedAxes};
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::table::{Entity, Read, Trouble, missing};
 use super::units::Units;
 use crate::model::{CurveKind, CurveTrouble, FitTrouble, Frame3, NurbsCurve3, StepTrouble, Surface, breaks};
-use glam::DVec3;
+use glam::{DAffine3, DMat3, DVec3};
 
 /// Maximum nesting of points defined by each other (through curves and surfaces).
 const MAX_NESTING: u8 = 3;
@@ -144,20 +145,35 @@ impl Geometry<'_> {
         Geometry { units: Units { length: 1.0, ..self.units }, ..*self }
     }
 
-    /// A `PCURVE` in space. A line on a plane is endless there, too: the vertices of its edge bound it.
-    pub(super) fn pcurve(&self, pcurve: Entity<'_>, depth: usize) -> Read<Carrier> {
-        let plain = self.plain();
-        let line = plain.unwrap(self.in_parameters(pcurve, "PCURVE")?, depth + 1)?;
-        if line.is("LINE")
-            && let (Carrier::Line { point, along }, _) = plain.carrier(line.id, depth + 1)?
-        {
-            let on = self.parametric(pcurve.fields("PCURVE", 1).reference(0)?, depth + 1)?;
-            if let Surface::Plane { .. } = on.surface {
-                let [point, next] = [point, point + along].map(|p| on.point(p.x, p.y));
-                return Ok(Carrier::Line { point, along: next - point });
-            }
+    /// The carrier of a `PCURVE` in space, and whether the curve has its direction. Exact on a plane and along u or v,
+    /// else approximated within the tolerance. The vertices of its edge bound a line; one that is neither on a plane nor
+    /// along u or v must end where the surface does.
+    pub(super) fn pcurve(&self, pcurve: Entity<'_>, depth: usize) -> Read<(Carrier, bool)> {
+        let (plain, own) = (self.plain(), pcurve.fields("PCURVE", 1));
+        let on = self.parametric(own.reference(0)?, depth + 1)?;
+        let (carrier, same) = plain.carrier(self.in_parameters(pcurve, "PCURVE")?, depth + 1)?;
+        if let (Surface::Plane { .. }, StatedAxes::Each(_)) = (&on.surface, &on.axes) {
+            let [origin, x, y] = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| on.point(u, v));
+            let (x, y) = (x - origin, y - origin);
+            let motion = DAffine3 { matrix3: DMat3::from_cols(x, y, x.cross(y) / x.length()), translation: origin };
+            return Ok((Similarity::new(motion).carrier(carrier), same));
         }
-        Ok(Carrier::Spline { curve: self.image(pcurve, depth)?, kind: CurveKind::Spline })
+        match carrier {
+            Carrier::Line { point, along } => {
+                if let Some((carrier, ahead)) = line_on(&on, point, along) {
+                    return Ok((carrier, same == ahead));
+                }
+                let (low, high) = on.crossing([point.x, point.y], [along.x, along.y]);
+                if !(low.is_finite() && high.is_finite() && low < high) {
+                    return Err(Trouble::new(pcurve.id, CurveTrouble::Endless { keyword: "LINE".to_owned() }));
+                }
+                let at = |t: f64| point + along * t;
+                let fitted = fitted(&[low, high], self.fit, |t| Ok(on.point(at(t).x, at(t).y)));
+                let curve = fitted.map_err(|what| Trouble::new(pcurve.id, what))?;
+                Ok((Carrier::Spline { curve, kind: CurveKind::Spline }, same))
+            }
+            _ => Ok((Carrier::Spline { curve: self.image(pcurve, depth)?, kind: CurveKind::Spline }, true)),
+        }
     }
 
     /// A `PCURVE` with ends as a curve in space: exact on a plane, else approximated within the tolerance.
@@ -234,6 +250,18 @@ impl Geometry<'_> {
         let own = instance.fields("CURVE_REPLICA", 1);
         Ok((own.reference(0)?, Similarity::new(self.motion(own.reference(1)?)?)))
     }
+}
+
+/// The image of a line of a surface's parameters that is straight or along u or v, and whether it has the line's
+/// direction.
+fn line_on(on: &Parametric, point: DVec3, along: DVec3) -> Option<(Carrier, bool)> {
+    let StatedAxes::Each(axes) = &on.axes else {
+        let [point, next] = [point, point + along].map(|p| on.point(p.x, p.y));
+        return Some((Carrier::Line { point, along: next - point }, true));
+    };
+    let axis = [along.y, along.x].into_iter().position(|across| across == 0.0)?;
+    let ahead = (along[axis] > 0.0) == (axes[axis].factor > 0.0);
+    Some((isoline(&on.surface, axis, on.within(point.x, point.y)), ahead))
 }
 
 /// Clamps a parameter that leaves the domain by at most a millionth of it (rounding); refuses others.

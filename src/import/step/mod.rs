@@ -15,7 +15,7 @@
 //! | `SUBFACE`, `VERTEX` without a point | refused |
 //! | `EDGE` without a curve | straight, with a warning |
 //! | edge whose curve is a single point, up to the tolerance and a millionth of the part | left out, as at a pole |
-//! | `EDGE_CURVE` on a `PCURVE` along a `LINE` | straight; with a warning unless the surface is a plane |
+//! | `EDGE_CURVE` on a `PCURVE` along an oblique `LINE` of a surface without ends | straight; with a warning off planes |
 //! | `SEAM_EDGE` | its oriented edge; the parameter curve is ignored |
 //! | `SUBEDGE` | a separate edge on its parent's curve, not shared with faces that use the parent |
 //! | `POINT_ON_CURVE`, `POINT_ON_SURFACE` | points; refused outside the domain, and on composite curves |
@@ -55,6 +55,7 @@ mod revolution;
 mod trimmed;
 mod face_part;
 mod offset;
+mod isoline;
 mod derived;
 mod weld;
 mod surface;

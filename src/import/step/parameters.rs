@@ -42,6 +42,16 @@ impl StatedAxis {
         turns * sweep + self.arc.to_nurbs(t - turns * sweep)
     }
 
+    /// The stated parameters at the ends of a domain, the smaller one first.
+    fn ends(&self, domain: (f64, f64)) -> (f64, f64) {
+        let (from, to) = match self.arc {
+            AxisMap::Arc { start, step, spans } => (start, start + step * f64::from(spans)),
+            AxisMap::Identity => domain,
+        };
+        let [from, to] = [from, to].map(|t| (t - self.start) / self.factor);
+        (from.min(to), from.max(to))
+    }
+
     /// The map of a trimmed curve or surface, whose parameter is 0 at `from` and grows as the trims say.
     fn trimmed(self, from: f64, along: bool) -> Self {
         let factor = if along { self.factor } else { -self.factor };
@@ -75,8 +85,8 @@ impl Parametric {
         }
     }
 
-    /// The point at stated parameters. Closed directions repeat beyond their ends.
-    pub(super) fn point(&self, u: f64, v: f64) -> DVec3 {
+    /// The natural parameters within the domain. Closed directions repeat beyond their ends.
+    pub(super) fn within(&self, u: f64, v: f64) -> [f64; 2] {
         let (domain, period) = (self.surface.natural_domain(), self.surface.period());
         let mut at = self.natural(u, v);
         for k in 0..2 {
@@ -85,9 +95,30 @@ impl Parametric {
                 at[k] = low + (at[k] - low).rem_euclid(period);
             }
         }
-        self.surface.point(at[0], at[1])
+        at
+    }
+
+    /// The range of `t` in which the stated parameters `at` + `t` `along` are within the domain. Closed directions have no
+    /// ends.
+    pub(super) fn crossing(&self, at: [f64; 2], along: [f64; 2]) -> (f64, f64) {
+        let StatedAxes::Each(axes) = &self.axes else { return ENDLESS };
+        let (domain, period) = (self.surface.natural_domain(), self.surface.period());
+        let open = (0..2).filter(|k| period[*k].is_none() && along[*k] != 0.0);
+        open.fold(ENDLESS, |(low, high), k| {
+            let (from, to) = axes[k].ends(domain[k]);
+            let [from, to] = [from, to].map(|end| (end - at[k]) / along[k]);
+            (low.max(from.min(to)), high.min(from.max(to)))
+        })
+    }
+
+    /// The point at stated parameters. Closed directions repeat beyond their ends.
+    pub(super) fn point(&self, u: f64, v: f64) -> DVec3 {
+        let [u, v] = self.within(u, v);
+        self.surface.point(u, v)
     }
 }
+
+const ENDLESS: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// What some types have none of.
 const PARAMETERS: &str = "parameters on curves and surfaces";
