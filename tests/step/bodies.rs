@@ -16,7 +16,7 @@ fn holding(items: &str) -> String {
 }
 
 /// Facts of the mesh of all instances at a fine tolerance.
-fn facts(model: Model) -> MeshFacts {
+pub(crate) fn facts(model: Model) -> MeshFacts {
     let prepared = prepared(model);
     assert!(prepared.diagnostics.iter().all(|d| d.severity < Severity::Warning), "{:?}", prepared.diagnostics);
     let tolerance = Tolerance { chord: 1e-4, angle: 0.2, max_edge: None };

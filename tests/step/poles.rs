@@ -1,10 +1,11 @@
 //! Edges that are single points, as some files state them at poles and apexes, and small ones that are not.
 
+use crate::bodies::facts;
 use crate::common::{prepared, prepared_clean};
 use crate::topology::square;
 use crate::{clean, model, only_part, point, shell, vertex, world};
-use std::f64::consts::FRAC_PI_4;
-use trimtess::model::{Loop, Model, Part};
+use std::f64::consts::{FRAC_PI_4, PI};
+use trimtess::model::{Loop, Model, Part, SurfaceKind};
 
 /// A cone on the unit circle with its apex at (0, 0, 1), and its base. The slanted face has a third edge #52 with
 /// `third` as geometry #65, from the apex #32 to vertex `end`. The vertices at the apex are `off` to the side.
@@ -159,4 +160,38 @@ fn short_edges_and_small_holes_stay() {
     let model = model_of(hole, "#76,#78");
     clean(&model);
     assert_eq!(loop_lengths(only_part(&model)), [4, 1]);
+}
+
+/// A torus of radii 1 and 1, stated as `surface`. Its rim is #50, #51 is a circle of the tube from there.
+fn horn(surface: &str, faces: &str) -> Model {
+    let text = world()
+        + &vertex(30, [2.0, 0.0, 0.0])
+        + &point(40, [1.0, 0.0, 0.0])
+        + "#41=DIRECTION('',(0.,-1.,0.));#42=AXIS2_PLACEMENT_3D('',#40,#41,#23);#43=CIRCLE('',#42,1.);\
+           #44=CIRCLE('',#20,2.);#45=AXIS1_PLACEMENT('',#21,#22);\
+           #50=EDGE_CURVE('',#30,#30,#44,.T.);#51=EDGE_CURVE('',#30,#30,#43,.T.);\
+           #70=ORIENTED_EDGE('',*,*,#50,.T.);#71=ORIENTED_EDGE('',*,*,#51,.T.);\
+           #72=ORIENTED_EDGE('',*,*,#50,.F.);#73=ORIENTED_EDGE('',*,*,#51,.F.);"
+        + &format!("#60={surface};{faces}")
+        + "#93=MANIFOLD_SOLID_BREP('',#90);#92=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#93),#1);";
+    model(&text)
+}
+
+#[test]
+fn a_torus_that_touches_its_axis_ends_there_unless_an_edge_runs_through() {
+    let halves = "#75=EDGE_LOOP('',(#70));#76=EDGE_LOOP('',(#72));\
+                  #77=FACE_OUTER_BOUND('',#75,.T.);#78=FACE_OUTER_BOUND('',#76,.T.);\
+                  #80=ADVANCED_FACE('',(#77),#60,.T.);#81=ADVANCED_FACE('',(#78),#60,.T.);\
+                  #90=CLOSED_SHELL('',(#80,#81));";
+    let whole = "#75=EDGE_LOOP('',(#70,#71,#72,#73));#77=FACE_OUTER_BOUND('',#75,.T.);\
+                 #80=ADVANCED_FACE('',(#77),#60,.T.);#90=CLOSED_SHELL('',(#80));";
+    for surface in ["TOROIDAL_SURFACE('',#20,1.,1.)", "SURFACE_OF_REVOLUTION('',#43,#45)"] {
+        for (faces, kind) in [(halves, SurfaceKind::Revolution), (whole, SurfaceKind::Torus)] {
+            let model = horn(surface, faces);
+            clean(&model);
+            assert!(only_part(&model).faces.iter().all(|face| face.surface.kind() == kind), "{surface}");
+            let facts = facts(model);
+            assert!(facts.is_closed() && (facts.volume - 2.0 * PI * PI).abs() < 1e-3 * 20.0, "{surface}: {facts}");
+        }
+    }
 }

@@ -8,6 +8,7 @@ use crate::math::bisection::bisected;
 use crate::model::{Frame3, NurbsCurve3, Surface};
 use glam::{DVec2, DVec3};
 use std::cell::OnceCell;
+use std::f64::consts::PI;
 
 /// A profile point within this share of the profile's size lies on the axis: files print axis directions with as few as
 /// seven digits.
@@ -333,12 +334,23 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// the sheet of the profile's start.
 ///
 /// Keeps all sheets if the boundary lies on several, or if there is no boundary. Those of a circle become a torus.
+///
+/// A torus that touches its axis ends there, at both sides, unless an edge runs through that point (`runs_through`;
+/// `None` for a face without edges): such an edge goes on at the other side.
 pub(super) fn one_sheet(
     stated: Stated,
     on: impl FnOnce() -> Vec<DVec3>,
     along: impl FnOnce() -> Vec<f64>,
     is_outwards: impl FnOnce(DVec3, DVec3) -> Option<bool>,
+    runs_through: impl FnOnce(DVec3) -> Option<bool>,
 ) -> Stated {
+    let stated = horn(stated);
+    if let Surface::Torus { frame, major, minor } = &stated.surface
+        && major == minor
+        && runs_through(frame.origin) == Some(false)
+    {
+        return Stated { surface: spindle(frame, *major, *minor, true), ..stated };
+    }
     let Surface::Revolution { curve, frame } = &stated.surface else { return stated };
     let pieces = cut_at_axis(curve, frame, ON_AXIS);
     if pieces.is_empty() {
@@ -431,6 +443,38 @@ fn sphere(piece: &NurbsCurve3, frame: &Frame3) -> Option<(Surface, bool)> {
     round.then(|| {
         (Surface::Sphere { frame: Frame3 { origin, ..*frame }, radius }, side.cross(tangent).dot(middle - origin) < 0.0)
     })
+}
+
+/// The torus of a circle that touches the axis of revolution. Other surfaces are unchanged.
+fn horn(stated: Stated) -> Stated {
+    let Surface::Revolution { curve, frame } = &stated.surface else { return stated };
+    match torus(curve, frame) {
+        Some((Surface::Torus { frame, major, minor }, inwards)) if (major - minor).abs() <= ON_AXIS * minor => {
+            let surface = Surface::Torus { frame, major: minor, minor };
+            Stated { surface, turned: stated.turned != inwards, note: stated.note }
+        }
+        _ => stated,
+    }
+}
+
+/// The outer ("apple") or inner ("lemon") part of a torus that meets its own axis, as the surface of revolution of an
+/// arc.
+///
+/// The arc's ends lie exactly on the axis. Parameters are the torus's, up to the arc's parametrisation.
+pub(super) fn spindle(frame: &Frame3, major: f64, minor: f64, outer: bool) -> Surface {
+    // The tube's circle crosses the axis at this angle.
+    let half = libm::acos(-major / minor);
+    let (middle, half) = if outer { (0.0, half) } else { (PI, PI - half) };
+    let plane = Frame3 { origin: frame.origin + frame.x * major, x: frame.x, y: frame.z, z: -frame.y };
+    let mut curve = NurbsCurve3::arc(&plane, minor, minor, middle - half, middle + half);
+    let onto_axis = |p: &mut DVec3| *p = frame.origin + frame.z * (*p - frame.origin).dot(frame.z);
+    if let Some(first) = curve.points.first_mut() {
+        onto_axis(first);
+    }
+    if let Some(last) = curve.points.last_mut() {
+        onto_axis(last);
+    }
+    Surface::Revolution { curve, frame: *frame }
 }
 
 /// The torus that a whole circle in a plane through the axis sweeps, and whether the sweep's normal points inwards.

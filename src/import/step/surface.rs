@@ -4,16 +4,14 @@ use super::curve::{Carrier, Form, check_degree, check_weights, knots_of};
 use super::face_location::{FaceLocation, LocateFace, Stated, reaching};
 use super::place::Geometry;
 use super::replica::Similarity;
-use super::revolution;
+use super::revolution::{self, spindle};
 use super::spline;
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::Attribute;
 use super::weld;
-use crate::model::{
-    CurveTrouble, Frame3, NurbsCurve3, NurbsSurface, Severity, SplineTrouble, StepOutcome, StepTrouble, Surface,
-};
+use crate::model::{CurveTrouble, Frame3, NurbsSurface, Severity, SplineTrouble, StepOutcome, StepTrouble, Surface};
 use glam::DVec3;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 const SPLINES: [&str; 6] = [
     "B_SPLINE_SURFACE",
@@ -233,24 +231,4 @@ fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
     }
     (net.knots_u, net.knots_v) = (knots_u, knots_v);
     Ok(())
-}
-
-/// The outer ("apple") or inner ("lemon") part of a torus that meets its own axis, as the surface of revolution of an
-/// arc.
-///
-/// The arc's ends lie exactly on the axis. Parameters are the torus's, up to the arc's parametrisation.
-fn spindle(frame: &Frame3, major: f64, minor: f64, outer: bool) -> Surface {
-    // The tube's circle crosses the axis at this angle.
-    let half = libm::acos(-major / minor);
-    let (middle, half) = if outer { (0.0, half) } else { (PI, PI - half) };
-    let plane = Frame3 { origin: frame.origin + frame.x * major, x: frame.x, y: frame.z, z: -frame.y };
-    let mut curve = NurbsCurve3::arc(&plane, minor, minor, middle - half, middle + half);
-    let onto_axis = |p: &mut DVec3| *p = frame.origin + frame.z * (*p - frame.origin).dot(frame.z);
-    if let Some(first) = curve.points.first_mut() {
-        onto_axis(first);
-    }
-    if let Some(last) = curve.points.last_mut() {
-        onto_axis(last);
-    }
-    Surface::Revolution { curve, frame: *frame }
 }

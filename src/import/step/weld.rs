@@ -31,14 +31,13 @@ pub(super) fn curve(curve: NurbsCurve3, tolerance: f64) -> NurbsCurve3 {
 
 /// Moves border rows of a net that are within `tolerance` of a point to that point, and both border rows of a direction
 /// within `tolerance` of each other to the row between them. `closed`: directions that the file does not call open. Their
-/// rows may also be as far apart as rounding explains, and their points at a pole as far from it.
+/// rows may also be as far apart as rounding explains. So may the points of a row that closes be from a pole.
 pub(super) fn net(mut net: NurbsSurface, closed: [bool; 2], tolerance: f64) -> NurbsSurface {
     let weld = |net: &mut NurbsSurface| {
         // The points of a pole are rounded, too: those of rows that close may be as far apart as the rows were.
         let joined = [0, 1].map(|axis| close(net, axis, closed[axis], tolerance));
-        let within = joined.map(|gap| gap.unwrap_or(0.0).max(tolerance));
-        let collapsed = [0, 1].map(|axis| collapse(net, axis, within[1 - axis]));
-        joined.iter().any(Option::is_some) || collapsed.contains(&true)
+        let collapsed = [0, 1].map(|axis| collapse(net, axis, joined[1 - axis], tolerance));
+        joined.iter().flatten().any(|gap| *gap > 0.0) || collapsed.contains(&true)
     };
     if is_clamped(net.degree_u, &net.knots_u) && is_clamped(net.degree_v, &net.knots_v) {
         weld(&mut net);
@@ -74,12 +73,15 @@ impl Rows {
     }
 }
 
-fn collapse(net: &mut NurbsSurface, axis: usize, tolerance: f64) -> bool {
+/// Moves border rows that are nearly points to those points. `joined`: how far apart their ends were, if they close.
+fn collapse(net: &mut NurbsSurface, axis: usize, joined: Option<f64>, tolerance: f64) -> bool {
     let rows = Rows::of(net, axis);
     let point = |net: &NurbsSurface, row: usize, k: usize| net.points[rows.at(row, k)];
     let along =
         |row: usize| -> f64 { (1..rows.length).map(|k| point(net, row, k - 1).distance(point(net, row, k))).sum() };
-    let near = tolerance.min(NEAR * (0..rows.count).map(along).fold(0.0, f64::max));
+    let most = (0..rows.count).map(along).fold(0.0, f64::max);
+    let rounded = joined.map_or(0.0, |gap| gap.max(spline::ROUNDED * most));
+    let near = tolerance.max(rounded).min(NEAR * most);
     let mut moved = false;
     for row in [0, rows.count - 1] {
         let first = point(net, row, 0);
@@ -93,7 +95,7 @@ fn collapse(net: &mut NurbsSurface, axis: usize, tolerance: f64) -> bool {
     moved
 }
 
-/// Joins both border rows of a direction, and returns how far apart they were. `None` if they stay.
+/// Joins both border rows of a direction, and returns how far apart they were. `None` if they stay apart.
 fn close(net: &mut NurbsSurface, axis: usize, closed: bool, tolerance: f64) -> Option<f64> {
     let rows = Rows::of(net, axis);
     let ends = |k: usize| [rows.at(0, k), rows.at(rows.count - 1, k)];
@@ -112,14 +114,14 @@ fn close(net: &mut NurbsSurface, axis: usize, closed: bool, tolerance: f64) -> O
     };
     let (wide, way) = (most(&gap), most(&way));
     let near = tolerance.max(if closed { spline::ROUNDED * way } else { 0.0 }).min(NEAR * way);
-    let moves = wide > 0.0 && wide <= near && (0..rows.length).all(weighs_same);
-    if moves {
+    let closes = wide <= near && (0..rows.length).all(weighs_same);
+    if closes && wide > 0.0 {
         for [a, b] in (0..rows.length).map(ends) {
             let middle = 0.5 * (net.points[a] + net.points[b]);
             (net.points[a], net.points[b]) = (middle, middle);
         }
     }
-    moves.then_some(wide)
+    closes.then_some(wide)
 }
 
 #[cfg(test)]
@@ -166,14 +168,16 @@ mod tests {
 
     #[test]
     fn a_row_within_the_tolerance_of_a_point_is_a_pole() {
-        for (spread, collapses) in [(4e-6, true), (1e-3, false)] {
-            let mut cone = tube(1.0, 3.0, 0.0);
+        // As far from it as rounding explains, if the row closes.
+        for (turn, spread, collapses) in [(1.0, 4e-6, true), (1.0, 2e-5, true), (0.5, 2e-5, false), (1.0, 1e-3, false)]
+        {
+            let mut cone = tube(turn, 3.0, 0.0);
             for row in cone.points.chunks_mut(2) {
                 row[1] = DVec3::new(row[0].x * spread, row[0].y * spread, 3.0);
             }
             let cone = net(cone, [false; 2], 1e-5);
             let apex = cone.points[1];
-            assert_eq!(cone.points.iter().skip(1).step_by(2).all(|p| *p == apex), collapses, "{spread}");
+            assert_eq!(cone.points.iter().skip(1).step_by(2).all(|p| *p == apex), collapses, "{turn} {spread}");
         }
     }
 

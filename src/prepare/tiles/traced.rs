@@ -118,7 +118,7 @@ impl<'a> Traced<'a> {
                     self.loops.push(traced);
                     self.notes.extend(miss.map(|gap_mm| FaceTrouble::LoopMissesStart { gap_mm }));
                 }
-                Loop::Vertex(v) => self.named_pole = self.projector.pole_at(part.vertices[v.index()]),
+                Loop::Vertex(v) => self.named_pole = self.projector.only_pole_at(part.vertices[v.index()]),
             }
         }
         let near = self.gap <= LOST_SHARE * self.extent;

@@ -70,6 +70,13 @@ impl Projector<'_> {
         self.poles.iter().zip(&self.reaches).position(|(pole, &reach)| pole.point.distance(p) <= reach)
     }
 
+    /// The pole at `p`. `None` if there are two, as where a torus touches its axis.
+    pub(crate) fn only_pole_at(&self, p: DVec3) -> Option<usize> {
+        let first = self.pole_at(p)?;
+        let others = self.poles.iter().zip(&self.reaches).skip(first + 1);
+        others.into_iter().all(|(pole, &reach)| pole.point.distance(p) > reach).then_some(first)
+    }
+
     /// Interior parameters at which an edge passes through a pole, increasing. Its image jumps there.
     pub(crate) fn pole_passages(&self, edge: &Edge) -> Vec<f64> {
         if self.poles.is_empty() {
