@@ -4,7 +4,7 @@ use crate::body::{Body, ball, cap, frame, integral, level, through};
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use trimtess::model::{Coedge, EdgeId, Frame3, NurbsCurve3, ShellKind, Surface};
+use trimtess::model::{Coedge, EdgeId, Frame3, Loop, NurbsCurve3, ShellKind, Surface};
 
 fn sphere(radius: f64) -> Surface {
     Surface::Sphere { frame: Frame3::WORLD, radius }
@@ -358,17 +358,20 @@ fn windows_in_a_torus_anywhere() {
 #[test]
 fn windows_in_a_cylinder_and_a_sphere_across_a_stated_seam() {
     let (radius, height) = (5.0, 12.0);
-    for u in [0.0, 0.2, 2.0] {
+    // Two windows have a side on the seam, with which their wires may begin.
+    let sides = [0.4, -0.4].into_iter().flat_map(|u| (0..4).map(move |first| (u, first)));
+    for (u, first) in [(0.0, 0), (0.2, 0), (2.0, 0)].into_iter().chain(sides) {
         let mut body = Body::sheet();
         let [low, high] = [0.0, height].map(|z| body.circle(&level(z), radius));
         let seam = body.line(DVec3::X * radius, DVec3::new(radius, 0.0, height));
         let back = Coedge { reversed: !seam.reversed, ..seam };
-        let window = body.window(radius, (u - 0.4, u + 0.4), (3.0, 7.0));
+        let mut window = body.window(radius, (u - 0.4, u + 0.4), (3.0, 7.0));
+        window.rotate_left(first);
         let loops = vec![vec![low.along(), seam, high.against(), back], window];
         body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);
-        let told: &[&'static str] = if u < 0.4 { &["edges-run-both-ways"] } else { &[] };
+        let told: &[&'static str] = if u.abs() < 0.4 { &["edges-run-both-ways"] } else { &[] };
         let area = TAU * radius * height - 0.8 * radius * 4.0;
-        Ladder::sheet(body.finish(), area).named(u).told(told).climb();
+        Ladder::sheet(body.finish(), area).named((u, first)).told(told).climb();
     }
     // A round window about the end of the x axis, across the middle of a sphere's seam.
     let mut body = Body::sheet();
@@ -407,6 +410,18 @@ fn a_horn_torus_stated_as_a_torus() {
     let mut body = Body::solid();
     body.face(torus(3.0, 3.0), Vec::new(), false);
     Ladder::solid(body.finish(), TAU * PI * 27.0, TAU * TAU * 9.0).climb();
+}
+
+#[test]
+fn halves_of_a_horn_with_a_loop_at_the_cusp() {
+    // Both ends of the profile are there. Which of them a half ends at, the direction of its rim tells.
+    let mut body = Body::solid();
+    let (surface, volume, area) = turned_arc(3.0, 3.0, -PI, PI);
+    let (rim, cusp) = (body.circle(&Frame3::WORLD, 6.0), body.vertex(DVec3::ZERO));
+    for rim in [rim.along(), rim.against()] {
+        body.part.plain_face(surface.clone(), body.shell, vec![Loop::Edges(vec![rim]), Loop::Vertex(cusp)], false);
+    }
+    Ladder::solid(body.finish(), volume, area).climb();
 }
 
 #[test]

@@ -178,7 +178,7 @@ fn horn(surface: &str, faces: &str) -> Model {
 }
 
 #[test]
-fn a_torus_that_touches_its_axis_ends_there_unless_an_edge_runs_through() {
+fn a_torus_that_touches_its_axis_ends_there_unless_an_edge_comes_there() {
     let halves = "#75=EDGE_LOOP('',(#70));#76=EDGE_LOOP('',(#72));\
                   #77=FACE_OUTER_BOUND('',#75,.T.);#78=FACE_OUTER_BOUND('',#76,.T.);\
                   #80=ADVANCED_FACE('',(#77),#60,.T.);#81=ADVANCED_FACE('',(#78),#60,.T.);\

@@ -100,24 +100,23 @@ fn settled(
     on: impl FnOnce() -> Vec<DVec3>,
 ) -> Read<Stated> {
     let is_outwards = |centre, to_pole| Some(is_outwards(face, edges, centre, to_pole)? == face.same_sense);
-    let runs_through = |p| runs_through(face, edges, p);
-    let stated = one_sheet(surface?, on, || geometry.profile_parameters(face), is_outwards, runs_through);
+    let meets = |p| meets(face, edges, p);
+    let stated = one_sheet(surface?, on, || geometry.profile_parameters(face), is_outwards, meets);
     match stated.surface.check() {
         Ok(()) => Ok(stated),
         Err(error) => Err(Trouble::new(face.surface, error)),
     }
 }
 
-/// Whether an edge of a face runs through a point, which is not its end. `None` for a face without edges.
-fn runs_through(face: &StatedFace, edges: &EdgeDrafts, p: DVec3) -> Option<bool> {
+/// Whether an edge of a face comes to a point, as near as rounding explains. `None` for a face without edges.
+fn meets(face: &StatedFace, edges: &EdgeDrafts, p: DVec3) -> Option<bool> {
     let uses = face.bounds.iter().flat_map(|bound| if let Bound::Edges(uses) = bound { uses.as_slice() } else { &[] });
     let mut curves = uses.filter_map(|edge| edges.get(edge.edge)?.as_ref().ok()?.curve.as_ref()).peekable();
     curves.peek()?;
     Some(curves.any(|BoundedCurve { curve, range, .. }| {
         let [low, high] = around(curve.points.iter().copied());
-        let near = FLAT * low.distance(high);
-        let is_end = |t: f64| curve.point(t).distance(p) <= near;
-        !is_end(range.0) && !is_end(range.1) && is_end(spline::nearest(curve, p).clamp(range.0, range.1))
+        let nearest = spline::nearest(curve, p).clamp(range.0, range.1);
+        curve.point(nearest).distance(p) <= spline::ROUNDED * low.distance(high)
     }))
 }
 

@@ -335,19 +335,19 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 ///
 /// Keeps all sheets if the boundary lies on several, or if there is no boundary. Those of a circle become a torus.
 ///
-/// A torus that touches its axis ends there, at both sides, unless an edge runs through that point (`runs_through`;
-/// `None` for a face without edges): such an edge goes on at the other side.
+/// A torus that touches its axis ends there, at both sides, unless an edge comes to that point (`meets`; `None` for a
+/// face without edges): such an edge may go on at the other side.
 pub(super) fn one_sheet(
     stated: Stated,
     on: impl FnOnce() -> Vec<DVec3>,
     along: impl FnOnce() -> Vec<f64>,
     is_outwards: impl FnOnce(DVec3, DVec3) -> Option<bool>,
-    runs_through: impl FnOnce(DVec3) -> Option<bool>,
+    meets: impl FnOnce(DVec3) -> Option<bool>,
 ) -> Stated {
     let stated = horn(stated);
     if let Surface::Torus { frame, major, minor } = &stated.surface
         && major == minor
-        && runs_through(frame.origin) == Some(false)
+        && meets(frame.origin) == Some(false)
     {
         return Stated { surface: spindle(frame, *major, *minor, true), ..stated };
     }
@@ -448,6 +448,10 @@ fn sphere(piece: &NurbsCurve3, frame: &Frame3) -> Option<(Surface, bool)> {
 /// The torus of a circle that touches the axis of revolution. Other surfaces are unchanged.
 fn horn(stated: Stated) -> Stated {
     let Surface::Revolution { curve, frame } = &stated.surface else { return stated };
+    let (a, b) = curve.domain();
+    if curve.point(a).distance(curve.point(b)) > ON_AXIS * size(curve, frame) {
+        return stated;
+    }
     match torus(curve, frame) {
         Some((Surface::Torus { frame, major, minor }, inwards)) if (major - minor).abs() <= ON_AXIS * minor => {
             let surface = Surface::Torus { frame, major: minor, minor };

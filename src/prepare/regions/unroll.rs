@@ -210,6 +210,15 @@ fn most_turns(projector: &Projector<'_>) -> f64 {
     if projector.period.iter().all(Option::is_some) { MOST_TURNS_BOTH_WAYS } else { MOST_TURNS }
 }
 
+/// Number of points of a loop to test. One may lie on the other loop, at a common vertex.
+const PROBES: usize = 5;
+
+/// Points of a loop, for the question in which other it lies.
+fn probes(points: &[DVec2]) -> [DVec2; PROBES] {
+    let n = points.len();
+    std::array::from_fn(|i| points[(i * n / PROBES + i) % n])
+}
+
 /// Moves loops and their polylines by whole periods so that all lie in or around the largest one. Whether any moved.
 fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], projector: &Projector<'_>) -> bool {
     let largest = (0..loops.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
@@ -223,7 +232,9 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
         if k == outer {
             continue;
         }
-        let probe = l.pieces[0].samples[l.pieces[0].samples.len() / 2].uv;
+        // One may lie on the largest loop, and several if an edge runs along its seam.
+        let probes = probes(&polylines[k]);
+        let probe = probes[0];
         // The loop may lie at any turn of the largest loop.
         let steps = |axis: usize| {
             let Some(period) = projector.period[axis] else { return 0..=0 };
@@ -231,12 +242,20 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
             let turns = [turns(low[axis]).floor(), turns(high[axis]).ceil()].map(|turns| turns.clamp(-most, most));
             (turns[0] as i64).min(-3)..=(turns[1] as i64).max(3)
         };
-        let found = steps(0).flat_map(|i| steps(1).map(move |j| (i, j))).find_map(|(i, j)| {
+        let mut found = (0, DVec2::ZERO);
+        for (i, j) in steps(0).flat_map(|i| steps(1).map(move |j| (i, j))) {
             let turns = DVec2::new(i as f64, j as f64);
             let by = turns * DVec2::from_array(projector.period.map(|p| p.unwrap_or(0.0)));
-            polygon.holds(probe + by).then_some(by)
-        });
-        if let Some(by) = found.filter(|by| *by != DVec2::ZERO) {
+            let held = probes.iter().filter(|probe| polygon.holds(**probe + by)).count();
+            if held > found.0 {
+                found = (held, by);
+            }
+            if held == PROBES {
+                break;
+            }
+        }
+        let (_, by) = found;
+        if by != DVec2::ZERO {
             l.shift(by);
             polylines[k] = l.polyline();
             moved = true;
@@ -250,8 +269,6 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
 /// A loop that crosses the largest one is a hole if its stated direction is opposite. Other loops that cross are not
 /// inside each other. Of two that coincide, the smaller one is a hole if its stated direction is opposite.
 fn nest(loops: &mut [UvLoop], polylines: Vec<Vec<DVec2>>, areas: &[f64]) {
-    /// Number of points of a loop to test. One may lie on the other loop, at a common vertex.
-    const PROBES: usize = 5;
     let turn = |l: &mut UvLoop, area: f64, depth: usize| {
         if (area > 0.0) != depth.is_multiple_of(2) {
             l.reverse();
@@ -266,9 +283,7 @@ fn nest(loops: &mut [UvLoop], polylines: Vec<Vec<DVec2>>, areas: &[f64]) {
     let tree = BoxTree::new(&boxes);
     let largest = (0..areas.len()).max_by(|&a, &b| areas[a].abs().total_cmp(&areas[b].abs()));
     for (k, l) in loops.iter_mut().enumerate() {
-        let points = &polygons[k].points;
-        let n = points.len();
-        let probes: [DVec2; PROBES] = std::array::from_fn(|i| points[(i * n / PROBES + i) % n]);
+        let probes = probes(&polygons[k].points);
         let holds = |o: usize| {
             if o == k {
                 return false;
