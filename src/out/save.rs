@@ -30,8 +30,8 @@ pub fn save<'a>(frame: impl Into<FrameView<'a>>, path: &Path, format: Format) ->
 /// rounding to the format's numbers cost. The bytes do not depend on the number of threads. They are all in memory
 /// before the file is created.
 ///
-/// Cancelling takes effect after at most 8192 vertices on each thread, or a tile that has more, or a MiB that is being
-/// written. Compressing a stream of a GLB is not interrupted: about 3 ms per MiB of the stream.
+/// Each thread looks for a cancel after some thousand vertices or triangles, and a MiB that is written. Compressing a
+/// stream of a GLB is not interrupted.
 ///
 /// # Errors
 /// If the file cannot be created, written or renamed, the format's numbers do not suffice, or when cancelled. An
