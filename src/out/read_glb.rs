@@ -1,4 +1,4 @@
-//! A GLB that [`write_glb`](super::write_glb) wrote, back to triangles in millimetres and +Z up.
+//! A GLB that [`save_on`](super::save_on) wrote, back to triangles in millimetres and +Z up.
 
 use super::bytes::{FileTriangle, bad, bytes_at};
 #[cfg(feature = "meshopt")]

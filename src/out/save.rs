@@ -92,14 +92,14 @@ pub struct Saved {
 
 impl Outputs {
     /// Writes a mesh, or levels of detail of a GLB (MSFT_lod), finest first, to a file that appears when these outputs
-    /// are published. Otherwise as [`save_on`](super::save_on).
+    /// are published. Otherwise as [`super::save_on`].
     ///
     /// With levels, each node has coarser nodes, and the share of the screen below which each replaces it: that at
     /// which the chord tolerance of a level is a pixel on a screen of 1920 by 1080. Readers that do not know the
     /// extension draw the finest level. Where a part has no triangles in a level, it has those of the level before.
     ///
     /// # Errors
-    /// As [`save_on`](super::save_on); rounding is limited in each level. [`UnfitLevel`] if the levels are not of one
+    /// As [`super::save_on`]; rounding is limited in each level. [`UnfitLevel`] if the levels are not of one
     /// scene, or the format has no levels. Earlier files of these outputs are not affected.
     pub fn save_on(
         &mut self,
