@@ -11,8 +11,8 @@ use trimtess::audit::{DeviationReport, deviation, economy};
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{Batch, EdgeLine, MemorySink, Origin, TileMesh, check_scene};
 use trimtess::model::{
-    EdgeId, FaceId, Frame3, Loop, NurbsSurface, Part, PartBuilder, PartId, ShellKind, Surface, SurfaceKind, TileId,
-    VertexId,
+    EdgeId, FaceId, Frame3, Loop, NurbsCurve3, NurbsSurface, Part, PartBuilder, PartId, ShellKind, Surface,
+    SurfaceKind, TileId, VertexId,
 };
 use trimtess::prepare::Prepared;
 use trimtess::prepare::internals::PreparedFace;
@@ -258,6 +258,25 @@ fn weights_do_not_ask_for_triangles() {
         assert!(economy.worst() <= most, "{chord}: {economy}");
         assert!(deviation.raw.worst <= 1.0, "{chord}: {deviation}");
     }
+}
+
+#[test]
+fn bends_do_not_ask_for_triangles() {
+    // One polynomial piece with two bends, as a surface of revolution and fitted.
+    let profile = [(4.0, 0.0), (24.0, 2.0), (-25.0, 12.0), (29.0, 17.0), (4.0, 20.0)];
+    let points: Vec<DVec3> = profile.iter().map(|&(x, z)| DVec3::new(x, 0.0, z)).collect();
+    let curve = NurbsCurve3::bezier(points, Vec::new());
+    let revolved = Surface::Revolution { frame: Frame3::WORLD, curve };
+    let chord = 0.03;
+    let mesh_of = |surface: Surface| {
+        let prepared = prepared_clean(whole(surface));
+        let mesh = framed(&prepared, chord);
+        let (economy, deviation) = (economy(&prepared, &mesh, chord), deviation(&prepared, &mesh, chord));
+        assert!(economy.worst() <= 1.25 && deviation.raw.worst <= 1.0, "{economy} {deviation}");
+    };
+    let (fitted, _) = revolved.to_nurbs((0.0, TAU), (0.0, 1.0));
+    mesh_of(revolved);
+    mesh_of(Surface::Nurbs(fitted));
 }
 
 /// A surface that is straight along u, twisted, and bent along v by about `bend`.

@@ -16,6 +16,7 @@ use crate::math::order::larger;
 use glam::DVec4;
 use smallvec::{SmallVec, smallvec};
 use std::cell::LazyCell;
+use std::f64::consts::FRAC_PI_2;
 
 /// A derivative below this share of the size (largest distance from the origin) is rounding and counts as zero.
 const ROUNDING: f64 = 1e-12;
@@ -27,17 +28,48 @@ impl SurfaceBounds {
     /// large rational nets. Cost: a few µs per sub-box up to degree (3, 3).
     #[must_use]
     pub fn new(patches: &BezierPatches) -> Self {
-        let [cuts_u, cuts_v] = [0, 1].map(|axis| cuts::of_surface(patches, axis));
-        let breaks_u = cuts::borders(&cuts_u, &patches.breaks_u);
-        let breaks_v = cuts::borders(&cuts_v, &patches.breaks_v);
-        let size = patches.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
         let mut sampler = Sampler::new(patches.degree_u, patches.degree_v, patches.rational);
-        let mut nets = SubNets::new(patches, [&cuts_u, &cuts_v]);
+        let mut cuts = [0, 1].map(|axis| cuts::of_surface(patches, axis));
+        let (mut bounds, mut asks) = Self::of_cuts(patches, &cuts, &mut sampler, |_, _| None);
+        while asks.iter().flatten().any(|asks| *asks) {
+            let finer = [0, 1].map(|axis| cuts::halved(patches, axis, &cuts[axis], &asks[axis]));
+            if (0..2).all(|axis| finer[axis].len() == cuts[axis].len()) {
+                break;
+            }
+            cuts = [0, 1].map(|axis| finer[axis].iter().map(|(cut, _)| *cut).collect());
+            (bounds, asks) = Self::of_cuts(patches, &cuts, &mut sampler, |i, j| {
+                let at = finer[0][i].1? * (bounds.breaks_v.len() - 1) + finer[1][j].1?;
+                Some((bounds.cells[at], bounds.places[at]))
+            });
+        }
+        bounds
+    }
+
+    /// The bounds of the sub-boxes between cuts in u and v, and which strips in u and in v are too long: those with boxes
+    /// along which the normal turns by more than a right angle. Nobody knows where, and plans count `slide` in full there,
+    /// and `lift` everywhere as much as at the bend. `known` are the bounds and the place of box (i, j) if it was made
+    /// before.
+    fn of_cuts(
+        patches: &BezierPatches,
+        [cuts_u, cuts_v]: &[Vec<Cut>; 2],
+        sampler: &mut Sampler,
+        known: impl Fn(usize, usize) -> Option<(BoxBounds, BoundingBox)>,
+    ) -> (Self, [Vec<bool>; 2]) {
+        let breaks_u = cuts::borders(cuts_u, &patches.breaks_u);
+        let breaks_v = cuts::borders(cuts_v, &patches.breaks_v);
+        let size = patches.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
+        let mut nets = SubNets::new(patches, [cuts_u, cuts_v]);
         let columns = breaks_v.len() - 1;
+        let mut asks = [cuts_u, cuts_v].map(|cuts| vec![false; cuts.len()]);
         let mut cells = Vec::with_capacity((breaks_u.len() - 1) * columns);
         let mut places = Vec::with_capacity(cells.capacity());
         for i in 0..breaks_u.len() - 1 {
             for j in 0..columns {
+                if let Some((cell, place)) = known(i, j) {
+                    cells.push(cell);
+                    places.push(place);
+                    continue;
+                }
                 let net = nets.at(i, j);
                 places.push(BoundingBox::of_net(net));
                 let local = patch_bounds(patches.degree_u + 1, net, patches.rational);
@@ -52,7 +84,12 @@ impl SurfaceBounds {
                 let most = samples.most();
                 let part = |k: usize, part: usize| norms[k].min(keep(most[2 * k + part]));
                 let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
-                let [turn_u, turn_v] = samples.turns();
+                let turns @ [turn_u, turn_v] = samples.turns();
+                let far = turns.map(|turn| turn > FRAC_PI_2);
+                if far.contains(&true) && (0..3).any(|k| bend(k).lift > 0.0) && !samples.fold() {
+                    asks[0][i] |= far[0];
+                    asks[1][j] |= far[1];
+                }
                 cells.push(BoxBounds {
                     uu: bend(0).scaled(1.0 / (u * u)),
                     uv: bend(1).scaled(1.0 / (u * v)),
@@ -64,7 +101,7 @@ impl SurfaceBounds {
                 });
             }
         }
-        Self { breaks_u, breaks_v, cells, places }
+        (Self { breaks_u, breaks_v, cells, places }, asks)
     }
 
     /// Whether it is one parallelogram, with even parameters.

@@ -18,6 +18,10 @@ const ALIKE: f64 = 1.5;
 const WORK: usize = 512;
 /// Limit of strips for that in one piece.
 const STRIPS: usize = 64;
+/// Surfaces of more pieces are cut finely as they are, and rational nets of more control points cost too much: one strip
+/// for each piece, unless weights ask for more.
+const FEW_PIECES: usize = 64;
+const FEW_POINTS: usize = 20;
 
 /// Part of a piece along one parameter.
 #[derive(Clone, Copy)]
@@ -37,7 +41,7 @@ struct Weights {
 pub(super) fn of_surface(patches: &BezierPatches, axis: usize) -> Vec<Cut> {
     let counts = <[usize; 2]>::from(patches.counts());
     let degrees = [patches.degree_u, patches.degree_v];
-    let points = if patches.rational { (degrees[0] + 1) * (degrees[1] + 1) } else { 1 };
+    let points = points(patches);
     let weights = |piece: usize| {
         let columns = degrees[1] + 1;
         let patch = |k: usize| if axis == 0 { patches.patch(piece, k) } else { patches.patch(k, piece) };
@@ -64,6 +68,31 @@ pub(super) fn of_segment(spline: &BezierSpline3, k: usize) -> SmallVec<[Cut; 4]>
     let counts = (parts(spline.degree, spline.segments(), 1), most(spline.segments() * (spline.degree + 1)));
     cut(k, counts, weights, |cut| all.push(cut));
     all
+}
+
+/// The cuts of [`of_surface`] with those halved that ask for it, as far as limits allow. With the number of each that
+/// stays.
+pub(super) fn halved(patches: &BezierPatches, axis: usize, cuts: &[Cut], asks: &[bool]) -> Vec<(Cut, Option<usize>)> {
+    let pieces = <[usize; 2]>::from(patches.counts())[axis];
+    let points = points(patches);
+    let is_small = pieces <= FEW_PIECES && points <= FEW_POINTS;
+    let least = if is_small { 2.0 / most(pieces * points) as f64 } else { f64::INFINITY };
+    let mut all = Vec::with_capacity(2 * cuts.len());
+    for (k, &cut) in cuts.iter().enumerate() {
+        let (a, b) = cut.ends;
+        if b - a >= least && asks[k] {
+            let middle = 0.5 * (a + b);
+            all.extend([(a, middle), (middle, b)].map(|ends| (Cut { ends, ..cut }, None)));
+        } else {
+            all.push((cut, Some(k)));
+        }
+    }
+    all
+}
+
+/// Control points of a patch by which the work per sub-box grows.
+fn points(patches: &BezierPatches) -> usize {
+    if patches.rational { (patches.degree_u + 1) * (patches.degree_v + 1) } else { 1 }
 }
 
 /// Borders of cuts in the parameters of `breaks`, between which the pieces lie.
@@ -129,7 +158,7 @@ fn parts(degree: usize, pieces: usize, cost: usize) -> usize {
     match (degree, pieces, cost) {
         (1, ..) => 1,
         (_, 0..=16, 0..=6) => 4,
-        (_, 0..=64, 0..=20) => 2,
+        (_, 0..=FEW_PIECES, 0..=FEW_POINTS) => 2,
         _ => 1,
     }
 }
