@@ -18,6 +18,8 @@ const ALIKE: f64 = 1.5;
 const WORK: usize = 512;
 /// Limit of strips for that in one piece.
 const STRIPS: usize = 64;
+/// Limit of strips in one piece that turns.
+const BENT: usize = 16;
 /// Surfaces of more pieces are cut finely as they are, and rational nets of more control points cost too much: one strip
 /// for each piece, unless weights ask for more.
 const FEW_PIECES: usize = 64;
@@ -76,7 +78,9 @@ pub(super) fn halved(patches: &BezierPatches, axis: usize, cuts: &[Cut], asks: &
     let pieces = <[usize; 2]>::from(patches.counts())[axis];
     let points = points(patches);
     let is_small = pieces <= FEW_PIECES && points <= FEW_POINTS;
-    let least = if is_small { 2.0 / most(pieces * points) as f64 } else { f64::INFINITY };
+    // At most 256 strips in all, so that noise costs little.
+    let most = most(pieces * points.max(2)).min(BENT);
+    let least = if is_small { 2.0 / most as f64 } else { f64::INFINITY };
     let mut all = Vec::with_capacity(2 * cuts.len());
     for (k, &cut) in cuts.iter().enumerate() {
         let (a, b) = cut.ends;
