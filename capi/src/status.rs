@@ -31,7 +31,7 @@ pub enum tt_status {
     TT_ERROR_CANCELLED = -6,
     /// What was built is not a valid model.
     TT_ERROR_MODEL = -7,
-    /// A callback returned another number than 0.
+    /// A callback returned another number than 0, or gave no memory.
     TT_ERROR_CALLBACK = -8,
     /// A tile does not fit the grid of 16 bits that the layout asks for, or the grid is too coarse for the tolerance.
     TT_ERROR_GRID = -9,
