@@ -2,7 +2,8 @@
 //!
 //! Bounds of a rational net are as slack as its weights differ. The weights of a part of it lie within those of the
 //! whole, so cutting helps: a bicubic patch with weights from 0.03 to 30 has forty times fewer triangles with strips
-//! that [`ALIKE`] allows than with two strips.
+//! that [`ALIKE`] allows than with two strips. Strips in which the normal turns far are halved, too, once their bounds
+//! tell.
 
 use super::decompose::{BezierPatches, BezierSpline3};
 use crate::math::bernstein;
