@@ -115,8 +115,10 @@ fn meets(face: &StatedFace, edges: &EdgeDrafts, p: DVec3) -> Option<bool> {
     curves.peek()?;
     Some(curves.any(|BoundedCurve { curve, range, .. }| {
         let [low, high] = around(curve.points.iter().copied());
+        // The nearest point of a closed curve may be the end that the edge does not use.
         let nearest = spline::nearest(curve, p).clamp(range.0, range.1);
-        curve.point(nearest).distance(p) <= spline::ROUNDED * low.distance(high)
+        let near = |t: f64| curve.point(t).distance(p) <= spline::ROUNDED * low.distance(high);
+        [nearest, range.0, range.1].into_iter().any(near)
     }))
 }
 
