@@ -37,7 +37,11 @@ const EDGE_COLOUR: Colour = [0.08, 0.09, 0.1, 1.0];
 
 /// Number of tiles that [`glb`] makes the bytes of.
 pub(super) fn tiles(levels: &[MeshLevel<'_>]) -> usize {
-    levels.iter().flat_map(|level| level.frame.batches_by_part()).map(|batches| batches.len()).sum()
+    let of_level = |MeshLevel { frame, .. }: &MeshLevel<'_>| {
+        let parts = frame.scene.parts.len();
+        frame.batches.iter().filter(|batch| batch.part.index() < parts).count()
+    };
+    levels.iter().map(of_level).sum()
 }
 
 /// Makes a file with levels of detail, finest first, and measures what rounding costs in each. A node whose translation

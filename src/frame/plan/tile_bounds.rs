@@ -1,6 +1,7 @@
 //! A tile -> the box that its triangles are in, at every tolerance.
 
 use super::lattice::{places, strips};
+use crate::math::boxes::around;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{BoundingBox, EdgeUse, PreparedFace, PreparedPart, Tile};
@@ -10,9 +11,10 @@ use glam::DVec3;
 const ROUNDING: f64 = 1e-14;
 
 impl Prepared {
-    /// Lower and upper corner of a box around a tile, millimetres, part coordinates. All triangles of the tile are in it, at
-    /// every tolerance and in every frame, and so are the surface and the curves that they stand for. It is aligned to
-    /// the axes and not the smallest: it is made of the boxes of Bézier pieces, also where trims cut them off.
+    /// Lower and upper corner of a box around a tile, millimetres, part coordinates. All triangles of the tile are in
+    /// it, at every tolerance and in every frame, and so are the surface and the curves that they stand for. It is
+    /// aligned to the axes and not the smallest: it is made of the boxes of Bézier pieces, also where trims cut them
+    /// off.
     ///
     /// `None` if there is no such tile. In frames of views, part and tile are those of a batch, and the model is
     /// [`Session::prepared`](crate::parallel::Session::prepared). LODs of a part have the same boxes.
@@ -54,8 +56,8 @@ fn of_stretch(part: &PreparedPart, used: &EdgeUse) -> BoundingBox {
     let edge = &part.edges[used.edge.index()];
     let (first, last) = (used.from.min(used.to) as usize, used.from.max(used.to) as usize);
     let breaks = &edge.breaks[first..=last];
-    let points = breaks.iter().map(|end| BoundingBox { low: end.point, high: end.point });
-    let of_points = points.fold(BoundingBox::EMPTY, |all, point| all.with(&point));
+    let [low, high] = around(breaks.iter().map(|end| end.point));
+    let of_points = BoundingBox { low, high };
     if edge.straight {
         return of_points;
     }
