@@ -152,7 +152,7 @@ fn a_part_without_triangles_in_a_level_has_those_of_the_level_before() {
     empty.batches.clear();
     let mut tiny = level(0);
     for batch in &mut tiny.batches {
-        // Below the spacing of single precision beside the other points of the level.
+        // Single precision rounds all its points to one.
         batch.mesh.positions.iter_mut().for_each(|point| *point = SIZE + 1e-9 * *point);
     }
     let coarser = [(empty, 0.4), (tiny, 1.6)];

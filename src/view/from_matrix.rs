@@ -19,17 +19,19 @@ impl View {
     }
 
     /// As [`new`](Self::new), for the camera of an engine: `matrix` takes millimetres in the world to clip space, where x
-    /// points right, y up and w forwards (projection times view; columns, as in glam). Depth may have any convention: the
-    /// row of z is not read. So the near plane of the view is at depth 0, which never culls what is drawn;
-    /// set [`Projection::Perspective::near`](Projection::Perspective) for less work near the eye.
+    /// points right, y up and w forwards (projection times view; columns, as in glam). The row of z is not read: depth may
+    /// have any convention. So nothing in front of the eye is culled. Set `near` of
+    /// [`Projection::Perspective`] for less work near the eye.
     ///
     /// For an engine in metres, multiply by a scale of 0.001 on the right. For one whose y points down in clip space,
     /// negate the row of y.
     ///
     /// # Errors
-    /// [`InvalidView::Size`], or [`InvalidView::Matrix`] if no camera of [`Camera`]'s kind has this matrix: pixels are not
-    /// square, the middle of the picture is off the axis (as for an eye of a headset), or it mirrors or shears. Without
-    /// perspective, rows of x and y that mirror are those of a camera on the other side.
+    /// [`InvalidView::Size`] for a picture without pixels. [`InvalidView::Matrix`] if no [`Camera`] has this matrix:
+    /// * pixels are not square,
+    /// * the middle of the picture is off the axis, as for an eye of a headset,
+    /// * the matrix shears, or it has perspective and mirrors. A mirrored one without perspective is that of a camera on
+    ///   the other side.
     pub fn from_matrix(matrix: DMat4, size: (u32, u32)) -> Result<Self, InvalidView> {
         let (width, height) = size;
         if width == 0 || height == 0 {

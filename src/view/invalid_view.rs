@@ -33,13 +33,14 @@ pub enum InvalidView {
     /// A number of the projection is out of its range.
     #[error("{}", range_fault(.0))]
     Projection(Projection),
-    /// No camera has this view and projection matrix.
+    /// The matrix is not that of any camera.
     #[error(
         "the matrix differs from that of a camera with square pixels about the middle of the picture by {off:.3e} of its \
          rows (wanted: at most 1e-3)"
     )]
     Matrix {
-        /// The difference, relative to the rows of x and y; infinite if no camera is near.
+        /// The difference to that of the nearest camera, as a share of the rows of x and y. Infinite if there is no such
+        /// camera.
         off: f64,
     },
     /// A limit of the screen-space error is not above 0.

@@ -204,8 +204,8 @@ fn in_pieces(plans: Vec<PartPlan>) -> Vec<Vec<PartPlan>> {
 /// The plan of a frame: everything that workers receive.
 ///
 /// With `serde`, a plan can be stored and meshed again elsewhere, bit for bit
-/// ([`Session::frame`](crate::parallel::Session::frame), which checks one that was read). The format must store `f64` exactly, with infinity: CBOR and
-/// the like, not JSON.
+/// ([`Session::frame`](crate::parallel::Session::frame), which checks one that was read). The format must store `f64`
+/// exactly, with infinity: CBOR and the like, not JSON.
 ///
 /// Provisional: it changes together with [`Session`](crate::parallel::Session).
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -87,7 +87,7 @@ impl SurfaceBounds {
                 let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
                 let turns @ [turn_u, turn_v] = samples.turns();
                 let far = turns.map(|turn| turn > FRAC_PI_2);
-                if far.contains(&true) && (0..3).any(|k| bend(k).lift > 0.0) && !samples.fold() {
+                if far.contains(&true) && (0..3).any(|k| bend(k).lift > 0.0) && !samples.fold_over() {
                     asks[0][i] |= far[0];
                     asks[1][j] |= far[1];
                 }

@@ -171,16 +171,16 @@ impl SurfaceSamples {
 }
 
 impl SurfaceSamples {
-    /// Whether the normal changes its side between neighbours: no smaller box turns less around a point there.
-    pub(super) fn fold(&self) -> bool {
+    /// Whether the normal changes its side between neighbours. Halves of such a box turn as far.
+    pub(super) fn fold_over(&self) -> bool {
         /// The angle between neighbours is above 120 degrees. Smooth surfaces that turn so far between samples turn by
         /// more than 360 degrees in the box.
         const OTHER_SIDE: f64 = -0.5;
         let dot = |(i, j): (usize, usize), (k, l): (usize, usize)| -> f64 {
             (0..3).map(|c| self.normals[i][c][j] * self.normals[k][c][l]).sum()
         };
-        let pairs = (0..COUNT).flat_map(|i| (1..COUNT).map(move |k| (i, k)));
-        pairs.into_iter().any(|(i, k)| dot((i, k - 1), (i, k)) < OTHER_SIDE || dot((k - 1, i), (k, i)) < OTHER_SIDE)
+        let mut pairs = (0..COUNT).flat_map(|i| (1..COUNT).map(move |k| (i, k)));
+        pairs.any(|(i, k)| dot((i, k - 1), (i, k)) < OTHER_SIDE || dot((k - 1, i), (k, i)) < OTHER_SIDE)
     }
 }
 
