@@ -17,7 +17,7 @@ use std::fs;
 use trimtess::control::{Alone, Control};
 use trimtess::mesh::{MemorySink, MeshSink};
 use trimtess::model::{EdgeId, FaceId};
-use trimtess::out::{Format, GlbOptions, Rounding, SaveOptions, open, save, write, write_on};
+use trimtess::out::{Format, GlbOptions, SaveOptions, open, save, write, write_on};
 
 struct Glb {
     root: Root,
@@ -326,11 +326,10 @@ fn one_thread_and_three_write_the_same_file() {
         let [alone, shared] = [1, 3].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let rounding = pool.install(|| save(&frame, &path, Format::Glb(options))).unwrap();
-            assert_eq!(rounding, Rounding::of(&frame, &SaveOptions::new(Format::Glb(options))).unwrap(), "{options:?}");
-            fs::read(&path).unwrap()
+            (rounding, fs::read(&path).unwrap())
         });
         assert!(alone == shared, "{options:?}");
-        assert!(options != GlbOptions::PLAIN || alone == plain);
+        assert!(options != GlbOptions::PLAIN || alone.1 == plain);
     }
 }
 

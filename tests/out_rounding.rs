@@ -12,7 +12,7 @@ use trimtess::control::{Control, Rayon};
 use trimtess::mesh::MemorySink;
 #[cfg(feature = "glb")]
 use trimtess::out::GlbOptions;
-use trimtess::out::{Format, Rounding, SaveError, SaveOptions, read_back, save, save_on};
+use trimtess::out::{Format, Rounding, SaveError, SaveOptions, read_back, save, save_on, write};
 
 fn within(format: Format, most: f64) -> SaveOptions {
     SaveOptions::new(format).with_max_rounding(most)
@@ -102,7 +102,7 @@ fn beyond_the_limit_nothing_is_written_and_the_distance_is_told() {
 fn collapsed_triangles_and_faces_are_counted() {
     let far = DAffine3::from_translation(DVec3::new(1e8, 0.0, 0.0)); // single-precision numbers are 8 mm apart there
     let frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY, far]);
-    let told = Rounding::of(&frame, &SaveOptions::new(Format::Stl)).unwrap();
+    let told = write(&frame, &mut Vec::new(), Format::Stl).unwrap();
     assert_eq!((told.triangles, told.collapsed), (12 + 4, 8));
     assert_eq!(told.collapsed_faces, [6, 7, 8, 9], "the faces along x of the second instance");
 }

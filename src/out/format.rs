@@ -2,11 +2,6 @@
 
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
-use super::plain::{rounding_of, to_double, to_single};
-use super::rounding::Rounding;
-use super::single::BeyondSingle;
-use crate::mesh::FrameView;
-use glam::DVec3;
 use std::path::Path;
 
 /// A mesh file format.
@@ -74,32 +69,6 @@ impl SaveOptions {
     setters! {
         with_format(format: Format);
         with_max_rounding(max_rounding: f64);
-    }
-}
-
-impl Rounding {
-    /// Measures what writing `frame` costs, also beyond [`SaveOptions::max_rounding`].
-    ///
-    /// # Errors
-    /// If a position overflows the format's single precision.
-    pub fn of<'a>(frame: impl Into<FrameView<'a>>, options: &SaveOptions) -> Result<Self, BeyondSingle> {
-        let frame = &frame.into();
-        match options.format {
-            #[cfg(feature = "glb")]
-            Format::Glb(glb) => Self::of_nodes(frame, (glb, options.max_rounding)),
-            Format::Stl => rounding_of(frame, to_single),
-            Format::Ply | Format::Obj => rounding_of(frame, to_double),
-        }
-    }
-
-    /// Whether `frame` would be written within the limit on rounding if its scene were moved by `by`.
-    #[must_use]
-    pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, options: &SaveOptions) -> bool {
-        let frame = frame.into();
-        let mut scene = frame.scene.clone();
-        scene.translate(by);
-        let moved = FrameView { scene: &scene, ..frame };
-        Self::of(&moved, options).is_ok_and(|rounding| rounding.within(options.max_rounding).is_ok())
     }
 }
 

@@ -5,7 +5,7 @@ use super::making::Making;
 use super::placed::{Placement, cut, distinct, placed};
 use super::rounding::{Rounding, RoundingCount};
 use super::single::{BeyondSingle, single};
-use crate::control::{Alone, Call, Control};
+use crate::control::Call;
 use crate::mesh::{BatchView, FrameView, SceneInstance};
 use crate::model::FaceId;
 use glam::{DAffine3, DVec3, Vec3};
@@ -91,16 +91,6 @@ pub(super) fn pieces<T: Default + Send>(
         }
     }
     Ok((pieces, rounding))
-}
-
-/// What rounding costs in a file whose positions are rounded by `round`.
-pub(super) fn rounding_of<P: PartialEq>(
-    frame: &FrameView<'_>,
-    round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle> + Sync,
-) -> Result<Rounding, BeyondSingle> {
-    let control = Control::default();
-    let count = |run: &Run<'_>| Ok(((), run.round(&round, |_, _, triangles| _ = triangles.count())?));
-    Ok(pieces(&Making::start(Call::new(&Alone, &control), 0), frame, count)?.1)
 }
 
 /// Rounds to single precision.

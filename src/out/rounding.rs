@@ -6,14 +6,10 @@
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
 #[cfg(feature = "glb")]
-use super::node_place::{NodePlace, PointNumbers};
+use super::node_place::NodePlace;
 use super::placed::Placement;
-#[cfg(feature = "glb")]
-use super::placed::distinct;
 use super::single::BeyondSingle;
 use crate::control::Call;
-#[cfg(feature = "glb")]
-use crate::control::{Alone, Control};
 #[cfg(feature = "glb")]
 use crate::mesh::FrameView;
 use crate::mesh::{BatchView, SceneInstance};
@@ -74,24 +70,6 @@ impl Rounding {
     pub fn within(&self, most: f64) -> Result<(), RoundedTooFar> {
         let Self { moved, place, .. } = *self;
         if moved <= most { Ok(()) } else { Err(RoundedTooFar { moved, most, place }) }
-    }
-
-    /// Points relative to the centres of parts, in nodes.
-    #[cfg(feature = "glb")]
-    pub(super) fn of_nodes(frame: &FrameView<'_>, with: (GlbOptions, f64)) -> Result<Self, BeyondSingle> {
-        let mut counts = Vec::with_capacity(frame.scene.parts.len());
-        let control = Control::default();
-        let call = Call::new(&Alone, &control);
-        let numbers = PointNumbers::of(frame, with.0, with.1);
-        for ((part, batches), numbers) in frame.scene.parts.iter().zip(frame.batches_by_part()).zip(numbers) {
-            let round = |point| {
-                let rounded = numbers.local(part, point)?;
-                Ok((rounded, numbers.moved(part, point, rounded)))
-            };
-            let kept = |batch: &BatchView<'_>, rounded: &[_]| distinct(&batch.mesh, rounded).count();
-            counts.push(RoundingCount::of(call, &batches, round, kept)?);
-        }
-        Self::of_counts(call, frame, &counts, with)
     }
 
     /// The parts' counts, as nodes place the parts. Of some instances, once cancelled.

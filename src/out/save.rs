@@ -14,7 +14,8 @@ use super::stl::stl;
 use super::{Format, SaveOptions};
 use crate::control::{Call, Control, Jobs, Rayon};
 use crate::mesh::FrameView;
-use std::io::Write;
+use glam::DVec3;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Writes a finished frame to `path` atomically, whatever rounding costs, and returns what it cost. Runs on [`Rayon`]'s
@@ -77,6 +78,19 @@ pub fn write_on<'a>(
     made.making.write(made.pieces, file)?;
     made.making.goes_on()?;
     Ok(made.roundings.swap_remove(0))
+}
+
+impl Rounding {
+    /// Whether `frame` would be written within the limit on rounding if its scene were moved by `by`. Makes all bytes of
+    /// the file, on [`Rayon`]'s threads.
+    #[must_use]
+    pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, options: &SaveOptions) -> bool {
+        let frame = frame.into();
+        let mut scene = frame.scene.clone();
+        scene.translate(by);
+        let moved = FrameView { scene: &scene, ..frame };
+        write_on(&Rayon, moved, &mut io::sink(), options, &Control::default()).is_ok()
+    }
 }
 
 /// A file that was written and has a temporary name.
