@@ -1,11 +1,14 @@
-//! A sink of your own: measures triangles as they stream past, keeps none, and passes them on to a file.
+//! A sink of your own: measures triangles as they stream past, keeps none, and passes them on to be saved.
 //!
 //! Run with `cargo run --example custom_sink -- out.ply`.
 
 use glam::{DAffine3, DVec3};
 use std::error::Error;
-use trimtess::mesh::{Batch, EdgeLine, MeshLists, MeshSink, Scene, SceneInstance, ScenePart, SinkError, TileMesh};
+use trimtess::mesh::{
+    Batch, EdgeLine, MemorySink, MeshLists, MeshSink, Scene, SceneInstance, ScenePart, SinkError, TileMesh,
+};
 use trimtess::model::{FaceId, PartId, TileId};
+use trimtess::out::{Format, save};
 
 /// Sums up each part's area, then passes the frame on to another sink.
 struct Measure<S> {
@@ -47,7 +50,7 @@ impl<S: MeshSink> MeshSink for Measure<S> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "octahedron.ply".into());
-    let mut sink = Measure { areas: Vec::new(), next: trimtess::out::open(path.as_ref())? };
+    let mut sink = Measure { areas: Vec::new(), next: MemorySink::reading(MeshLists::NONE) };
 
     let part =
         ScenePart { name: "octahedron".into(), face_colours: vec![None; 8], radius: 10.0, ..ScenePart::default() };
@@ -56,11 +59,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     sink.begin(&Scene { name: "example".into(), parts: vec![part], instances: vec![instance] })?;
     for face in 0..8 {
         if let Err(error) = sink.batch(&mut octant(face)) {
-            sink.abort(); // leaves no half-written file
+            sink.abort(); // forgets the frame
             return Err(error.into());
         }
     }
     sink.end()?;
+    save(&sink.next, path.as_ref(), Format::of_path(path.as_ref())?)?;
     println!("{path}: {:.3} mm²", sink.areas[0]);
     Ok(())
 }

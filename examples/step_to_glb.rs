@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::import::step::{self, StepOptions};
-use trimtess::out;
+use trimtess::mesh::{MemorySink, MeshLists};
+use trimtess::out::{Format, save};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, prepare};
 
@@ -24,10 +25,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let tolerance = Tolerance::relative(1e-3, prepared.diagonal);
     let plan = frame::plan(&prepared, &tolerance).require_full()?;
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT)?;
-    let mut sink = out::open(output)?;
-    let report = session.frame(plan, &mut sink)?;
+    let mut mesh = MemorySink::reading(MeshLists::NONE);
+    let report = session.frame(plan, &mut mesh)?;
+    let rounding = save(&mesh, output, Format::of_path(output)?)?;
 
-    assert!(report.triangles > 0, "no triangles in {}", input.display());
-    println!("{} triangles, made in {:?}", report.triangles, report.made_in);
+    assert!(rounding.triangles > 0, "no triangles in {}", input.display());
+    println!("{} triangles, made in {:?}", rounding.triangles, report.made_in);
+    println!("rounding to the file's numbers moves vertices by up to {:.1e} mm", rounding.moved);
     Ok(())
 }

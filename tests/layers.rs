@@ -123,7 +123,7 @@ fn libraries_stay_in_their_folders() {
 
 #[test]
 fn the_scanner_finds_layers_and_crates() {
-    assert_eq!(named_layers("use crate::frame::plan; crate::out::open()").collect::<Vec<_>>(), ["frame", "out"]);
+    assert_eq!(named_layers("use crate::frame::plan; crate::out::save()").collect::<Vec<_>>(), ["frame", "out"]);
     assert!(named_layers("use crate::{mesh::Batch, parallel};").any(|word| word == "parallel"));
     assert!(names_crate("use rayon::prelude::*;", "rayon"));
     assert!(!names_crate("fn crayon::x() { rayon }", "rayon"));

@@ -6,10 +6,10 @@ mod out_fixture;
 
 use folders::folder;
 use glam::{DAffine3, DVec3};
-use out_fixture::{box_frame, play};
+use out_fixture::box_frame;
 use std::collections::BTreeSet;
-use trimtess::mesh::{MemorySink, MeshSink};
-use trimtess::out::{Format, UnknownFormat, open, save, write};
+use trimtess::mesh::MemorySink;
+use trimtess::out::{Format, UnknownFormat, save, write};
 
 struct Ply {
     header: String,
@@ -105,53 +105,30 @@ fn triangles_that_collapse_in_the_world_are_dropped() {
 }
 
 #[test]
-fn the_sink_writes_what_the_function_writes_and_leaves_only_the_file() {
-    let folder = folder("out_ply_sink");
+fn a_saved_file_has_the_bytes_that_are_written_and_is_alone() {
+    let folder = folder("out_ply_saved");
     let frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
     let path = folder.join("a.PLY");
-    let mut sink = open(&path).unwrap();
-    play(&frame, &mut sink).unwrap();
-    assert!(!path.exists(), "no file before the end");
-    sink.end().unwrap();
-    drop(sink);
+    save(&frame, &path, Format::of_path(&path).unwrap()).unwrap();
     let mut bytes = Vec::new();
     write(&frame, &mut bytes, Format::Ply).unwrap();
     assert_eq!(std::fs::read(&path).unwrap(), bytes);
-    save(&frame, &folder.join("b.ply"), Format::Ply).unwrap();
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
 }
 
 #[test]
-fn abort_and_drop_leave_nothing_and_keep_what_was_there() {
-    let folder = folder("out_ply_abort");
-    let path = folder.join("a.ply");
-    std::fs::write(&path, "old").unwrap();
-    let frame = box_frame(DVec3::ONE, &[DAffine3::IDENTITY]);
-    let mut sink = open(&path).unwrap();
-    play(&frame, &mut sink).unwrap();
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
-    sink.abort();
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
-    play(&frame, &mut sink).unwrap();
-    drop(sink);
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1);
-    assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
-}
-
-#[test]
-fn a_missing_folder_is_an_error_at_begin() {
+fn a_missing_folder_is_an_error_that_names_the_file() {
     let path = folder("out_ply_missing").join("no/such/a.ply");
-    let mut sink = open(&path).unwrap();
-    let error = sink.begin(&box_frame(DVec3::ONE, &[]).scene).unwrap_err();
+    let error = save(&box_frame(DVec3::ONE, &[]), &path, Format::Ply).unwrap_err();
     assert!(error.to_string().contains("a.ply"), "{error}");
 }
 
 #[test]
 fn unknown_extensions_list_the_known() {
-    let Err(error) = open("part.xyz".as_ref()) else { panic!("accepted") };
+    let error = Format::of_path("part.xyz".as_ref()).unwrap_err();
     assert_eq!(error, UnknownFormat { extension: "xyz".into() });
     for (name, _) in Format::ALL {
         assert!(error.to_string().contains(&format!(".{name}")), "{error}");
     }
-    assert!(open("part".as_ref()).is_err());
+    assert!(Format::of_path("part".as_ref()).is_err());
 }

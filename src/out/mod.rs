@@ -1,4 +1,4 @@
-//! Meshes to files and pictures: one [`FileSink`](crate::out::FileSink) for all formats, chosen by the file extension.
+//! Meshes to files and pictures: [`save`](crate::out::save) for all formats, chosen by the file extension or the caller.
 //!
 //! Files are written atomically. Positions that are equal in a part stay equal in the file, whatever the format.
 
@@ -71,9 +71,6 @@ mod read_glb;
 
 mod read_back;
 pub use read_back::{ReadBack, read_back, read_back_levels};
-
-mod file_sink;
-pub use file_sink::{FileSink, open};
 
 /// Pictures through wgpu.
 #[cfg(feature = "wgpu")]

@@ -63,7 +63,7 @@ pub fn target_of(path: &Path) -> PathBuf {
 
 /// A file under a temporary name in the folder of its final path. Removed if dropped before [`PendingFile::publish`].
 #[derive(Debug)]
-pub(super) struct PendingFile {
+struct PendingFile {
     path: PathBuf,
     /// `None` for devices and pipes, which are written in place.
     temporary: Option<PathBuf>,
@@ -221,7 +221,7 @@ fn short(name: &OsStr, serial: u32) -> OsString {
 }
 
 impl PendingFile {
-    pub(super) fn create(path: &Path) -> Result<Self, SinkError> {
+    fn create(path: &Path) -> Result<Self, SinkError> {
         let fail = |cause| SinkError::new(format!("cannot create {}", path.display()), cause);
         // Keep a link and replace its target.
         let path = target_of(path);
@@ -258,10 +258,7 @@ impl PendingFile {
     }
 
     /// Runs `write` on the file, then renames it to its final path, replacing any file there.
-    pub(super) fn publish(
-        mut self,
-        write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-    ) -> Result<(), SinkError> {
+    fn publish(mut self, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), SinkError> {
         self.fill(write)?;
         Outputs { files: vec![self] }.publish()
     }

@@ -140,16 +140,16 @@ fn single<'a>(frame: impl Into<FrameView<'a>>) -> [MeshLevel<'a>; 1] {
 }
 
 /// The bytes of a file.
-pub(super) struct Made<'a> {
-    pub(super) making: Making<'a>,
-    pub(super) pieces: Pieces,
+struct Made<'a> {
+    making: Making<'a>,
+    pieces: Pieces,
     /// Of each level.
-    pub(super) roundings: Vec<Rounding>,
+    roundings: Vec<Rounding>,
 }
 
 impl<'a> Made<'a> {
     /// Makes the bytes.
-    pub(super) fn of(call: Call<'a>, levels: &[MeshLevel<'_>], options: &SaveOptions) -> Result<Self, SaveError> {
+    fn of(call: Call<'a>, levels: &[MeshLevel<'_>], options: &SaveOptions) -> Result<Self, SaveError> {
         let levels = checked(levels)?;
         #[cfg(feature = "glb")]
         if let Format::Glb(glb_options) = options.format {
