@@ -13,8 +13,7 @@ use std::path::Path;
 use trimtess::control::{Control, Rayon};
 use trimtess::mesh::MemorySink;
 use trimtess::out::{
-    Format, GlbOptions, MeshLevel, Outputs, ReadBack, SaveError, SaveOptions, Saved, UnfitLevel, read_back,
-    read_back_levels, save_on,
+    Format, GlbOptions, MeshLevel, Outputs, ReadBack, SaveError, SaveOptions, Saved, UnfitLevel, read_back, save_on,
 };
 
 const SIZE: DVec3 = DVec3::new(100.0, 20.0, 30.0);
@@ -60,8 +59,8 @@ fn save(levels: &[MeshLevel<'_>], path: &Path, options: GlbOptions) {
 }
 
 fn read_levels(frames: &[&MemorySink], path: &Path, options: GlbOptions) -> std::io::Result<Vec<ReadBack>> {
-    let levels: Vec<_> = frames.iter().map(|&frame| MeshLevel { frame: frame.into(), chord: CHORD }).collect();
-    read_back_levels(&levels, path, &with(options))
+    let levels: Vec<_> = frames.iter().map(|&frame| frame.into()).collect();
+    read_back(&levels, path, &with(options))
 }
 
 fn json(path: &Path) -> Value {
@@ -82,8 +81,6 @@ fn every_level_reads_back_as_its_frame() {
         let options = options.with_compressed(k & 4 > 0);
         let path = folder.join(format!("{k}.glb"));
         save(&levels(&finest, &coarse), &path, options);
-        let read = read_back(&finest, &path, &with(options)).unwrap();
-        assert_eq!((read.triangles, read.unbalanced_edges), (60, 0), "{k}");
         let all = [&finest, &coarse[0].0, &coarse[1].0];
         let read = read_levels(&all, &path, options).unwrap();
         assert_eq!(read.len(), 3);

@@ -12,7 +12,7 @@ use trimtess::control::{Control, Rayon};
 use trimtess::mesh::MemorySink;
 #[cfg(feature = "glb")]
 use trimtess::out::GlbOptions;
-use trimtess::out::{Format, Rounding, SaveError, SaveOptions, read_back, save, save_on, write};
+use trimtess::out::{Format, ReadBack, Rounding, SaveError, SaveOptions, read_back, save, save_on, write};
 
 fn within(format: Format, most: f64) -> SaveOptions {
     SaveOptions::new(format).with_max_rounding(most)
@@ -21,6 +21,11 @@ fn within(format: Format, most: f64) -> SaveOptions {
 /// Saves, where rounding moves no vertex by more than `most` millimetres.
 fn limited(frame: &MemorySink, path: &Path, format: Format, most: f64) -> Result<Rounding, SaveError> {
     save_on(&Rayon, frame, path, &within(format, most), &Control::default())
+}
+
+/// What a file of one mesh holds.
+fn read_alone(frame: &MemorySink, path: &Path, options: &SaveOptions) -> std::io::Result<ReadBack> {
+    Ok(read_back(&[frame.into()], path, options)?.swap_remove(0))
 }
 
 /// All formats, and GLB in all its forms.
@@ -58,7 +63,7 @@ fn a_file_reads_back_as_the_frame_and_no_vertex_moves_further_than_told() {
         for (extension, format) in formats() {
             let path = folder.join(format!("box.{extension}"));
             let told = save(&frame, &path, format).unwrap();
-            let read = read_back(&frame, &path, &SaveOptions::new(format)).unwrap();
+            let read = read_alone(&frame, &path, &SaveOptions::new(format)).unwrap();
             assert_eq!((told.triangles, told.collapsed, read.triangles), (36, 0, 36), "{x} {extension}");
             assert_eq!(read.unbalanced_edges, 0, "{x} {extension}");
             assert!(read.moved <= told.moved + 1e-14 * x.max(100.0), "{x} {extension}: {read:?} {told:?}");
@@ -77,12 +82,12 @@ fn nodes_are_nested_where_one_translation_has_too_few_digits() {
     let fine = limited(&frame, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).unwrap();
     assert!(fine.moved <= 0.5e-4, "{fine:?}");
     // Readers take the decimals of nodes as single or as double precision, and both are read.
-    let read = read_back(&frame, &path, &within(Format::Glb(GlbOptions::PLAIN), 1e-4)).unwrap();
+    let read = read_alone(&frame, &path, &within(Format::Glb(GlbOptions::PLAIN), 1e-4)).unwrap();
     assert!(read.moved <= fine.moved + 1e-8, "{read:?} {fine:?}");
     // A micrometre a hundred metres away, and an instance beyond all digits.
     let tiny = box_frame(DVec3::splat(1e-3), &[turned_at(1e5 / 3.0), turned_at(1e5 / 7.0)]);
     let fine = limited(&tiny, &path, Format::Glb(GlbOptions::PLAIN), 1e-7).unwrap();
-    let read = read_back(&tiny, &path, &within(Format::Glb(GlbOptions::PLAIN), 1e-7)).unwrap();
+    let read = read_alone(&tiny, &path, &within(Format::Glb(GlbOptions::PLAIN), 1e-7)).unwrap();
     assert!(fine.moved <= 1e-7 && read.moved <= fine.moved + 1e-9, "{read:?} {fine:?}");
     let beyond = box_frame(DVec3::ONE, &[turned_at(1.234_567e25)]);
     assert!(limited(&beyond, &path, Format::Glb(GlbOptions::PLAIN), 1e-4).is_err());
@@ -117,7 +122,7 @@ fn a_damaged_file_does_not_read_back() {
         let whole = std::fs::read(&path).unwrap();
         for length in [0, 10, 30, 100, whole.len() / 2, whole.len() - 20] {
             std::fs::write(&path, &whole[..length]).unwrap();
-            assert!(read_back(&frame, &path, &SaveOptions::new(format)).is_err(), "{extension} cut to {length}");
+            assert!(read_alone(&frame, &path, &SaveOptions::new(format)).is_err(), "{extension} cut to {length}");
         }
     }
 }
@@ -128,7 +133,7 @@ fn triangles_that_are_apart_in_their_node_and_coincide_in_the_world_are_balanced
     let path = folder("coincide").join("box.glb");
     let frame = box_frame(DVec3::splat(1e-10), &[DAffine3::from_translation(DVec3::splat(1e7))]);
     save(&frame, &path, Format::Glb(GlbOptions::PLAIN)).unwrap();
-    let read = read_back(&frame, &path, &SaveOptions::new(Format::Glb(GlbOptions::PLAIN))).unwrap();
+    let read = read_alone(&frame, &path, &SaveOptions::new(Format::Glb(GlbOptions::PLAIN))).unwrap();
     assert_eq!((read.triangles, read.unbalanced_edges), (12, 0));
 }
 
@@ -142,7 +147,7 @@ fn a_grid_keeps_to_what_a_vertex_may_move_and_instances_become_one_node() {
     let size = |name: &str, options: GlbOptions, most: f64| {
         let path = folder.join(name);
         let told = limited(&frame, &path, Format::Glb(options), most).unwrap();
-        let read = read_back(&frame, &path, &within(Format::Glb(options), most)).unwrap();
+        let read = read_alone(&frame, &path, &within(Format::Glb(options), most)).unwrap();
         assert!(told.moved <= most && read.moved <= told.moved * (1.0 + 1e-9), "{name}: {told:?} {read:?}");
         assert_eq!((read.triangles, read.unbalanced_edges), (50 * 12, 0), "{name}");
         let bytes = std::fs::read(&path).unwrap();
@@ -172,7 +177,7 @@ fn what_double_precision_makes_of_the_step_of_a_grid_is_told() {
     for size in [1.0, 5.0, 10.0, 30.0, 100.0] {
         let frame = box_frame(DVec3::new(1.03, 0.77, 0.91) * size, &[DAffine3::IDENTITY]);
         let told = save(&frame, &path, format).unwrap();
-        let read = read_back(&frame, &path, &SaveOptions::new(format)).unwrap();
+        let read = read_alone(&frame, &path, &SaveOptions::new(format)).unwrap();
         assert!(read.moved <= told.moved * (1.0 + 1e-9) + 1e-14 * size, "{size}: {read:?} {told:?}");
     }
 }

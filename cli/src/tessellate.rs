@@ -13,8 +13,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::control::{Control, Rayon};
 use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::MemorySink;
-use trimtess::out::{Format, MeshLevel, SaveOptions, Saved, read_back_levels};
+use trimtess::mesh::{FrameView, MemorySink};
+use trimtess::out::{Format, MeshLevel, SaveOptions, Saved, read_back};
 use trimtess::prepare::{Shells, prepare};
 
 /// Tessellate a file to GLB, STL, PLY or OBJ.
@@ -205,7 +205,9 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     // Devices and pipes cannot be read back.
     if args.check && std::fs::metadata(&temporary).is_ok_and(|known| known.is_file()) {
         progress.stage("reading the file back");
-        let read = read_back_levels(&with_coarser(&frame, tolerance.chord, &levels), &temporary, &options);
+        let all = with_coarser(&frame, tolerance.chord, &levels);
+        let frames: Vec<FrameView<'_>> = all.into_iter().map(|level| level.frame).collect();
+        let read = read_back(&frames, &temporary, &options);
         match read.as_deref() {
             Ok([finest, coarser @ ..]) => {
                 rounded::check(&prepared, finest, tolerance.chord, &mut report);

@@ -70,7 +70,7 @@ pub use save::{Saved, save, save_on, write, write_on};
 mod read_glb;
 
 mod read_back;
-pub use read_back::{ReadBack, read_back, read_back_levels};
+pub use read_back::{ReadBack, read_back};
 
 /// Pictures through wgpu.
 #[cfg(feature = "wgpu")]

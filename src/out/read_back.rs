@@ -5,7 +5,6 @@
 use super::bytes::{FileTriangle, bad, bytes_at, vector};
 #[cfg(feature = "glb")]
 use super::glb_options::GlbOptions;
-use super::levels::MeshLevel;
 #[cfg(feature = "glb")]
 use super::node_place::PointNumbers;
 use super::placed::{distinct, placed};
@@ -30,23 +29,23 @@ pub struct ReadBack {
     pub unbalanced_edges: u64,
 }
 
-/// Reads a file that [`save_on`](super::save_on) wrote for `frame` with these options, and compares.
+/// Reads a file that [`save_on`](super::save_on) wrote for one frame, or [`Outputs::save_on`](super::Outputs::save_on)
+/// for levels of detail, with these options, and compares each level.
 ///
 /// # Errors
-/// If the file cannot be read or does not have the layout, or has another number of triangles than the frame has after
-/// rounding.
-pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, options: &SaveOptions) -> io::Result<ReadBack> {
-    let frame = &frame.into();
+/// If the file cannot be read or does not have the layout, has fewer levels, or has another number of triangles than a
+/// level has after rounding.
+pub fn read_back(levels: &[FrameView<'_>], path: &Path, options: &SaveOptions) -> io::Result<Vec<ReadBack>> {
     let bytes = std::fs::read(path)?;
     let found = match options.format {
         #[cfg(feature = "glb")]
-        Format::Glb(glb) => {
-            let with = (glb, options.max_rounding);
-            return compare_level(&WrittenLevel::of(frame, with), &GlbFile::open(&bytes)?, 0, with);
-        }
+        Format::Glb(glb) => return compare_levels(levels, &GlbFile::open(&bytes)?, (glb, options.max_rounding)),
         Format::Stl => stl(&bytes)?,
         Format::Ply => ply(&bytes)?,
         Format::Obj => obj(&bytes)?,
+    };
+    let [frame] = levels else {
+        return Err(bad(&format!("one level of detail, and not {}", levels.len())));
     };
     let expected = match options.format {
         Format::Stl => expected(frame, |batch, world| {
@@ -55,35 +54,21 @@ pub fn read_back<'a>(frame: impl Into<FrameView<'a>>, path: &Path, options: &Sav
         })?,
         _ => by_face(expected(frame, |batch, world| Ok(distinct(&batch.mesh, world).collect()))?),
     };
-    compare(found, &expected)
+    Ok(vec![compare(found, &expected)?])
 }
 
-/// Reads a file that [`Outputs::save_on`](super::Outputs::save_on) wrote for these levels with these options, and
-/// compares each level.
-///
-/// # Errors
-/// As [`read_back`], of any level; and if there are more levels than the file has.
-pub fn read_back_levels(levels: &[MeshLevel<'_>], path: &Path, options: &SaveOptions) -> io::Result<Vec<ReadBack>> {
-    match (options.format, levels) {
-        #[cfg(feature = "glb")]
-        (Format::Glb(glb), _) => {
-            let bytes = std::fs::read(path)?;
-            let file = GlbFile::open(&bytes)?;
-            let with = (glb, options.max_rounding);
-            let (mut read, mut before) = (Vec::with_capacity(levels.len()), None);
-            for (k, level) in levels.iter().enumerate() {
-                let mut written = WrittenLevel::of(&level.frame, with);
-                if let Some(before) = &before {
-                    written.fill(before)?;
-                }
-                read.push(compare_level(&written, &file, k, with)?);
-                before = Some(written);
-            }
-            Ok(read)
+#[cfg(feature = "glb")]
+fn compare_levels(levels: &[FrameView<'_>], file: &GlbFile<'_>, with: (GlbOptions, f64)) -> io::Result<Vec<ReadBack>> {
+    let (mut read, mut before) = (Vec::with_capacity(levels.len()), None);
+    for (k, frame) in levels.iter().enumerate() {
+        let mut written = WrittenLevel::of(frame, with);
+        if let Some(before) = &before {
+            written.fill(before)?;
         }
-        (_, [level]) => Ok(vec![read_back(&level.frame, path, options)?]),
-        _ => Err(bad(&format!("one level of detail, and not {}", levels.len()))),
+        read.push(compare_level(&written, file, k, with)?);
+        before = Some(written);
     }
+    Ok(read)
 }
 
 /// A level as a GLB holds it.
