@@ -107,12 +107,6 @@ fn weight(loads: &[Load]) -> f64 {
     loads.iter().map(|load| load.weight).sum()
 }
 
-/// Indices of `loads`, sorted along a Hilbert curve that fills the cube around all centres.
-#[must_use]
-pub fn along_curve(loads: &[Load]) -> Vec<usize> {
-    hilbert::along_curve(loads.iter().map(|load| load.centre))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -54,5 +54,5 @@ pub use coarse_points::coarse_points;
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]
 pub mod internals {
-    pub use super::distribute::{Load, along_curve, deal, loads};
+    pub use super::distribute::{Load, deal, loads};
 }

@@ -3,40 +3,26 @@
 //! Workers do not exchange work, so a frame ends with its most loaded worker. Efficiency is the mean load of the
 //! workers over the maximum, both summed over frames.
 
-use trimtess::parallel::internals::{Load, along_curve, deal};
+use trimtess::parallel::internals::{Load, deal};
 
 /// A way of dealing tiles to workers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Policy {
     /// By weight in windows along the Hilbert curve, as sessions do.
     Windows,
-    /// Like [`Policy::Windows`], with tiles cut so that none costs more than [`CAP`].
-    Capped,
-    /// One stretch of the Hilbert curve per worker, of equal weight.
-    Contiguous,
-    /// At random.
-    Random,
     /// By cost in the last epoch, heaviest first to the least loaded worker. The first epoch is as [`Policy::Windows`].
     Epoch,
     /// By actual cost in each frame, heaviest first. No other way of dealing whole tiles is much better.
     Dynamic,
 }
 
-/// Maximum cost of a tile in [`Policy::Capped`], milliseconds.
-pub(super) const CAP: f64 = 0.03;
 /// Frames of an epoch.
 pub(super) const EPOCH: usize = 60;
 
 impl Policy {
     /// Every policy with its name.
-    pub(super) const ALL: [(&'static str, Self); 6] = [
-        ("windows", Self::Windows),
-        ("capped", Self::Capped),
-        ("contiguous", Self::Contiguous),
-        ("random", Self::Random),
-        ("epoch", Self::Epoch),
-        ("dynamic", Self::Dynamic),
-    ];
+    pub(super) const ALL: [(&'static str, Self); 3] =
+        [("windows", Self::Windows), ("epoch", Self::Epoch), ("dynamic", Self::Dynamic)];
 }
 
 /// Loads of workers in milliseconds, summed over frames.
@@ -64,17 +50,7 @@ impl Share {
 /// of rows per epoch.
 pub(super) fn replay(policy: Policy, tiles: &[Load], frames: &[Vec<f64>], workers: usize, epoch: usize) -> Share {
     let mut share = Share::default();
-    if policy == Policy::Capped {
-        let (tiles, frames) = capped(tiles, frames);
-        return replay(Policy::Windows, &tiles, &frames, workers, epoch);
-    }
-    let mut owners = match policy {
-        Policy::Windows | Policy::Epoch | Policy::Capped | Policy::Dynamic => {
-            owners(&deal(tiles, workers, workers), tiles.len())
-        }
-        Policy::Contiguous => stretches(tiles, workers),
-        Policy::Random => lots(tiles.len(), workers),
-    };
+    let mut owners = owners(&deal(tiles, workers, workers), tiles.len());
     for (k, costs) in frames.iter().enumerate() {
         match policy {
             Policy::Dynamic => owners = heaviest_first(costs, workers),
@@ -101,33 +77,6 @@ fn owners(hands: &[Vec<usize>], tiles: usize) -> Vec<usize> {
     owners
 }
 
-fn stretches(tiles: &[Load], workers: usize) -> Vec<usize> {
-    let total: f64 = tiles.iter().map(|tile| tile.weight).sum();
-    let mut owners = vec![0; tiles.len()];
-    let mut before = 0.0;
-    for tile in along_curve(tiles) {
-        let middle = before + 0.5 * tiles[tile].weight;
-        owners[tile] = ((middle / total * workers as f64) as usize).min(workers - 1);
-        before += tiles[tile].weight;
-    }
-    owners
-}
-
-/// Deals shuffled tiles to workers in turn. The same in every run.
-fn lots(tiles: usize, workers: usize) -> Vec<usize> {
-    // A step of Knuth's MMIX generator; its upper bits are good.
-    let next = |state: &mut u64| {
-        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        *state >> 33
-    };
-    let mut state = 1;
-    let mut owners: Vec<usize> = (0..tiles).map(|k| k % workers).collect();
-    for k in (1..tiles).rev() {
-        owners.swap(k, next(&mut state) as usize % (k + 1));
-    }
-    owners
-}
-
 /// Deals the heaviest tiles first, each to the least loaded worker.
 fn heaviest_first(costs: &[f64], workers: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..costs.len()).collect();
@@ -148,19 +97,6 @@ fn sums(frames: &[Vec<f64>]) -> Vec<f64> {
         sums.iter_mut().zip(costs).for_each(|(sum, cost)| *sum += cost);
     }
     sums
-}
-
-/// Cuts tiles into as few equal pieces as keep the cost of each at most [`CAP`] in every frame.
-fn capped(tiles: &[Load], frames: &[Vec<f64>]) -> (Vec<Load>, Vec<Vec<f64>>) {
-    let most = |tile: usize| frames.iter().map(|costs| costs[tile]).fold(0.0, f64::max);
-    let pieces: Vec<usize> = (0..tiles.len()).map(|tile| ((most(tile) / CAP).ceil() as usize).max(1)).collect();
-    let cut = |whole: &dyn Fn(usize) -> f64| -> Vec<f64> {
-        pieces.iter().enumerate().flat_map(|(tile, &n)| std::iter::repeat_n(whole(tile) / n as f64, n)).collect()
-    };
-    let weights = cut(&|tile| tiles[tile].weight);
-    let centres = pieces.iter().zip(tiles).flat_map(|(&n, tile)| std::iter::repeat_n(tile.centre, n));
-    let loads = centres.zip(weights).map(|(centre, weight)| Load { centre, weight }).collect();
-    (loads, frames.iter().map(|costs| cut(&|tile| costs[tile])).collect())
 }
 
 #[cfg(test)]
@@ -191,29 +127,27 @@ mod tests {
     }
 
     #[test]
-    fn a_zoom_into_one_end_loads_one_worker_if_dealt_contiguously() {
+    fn a_zoom_into_one_end_loads_all_workers() {
         let tiles = line(64);
         let mut costs = vec![0.0; 64];
         costs[..16].fill(0.01);
         let frames = [costs];
-        assert!((efficiency(Policy::Contiguous, &tiles, &frames, 4) - 0.25).abs() < 1e-12);
         assert!(efficiency(Policy::Windows, &tiles, &frames, 4) > 0.9);
         assert!((efficiency(Policy::Dynamic, &tiles, &frames, 4) - 1.0).abs() < 1e-12);
     }
 
     #[test]
-    fn one_expensive_tile_bounds_every_policy_except_capped() {
+    fn one_expensive_tile_bounds_every_policy() {
         let mut costs = vec![0.01; 16];
         costs[7] = 0.32;
         let mut tiles = line(16);
         tiles.iter_mut().zip(&costs).for_each(|(tile, cost)| tile.weight = *cost);
         let frames = [costs];
         let bound = (0.15 + 0.32) / 4.0 / 0.32;
-        for policy in [Policy::Windows, Policy::Random, Policy::Epoch, Policy::Dynamic] {
-            assert!(efficiency(policy, &tiles, &frames, 4) <= bound + 1e-12, "{policy:?}");
+        for (name, policy) in Policy::ALL {
+            assert!(efficiency(policy, &tiles, &frames, 4) <= bound + 1e-12, "{name}");
         }
         assert!((efficiency(Policy::Dynamic, &tiles, &frames, 4) - bound).abs() < 1e-12);
-        assert!(efficiency(Policy::Capped, &tiles, &frames, 4) > 2.0 * bound);
     }
 
     #[test]

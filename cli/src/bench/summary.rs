@@ -1,7 +1,7 @@
 //! Flights and replays -> the report: JSON for programs, tables for people.
 
 use super::flight::{Flight, FrameOutput, Times};
-use super::replay::{CAP, EPOCH, Policy};
+use super::replay::{EPOCH, Policy};
 use crate::name_of;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -288,11 +288,9 @@ impl Replay {
             });
             text.push('\n');
         }
-        let cap = 1e3 * CAP;
         let _ = writeln!(
             text,
-            "capped: windows of tiles cut at {cap:.0} µs; epoch: rebalanced by cost every {EPOCH} frames; \
-             dynamic: nearly the best way to deal whole tiles"
+            "epoch: rebalanced by cost every {EPOCH} frames; dynamic: nearly the best way to deal whole tiles"
         );
         for tile in &self.costly {
             let Costly { part, face, tile, entity, us, share } = tile;
