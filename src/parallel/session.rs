@@ -13,7 +13,7 @@ use super::scene_keys::SceneKeys;
 use crate::control::{Control, Jobs, StartError, Threads};
 use crate::frame::internals::{InstanceLook, Levels, add_level, completed};
 use crate::frame::{Plan, PlanLimits, Shortfall, Tolerance, plan_for_view_on, plan_on};
-use crate::mesh::{InstanceKey, MeshSink, PartKey, Scene, TileMemory, VertexLayout};
+use crate::mesh::{InstanceKey, MeshSink, Scene, TileMemory, VertexLayout};
 use crate::model::PartId;
 use crate::prepare::Prepared;
 use crate::view::View;
@@ -242,19 +242,6 @@ impl Session {
     #[must_use]
     pub fn instance_row(&self, key: InstanceKey) -> Option<usize> {
         self.keys.row(key)
-    }
-
-    /// The key of a part of [`scene`](Self::scene), which may be an LOD. `None` if out of range.
-    #[must_use]
-    pub fn part_key(&self, part: PartId) -> Option<PartKey> {
-        self.scene.parts.get(part.index())?.key
-    }
-
-    /// The part of [`scene`](Self::scene) that has this key, also after an [update](Self::update). `None` once no part
-    /// has its content. Cost: a look at all parts.
-    #[must_use]
-    pub fn part_row(&self, key: PartKey) -> Option<PartId> {
-        self.scene.parts.iter().position(|part| part.key == Some(key)).map(PartId::new)
     }
 
     /// A plan for [`frame`](Self::frame), for a tolerance everywhere ([`plan_within`](crate::frame::plan_within())),
