@@ -18,7 +18,7 @@ use std::sync::Arc;
 use trimtess::control::Alone;
 use trimtess::mesh::{InstanceKey, SceneInstance};
 use trimtess::model::PartId;
-use trimtess::parallel::{FrameReport, InstanceError, Session};
+use trimtess::parallel::{EditError, FrameReport, Session};
 use trimtess::view::View;
 
 /// Workers for one prepared model, and one sink that they keep up to date.
@@ -307,7 +307,7 @@ pub unsafe extern "C" fn tt_session_get_instance_key(session: tt_session, index:
 pub unsafe extern "C" fn tt_session_find_instance(session: tt_session, key: u64, index: *mut u32) -> tt_status {
     entry!(c => {
         let (out, key) = (c.out("index", index)?, InstanceKey::from_bits(key));
-        let gone = || InstanceError::NoInstance { key };
+        let gone = || EditError::NoInstance { key };
         out.give(with(session, |row| Ok(row.session.instance_row(key).ok_or_else(gone)?))? as u32);
         Ok(())
     })

@@ -6,7 +6,7 @@ use trimtess::control::StartError;
 use trimtess::frame::PlanError;
 use trimtess::import::step::StepError;
 use trimtess::model::ModelError;
-use trimtess::parallel::{AttributeError, FrameError, InstanceError};
+use trimtess::parallel::{EditError, FrameError};
 use trimtess::prepare::PrepareError;
 
 /// What every function returns. Errors are below 0; `tt_last_error` has the words.
@@ -157,8 +157,7 @@ failures! {
         FrameError::Cancelled => TT_ERROR_CANCELLED,
         _ => TT_ERROR_LOST,
     };
-    AttributeError: |_| TT_ERROR_ARGUMENT;
-    InstanceError: |error| if matches!(error, InstanceError::Lost { .. }) { TT_ERROR_LOST } else { TT_ERROR_ARGUMENT };
+    EditError: |error| if matches!(error, EditError::Lost { .. }) { TT_ERROR_LOST } else { TT_ERROR_ARGUMENT };
 }
 
 #[cfg(test)]

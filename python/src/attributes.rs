@@ -5,7 +5,7 @@ use crate::model::{Rgba, rgba};
 use pyo3::prelude::*;
 use trimtess::frame;
 use trimtess::model::Colour;
-use trimtess::parallel::AttributeError;
+use trimtess::parallel::EditError;
 
 /// What a colour is.
 const SHARES: &str = "three or four numbers from 0 to 1";
@@ -70,15 +70,16 @@ fn colour_of(py: Python<'_>, shares: &[f32]) -> PyResult<Colour> {
     }
 }
 
-/// Why attributes were not set, or cannot be told.
-pub(crate) fn attribute_error(py: Python<'_>, failure: &AttributeError) -> PyErr {
+/// Why a scene was not edited.
+pub(crate) fn edit_error(py: Python<'_>, failure: &EditError) -> PyErr {
     match failure {
-        AttributeError::NoPart { part, count } => {
+        EditError::NoPart { part, count } => {
             errors::out_of_range(py, "part", part.0, &format!("below {count}, the number of parts"))
         }
-        AttributeError::NoInstance { key } => errors::out_of_range(py, "key", key.to_bits(), "that of an instance"),
-        AttributeError::Factor { name, value } => errors::out_of_range(py, name, value, "a finite number above 0"),
-        AttributeError::Colour { colour } => errors::out_of_range(py, "colour", format!("{colour:?}"), SHARES),
+        EditError::NoInstance { key } => errors::out_of_range(py, "key", key.to_bits(), "that of an instance"),
+        EditError::Transform { .. } => errors::unfit(py, "transform", failure, "a rigid motion with a uniform scale"),
+        EditError::Factor { name, value } => errors::out_of_range(py, name, value, "a finite number above 0"),
+        EditError::Colour { colour } => errors::out_of_range(py, "colour", format!("{colour:?}"), SHARES),
         _ => errors::internal(py, failure.to_string()),
     }
 }

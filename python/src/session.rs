@@ -1,7 +1,7 @@
 //! Frames of views from Python: each call returns what has changed, as arrays that share the memory of the tiles.
 
 use crate::array;
-use crate::attributes::{Attributes, attribute_error, attributes};
+use crate::attributes::{Attributes, attributes, edit_error};
 use crate::errors;
 use crate::job::HEARD_EVERY;
 use crate::model::Instance;
@@ -16,7 +16,7 @@ use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, InstanceKey, MeshLists, MeshSink, Scene, SceneChanges, SceneInstance, SinkError,
 };
 use trimtess::model::PartId;
-use trimtess::parallel::{self, FrameReport, InstanceError, SessionOptions};
+use trimtess::parallel::{self, FrameReport, SessionOptions};
 use trimtess::prepare;
 
 /// What a frame changes. Arrays keep their tile alive, not the frame.
@@ -212,7 +212,7 @@ impl Session {
         let mut state = self.state()?;
         let session = &mut state.session;
         let added = py.detach(|| session.add_instance(new));
-        added.map(InstanceKey::to_bits).map_err(|failure| unplaced(py, &failure))
+        added.map(InstanceKey::to_bits).map_err(|failure| edit_error(py, &failure))
     }
 
     /// Moves an instance from the next frame on.
@@ -226,7 +226,7 @@ impl Session {
     fn move_instance(&self, py: Python<'_>, key: u64, transform: [[f64; 4]; 4]) -> PyResult<()> {
         let transform = affine(py, transform)?;
         let moved = self.state()?.session.move_instance(InstanceKey::from_bits(key), transform);
-        moved.map_err(|failure| unplaced(py, &failure))
+        moved.map_err(|failure| edit_error(py, &failure))
     }
 
     /// Removes an instance from the next frame on. The rows of later ones decrease by one, and keys stay.
@@ -240,7 +240,7 @@ impl Session {
         let mut state = self.state()?;
         let session = &mut state.session;
         let removed = py.detach(|| session.remove_instance(InstanceKey::from_bits(key)));
-        removed.map(drop).map_err(|failure| unplaced(py, &failure))
+        removed.map(drop).map_err(|failure| edit_error(py, &failure))
     }
 
     /// Removes instances in one pass, as `remove_instance` removes one.
@@ -255,7 +255,7 @@ impl Session {
         let session = &mut state.session;
         let keys: Vec<InstanceKey> = keys.into_iter().map(InstanceKey::from_bits).collect();
         let removed = py.detach(|| session.remove_instances(&keys));
-        removed.map(drop).map_err(|failure| unplaced(py, &failure))
+        removed.map(drop).map_err(|failure| edit_error(py, &failure))
     }
 
     /// Sets how views draw a part of the model, from the next frame on: all its instances, together with their own
@@ -285,7 +285,7 @@ impl Session {
         priority: f64,
     ) -> PyResult<()> {
         let attributes = attributes(py, (visible, colour), (tolerance_scale, priority))?;
-        self.state()?.session.set_part(PartId(part), &attributes).map_err(|failure| attribute_error(py, &failure))
+        self.state()?.session.set_part(PartId(part), &attributes).map_err(|failure| edit_error(py, &failure))
     }
 
     /// Sets how views draw an instance, from the next frame on, as `set_part` does for all instances of a part.
@@ -311,7 +311,7 @@ impl Session {
     ) -> PyResult<()> {
         let key = InstanceKey::from_bits(key);
         let attributes = attributes(py, (visible, colour), (tolerance_scale, priority))?;
-        self.state()?.session.set_instance(key, &attributes).map_err(|failure| attribute_error(py, &failure))
+        self.state()?.session.set_instance(key, &attributes).map_err(|failure| edit_error(py, &failure))
     }
 
     /// What `set_part` set last.
@@ -323,7 +323,7 @@ impl Session {
     ///     RangeError: There is no such part.
     fn part_attributes(&self, py: Python<'_>, part: u32) -> PyResult<Attributes> {
         let told = self.state()?.session.part_attributes(PartId(part));
-        told.map(Attributes).map_err(|failure| attribute_error(py, &failure))
+        told.map(Attributes).map_err(|failure| edit_error(py, &failure))
     }
 
     /// What `set_instance` set last.
@@ -335,7 +335,7 @@ impl Session {
     ///     RangeError: The key names no instance.
     fn instance_attributes(&self, py: Python<'_>, key: u64) -> PyResult<Attributes> {
         let told = self.state()?.session.instance_attributes(InstanceKey::from_bits(key));
-        told.map(Attributes).map_err(|failure| attribute_error(py, &failure))
+        told.map(Attributes).map_err(|failure| edit_error(py, &failure))
     }
 
     fn __repr__(&self) -> String {
@@ -352,20 +352,6 @@ fn affine(py: Python<'_>, rows: [[f64; 4]; 4]) -> PyResult<DAffine3> {
         return Err(errors::out_of_range(py, "the last row of transform", last, "(0, 0, 0, 1)"));
     }
     Ok(DAffine3::from_mat4(DMat4::from_cols_array_2d(&rows).transpose()))
-}
-
-/// Why an instance was not added, moved or removed.
-fn unplaced(py: Python<'_>, failure: &InstanceError) -> PyErr {
-    match failure {
-        InstanceError::NoPart { part, count } => {
-            errors::out_of_range(py, "part", part.0, &format!("below {count}, the number of parts"))
-        }
-        InstanceError::NoInstance { key } => errors::out_of_range(py, "key", key.to_bits(), "that of an instance"),
-        InstanceError::Transform { .. } => {
-            errors::unfit(py, "transform", failure, "a rigid motion with a uniform scale")
-        }
-        _ => errors::internal(py, failure.to_string()),
-    }
 }
 
 /// What a frame of views changes, and what it draws.

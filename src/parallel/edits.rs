@@ -1,6 +1,6 @@
 //! Edits of parts and instances between two frames of views -> what the job of the next one applies.
 
-use super::error::AttributeError;
+use super::error::EditError;
 use super::scene_keys::SceneKeys;
 use crate::frame::Attributes;
 use crate::math::rows::take_rows;
@@ -125,12 +125,12 @@ fn set<K: Ord>(rows: &mut BTreeMap<K, Attributes>, key: K, attributes: Attribute
 }
 
 /// Whether frames can use them.
-pub(super) fn check(attributes: &Attributes) -> Result<(), AttributeError> {
+pub(super) fn check(attributes: &Attributes) -> Result<(), EditError> {
     let Attributes { colour, tolerance_scale, priority, .. } = *attributes;
     for (name, value) in [("tolerance_scale", tolerance_scale), ("priority", priority)] {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(AttributeError::Factor { name, value });
+            return Err(EditError::Factor { name, value });
         }
     }
-    bad_colour(colour).map_or(Ok(()), |colour| Err(AttributeError::Colour { colour }))
+    bad_colour(colour).map_or(Ok(()), |colour| Err(EditError::Colour { colour }))
 }

@@ -1,4 +1,4 @@
-//! Why a frame is not made.
+//! Why a frame is not made, or a scene not edited.
 
 use crate::frame::{DamagedPlan, PlanError};
 use crate::mesh::{GridTooCoarse, InstanceKey, SinkError};
@@ -20,7 +20,7 @@ impl From<PlanError> for FrameError {
     }
 }
 
-impl From<Lost> for InstanceError {
+impl From<Lost> for EditError {
     fn from(Lost(why): Lost) -> Self {
         Self::Lost { why }
     }
@@ -59,10 +59,10 @@ pub enum FrameError {
     Cancelled,
 }
 
-/// Why an instance was not added, moved or removed.
+/// Why an instance was not added, moved or removed, or attributes were not set. Nothing changes.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum InstanceError {
+pub enum EditError {
     /// There is no such part in the model.
     #[error("no part {}; the model has {count}", .part.0)]
     NoPart {
@@ -83,39 +83,7 @@ pub enum InstanceError {
         /// Largest absolute entry of `MᵀM / scale² - 1`; NaN if the matrix is singular, or the transform not finite.
         error: f64,
     },
-    /// A share of the colour is not from 0 to 1.
-    #[error("the colour is {colour:?}; its numbers must be from 0 to 1")]
-    Colour {
-        /// The colour.
-        colour: Colour,
-    },
-    /// An internal error ended the session.
-    #[error("an internal error ended the session: {why}")]
-    Lost {
-        /// The message of the panic.
-        why: String,
-    },
-}
-
-/// Why attributes were not set. Nothing changes.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum AttributeError {
-    /// There is no such part in the model.
-    #[error("no part {}; the model has {count}", .part.0)]
-    NoPart {
-        /// The part.
-        part: PartId,
-        /// Number of parts.
-        count: usize,
-    },
-    /// The instance was removed, or never was in this session.
-    #[error("no instance {key:?}: it was removed, or never added")]
-    NoInstance {
-        /// Its key.
-        key: InstanceKey,
-    },
-    /// A factor is not finite, or not above 0.
+    /// A factor of attributes is not finite, or not above 0.
     #[error("{name} is {value}; it must be finite and above 0")]
     Factor {
         /// The field.
@@ -128,5 +96,11 @@ pub enum AttributeError {
     Colour {
         /// The colour.
         colour: Colour,
+    },
+    /// An internal error ended the session.
+    #[error("an internal error ended the session: {why}")]
+    Lost {
+        /// The message of the panic.
+        why: String,
     },
 }

@@ -16,7 +16,7 @@ mod seats;
 mod scene_keys;
 
 mod error;
-pub use error::{AttributeError, FrameError, InstanceError};
+pub use error::{EditError, FrameError};
 
 mod edits;
 

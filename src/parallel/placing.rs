@@ -1,7 +1,7 @@
 //! Instances that come, move and go, and attributes of parts and instances, between two frames of views.
 
 use super::edits::check;
-use super::error::{AttributeError, InstanceError};
+use super::error::EditError;
 use super::session::Session;
 use crate::frame::Attributes;
 use crate::mesh::{InstanceKey, SceneInstance};
@@ -20,13 +20,13 @@ impl Session {
     /// # Errors
     /// When there is no such part, the transform is not a rigid motion with an optional reflection and uniform scale,
     /// or a number of the colour is not from 0 to 1. When an internal error ended the session.
-    pub fn add_instance(&mut self, instance: SceneInstance) -> Result<InstanceKey, InstanceError> {
+    pub fn add_instance(&mut self, instance: SceneInstance) -> Result<InstanceKey, EditError> {
         let count = self.model.scene.parts.len();
         if instance.part.index() >= count {
-            return Err(InstanceError::NoPart { part: instance.part, count });
+            return Err(EditError::NoPart { part: instance.part, count });
         }
-        not_rigid(&instance.transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
-        bad_colour(instance.colour).map_or(Ok(()), |colour| Err(InstanceError::Colour { colour }))?;
+        not_rigid(&instance.transform).map_or(Ok(()), |error| Err(EditError::Transform { error }))?;
+        bad_colour(instance.colour).map_or(Ok(()), |colour| Err(EditError::Colour { colour }))?;
         let engine = self.edited()?;
         let has_level = engine.add_instance(instance.clone());
         let looks = engine.placed.take_looks();
@@ -52,7 +52,7 @@ impl Session {
     ///
     /// # Errors
     /// When it was removed before, or an internal error ended the session.
-    pub fn remove_instance(&mut self, key: InstanceKey) -> Result<SceneInstance, InstanceError> {
+    pub fn remove_instance(&mut self, key: InstanceKey) -> Result<SceneInstance, EditError> {
         Ok(self.remove_instances(&[key])?.swap_remove(0))
     }
 
@@ -61,13 +61,13 @@ impl Session {
     ///
     /// # Errors
     /// When one was removed before, or is named twice: nothing changes. When an internal error ended the session.
-    pub fn remove_instances(&mut self, keys: &[InstanceKey]) -> Result<Vec<SceneInstance>, InstanceError> {
-        let row = |key: InstanceKey| self.keys.row(key).ok_or(InstanceError::NoInstance { key });
+    pub fn remove_instances(&mut self, keys: &[InstanceKey]) -> Result<Vec<SceneInstance>, EditError> {
+        let row = |key: InstanceKey| self.keys.row(key).ok_or(EditError::NoInstance { key });
         let rows = keys.iter().enumerate().map(|(k, key)| Ok((row(*key)?, k)));
-        let mut order = rows.collect::<Result<Vec<(usize, usize)>, InstanceError>>()?;
+        let mut order = rows.collect::<Result<Vec<(usize, usize)>, EditError>>()?;
         order.sort_unstable();
         if let Some(twice) = order.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-            return Err(InstanceError::NoInstance { key: keys[twice[1].1] });
+            return Err(EditError::NoInstance { key: keys[twice[1].1] });
         }
         let rows: Vec<usize> = order.iter().map(|(row, _)| *row).collect();
         let Some(&first) = rows.first() else { return Ok(Vec::new()) };
@@ -90,9 +90,9 @@ impl Session {
     ///
     /// # Errors
     /// When it was removed, or the transform is not a rigid motion with an optional reflection and uniform scale.
-    pub fn move_instance(&mut self, key: InstanceKey, transform: DAffine3) -> Result<(), InstanceError> {
-        let row = self.keys.row(key).ok_or(InstanceError::NoInstance { key })?;
-        not_rigid(&transform).map_or(Ok(()), |error| Err(InstanceError::Transform { error }))?;
+    pub fn move_instance(&mut self, key: InstanceKey, transform: DAffine3) -> Result<(), EditError> {
+        let row = self.keys.row(key).ok_or(EditError::NoInstance { key })?;
+        not_rigid(&transform).map_or(Ok(()), |error| Err(EditError::Transform { error }))?;
         self.edits.move_row(row, transform);
         Ok(())
     }
@@ -105,7 +105,7 @@ impl Session {
     ///
     /// # Errors
     /// When there is no such part, or a value is out of range. Nothing changes.
-    pub fn set_part(&mut self, part: PartId, attributes: &Attributes) -> Result<(), AttributeError> {
+    pub fn set_part(&mut self, part: PartId, attributes: &Attributes) -> Result<(), EditError> {
         self.part_attributes(part)?;
         check(attributes)?;
         self.edits.set_part(part, *attributes);
@@ -116,7 +116,7 @@ impl Session {
     ///
     /// # Errors
     /// When it was removed, or a value is out of range. Nothing changes.
-    pub fn set_instance(&mut self, key: InstanceKey, attributes: &Attributes) -> Result<(), AttributeError> {
+    pub fn set_instance(&mut self, key: InstanceKey, attributes: &Attributes) -> Result<(), EditError> {
         self.instance_attributes(key)?;
         check(attributes)?;
         self.edits.set_instance(key, *attributes);
@@ -127,10 +127,10 @@ impl Session {
     ///
     /// # Errors
     /// When there is no such part.
-    pub fn part_attributes(&self, part: PartId) -> Result<Attributes, AttributeError> {
+    pub fn part_attributes(&self, part: PartId) -> Result<Attributes, EditError> {
         let count = self.model.scene.parts.len();
         let known = part.index() < count;
-        if known { Ok(self.edits.part(part)) } else { Err(AttributeError::NoPart { part, count }) }
+        if known { Ok(self.edits.part(part)) } else { Err(EditError::NoPart { part, count }) }
     }
 
     /// The attributes that [`set_instance`](Self::set_instance) set last, without those of the part. Until then the
@@ -138,8 +138,8 @@ impl Session {
     ///
     /// # Errors
     /// When it was removed.
-    pub fn instance_attributes(&self, key: InstanceKey) -> Result<Attributes, AttributeError> {
+    pub fn instance_attributes(&self, key: InstanceKey) -> Result<Attributes, EditError> {
         let known = self.keys.row(key).is_some();
-        if known { Ok(self.edits.instance(key)) } else { Err(AttributeError::NoInstance { key }) }
+        if known { Ok(self.edits.instance(key)) } else { Err(EditError::NoInstance { key }) }
     }
 }

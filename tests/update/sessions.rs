@@ -13,7 +13,7 @@ use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, VertexLayout,
 };
 use trimtess::model::{Instance, Model, PartId};
-use trimtess::parallel::{FrameError, InstanceError, Session, SessionOptions, serial};
+use trimtess::parallel::{EditError, FrameError, Session, SessionOptions, serial};
 use trimtess::prepare::{PrepareOptions, Prepared};
 use trimtess::view::{Camera, CameraPath, Picture, Projection, View};
 
@@ -288,7 +288,7 @@ fn instances_are_those_of_the_new_model_and_old_keys_name_none() {
     session.update(Arc::clone(&next)).unwrap();
     assert_eq!([first, added].map(|key| session.instance_row(key)), [None, None]);
     let gone = session.move_instance(added, DAffine3::IDENTITY).unwrap_err();
-    assert_eq!(gone, InstanceError::NoInstance { key: added });
+    assert_eq!(gone, EditError::NoInstance { key: added });
     assert_eq!(session.scene().instances.len(), model.instances.len());
     session.view(&[view], &mut spy).unwrap();
     assert_same(&spy.sink, &next, &view, "instances");

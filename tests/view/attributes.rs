@@ -14,7 +14,7 @@ use trimtess::control::Threads;
 use trimtess::frame::{Attributes, PlanLimits, PlannerOptions};
 use trimtess::mesh::{Batch, InstanceKey, MemorySink, SceneInstance, TileMesh};
 use trimtess::model::{Colour, Instance, Model, PartId, TileId};
-use trimtess::parallel::{AttributeError, Session};
+use trimtess::parallel::{EditError, Session};
 use trimtess::prepare::{PrepareOptions, Prepared};
 use trimtess::view::View;
 
@@ -349,7 +349,7 @@ fn instances_come_move_and_go_with_attributes() {
     assert_eq!(drawn(&sink), drawn(&from_scratch(&session)));
     let gone = session.remove_instance(last).unwrap();
     assert_eq!((gone.colour, gone.visible), (Some(GREEN), false));
-    assert_eq!(session.instance_attributes(last), Err(AttributeError::NoInstance { key: last }));
+    assert_eq!(session.instance_attributes(last), Err(EditError::NoInstance { key: last }));
     // One that moved while it was hidden is where it is now.
     session.set_instance(third, &PLAIN).unwrap();
     session.view(&[view], &mut sink).unwrap();
@@ -399,7 +399,7 @@ fn parts_that_go_on_keep_their_attributes_in_an_updated_model() {
     session.update(Arc::clone(&after)).unwrap();
     let attributes = [0, 1, 2, 3].map(|part| session.part_attributes(PartId(part)).unwrap());
     assert_eq!(attributes, [PLAIN, PLAIN, red, HIDDEN]);
-    assert_eq!(session.instance_attributes(second), Err(AttributeError::NoInstance { key: second }));
+    assert_eq!(session.instance_attributes(second), Err(EditError::NoInstance { key: second }));
     assert_eq!(session.instance_attributes(key(&session, 1)), Ok(PLAIN));
     let report = session.view(&[view], &mut sink).unwrap();
     assert!(!report.whole && sink.sink.drawn.instances(0).eq([0, 1, 2]));
@@ -429,22 +429,22 @@ fn what_cannot_be_is_refused_with_numbers_and_changes_nothing() {
         {
             for error in [session.set_part(PartId(0), &wrong), session.set_instance(first, &wrong)] {
                 let error = error.unwrap_err();
-                assert!(matches!(error, AttributeError::Factor { name: of, .. } if of == name), "{error}");
+                assert!(matches!(error, EditError::Factor { name: of, .. } if of == name), "{error}");
                 assert_eq!(error.to_string(), format!("{name} is {value}; it must be finite and above 0"));
             }
         }
     }
     for colour in [[0.0, 0.0, 0.0, 1.1], [-0.1, 0.0, 0.0, 1.0], [0.0, f32::NAN, 0.0, 1.0]] {
         let error = session.set_part(PartId(0), &PLAIN.with_colour(Some(colour))).unwrap_err();
-        assert!(matches!(error, AttributeError::Colour { .. }) && error.to_string().contains("from 0 to 1"), "{error}");
+        assert!(matches!(error, EditError::Colour { .. }) && error.to_string().contains("from 0 to 1"), "{error}");
     }
-    let none = AttributeError::NoPart { part: PartId(3), count: 3 };
+    let none = EditError::NoPart { part: PartId(3), count: 3 };
     assert_eq!(none.to_string(), "no part 3; the model has 3");
     assert_eq!(session.set_part(PartId(3), &PLAIN), Err(none.clone()));
     assert_eq!(session.part_attributes(PartId(3)), Err(none));
     assert!(session.scene().parts.len() > 3, "a level of detail is no part of the model");
     session.remove_instance(first).unwrap();
-    let none = AttributeError::NoInstance { key: first };
+    let none = EditError::NoInstance { key: first };
     assert_eq!(session.set_instance(first, &PLAIN), Err(none.clone()));
     assert!(none.to_string().contains("removed"));
     session.view(&[view], &mut sink).unwrap();

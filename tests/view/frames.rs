@@ -11,7 +11,7 @@ use trimtess::frame::internals::{PlacedInstances, Planner, edge_line};
 use trimtess::frame::{Plan, PlannerOptions};
 use trimtess::mesh::{Batch, DrawnTiles, MemorySink, MeshSink, Scene, SceneChanges, SceneInstance, SinkError};
 use trimtess::model::{EdgeId, ModelBuilder, PartId, TileId};
-use trimtess::parallel::{FrameError, InstanceError, Session, SessionOptions};
+use trimtess::parallel::{EditError, FrameError, Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::{Camera, Projection, View};
 
@@ -278,20 +278,20 @@ fn instances_come_move_and_go() {
     let bad = [DAffine3::from_scale(DVec3::new(1.0, 2.0, 1.0)), DAffine3::from_translation(DVec3::NAN)];
     for transform in bad {
         let error = session.move_instance(first, transform).unwrap_err();
-        assert!(matches!(error, InstanceError::Transform { .. }), "{error}");
+        assert!(matches!(error, EditError::Transform { .. }), "{error}");
         let new = SceneInstance { transform, ..nearer.clone() };
         assert_eq!(session.add_instance(new).unwrap_err().to_string(), error.to_string());
     }
     session.view(&[view], &mut sink).unwrap();
     assert_eq!((sink.drawn.tiles(0, 0).count(), sink.drawn.tiles(0, 1).count() > 0), (0, true));
     assert!(session.remove_instance(first).is_ok());
-    let none = InstanceError::NoInstance { key: first };
+    let none = EditError::NoInstance { key: first };
     assert_eq!(session.remove_instance(first).unwrap_err(), none);
     assert_eq!(session.move_instance(first, nearer.transform), Err(none));
     assert_eq!((session.instance_row(second), session.instance_key(0)), (Some(0), Some(second)));
     session.view(&[view], &mut sink).unwrap();
     assert!(sink.scene.instances.len() == 1 && sink.drawn.tiles(0, 0).count() > 0);
-    let none = InstanceError::NoPart { part: PartId(9), count: 1 };
+    let none = EditError::NoPart { part: PartId(9), count: 1 };
     assert_eq!(session.add_instance(SceneInstance { part: PartId(9), ..nearer }), Err(none));
 }
 

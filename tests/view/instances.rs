@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 use trimtess::mesh::{InstanceKey, MemorySink, SceneInstance};
 use trimtess::model::{ModelBuilder, PartId};
-use trimtess::parallel::{InstanceError, Session};
+use trimtess::parallel::{EditError, Session};
 use trimtess::prepare::Prepared;
 
 /// Parts in a row, each placed once.
@@ -60,7 +60,7 @@ fn instances_that_go_together_leave_the_same_as_one_by_one() {
     going.reverse();
     let before = rows(&sessions[0]);
     let twice = [going[3], going[5], going[3]];
-    assert_eq!(sessions[0].remove_instances(&twice).unwrap_err(), InstanceError::NoInstance { key: going[3] });
+    assert_eq!(sessions[0].remove_instances(&twice).unwrap_err(), EditError::NoInstance { key: going[3] });
     assert!(sessions[0].remove_instances(&[]).unwrap().is_empty() && rows(&sessions[0]) == before);
     let together = sessions[0].remove_instances(&going).unwrap();
     let single: Vec<SceneInstance> = going.iter().map(|key| sessions[1].remove_instance(*key).unwrap()).collect();
@@ -69,7 +69,7 @@ fn instances_that_go_together_leave_the_same_as_one_by_one() {
     }
     assert_eq!((together.len(), rows(&sessions[0])), (single.len(), rows(&sessions[1])));
     let gone = sessions[0].remove_instances(&[going[0]]).unwrap_err();
-    assert_eq!(gone, InstanceError::NoInstance { key: going[0] });
+    assert_eq!(gone, EditError::NoInstance { key: going[0] });
     for key in &keys {
         let row = sessions[0].instance_row(*key);
         assert_eq!((row, row.is_none()), (sessions[1].instance_row(*key), going.contains(key)));
