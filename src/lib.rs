@@ -36,9 +36,9 @@
 //! # }
 //! ```
 //!
-//! A model comes from [`import::step`](import), from the [builders](model::PartBuilder), or is one of the
-//! [named shapes](model::shapes). Triangles go to memory ([`mesh::MemorySink`]), from there to a file
-//! ([`out::save`]), to a picture (`out::wgpu`), or to [a sink of your own](mesh::MeshSink). All lengths are in millimetres.
+//! A model comes from [`import::step`](import), from the [builders](model::PartBuilder), or is one of the [named
+//! shapes](model::shapes). Triangles go to memory ([`mesh::MemorySink`]), from there to a file ([`out::save`]), to a
+//! picture (`out::wgpu`), or to [a sink of your own](mesh::MeshSink). All lengths are in millimetres.
 //!
 //! The message of an error is one line that includes its causes. They are public fields;
 //! [`source`](std::error::Error::source) does not repeat them.

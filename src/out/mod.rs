@@ -1,4 +1,5 @@
-//! Meshes to files and pictures: [`save`](crate::out::save) for all formats, chosen by the file extension or the caller.
+//! Meshes to files and pictures: [`save`](crate::out::save) for all files, in the format that the caller names, or the
+//! file extension ([`Format::of_path`](crate::out::Format::of_path)).
 //!
 //! Files are written atomically. Positions that are equal in a part stay equal in the file, whatever the format.
 

@@ -81,8 +81,8 @@ pub fn write_on<'a>(
 }
 
 impl Rounding {
-    /// Whether `frame` would be written within the limit on rounding if its scene were moved by `by`. Makes all bytes of
-    /// the file, on [`Rayon`]'s threads.
+    /// Whether `frame` would be written within the limit on rounding if its scene were moved by `by`. Makes the bytes
+    /// of the file, on [`Rayon`]'s threads.
     #[must_use]
     pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, options: &SaveOptions) -> bool {
         let frame = frame.into();
