@@ -474,7 +474,7 @@ typedef struct {
     uint32_t hidden;
 } tt_instance;
 
-// How close a mesh is to the surfaces, and limits of its size.
+// How close a mesh is to the surfaces, and limits of its size. Numbers are finite.
 typedef struct {
     // `sizeof(tt_tolerance)`.
     uint32_t size;

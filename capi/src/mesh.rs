@@ -4,7 +4,7 @@ use crate::border::handles::Table;
 use crate::border::{Caller, entry, versioned};
 use crate::control::{control, tt_control};
 use crate::diagnostic::{self, tt_diagnostic};
-use crate::limits::{above_zero, positive, set};
+use crate::limits::{finite, positive, set};
 use crate::prepared::{self, tt_prepared};
 use crate::status::{Failure, row, tt_status};
 use crate::threads::{Workplace, at_most};
@@ -23,7 +23,7 @@ pub struct tt_mesh {
     pub id: u64,
 }
 
-/// How close a mesh is to the surfaces, and limits of its size.
+/// How close a mesh is to the surfaces, and limits of its size. Numbers are finite.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct tt_tolerance {
@@ -141,19 +141,22 @@ pub(crate) fn tolerance(
     diagonal: f64,
 ) -> Result<(Tolerance, PlanLimits, bool), Failure> {
     let from = c.read("tolerance", from)?;
-    let relative = positive("tolerance.chord_rel", from.chord_rel)?;
-    let chord = match (positive("tolerance.chord", from.chord)?, relative) {
+    let number = |field: &str, value| -> Result<Option<f64>, Failure> {
+        let name = format!("tolerance.{field}");
+        positive(&name, value)?.map(|value| finite(&name, [value]).map(|[value]| value)).transpose()
+    };
+    let chord = match (number("chord", from.chord)?, number("chord_rel", from.chord_rel)?) {
         (Some(chord), None) => chord,
         (None, Some(fraction)) => Tolerance::relative(fraction, diagonal).chord,
         _ => return Err(Failure::argument("one of tolerance.chord and chord_rel must be above 0, the other 0")),
     };
-    let angle = positive("tolerance.angle", from.angle)?.unwrap_or(Tolerance::DEFAULT_ANGLE_DEGREES.to_radians());
-    let max_edge = positive("tolerance.max_edge", from.max_edge)?;
+    let angle = number("angle", from.angle)?.unwrap_or(Tolerance::DEFAULT_ANGLE_DEGREES.to_radians());
+    let max_edge = number("max_edge", from.max_edge)?;
     let mut limits = PlanLimits::DEFAULT;
     set(&mut limits.triangles, from.max_triangles);
     set(&mut limits.triangles_per_tile, from.max_tile_triangles);
     set(&mut limits.bytes, from.max_memory);
-    Ok((Tolerance { chord, angle: above_zero("tolerance.angle", angle)?, max_edge }, limits, from.coarsen != 0))
+    Ok((Tolerance { chord, angle, max_edge }, limits, from.coarsen != 0))
 }
 
 /// The plan, unless limits make it coarser than they may.
