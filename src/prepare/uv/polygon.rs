@@ -37,9 +37,9 @@ impl Polygon {
         if q.cmplt(self.bounds[0]).any() || q.cmpgt(self.bounds[1]).any() {
             return false;
         }
-        let n = self.points.len();
-        if n <= FEW || self.scans.get() < SCANS {
-            self.scans.set(self.scans.get() + 1);
+        let (n, scans) = (self.points.len(), self.scans.get());
+        if n <= FEW || scans < SCANS {
+            self.scans.set(SCANS.min(scans + 1));
             return winding_about(&self.points, q) != 0;
         }
         let side = |k: usize| [self.points[k], self.points[(k + 1) % n]];
@@ -69,6 +69,7 @@ mod tests {
                 let q = corner() + DVec2::new(0.5, 0.0);
                 assert_eq!(polygon.holds(q), winding_about(&points, q) != 0, "{count} corners, {q}");
             }
+            assert!(polygon.scans.get() <= SCANS, "{count} corners");
         }
     }
 }
