@@ -27,8 +27,8 @@ const LOOPS_PER_TILE: usize = 3;
 /// triangulated again with more and more of its cells until it is right, which takes the square of its holes.
 const LOOPS_PER_CURVED_TILE: f64 = 100.0;
 
-/// Maximum tiles along one side of a face. The largest real faces have 400 spans; more are noise, and every cut costs a
-/// search along all loops.
+/// Maximum tiles along one side of a curved face. The largest real faces have 400 spans; more are noise, and every cut
+/// costs a search along all loops. A plane has as many as a square of such sides, all along it if it is a strip.
 const TILES_PER_SIDE: usize = 64;
 
 /// The grid of cut lines for a region.
@@ -47,9 +47,8 @@ pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
             (lo, hi)
         };
         lines.push(lo);
-        let curved = || spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE).max(perforated);
+        let curved = || spans(surface, axis, lo, hi).div_ceil(SPANS_PER_TILE).max(perforated).min(TILES_PER_SIDE);
         let tiles = flat.map_or_else(curved, |tiles| tiles[axis]);
-        let tiles = tiles.min(TILES_PER_SIDE);
         let width = (hi - lo) / tiles as f64;
         for k in 1..tiles {
             let x = lo + width * k as f64;
@@ -67,7 +66,8 @@ pub(crate) fn grid_for(region: &Region, surface: &Surface) -> Grid {
 fn tiles_of_plane(region: &Region) -> [usize; 2] {
     let samples: usize = region.loops.iter().flat_map(|l| &l.pieces).map(|p| p.samples.len()).sum();
     let wanted = samples.div_ceil(SAMPLES_PER_TILE).min(region.loops.len() / LOOPS_PER_TILE);
-    let tiles = wanted.max(samples.div_ceil(MOST_SAMPLES_PER_TILE)) as f64;
+    let wanted = wanted.max(samples.div_ceil(MOST_SAMPLES_PER_TILE));
+    let tiles = wanted.min(TILES_PER_SIDE * TILES_PER_SIDE) as f64;
     let [width, height] = region.bounds.map(|(lo, hi)| hi - lo);
     // NaN for a region without extent takes one.
     let across = (tiles * width / height).sqrt().round().max(1.0).min(tiles.max(1.0));
@@ -223,5 +223,29 @@ impl Avoid {
         };
         let scored = candidates.map(|x| (x, score(x)));
         scored.max_by(|(_, a), (_, b)| a.total_cmp(b)).map_or(lo, |(x, _)| x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Frame3;
+    use crate::prepare::uv::uv_curve::UvSample;
+    use crate::prepare::uv::uv_loop::{Piece, UvLoop};
+    use glam::DVec2;
+
+    #[test]
+    fn a_long_strip_has_as_many_tiles_as_its_samples_need() {
+        let (length, count) = (1e4, 50_000);
+        let side = |v: f64| {
+            let place = |k: u32| DVec2::new(length * f64::from(k) / f64::from(count), v);
+            let samples = (0..count).map(|k| UvSample::along(0, place(k))).collect();
+            Piece { along: Along::Edge(v as u32), reversed: v > 0.0, samples }
+        };
+        let outline = UvLoop { pieces: vec![side(0.0), side(1.0)], winding: [0, 0] };
+        let bounds = [(0.0, length), (0.0, 1.0)];
+        let region = Region { loops: vec![outline], wraps: [false; 2], bounds, base: 0, unbounded: None };
+        let grid = grid_for(&region, &Surface::Plane { frame: Frame3::WORLD });
+        assert_eq!([0, 1].map(|axis| grid.count(axis)), [2 * count as usize / MOST_SAMPLES_PER_TILE, 1]);
     }
 }

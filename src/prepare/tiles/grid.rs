@@ -57,8 +57,10 @@ impl Grid {
         let (lo, hi) = (a.min(b), a.max(b));
         let n = self.count(axis) as i64;
         let mut out = Vec::new();
-        let (first, last) =
-            if self.wraps[axis] { (self.locate(axis, lo), self.locate(axis, hi) + 1) } else { (1, n - 1) };
+        let (mut first, mut last) = (self.locate(axis, lo), self.locate(axis, hi) + 1);
+        if !self.wraps[axis] {
+            (first, last) = (first.max(1), last.min(n - 1));
+        }
         for k in first..=last {
             let (turn, i) = if self.wraps[axis] { (k.div_euclid(n), k.rem_euclid(n)) } else { (0, k) };
             let x = self.lines[axis][i as usize] + turn as f64 * self.period(axis);
