@@ -13,6 +13,7 @@ use super::spans::{Span, UvDomain, spans};
 use crate::control::Call;
 use crate::math::box_tree::BoxTree;
 use crate::model::TrimCurve;
+use crate::prepare::uv::uv_curve::{UvSample, newton_meeting};
 use glam::{DMat2, DVec2, DVec3};
 
 /// Distance in the unit square below which points are one. Curves are stated with twelve digits or more, and a sliver
@@ -280,7 +281,7 @@ fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec
         let small = length_x.max(length_y) <= TOUCH || looked > MAX_PAIRS;
         let between = libm::atan2(d.perp_dot(e).abs(), d.dot(e).abs());
         if !small && between > x.cone() + y.cone() {
-            if let Some(at) = newton(a, b, [x.range, y.range]) {
+            if let Some(at) = crossing(a, b, [x.range, y.range]) {
                 // Near a touch the curves are equal to rounding and may seem to cross.
                 let touch = Some(at).filter(|&at| sine(a, b, at) <= SHALLOW).and_then(|at| touch(a, b, at));
                 add(a, b, touch.unwrap_or(at), out);
@@ -319,23 +320,13 @@ fn add(a: &Span, b: &Span, at: [f64; 2], out: &mut Vec<SpanMeeting>) {
 }
 
 /// The crossing of two spans within `ranges`; `None` if Newton's method finds none.
-fn newton(a: &Span, b: &Span, ranges: [[f64; 2]; 2]) -> Option<[f64; 2]> {
-    const STEPS: usize = 20;
-    let slack = ranges.map(|r| 1e-3 * (r[1] - r[0]));
-    let mut at = ranges.map(|r| 0.5 * (r[0] + r[1]));
-    for _ in 0..STEPS {
-        let ([p, d, _], [q, e, _]) = (a.derivatives(at[0]), b.derivatives(at[1]));
-        let step = DMat2::from_cols(d, -e).inverse() * (q - p);
-        if !step.is_finite() {
-            return None;
-        }
-        let next = [0, 1].map(|k| (at[k] + step[k]).clamp(ranges[k][0] - slack[k], ranges[k][1] + slack[k]));
-        let settled = (0..2).all(|k| (next[k] - at[k]).abs() <= 1e-15);
-        at = next;
-        if settled {
-            break;
-        }
-    }
+fn crossing(a: &Span, b: &Span, ranges: [[f64; 2]; 2]) -> Option<[f64; 2]> {
+    let limits = ranges.map(|[from, to]| [from - 1e-3 * (to - from), to + 1e-3 * (to - from)]);
+    let sample = |k: usize, t: f64| {
+        let [uv, d, _] = [a, b][k].derivatives(t);
+        UvSample { t, uv, d }
+    };
+    let at = newton_meeting(sample, DVec2::ONE, limits, ranges.map(|[from, to]| 0.5 * (from + to)), 0.1 * TOUCH);
     let at = [0, 1].map(|k| at[k].clamp(ranges[k][0], ranges[k][1]));
     (a.point(at[0]).distance(b.point(at[1])) <= 1e-3 * TOUCH).then_some(at)
 }
