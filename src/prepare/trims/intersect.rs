@@ -11,6 +11,7 @@
 
 use super::spans::{Span, UvDomain, spans};
 use crate::control::Call;
+use crate::math;
 use crate::math::box_tree::BoxTree;
 use crate::model::TrimCurve;
 use crate::prepare::uv::uv_curve::{UvSample, newton_meeting};
@@ -117,19 +118,16 @@ fn foot(span: &Span, p: DVec2) -> (f64, f64) {
     let size = high - low;
     let axis = usize::from(size.y > size.x);
     let rising = span.ends[1][axis] > span.ends[0][axis];
-    let mut s = match p[axis] {
+    let start = match p[axis] {
         x if x <= low[axis] => f64::from(u8::from(!rising)),
         x if x >= high[axis] => f64::from(u8::from(rising)),
         x => span.at(axis, x),
     };
-    for _ in 0..4 {
+    let s = math::foot::foot(start, (0.0, 1.0), 1e-15, |s| {
         let [q, d1, d2] = span.derivatives(s);
-        let rate = d1.length_squared() + (q - p).dot(d2);
-        if rate <= 0.0 {
-            break;
-        }
-        s = (s - (q - p).dot(d1) / rate).clamp(0.0, 1.0);
-    }
+        let square = d1.length_squared();
+        [(q - p).dot(d1), square + (q - p).dot(d2), square]
+    });
     let ends = [0.0, 1.0].map(|end| (end, span.point(end).distance(p)));
     let inside = (s, span.point(s).distance(p));
     // Prefer an end of the span to a place next to it.
