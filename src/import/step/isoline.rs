@@ -1,8 +1,7 @@
 //! A surface and one of its parameters -> the curve along which that parameter is constant.
 
 use super::curve::Carrier;
-use super::spline;
-use crate::model::{CurveKind, Frame3, NurbsCurve3, NurbsSurface, Surface};
+use crate::model::{CurveKind, Frame3, NurbsCurve3, Surface};
 use glam::DVec3;
 
 /// The curve through (`u`, `v`) along `axis`: 0 along u, 1 along v. Exact; it runs as the parameter grows. `u` and `v`
@@ -26,7 +25,9 @@ pub(super) fn isoline(surface: &Surface, axis: usize, [u, v]: [f64; 2]) -> Carri
             let points = curve.points.iter().map(|p| frame.place(turn(frame.local(*p)))).collect();
             Carrier::Spline { curve: NurbsCurve3 { points, ..curve.clone() }, kind: CurveKind::Spline }
         }
-        (Surface::Nurbs(net), _) => Carrier::Spline { curve: row(net, axis, [u, v]), kind: CurveKind::Spline },
+        (Surface::Nurbs(net), _) => {
+            Carrier::Spline { curve: net.iso_line(1 - axis, [v, u][axis]).curve(), kind: CurveKind::Spline }
+        }
         (
             Surface::Plane { frame }
             | Surface::Cylinder { frame, .. }
@@ -49,19 +50,4 @@ fn meridian(frame: &Frame3, u: f64, major: f64, minor: f64) -> Carrier {
     let x = frame.x * cos + frame.y * sin;
     let frame = Frame3 { origin: frame.origin + x * major, x, y: frame.z, z: x.cross(frame.z) };
     Carrier::Round { frame, a: minor, b: minor }
-}
-
-/// The control points of a net along `axis`, where the other parameter is that of `at`.
-fn row(net: &NurbsSurface, axis: usize, at: [f64; 2]) -> NurbsCurve3 {
-    let turned = if axis == 0 { net.transposed() } else { net.clone() };
-    let ((low, high), along) = turned.domain();
-    let at = at[1 - axis];
-    // A clamped net begins with the control points of its border.
-    let begins = at < high - spline::SAME_PARAMETER * (high - low);
-    let cut = spline::patch(&turned, if begins { (at, high) } else { (low, high) }, along);
-    let width = cut.count_v();
-    let from = if begins { 0 } else { cut.points.len() - width };
-    let points = cut.points[from..from + width].to_vec();
-    let weights = cut.weights.get(from..from + width).unwrap_or_default().to_vec();
-    NurbsCurve3 { degree: cut.degree_v, knots: cut.knots_v, points, weights }
 }
