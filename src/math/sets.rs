@@ -33,11 +33,6 @@ impl DisjointSets {
         at
     }
 
-    /// Whether `at` is the representative of its set.
-    pub(crate) fn is_root(&self, at: u32) -> bool {
-        self.0[at as usize] == at
-    }
-
     /// Merges two sets. The smaller of their roots becomes the root.
     pub(crate) fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
@@ -60,7 +55,6 @@ mod tests {
         sets.join(4, 2);
         sets.join(5, 4);
         assert_eq!((0..6).map(|k| sets.root(k)).collect::<Vec<_>>(), [0, 1, 2, 3, 2, 2]);
-        assert!(sets.is_root(2) && !sets.is_root(5));
         sets.join_under(3, 2);
         assert_eq!((sets.root(5), sets.push(), sets.len()), (3, 6, 7));
     }

@@ -132,7 +132,7 @@ impl Cleanup<'_> {
     }
 
     fn is_alone(&mut self, piece: u32) -> bool {
-        self.sets.is_root(piece) && self.members[piece as usize].is_empty()
+        self.sets.root(piece) == piece && self.members[piece as usize].is_empty()
     }
 
     // -- loops inside one cell

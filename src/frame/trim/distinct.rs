@@ -66,11 +66,6 @@ impl Distinct {
     pub(crate) fn tile<'a>(&'a self, input: &TrimInput<'_>) -> TrimInput<'a> {
         TrimInput { cells: input.cells, points: &self.points, loop_starts: &self.loop_starts, places: &self.places }
     }
-
-    pub(crate) fn restore_ids(&self, input: &TrimInput<'_>, out: &mut TrimOutput) {
-        let (ours, theirs) = (self.original.len() as u32, input.points.len() as u32);
-        out.rename(0, |v| if v < ours { self.original[v as usize] } else { v - ours + theirs });
-    }
 }
 
 /// Triangulates the loops without repeated points by `rung`, and closes what remains open.
@@ -84,7 +79,8 @@ pub(crate) fn by_distinct(
     input.validate()?;
     let mut outcome = if distinct.collect(input) {
         let outcome = rung(&distinct.tile(input), out);
-        distinct.restore_ids(input, out);
+        let (ours, theirs) = (distinct.original.len() as u32, input.points.len() as u32);
+        out.rename(0, |v| if v < ours { distinct.original[v as usize] } else { v - ours + theirs });
         outcome
     } else {
         rung(input, out)

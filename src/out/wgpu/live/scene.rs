@@ -3,12 +3,14 @@
 use super::super::error::RenderError;
 use super::super::formats::{DEPTH_FORMAT, SAMPLES};
 use super::super::gpu::Gpu;
+use super::super::layout::CellPlace;
 use super::super::options::RenderOptions;
 use super::super::surface_input::SurfaceInput;
 use super::super::target::{SampleTargets, begin_pass};
 use super::device_scene::DeviceScene;
 use super::edges::Edges;
 use super::lists::Tiles;
+use super::pages::Companion;
 use super::pending::Pending;
 use super::record_rows::RecordRows;
 use super::records::Records;
@@ -378,7 +380,8 @@ impl LiveScene {
     /// # Errors
     /// If the device runs out of memory. Nothing changes.
     pub fn keep_lattice(&mut self, keep: bool) -> Result<(), RenderError> {
-        self.store.keep_cells(&self.gpu, keep)
+        let unit = keep.then_some(size_of::<CellPlace>() as u64);
+        self.store.vertices.keep_companion(&self.gpu, Companion::Cells, unit)
     }
 
     /// Highlights a face of an instance from the next picture on. `None` removes the highlight, and so does a frame of

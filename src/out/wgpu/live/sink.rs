@@ -2,6 +2,7 @@
 
 use super::super::error::RenderError;
 use super::device_scene::{DeviceScene, look_like};
+use super::pages::Companion;
 use super::pending::{Base, Pending};
 use super::scene::LiveScene;
 use super::store::line as encoded_line;
@@ -133,7 +134,7 @@ fn put<T>(rows: &mut Vec<Option<T>>, number: u32, new: Option<T>) -> Option<T> {
 impl MeshSink for LiveScene {
     /// Parameters and lattice lines only while it keeps lattice positions.
     fn reads(&self) -> MeshLists {
-        let cells = self.store.keeps_cells();
+        let cells = self.store.vertices.has_companion(Companion::Cells);
         // Origins tell how many cells a tile has, which is a colour.
         MeshLists { uvs: cells, lines: cells, origins: true }
     }

@@ -72,15 +72,6 @@ impl Store {
         }
     }
 
-    /// Turns lattice positions of vertices on or off. Vertices already stored have none until they are sent again.
-    pub(super) fn keep_cells(&mut self, gpu: &Gpu, keep: bool) -> Result<(), RenderError> {
-        self.vertices.keep_companion(gpu, Companion::Cells, keep.then_some(size_of::<CellPlace>() as u64))
-    }
-
-    pub(super) fn keeps_cells(&self) -> bool {
-        self.vertices.has_companion(Companion::Cells)
-    }
-
     /// Uploads a tile. `None` if it has no triangles. Free it with [`drop_tile`](Self::drop_tile).
     pub(super) fn tile(&mut self, gpu: &Gpu, batch: &Batch, centre: DVec3) -> Result<Option<StoredTile>, RenderError> {
         self.encoded.tile(&batch.mesh, centre, gpu.indirect);
