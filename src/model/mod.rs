@@ -51,8 +51,8 @@ pub use error::{ModelError, PartError};
 mod trouble;
 pub use trouble::{
     BodyRefusal, BorderTrouble, CurveTrouble, DiagnosticKind, FaceError, FaceTrouble, FitTrouble, PlacementTrouble,
-    RegionError, ShellTrouble, SolidTrouble, SplineTrouble, StepCause, StepOutcome, StepTrouble, SyntaxCut,
-    SyntaxError, SyntaxFault, SyntaxRepair, TileTrouble, TrimTrouble, WireTrouble,
+    RegionError, ShellTrouble, SolidTrouble, StepCause, StepOutcome, StepTrouble, SyntaxCut, SyntaxError, SyntaxFault,
+    SyntaxRepair, TileTrouble, TrimTrouble, WireTrouble,
 };
 
 mod diagnostic;

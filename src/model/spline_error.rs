@@ -3,7 +3,7 @@
 /// Highest degree. CAD kernels write up to 25. Cost grows with the square; binomials stay exact in f64 well beyond 25.
 pub const MAX_DEGREE: usize = 60;
 
-/// Why [`NurbsCurve::check`](super::NurbsCurve::check) rejects a spline.
+/// Why [`NurbsCurve::check`](super::NurbsCurve::check) or a reader of files rejects a spline.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SplineError {
@@ -77,6 +77,20 @@ pub enum SplineError {
         multiplicity: usize,
         /// The highest multiplicity allowed.
         most: usize,
+    },
+    /// The two sides of a break at a knot are different points. Breaks of files that have one point are removed.
+    #[error("it jumps at knot {knot}")]
+    Jump {
+        /// The knot.
+        knot: f64,
+    },
+    /// The number of control points is not that of a chain of Bézier pieces, which a file states without knots.
+    #[error("{points} control points are not a chain of Bézier pieces of degree {degree}")]
+    Chain {
+        /// Polynomial degree.
+        degree: usize,
+        /// Number of control points in this direction.
+        points: usize,
     },
     /// The domain is empty: first and last parameter are equal.
     #[error("the domain is the single parameter {at}")]

@@ -10,9 +10,10 @@ use super::spline;
 use super::table::{Entity, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::{Attribute, List};
 use crate::math::boxes::around;
-use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineTrouble, StepTrouble};
+use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineError, StepTrouble};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
+use std::iter::repeat_n;
 
 /// Ends of a spline closer than this are one point; millimetres.
 const SAME_PLACE: f64 = 1e-6;
@@ -445,19 +446,25 @@ pub(super) fn knots_of(
     id: u64,
 ) -> Read<Vec<f64>> {
     if let Some((multiplicities, values)) = stated {
-        if values.windows(2).any(|pair| pair[0] > pair[1]) {
-            return Err(Trouble::new(id, SplineTrouble::KnotsDecrease));
+        if let Some(index) = (1..values.len()).find(|&k| values[k] < values[k - 1]) {
+            let error = SplineError::Decreasing { index, before: values[index - 1], knot: values[index] };
+            return Err(Trouble::new(id, error));
         }
-        let knots = spline::write_out(&values, &multiplicities, count, degree).ok_or_else(|| {
-            Trouble::new(id, SplineTrouble::Multiplicities { wanted: count + degree + 1, points: count, degree })
-        })?;
+        if multiplicities.len() != values.len() {
+            return Err(Trouble::new(id, StepTrouble::Layout { what: "multiplicities", wanted: "one per knot" }));
+        }
+        let total = multiplicities.iter().fold(0, |sum: usize, times| sum.saturating_add(*times));
+        if total != count + degree + 1 {
+            return Err(Trouble::new(id, SplineError::Count { degree, knots: total, points: count }));
+        }
+        let knots: Vec<f64> = values.iter().zip(multiplicities).flat_map(|(v, times)| repeat_n(*v, times)).collect();
         if knots[degree] >= knots[count] {
-            return Err(Trouble::new(id, SplineTrouble::EmptyDomain));
+            return Err(Trouble::new(id, SplineError::Empty { at: knots[count] }));
         }
         return Ok(knots);
     }
     let clamped = |inner: &mut dyn Iterator<Item = f64>, last: f64| -> Vec<f64> {
-        let ends = |value: f64| std::iter::repeat_n(value, degree + 1);
+        let ends = |value: f64| repeat_n(value, degree + 1);
         ends(0.0).chain(inner).chain(ends(last)).collect()
     };
     match form {
@@ -468,16 +475,19 @@ pub(super) fn knots_of(
         }
         Form::Bezier if (count - 1).is_multiple_of(degree) => {
             let spans = (count - 1) / degree;
-            let mut inner = (1..spans).flat_map(|i| std::iter::repeat_n(i as f64, degree));
+            let mut inner = (1..spans).flat_map(|i| repeat_n(i as f64, degree));
             Ok(clamped(&mut inner, spans as f64))
         }
-        Form::Bezier => Err(Trouble::new(id, SplineTrouble::BezierCount { points: count, degree })),
+        Form::Bezier => Err(Trouble::new(id, SplineError::Chain { degree, points: count })),
     }
 }
 
 pub(super) fn check_degree(degree: usize, count: usize, id: u64) -> Read<()> {
-    if degree == 0 || degree > MAX_DEGREE || count <= degree {
-        return Err(Trouble::new(id, SplineTrouble::Degree { degree, points: count }));
+    if !(1..=MAX_DEGREE).contains(&degree) {
+        return Err(Trouble::new(id, SplineError::Degree { degree }));
+    }
+    if count <= degree {
+        return Err(Trouble::new(id, SplineError::Count { degree, knots: count + degree + 1, points: count }));
     }
     Ok(())
 }
@@ -485,10 +495,10 @@ pub(super) fn check_degree(degree: usize, count: usize, id: u64) -> Read<()> {
 /// Checks weights; drops them if all are equal.
 pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Vec<f64>> {
     if weights.len() != count {
-        return Err(Trouble::new(id, SplineTrouble::WeightCount { weights: weights.len(), points: count }));
+        return Err(Trouble::new(id, SplineError::Weights { weights: weights.len(), points: count }));
     }
-    if let Some(bad) = weights.iter().find(|w| **w <= 0.0) {
-        return Err(Trouble::new(id, SplineTrouble::Weight { weight: *bad }));
+    if let Some(index) = weights.iter().position(|w| *w <= 0.0) {
+        return Err(Trouble::new(id, SplineError::Weight { index, weight: weights[index] }));
     }
     let equal = weights.windows(2).all(|pair| pair[0] == pair[1]);
     Ok(if equal { Vec::new() } else { weights })
@@ -498,7 +508,7 @@ pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Ve
 fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
     let joins = |a: usize, b: usize| curve.points[a].distance(curve.points[b]) <= tolerance;
     let left = spline::without_breaks(&curve.knots, curve.degree, joins)
-        .map_err(|knot| Trouble::new(id, SplineTrouble::CurveJumps { knot }))?;
+        .map_err(|knot| Trouble::new(id, SplineError::Jump { knot }))?;
     if let Some((points, knots)) = left {
         curve.points = points.iter().map(|i| curve.points[*i]).collect();
         if !curve.weights.is_empty() {

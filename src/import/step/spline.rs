@@ -7,16 +7,6 @@ use crate::model::{NurbsCurve3, NurbsSurface, euclidean, homogeneous, of_pieces,
 use glam::{DVec3, DVec4};
 use smallvec::SmallVec;
 
-/// The knot vector, repeated by multiplicity; `None` unless it has `count + degree + 1` knots.
-pub(super) fn write_out(values: &[f64], multiplicities: &[usize], count: usize, degree: usize) -> Option<Vec<f64>> {
-    let total = multiplicities.iter().try_fold(0usize, |sum, m| sum.checked_add(*m))?;
-    if values.len() != multiplicities.len() || total != count + degree + 1 {
-        return None;
-    }
-    let each = values.iter().zip(multiplicities);
-    Some(each.flat_map(|(value, times)| std::iter::repeat_n(*value, *times)).collect())
-}
-
 /// Indices of the remaining control points, and the remaining knots.
 pub(super) type ReducedKnots = (Vec<usize>, Vec<f64>);
 

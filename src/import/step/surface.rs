@@ -9,7 +9,9 @@ use super::spline;
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::Attribute;
 use super::weld;
-use crate::model::{CurveTrouble, Frame3, NurbsSurface, Severity, SplineTrouble, StepOutcome, StepTrouble, Surface};
+use crate::model::{
+    CurveTrouble, Frame3, NurbsSurface, Severity, SplineError, StepOutcome, StepTrouble, Surface, SurfaceError,
+};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -177,7 +179,8 @@ impl Geometry<'_> {
         for row in shape.rows(2, "control points", "lists of rows")? {
             let row = self.points(row?.iter().filter_map(Attribute::link))?;
             if count_v != 0 && row.len() != count_v {
-                return Err(Trouble::new(id, SplineTrouble::RowLengths));
+                let what = StepTrouble::Layout { what: "rows of control points", wanted: "of one length" };
+                return Err(Trouble::new(id, what));
             }
             count_v = row.len();
             points.extend(row);
@@ -216,9 +219,11 @@ fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
     let near = |a: usize, b: usize| net.points[a].distance(net.points[b]) <= tolerance;
     let rows = |a: usize, b: usize| (0..count_v).all(|j| near(a * count_v + j, b * count_v + j));
     let columns = |a: usize, b: usize| (0..count_u).all(|i| near(i * count_v + a, i * count_v + b));
-    let jumps = |axis: usize| move |knot: f64| Trouble::new(id, SplineTrouble::SurfaceJumps { axis, knot });
-    let u = spline::without_breaks(&net.knots_u, net.degree_u, rows).map_err(jumps(0))?;
-    let v = spline::without_breaks(&net.knots_v, net.degree_v, columns).map_err(jumps(1))?;
+    let jumps = |direction: char| {
+        move |knot| Trouble::new(id, SurfaceError::Spline { direction, error: SplineError::Jump { knot } })
+    };
+    let u = spline::without_breaks(&net.knots_u, net.degree_u, rows).map_err(jumps('u'))?;
+    let v = spline::without_breaks(&net.knots_v, net.degree_v, columns).map_err(jumps('v'))?;
     if u.is_none() && v.is_none() {
         return Ok(());
     }

@@ -11,8 +11,8 @@ mod step;
 pub use face_error::FaceError;
 pub use region_error::RegionError;
 pub use step::{
-    BodyRefusal, CurveTrouble, FitTrouble, PlacementTrouble, SolidTrouble, SplineTrouble, StepCause, StepOutcome,
-    StepTrouble, SyntaxCut, SyntaxError, SyntaxFault, SyntaxRepair,
+    BodyRefusal, CurveTrouble, FitTrouble, PlacementTrouble, SolidTrouble, StepCause, StepOutcome, StepTrouble,
+    SyntaxCut, SyntaxError, SyntaxFault, SyntaxRepair,
 };
 
 mod face_error;

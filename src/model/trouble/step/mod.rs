@@ -1,8 +1,5 @@
 //! Diagnostics of the STEP reader: what it could not read, and what it did instead.
 
-mod spline;
-pub use spline::SplineTrouble;
-
 mod curve;
 pub use curve::CurveTrouble;
 

@@ -4,7 +4,6 @@ use super::curve::CurveTrouble;
 use super::fit::FitTrouble;
 use super::placement::PlacementTrouble;
 use super::solid::{BodyRefusal, SolidTrouble};
-use super::spline::SplineTrouble;
 use crate::model::{PartError, SplineError, SurfaceError};
 use std::borrow::Cow;
 use std::fmt;
@@ -91,12 +90,12 @@ pub enum StepTrouble {
         /// What is missing.
         part: &'static str,
     },
-    /// Lists are nested in the wrong way.
+    /// Lists are nested in the wrong way, or do not have the same length.
     #[error("{what} are not {wanted}")]
     Layout {
         /// What they list, in the plural.
         what: &'static str,
-        /// The required nesting.
+        /// The required nesting or length.
         wanted: &'static str,
     },
     /// A number is infinite or NaN.
@@ -149,9 +148,9 @@ pub enum StepTrouble {
     /// A face has no surface, and its bounds enclose no planar area.
     #[error("the face has no surface, and its bounds enclose no planar area")]
     NoPlane,
-    /// A B-spline is invalid.
+    /// A B-spline, as stated or as its curve results, is invalid.
     #[error(transparent)]
-    Spline(#[from] SplineTrouble),
+    Spline(#[from] SplineError),
     /// A curve, or a point on one, cannot be read.
     #[error(transparent)]
     Curve(#[from] CurveTrouble),
@@ -164,9 +163,6 @@ pub enum StepTrouble {
     /// An occurrence cannot be placed.
     #[error(transparent)]
     Placement(#[from] PlacementTrouble),
-    /// The resulting curve is invalid.
-    #[error(transparent)]
-    UnsoundCurve(#[from] SplineError),
     /// The resulting surface is invalid.
     #[error(transparent)]
     UnsoundSurface(#[from] SurfaceError),
@@ -205,7 +201,6 @@ codes!(StepTrouble {
     Self::Fit(_) => "step-fit",
     Self::Solid(_) => "step-solid",
     Self::Placement(_) => "step-placement",
-    Self::UnsoundCurve(_) => "step-unsound-curve",
     Self::UnsoundSurface(_) => "step-unsound-surface",
     Self::UnsoundPart(_) => "step-unsound-part"
 });
