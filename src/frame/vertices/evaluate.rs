@@ -346,10 +346,8 @@ fn evaluate_lanes<const L: usize, F: Lanes<L>>(
     let patch = if roles.inner_is_v { patches.patch(outer, inner) } else { patches.patch(inner, outer) };
     // Constant sizes, so that the compiler unrolls the loops. Where degrees are equal, v is inside.
     match (patches.rational, roles.outer_points, roles.inner_points) {
-        (false, 2, 2) => in_constant_patch::<L, F, false, 2, 2>(zero, patch, const { Roles::with(2, 2) }, at),
         (false, 4, 4) => in_constant_patch::<L, F, false, 4, 4>(zero, patch, const { Roles::with(4, 4) }, at),
         (true, 3, 3) => in_constant_patch::<L, F, true, 3, 3>(zero, patch, const { Roles::with(3, 3) }, at),
-        (true, 4, 4) => in_constant_patch::<L, F, true, 4, 4>(zero, patch, const { Roles::with(4, 4) }, at),
         (true, 2, 3) if roles.inner_is_v => {
             in_constant_patch::<L, F, true, 2, 3>(zero, patch, const { Roles::with(2, 3) }, at)
         }
