@@ -325,6 +325,7 @@ pub(crate) struct IsoLine<'a> {
 
 impl IsoLine<'_> {
     /// The same curve on its own.
+    #[cfg(feature = "step")]
     pub(crate) fn curve(&self) -> NurbsCurve3 {
         let (knots, rows) = (self.knots.to_vec(), self.net.iter());
         let weights: Vec<f64> = rows.clone().filter(|_| self.is_rational).map(|row| row[3]).collect();
