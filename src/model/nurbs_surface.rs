@@ -1,6 +1,6 @@
 //! NURBS surfaces -> points, first and second partial derivatives, closure.
 
-use super::{NurbsCurve3, NurbsSurface, knots};
+use super::{NurbsSurface, knots};
 use crate::math::boxes::around;
 use crate::math::lanes::{Lanes, Plain, Work, in_fours, widest};
 use glam::{DVec2, DVec3};
@@ -326,11 +326,11 @@ pub(crate) struct IsoLine<'a> {
 impl IsoLine<'_> {
     /// The same curve on its own.
     #[cfg(feature = "step")]
-    pub(crate) fn curve(&self) -> NurbsCurve3 {
+    pub(crate) fn curve(&self) -> super::NurbsCurve3 {
         let (knots, rows) = (self.knots.to_vec(), self.net.iter());
         let weights: Vec<f64> = rows.clone().filter(|_| self.is_rational).map(|row| row[3]).collect();
         let point = |(k, row): (usize, &[f64; 4])| DVec3::from_slice(row) / weights.get(k).copied().unwrap_or(1.0);
-        NurbsCurve3 { degree: self.degree, knots, points: rows.enumerate().map(point).collect(), weights }
+        super::NurbsCurve3 { degree: self.degree, knots, points: rows.enumerate().map(point).collect(), weights }
     }
 
     /// The point at `t`, clamped to the domain.
