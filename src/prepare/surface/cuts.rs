@@ -14,17 +14,14 @@ use smallvec::SmallVec;
 
 /// A strip is halved while weights along it differ by more than this factor. Halves of arcs of 120 degrees are below.
 const ALIKE: f64 = 1.5;
-/// Limit of strips for that, times pieces, times control points of a patch or segment: the work per sub-box goes with
-/// the square of the latter.
+/// Limit of strips for that, times pieces, times control points of a patch or segment.
 const WORK: usize = 512;
 /// Limit of strips for that in one piece.
 const STRIPS: usize = 64;
 /// Limit of strips in one piece that turns.
 const BENT: usize = 16;
-/// Surfaces of more pieces are cut finely as they are, and rational nets of more control points cost too much: one strip
-/// for each piece, unless weights ask for more.
+/// Surfaces of more pieces are cut finely as they are: one strip for each piece, unless weights ask for more.
 const FEW_PIECES: usize = 64;
-const FEW_POINTS: usize = 20;
 
 /// Part of a piece along one parameter.
 #[derive(Clone, Copy)]
@@ -78,7 +75,7 @@ pub(super) fn of_segment(spline: &BezierSpline3, k: usize) -> SmallVec<[Cut; 4]>
 pub(super) fn halved(patches: &BezierPatches, axis: usize, cuts: &[Cut], asks: &[bool]) -> Vec<(Cut, Option<usize>)> {
     let pieces = <[usize; 2]>::from(patches.counts())[axis];
     let points = points(patches);
-    let is_small = pieces <= FEW_PIECES && points <= FEW_POINTS;
+    let is_small = pieces <= FEW_PIECES;
     // At most 256 strips in all, so that noise costs little.
     let most = most(pieces * points.max(2)).min(BENT);
     let least = if is_small { 2.0 / most as f64 } else { f64::INFINITY };
@@ -158,12 +155,12 @@ impl Weights {
 }
 
 /// Sub-boxes per piece and direction. More if there are few pieces, because one may then fill the screen. Fewer for
-/// rational nets of many control points: `cost` is their number, and the work per sub-box goes with its square.
+/// rational nets of many control points: `cost` is their number.
 fn parts(degree: usize, pieces: usize, cost: usize) -> usize {
     match (degree, pieces, cost) {
         (1, ..) => 1,
         (_, 0..=16, 0..=6) => 4,
-        (_, 0..=FEW_PIECES, 0..=FEW_POINTS) => 2,
+        (_, 0..=FEW_PIECES, _) => 2,
         _ => 1,
     }
 }
