@@ -4,7 +4,7 @@ use crate::border::handles::Table;
 use crate::border::{Caller, entry, versioned};
 use crate::control::{control, tt_control};
 use crate::diagnostic::{self, tt_diagnostic};
-use crate::limits::{finite, positive, set};
+use crate::limits::{positive, set};
 use crate::prepared::{self, tt_prepared};
 use crate::status::{Failure, row, tt_status};
 use crate::threads::{Workplace, at_most};
@@ -143,7 +143,13 @@ pub(crate) fn tolerance(
     let from = c.read("tolerance", from)?;
     let number = |field: &str, value| -> Result<Option<f64>, Failure> {
         let name = format!("tolerance.{field}");
-        positive(&name, value)?.map(|value| finite(&name, [value]).map(|[value]| value)).transpose()
+        let value = positive(&name, value)?;
+        match value {
+            Some(value) if value.is_infinite() => {
+                Err(Failure::argument(format!("{name} is {value}; it must be finite")))
+            }
+            value => Ok(value),
+        }
     };
     let chord = match (number("chord", from.chord)?, number("chord_rel", from.chord_rel)?) {
         (Some(chord), None) => chord,

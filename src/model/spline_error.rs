@@ -27,6 +27,14 @@ pub enum SplineError {
         /// Number of control points in this direction.
         points: usize,
     },
+    /// A file states no more control points than the degree.
+    #[error("{points} control points are too few for degree {degree}: at least {} are needed", .degree + 1)]
+    Points {
+        /// Polynomial degree.
+        degree: usize,
+        /// Number of control points in this direction.
+        points: usize,
+    },
     /// The number of weights is neither 0 nor that of control points.
     #[error("{weights} weights for {points} control points")]
     Weights {
@@ -78,7 +86,7 @@ pub enum SplineError {
         /// The highest multiplicity allowed.
         most: usize,
     },
-    /// The two sides of a break at a knot are different points. Breaks of files that have one point are removed.
+    /// The two sides of a break at a knot are different points. The STEP reader removes breaks whose sides coincide.
     #[error("it jumps at knot {knot}")]
     Jump {
         /// The knot.

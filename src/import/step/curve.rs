@@ -487,7 +487,7 @@ pub(super) fn check_degree(degree: usize, count: usize, id: u64) -> Read<()> {
         return Err(Trouble::new(id, SplineError::Degree { degree }));
     }
     if count <= degree {
-        return Err(Trouble::new(id, SplineError::Count { degree, knots: count + degree + 1, points: count }));
+        return Err(Trouble::new(id, SplineError::Points { degree, points: count }));
     }
     Ok(())
 }

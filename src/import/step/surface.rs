@@ -9,9 +9,7 @@ use super::spline;
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::Attribute;
 use super::weld;
-use crate::model::{
-    CurveTrouble, Frame3, NurbsSurface, Severity, SplineError, StepOutcome, StepTrouble, Surface, SurfaceError,
-};
+use crate::model::{CurveTrouble, Frame3, NurbsSurface, Severity, SplineError, StepOutcome, StepTrouble, Surface};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -219,11 +217,9 @@ fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
     let near = |a: usize, b: usize| net.points[a].distance(net.points[b]) <= tolerance;
     let rows = |a: usize, b: usize| (0..count_v).all(|j| near(a * count_v + j, b * count_v + j));
     let columns = |a: usize, b: usize| (0..count_u).all(|i| near(i * count_v + a, i * count_v + b));
-    let jumps = |direction: char| {
-        move |knot| Trouble::new(id, SurfaceError::Spline { direction, error: SplineError::Jump { knot } })
-    };
-    let u = spline::without_breaks(&net.knots_u, net.degree_u, rows).map_err(jumps('u'))?;
-    let v = spline::without_breaks(&net.knots_v, net.degree_v, columns).map_err(jumps('v'))?;
+    let jump = |knot| Trouble::new(id, SplineError::Jump { knot });
+    let u = spline::without_breaks(&net.knots_u, net.degree_u, rows).map_err(jump)?;
+    let v = spline::without_breaks(&net.knots_v, net.degree_v, columns).map_err(jump)?;
     if u.is_none() && v.is_none() {
         return Ok(());
     }

@@ -24,8 +24,8 @@ const ROUNDING: f64 = 1e-12;
 impl SurfaceBounds {
     /// Bounds all patches.
     ///
-    /// Sub-boxes per patch and direction: 1 where the degree is 1, else 4; 2 or 1 on surfaces with many patches, 2 on
-    /// rational ones. More where the normal turns by more than a right angle within one, up to 16, and where weights
+    /// Sub-boxes per patch and direction: 1 where the degree is 1, else 4; 2 with more than 16 patches or on rational
+    /// nets of more than 6 points; 1 with more than 64 patches. More where the normal turns by more than a right angle within one, up to 16, and where weights
     /// differ, up to 64. Cost: a few µs per sub-box up to degree (3, 3).
     #[must_use]
     pub fn new(patches: &BezierPatches) -> Self {

@@ -27,8 +27,8 @@ const LOOPS_PER_TILE: usize = 3;
 /// triangulated again with more and more of its cells until it is right, which takes the square of its holes.
 const LOOPS_PER_CURVED_TILE: f64 = 100.0;
 
-/// Maximum tiles along one side of a curved face. The largest real faces have 400 spans; more are noise, and every cut
-/// costs a search along all loops. A plane has as many as a square of such sides, all along it if it is a strip.
+/// Maximum tiles along one side of a curved face. The largest real faces have 400 spans; more are noise. A
+/// plane has about the square of this at most; a long strip has them in a row.
 const TILES_PER_SIDE: usize = 64;
 
 /// The grid of cut lines for a region.

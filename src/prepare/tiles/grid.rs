@@ -52,7 +52,7 @@ impl Grid {
         (strip.rem_euclid(n) as usize, -(strip.div_euclid(n) as f64) * self.period(axis))
     }
 
-    /// Lines strictly between `a` and `b`, in order from `a` to `b`: number through all periods, and value.
+    /// Lines after the lower of `a` and `b`, up to the higher, in order from `a` to `b`: number through all periods, and value.
     pub(crate) fn lines_passed(&self, axis: usize, a: f64, b: f64) -> Vec<(i64, f64)> {
         let (lo, hi) = (a.min(b), a.max(b));
         let n = self.count(axis) as i64;

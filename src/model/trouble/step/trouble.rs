@@ -148,7 +148,7 @@ pub enum StepTrouble {
     /// A face has no surface, and its bounds enclose no planar area.
     #[error("the face has no surface, and its bounds enclose no planar area")]
     NoPlane,
-    /// A B-spline, as stated or as its curve results, is invalid.
+    /// A B-spline, stated or derived, is invalid.
     #[error(transparent)]
     Spline(#[from] SplineError),
     /// A curve, or a point on one, cannot be read.
