@@ -1,6 +1,6 @@
 //! Broken and hostile files: a message or a diagnostic, never a panic, and nothing else lost.
 
-use crate::{BALLS, faces, file, model, only_part, world};
+use crate::{BALLS, faces, file, model, only_part, point, world};
 use std::fs;
 use std::path::Path;
 use trimtess::import::step::{BYTES_PER_BYTE, StepError, StepOptions, read, read_file};
@@ -248,6 +248,41 @@ fn nonsense_numbers_cost_their_face() {
         assert_eq!((faces(&model), only_part(&model).faces.len()), (1, 2), "{bad}: {:?}", model.diagnostics);
         let lost = model.diagnostics.iter().filter(|d| d.severity == Severity::Error && d.entity == 72).count();
         assert_eq!(lost, 1, "{bad}: {:?}", model.diagnostics);
+    }
+}
+
+#[test]
+fn faults_of_splines_are_told_with_their_numbers() {
+    let points: String = [0.0, 1.0].iter().zip(81..).map(|(&x, id)| point(id, [x, 0.0, 0.0])).collect();
+    let form = ".U.,.F.,.F.,.F.";
+    let net = |rows: &str| format!("({rows}),{form}");
+    let two = net("(#81,#82),(#81,#82)");
+    let knots = |degree: u32, net: &str, u: &str| {
+        let (counts, values) = u.split_once(' ').expect("counts and values");
+        format!("B_SPLINE_SURFACE_WITH_KNOTS('',{degree},1,{net},({counts}),(2,2),({values}),(0.,1.),.U.)")
+    };
+    let rational = format!(
+        "(BOUNDED_SURFACE()B_SPLINE_SURFACE(1,1,{two})B_SPLINE_SURFACE_WITH_KNOTS((2,2),(2,2),(0.,1.),(0.,1.),.U.)\
+         GEOMETRIC_REPRESENTATION_ITEM()RATIONAL_B_SPLINE_SURFACE(((1.,1.),(1.,-1.)))REPRESENTATION_ITEM('')SURFACE())"
+    );
+    let apart = net("(#81,#82),(#81,#82),(#82,#81),(#82,#81)");
+    for (bad, code, words) in [
+        (knots(1, &two, "2,2 1.,0."), "step-spline", "knot 1 is 0, less than 1 before it"),
+        (knots(1, &two, "2,2 1.,1."), "step-spline", "the domain is the single parameter 1"),
+        (knots(1, &two, "2,3 0.,1."), "step-spline", "5 knots do not fit 2 control points of degree 1"),
+        (knots(61, &two, "2,2 0.,1."), "step-spline", "degree 61 is not in 1..=60"),
+        (knots(1, &apart, "2,2,2 0.,1.,2."), "step-spline", "it jumps at knot 1"),
+        (rational, "step-spline", "weight 3 is -1, not positive and finite"),
+        (format!("BEZIER_SURFACE('',2,1,{two})"), "step-spline", "2 control points are too few for degree 2"),
+        (format!("BEZIER_SURFACE('',2,1,{apart})"), "step-spline", "4 control points are not a chain of Bézier pieces"),
+        (knots(1, &net("(#81,#82),(#81)"), "2,2 0.,1."), "step-layout", ""),
+        (knots(1, &two, "2,2,2 0.,1."), "step-layout", ""),
+    ] {
+        let sphere = "SPHERICAL_SURFACE('',#20,2.)";
+        let model = model(&(world() + &points + &BALLS.replace(sphere, &bad)));
+        let troubles: Vec<_> = model.diagnostics.iter().filter_map(|d| d.kind.step_trouble()).collect();
+        let told = troubles.iter().any(|trouble| trouble.code() == code && trouble.to_string().contains(words));
+        assert!(told, "{bad}: {troubles:?}");
     }
 }
 
