@@ -32,5 +32,6 @@ pub mod bernstein;
 /// Exact orientation predicates.
 pub mod predicates;
 
+mod fitted_bounds;
 /// Upper bounds on the derivatives of polynomial and rational Bézier nets.
 pub mod bounds;
