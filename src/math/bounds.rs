@@ -4,7 +4,7 @@
 //! those of all curves, quadrics and surfaces of revolution: each derivative is one quotient of Bernstein polynomials,
 //! `S_u = Q / (A² B)` with `Q = A P_u - A_u P`, then `S_uu = (A Q_u - 2 A_u Q) / (A³ B)` and so on, and the largest ratio
 //! of coefficients bounds it (mediant inequality; needs positive weights). Within a fifth of the true supremum on
-//! quadrics, within a fiftieth on halves of them. Others: [`fitted_bounds`].
+//! quadrics, within a fiftieth on halves of them. Others: `fitted_bounds.rs`.
 //!
 //! Products are convolutions of binomially scaled coefficients (Farouki & Rajan, "Algorithms for polynomials in
 //! Bernstein form", CAGD 5, 1988).
