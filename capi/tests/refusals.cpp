@@ -106,11 +106,11 @@ void structs() {
     tolerance.chord = -1;
     REFUSED(made(), TT_ERROR_ARGUMENT, "tolerance.chord is -1");
     tolerance.chord = INFINITY;
-    REFUSED(made(), TT_ERROR_ARGUMENT, "tolerance.chord is [inf]");
+    REFUSED(made(), TT_ERROR_ARGUMENT, "tolerance.chord is inf");
     tolerance.chord = 0.1, tolerance.angle = NONE;
     REFUSED(made(), TT_ERROR_ARGUMENT, "tolerance.angle is NaN");
     tolerance.angle = 0, tolerance.max_edge = INFINITY;
-    REFUSED(made(), TT_ERROR_ARGUMENT, "tolerance.max_edge is [inf]");
+    REFUSED(made(), TT_ERROR_ARGUMENT, "tolerance.max_edge is inf");
     tolerance.max_edge = 0, tolerance.max_triangles = 3;
     REFUSED(made(), TT_ERROR_LIMIT, "the limit is 3");
     tolerance.coarsen = 1;
