@@ -20,25 +20,23 @@ fn bumpy(degree_u: usize, degree_v: usize, weight: f64) -> NurbsSurface {
     bumpy::bumpy(degrees, degrees.map(knots), if weight == 1.0 { None } else { Some(&uneven) })
 }
 
-/// Name, surface, and the largest allowed ratio of bound to sampled supremum, for first and for second derivatives.
-/// Lengths of the latter cap what samples say of their parts, so that slack where weights are not a
-/// product costs little (docs/decisions/083).
-fn cases() -> Vec<(&'static str, NurbsSurface, [f64; 2])> {
+/// Name, surface, and the largest allowed ratio of bound to sampled supremum, for first and second derivatives.
+fn cases() -> Vec<(&'static str, NurbsSurface, f64)> {
     let frame = Frame3::from_axis(DVec3::new(40.0, -20.0, 70.0), DVec3::new(1.0, 2.0, 3.0), DVec3::Y).unwrap();
     let turn = (0.0, TAU);
     let cut = |s: Surface, u, v| s.to_nurbs(u, v).0;
     vec![
-        ("cylinder", cut(Surface::Cylinder { frame, radius: 2.0 }, turn, (0.0, 30.0)), [1.01; 2]),
-        ("cone", cut(Surface::Cone { frame, radius: 2.0, half_angle: 0.5 }, turn, (0.0, 3.0)), [1.01; 2]),
-        ("sphere", cut(Surface::Sphere { frame, radius: 2.0 }, turn, (-FRAC_PI_2, FRAC_PI_2)), [1.05; 2]),
-        ("torus", cut(Surface::Torus { frame, major: 5.0, minor: 1.0 }, turn, turn), [1.05; 2]),
-        ("bilinear", bumpy(1, 1, 1.0), [1.001; 2]),
-        ("bicubic", bumpy(3, 3, 1.0), [1.02; 2]),
-        ("mixed", bumpy(2, 5, 1.0), [1.03; 2]),
-        ("rational bilinear", bumpy(1, 1, 1.3), [1.02, 1.09]),
-        ("rational bicubic .8-1.25", bumpy(3, 3, 1.25), [1.08, 1.21]),
-        ("rational bicubic .5-2", bumpy(3, 3, 2.0), [1.09, 1.2]),
-        ("rational mixed", bumpy(4, 2, 1.25), [1.09, 1.25]),
+        ("cylinder", cut(Surface::Cylinder { frame, radius: 2.0 }, turn, (0.0, 30.0)), 1.01),
+        ("cone", cut(Surface::Cone { frame, radius: 2.0, half_angle: 0.5 }, turn, (0.0, 3.0)), 1.01),
+        ("sphere", cut(Surface::Sphere { frame, radius: 2.0 }, turn, (-FRAC_PI_2, FRAC_PI_2)), 1.05),
+        ("torus", cut(Surface::Torus { frame, major: 5.0, minor: 1.0 }, turn, turn), 1.05),
+        ("bilinear", bumpy(1, 1, 1.0), 1.001),
+        ("bicubic", bumpy(3, 3, 1.0), 1.02),
+        ("mixed", bumpy(2, 5, 1.0), 1.03),
+        ("rational bilinear", bumpy(1, 1, 1.3), 1.15),
+        ("rational bicubic .8-1.25", bumpy(3, 3, 1.25), 1.05),
+        ("rational bicubic .5-2", bumpy(3, 3, 2.0), 1.15),
+        ("rational mixed", bumpy(4, 2, 1.25), 1.06),
     ]
 }
 
@@ -81,7 +79,9 @@ fn cells(bounds: &SurfaceBounds) -> impl Iterator<Item = ((f64, f64), (f64, f64)
 
 #[test]
 fn derivative_bounds_hold_and_are_tight() {
-    for (name, surface, limit) in cases() {
+    // Bounded by bilinear fits.
+    let large = ("rational large", bumpy(5, 4, 1.25), 1.4);
+    for (name, surface, limit) in cases().into_iter().chain([large]) {
         let patches = BezierPatches::new(&surface);
         let bounds = SurfaceBounds::new(&patches);
         let mut worst = [1.0_f64; 5];
@@ -97,9 +97,7 @@ fn derivative_bounds_hold_and_are_tight() {
             }
         }
         println!("{name}: bound / sampled, worst box: {worst:.4?}");
-        let [uu, uv, vv, u, v] = worst;
-        let most = [u.max(v), uu.max(uv).max(vv)];
-        assert!((0..2).all(|k| most[k] <= limit[k]), "{name}: {worst:?} over {limit:?}");
+        assert!(worst.iter().all(|&w| w <= limit), "{name}: {worst:?} over {limit}");
     }
 }
 

@@ -1,10 +1,11 @@
 //! Bézier nets -> upper bounds on their first and second derivatives by the local parameters (0 to 1).
 //!
-//! Polynomial nets: the convex hulls of the derivative nets. Rational ones whose weights are a product `A(u) B(v)`, as
-//! those of all curves, quadrics and surfaces of revolution: each derivative is one quotient of Bernstein polynomials,
-//! `S_u = Q / (A² B)` with `Q = A P_u - A_u P`, then `S_uu = (A Q_u - 2 A_u Q) / (A³ B)` and so on, and the largest ratio
-//! of coefficients bounds it (mediant inequality; needs positive weights). Within a fifth of the true supremum on
-//! quadrics, within a fiftieth on halves of them. Others: `fitted_bounds.rs`.
+//! Each derivative is written as one quotient of Bernstein polynomials: `S_u = Q / W²` with `Q = W P_u - W_u P`, then
+//! `S_uu = (W Q_u - 2 W_u Q) / W³`, `S_uv = (W Q_v - 2 W_v Q) / W³` and so on. The largest ratio of coefficients bounds
+//! it (mediant inequality; needs positive weights). For polynomial nets this is the convex hull of the derivative net.
+//! Weights of the form `A(u) B(v)`, which all quadrics and surfaces of revolution have, cancel in part: `S_uu` then
+//! needs `A` only, over `A³ B`. Within a fifth of the true supremum on quadrics, within a fiftieth on halves of them.
+//! Large nets with other weights have the bounds of `fitted_bounds.rs`.
 //!
 //! Products are convolutions of binomially scaled coefficients (Farouki & Rajan, "Algorithms for polynomials in
 //! Bernstein form", CAGD 5, 1988).
@@ -34,14 +35,18 @@ pub struct NetBounds {
 /// Relative distance within which weights count as a product: a few rounding errors of the arithmetic that makes them.
 const PRODUCT: f64 = 1e-14;
 
+/// Control points up to which products of polynomials bound nets whose weights are no product. Their work goes with the
+/// square.
+const FEW: usize = 20;
+
 /// Bounds the derivatives of one patch.
 ///
 /// `control` is u-major, `points_u` rows of homogeneous points. All weights are positive, and exactly 1 if not
 /// `rational`. Derivatives that vanish identically may come out as rounding errors; the caller knows the scale and
 /// drops them.
 ///
-/// Cost: about 1 µs up to degree (3, 3). Linear in the number of control points; where the weights are a product, times
-/// the sum of the degrees.
+/// Cost: about 1 µs up to degree (3, 3); tens of µs for nets of 20 control points whose weights are no product, and
+/// linear in their number above.
 #[must_use]
 pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBounds {
     let points_v = control.len() / points_u;
@@ -52,7 +57,7 @@ pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBo
     let product = |i: usize, j: usize| weight(i, 0) * (weight(0, j) / weight(0, 0));
     let is_product =
         (1..points_u).all(|i| (1..points_v).all(|j| (weight(i, j) - product(i, j)).abs() <= PRODUCT * weight(i, j)));
-    if !is_product {
+    if !is_product && control.len() > FEW {
         let [du, dv, duu, duv, dvv] = fitted_bounds::lengths(points_v, control);
         return NetBounds { du, dv, duu, duv, dvv };
     }
@@ -61,9 +66,13 @@ pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBo
     let last = control.len() - 1;
     let centre = 0.25 * (corner(0) + corner(points_v - 1) + corner(last + 1 - points_v) + corner(last));
     let p = Poly::scaled(points_u, points_v, control.iter().map(|c| c.truncate() - centre * c.w));
-    let a = Poly::row((0..points_u).map(|i| weight(i, 0))).transposed();
-    let b = Poly::row((0..points_v).map(|j| weight(0, j) / weight(0, 0)));
-    separable_bounds(&p, &a, &b)
+    if is_product {
+        let a = Poly::row((0..points_u).map(|i| weight(i, 0))).transposed();
+        let b = Poly::row((0..points_v).map(|j| weight(0, j) / weight(0, 0)));
+        separable_bounds(&p, &a, &b)
+    } else {
+        general_bounds(&p, &Poly::scaled_scalar(points_u, points_v, control.iter().map(|c| c.w)))
+    }
 }
 
 /// Bounds by the convex hulls of the derivative nets.
@@ -123,6 +132,24 @@ fn curve_bounds(p: &Poly, a: &Poly) -> NetBounds {
     let qu = sum(&[(1.0, a, &p.by_u()), (-1.0, &au, p)]);
     let quu = sum(&[(1.0, a, &qu.by_u()), (-2.0, &au, &qu)]);
     NetBounds { du: qu.over(|| a2.clone()), duu: quu.over(|| sum(&[(1.0, &a2, a)])), ..NetBounds::default() }
+}
+
+/// Bounds of `P / W`.
+fn general_bounds(p: &Poly, w: &Poly) -> NetBounds {
+    let (wu, wv) = (w.by_u(), w.by_v());
+    let w2 = sum(&[(1.0, w, w)]);
+    let w3 = sum(&[(1.0, &w2, w)]);
+    let qu = sum(&[(1.0, w, &p.by_u()), (-1.0, &wu, p)]);
+    let qv = sum(&[(1.0, w, &p.by_v()), (-1.0, &wv, p)]);
+    let quu = sum(&[(1.0, w, &qu.by_u()), (-2.0, &wu, &qu)]);
+    let quv = sum(&[(1.0, w, &qu.by_v()), (-2.0, &wv, &qu)]);
+    let qvv = sum(&[(1.0, w, &qv.by_v()), (-2.0, &wv, &qv)]);
+    // As `over` raises them, once for all. Neither direction is constant: the weights would be a product.
+    let [w2, w3] = [w2, w3].map(|w| {
+        let (nu, nv) = (w.nu + 1, w.nv + 1);
+        w.raised(nu, nv)
+    });
+    NetBounds { du: qu.ratio(&w2), dv: qv.ratio(&w2), duu: quu.ratio(&w3), duv: quv.ratio(&w3), dvv: qvv.ratio(&w3) }
 }
 
 /// Upper bounds on `‖C'‖` and `‖C''‖` over one rational Bézier segment with positive weights.
@@ -259,7 +286,13 @@ impl Poly {
         // What is constant stays the same.
         let raised = |n: usize| if n > 1 { n + more } else { n };
         let (nu, nv) = (raised(self.nu.max(below.nu)), raised(self.nv.max(below.nv)));
-        let (top, below) = (self.raised(nu, nv), below.raised(nu, nv));
+        self.ratio(&below.raised(nu, nv))
+    }
+
+    /// The largest ratio of a coefficient's length to the same coefficient of `below`, which has at least as many; 0 if
+    /// there are none.
+    fn ratio(self, below: &Self) -> f64 {
+        let top = self.raised(below.nu, below.nv);
         let lengths = top.c.chunks_exact(3).map(|n| n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
         lengths.zip(&below.c).fold(0.0_f64, |most, (n, &w)| most.max(n / (w * w))).sqrt()
     }

@@ -1,4 +1,4 @@
-//! Rational Bézier nets of any weights -> upper bounds on their first and second derivatives by the local parameters.
+//! Large rational Bézier nets of any weights -> upper bounds on their first and second derivatives by the local parameters.
 //!
 //! With `S = P / W`: `S_u = (P_u - W_u S) / W`, `S_uu = (P_uu - W_uu S - 2 W_u S_u) / W`,
 //! `S_uv = (P_uv - W_uv S - W_v S_u - W_u S_v) / W` and so on. Bilinear fits replace `S`, `S_u` and `S_v`, and the error of
@@ -13,7 +13,7 @@ use smallvec::SmallVec;
 /// Bounds on the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv`.
 ///
 /// `control` is u-major, in rows of `points_v` homogeneous points with positive weights. Cost: linear in their number.
-/// On bumpy nets of degree (3, 3) first derivatives are within 9 %, second ones within 21 % of the true supremum.
+/// On bumpy nets of degree (5, 4) they are within 40 % of the true supremum.
 pub(super) fn lengths(points_v: usize, control: &[DVec4]) -> [f64; 5] {
     widest(
         #[inline(always)]

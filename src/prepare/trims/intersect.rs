@@ -114,6 +114,8 @@ struct SpanMeeting {
 
 /// Parameter and distance of the point of a span nearest to `p`. Reliable only if `p` is near the span.
 fn foot(span: &Span, p: DVec2) -> (f64, f64) {
+    /// Steps of this share of a span end the search. The next one would have about its square.
+    const STILL: f64 = 1e-9;
     let (low, high) = (span.low(), span.high());
     let size = high - low;
     let axis = usize::from(size.y > size.x);
@@ -123,7 +125,7 @@ fn foot(span: &Span, p: DVec2) -> (f64, f64) {
         x if x >= high[axis] => f64::from(u8::from(rising)),
         x => span.at(axis, x),
     };
-    let s = math::foot::foot(start, (0.0, 1.0), 1e-15, |s| {
+    let s = math::foot::foot(start, (0.0, 1.0), STILL, |s| {
         let [q, d1, d2] = span.derivatives(s);
         let square = d1.length_squared();
         [(q - p).dot(d1), square + (q - p).dot(d2), square]
