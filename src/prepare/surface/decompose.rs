@@ -90,22 +90,19 @@ impl BezierSpline3 {
     /// [`points`](Self::points) of a curve of degree `N - 1`, four at a time.
     #[inline(always)]
     fn points_of_degree<const N: usize>(&self, mut ts: &[f64], out: &mut Vec<DVec3>) {
-        while let Some(&first) = ts.first() {
-            let piece = Piece::at(&self.breaks, first);
-            let (mut lanes, mut count) = ([first; LANES], 1);
-            match ts.first_chunk::<LANES>() {
-                // All at once, without a branch for each.
-                Some(next) if next.iter().fold(true, |all, &t| all & piece.contains(t)) => {
-                    (lanes, count) = (*next, LANES);
-                }
-                _ => {
-                    while count < LANES && ts.get(count).is_some_and(|&t| piece.contains(t)) {
-                        lanes[count] = ts[count];
-                        count += 1;
-                    }
-                }
-            }
-            ts = &ts[count..];
+        while let [first, rest @ ..] = ts {
+            let piece = Piece::at(&self.breaks, *first);
+            // All at once, without a branch for each.
+            let is_whole = |next: &&[f64; LANES]| next.iter().fold(true, |all, &t| all & piece.contains(t));
+            let Some(&lanes) = ts.first_chunk::<LANES>().filter(is_whole) else {
+                // Where segments are short, most parameters are alone in theirs.
+                let [x] = piece.locals([*first]);
+                let sum = sum::<N>(x, self.segment(piece.index));
+                out.push(sum.truncate() / sum.w);
+                ts = rest;
+                continue;
+            };
+            ts = &ts[LANES..];
             let basis = bernstein::constant_basis::<N, LANES>(piece.locals(lanes));
             let mut sums = [[0.0; LANES]; 4];
             for (point, factors) in self.segment(piece.index)[..N].iter().zip(&basis) {
@@ -122,12 +119,7 @@ impl BezierSpline3 {
                 z[l] /= w[l];
             }
             let points: [DVec3; LANES] = std::array::from_fn(|l| DVec3::new(x[l], y[l], z[l]));
-            if count == LANES {
-                out.extend_from_slice(&points);
-            } else {
-                // Most edges are short: a call that copies takes longer.
-                points[..count].iter().for_each(|p| out.push(*p));
-            }
+            out.extend_from_slice(&points);
         }
     }
 
