@@ -1145,6 +1145,17 @@ tt_status tt_mesh_free(tt_mesh mesh);
 // before.
 tt_status tt_view_along_path(tt_prepared prepared, const char *path, uint32_t frame, uint32_t frames, tt_view *view);
 
+// Sets the camera and the picture of `view` to those of an engine. Its limits of errors stay; only `size` has to be set
+// before.
+//
+// `matrix` has 16 numbers, column after column: projection times view, from millimetres in the world to clip space,
+// where x points right, y up and w forwards. The row of z is not read: depth may have any convention, and `near` is 0.
+// For metres, multiply by a scale of 0.001 on the right; for a y that points down, negate the row of y.
+//
+// The middle of the picture may be off the axis, as for an eye of a headset: `view` has the picture about the axis
+// around it, of pixels of the same size. It is larger, by steps of 16 pixels.
+tt_status tt_view_from_matrix(const double *matrix, uint32_t width_px, uint32_t height_px, tt_view *view);
+
 // Bytes from one vertex to the next.
 tt_status tt_layout_get_stride(const tt_layout *layout, uint32_t *stride);
 

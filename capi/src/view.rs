@@ -5,7 +5,7 @@ use crate::limits::{finite, positive};
 use crate::prepared::{self, tt_prepared};
 use crate::status::{Failure, tt_status};
 use std::ffi::c_char;
-use trimtess::glam::DVec3;
+use trimtess::glam::{DMat4, DVec3};
 use trimtess::view::{Camera, CameraPath, Picture, Projection, View};
 
 /// A camera in world coordinates, millimetres, and the error that its picture may have. All views of a call have the
@@ -78,14 +78,45 @@ pub unsafe extern "C" fn tt_view_along_path(
         let (before, out) = (c.read("view", view.cast_const())?, c.out_struct("view", view)?);
         let bounds = prepared.bounds.ok_or_else(|| Failure::argument("nothing of the model is placed"))?;
         let picture = Picture { size: (1, 1), deviation_px: DEVIATION, size_px: None, angle: View::ANGLE };
-        let Camera { eye, forward, up, projection } =
-            path.view(bounds, frame as usize, frames as usize, &picture).camera;
-        let (fov_y, near) = match projection {
-            Projection::Perspective { fov_y, near } => (fov_y, near),
-            Projection::Orthographic { .. } => (before.fov_y, before.near),
-        };
-        let (eye, forward, up) = (finite("eye", eye.to_array())?, forward.to_array(), up.to_array());
-        out.give(&tt_view { orthographic: 0, eye, forward, up, fov_y, near, ..before });
+        let camera = path.view(bounds, frame as usize, frames as usize, &picture).camera;
+        out.give(&with_camera(before, camera)?);
         Ok(())
+    })
+}
+
+/// Sets the camera and the picture of `view` to those of an engine. Its limits of errors stay; only `size` has to be set
+/// before.
+///
+/// `matrix` has 16 numbers, column after column: projection times view, from millimetres in the world to clip space,
+/// where x points right, y up and w forwards. The row of z is not read: depth may have any convention, and `near` is 0.
+/// For metres, multiply by a scale of 0.001 on the right; for a y that points down, negate the row of y.
+///
+/// The middle of the picture may be off the axis, as for an eye of a headset: `view` has the picture about the axis
+/// around it, of pixels of the same size. It is larger, by steps of 16 pixels.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn tt_view_from_matrix(
+    matrix: *const f64,
+    width_px: u32,
+    height_px: u32,
+    view: *mut tt_view,
+) -> tt_status {
+    entry!(c => {
+        let matrix = DMat4::from_cols_slice(c.slice("matrix", matrix, 16)?);
+        let (before, out) = (c.read("view", view.cast_const())?, c.out_struct("view", view)?);
+        let found = View::from_matrix(matrix, (width_px, height_px)).map_err(|e| Failure::argument(e.to_string()))?;
+        let (width_px, height_px) = found.size;
+        out.give(&tt_view { width_px, height_px, ..with_camera(before, found.camera)? });
+        Ok(())
+    })
+}
+
+/// The same view with another camera.
+fn with_camera(before: tt_view, camera: Camera) -> Result<tt_view, Failure> {
+    let Camera { eye, forward, up, projection } = camera;
+    let (eye, forward, up) = (finite("eye", eye.to_array())?, forward.to_array(), up.to_array());
+    let view = tt_view { eye, forward, up, ..before };
+    Ok(match projection {
+        Projection::Perspective { fov_y, near } => tt_view { orthographic: 0, fov_y, near, ..view },
+        Projection::Orthographic { height } => tt_view { orthographic: 1, height, ..view },
     })
 }

@@ -154,6 +154,19 @@ void views_and_sessions() {
     REFUSED(tt_session_begin(session.get(), &view, 1), TT_ERROR_ARGUMENT, "view 0: the camera is at");
     view = view_of(prepared.get()), view.deviation_px = -1;
     REFUSED(tt_session_begin(session.get(), &view, 1), TT_ERROR_ARGUMENT, "views[0].deviation_px is -1");
+    // A camera at (0, 0, 50) that looks down; the middle of its picture is a tenth of the picture to the left of the axis.
+    double matrix[16] = {1, 0, 0, 0, 0, 2, 0, 0, -0.2, 0, 0, -1, 10, 0, 0, 50};
+    const auto from_matrix = [&](std::uint32_t width) { return tt_view_from_matrix(matrix, width, 100, &view); };
+    view = view_of(prepared.get()), view.deviation_px = 3;
+    HOLDS(from_matrix(200) == TT_OK && tt_session_begin(session.get(), &view, 1) == TT_OK);
+    HOLDS(view.width_px == 248 && view.height_px == 100 && view.deviation_px == 3 && view.near == 0);
+    HOLDS(std::abs(view.eye[0]) < 1e-12 && std::abs(view.eye[2] - 50) < 1e-12 && std::abs(view.forward[2] + 1) < 1e-12);
+    HOLDS(std::abs(view.fov_y - 2 * std::atan(0.5)) < 1e-12 && view.orthographic == 0);
+    REFUSED(from_matrix(100), TT_ERROR_ARGUMENT, "differs from that of a camera with square pixels");
+    REFUSED(from_matrix(0), TT_ERROR_ARGUMENT, "0");
+    REFUSED(tt_view_from_matrix(nullptr, 1, 1, &view), TT_ERROR_ARGUMENT, "matrix is null");
+    matrix[3] = NONE;
+    REFUSED(from_matrix(200), TT_ERROR_ARGUMENT, "differs from that of a camera");
     tt_view two[2] = {view_of(prepared.get()), view_of(prepared.get())};
     two[1].size = 12;
     REFUSED(tt_session_begin(session.get(), two, 2), TT_ERROR_ARGUMENT, "views[1].size is 12");

@@ -3,8 +3,7 @@
 use super::{Camera, InvalidView, Projection, View};
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
-/// Largest difference between a matrix and that of the nearest camera, as a share of its rows: jitter of half a pixel is
-/// less, an eye of a headset is more.
+/// Largest difference between a matrix and that of the nearest camera, as a share of its rows.
 const SAME: f64 = 1e-3;
 
 impl View {
@@ -26,10 +25,14 @@ impl View {
     /// For an engine in metres, multiply by a scale of 0.001 on the right. For one whose y points down in clip space,
     /// negate the row of y.
     ///
+    /// The middle of the picture may be off the axis, as for an eye of a headset or a tile of a large picture. The view's
+    /// picture is then one around it, about the axis, with pixels of the same size: [`size`](Self::size) is larger than
+    /// `size`, by steps of 16 pixels, so that jitter seldom changes it. Jitter by half a pixel alone changes nothing.
+    ///
     /// # Errors
     /// [`InvalidView::Size`] for a picture without pixels. [`InvalidView::Matrix`] if no [`Camera`] has this matrix:
     /// * pixels are not square,
-    /// * the middle of the picture is off the axis, as for an eye of a headset,
+    /// * the middle of the picture is so far off the axis that the picture around it has more than 2²⁴ pixels a side,
     /// * the matrix shears, or it has perspective and mirrors. A mirrored one without perspective is that of a camera on
     ///   the other side.
     pub fn from_matrix(matrix: DMat4, size: (u32, u32)) -> Result<Self, InvalidView> {
@@ -37,24 +40,44 @@ impl View {
         if width == 0 || height == 0 {
             return Err(InvalidView::Size { width, height });
         }
+        let none = InvalidView::Matrix { off: f64::INFINITY };
         let [x, y, _, w] = [0, 1, 2, 3].map(|row| matrix.row(row));
-        let camera = camera_of([x, y, w]).ok_or(InvalidView::Matrix { off: f64::INFINITY })?;
-        let view = Self::new(camera, size);
+        let (x, width) = around_the_axis(x, w, width).ok_or(none)?;
+        let (y, height) = around_the_axis(y, w, height).ok_or(none)?;
+        let view = Self::new(camera_of([x, y, w]).ok_or(none)?, (width, height));
         let aspect = f64::from(width) / f64::from(height);
         // Near and far planes appear in the row of z alone.
-        let same = camera.projection_matrix(aspect, 1.0, 2.0) * camera.view_matrix();
-        let (unit, of_same) = (scale([x, y, w]), scale([same.row(0), same.row(1), same.row(3)]));
-        let off = |row: usize| {
-            let (given, wanted) = (matrix.row(row) / unit, same.row(row) / of_same);
+        let same = view.camera.projection_matrix(aspect, 1.0, 2.0) * view.camera.view_matrix();
+        let (unit, of_same) = (scale(w), scale(same.row(3)));
+        let off = |given: DVec4, wanted: DVec4| {
+            let (given, wanted) = (given / unit, wanted / of_same);
             (given - wanted).truncate().length() / wanted.truncate().length().max(1e-9)
         };
-        let off = off(0).max(off(1));
+        let off = off(x, same.row(0)).max(off(y, same.row(1)));
         if off <= SAME { Ok(view) } else { Err(InvalidView::Matrix { off }) }
     }
 }
 
+/// The row of x or y, and the number of pixels, of the smallest picture about the axis that contains one with this row
+/// and number. `None` if it is too large.
+fn around_the_axis(row: DVec4, w: DVec4, pixels: u32) -> Option<(DVec4, u32)> {
+    /// In pixels: jitter of half a pixel, to both sides.
+    const JITTER: f64 = 1.0;
+    const STEP: f64 = 16.0;
+    const MOST: f64 = (1 << 24) as f64;
+    if is_parallel(w) {
+        return Some((row, pixels)); // the camera stands in the middle
+    }
+    // The middle of the picture, in halves of it.
+    let middle = row.truncate().dot(w.truncate()) / w.truncate().length_squared();
+    let missing = f64::from(pixels) * middle.abs();
+    let steps = if missing <= JITTER { 0.0 } else { (missing / STEP).ceil() };
+    let all = f64::from(pixels) + STEP * steps;
+    (all <= MOST).then(|| ((row - middle * w) * (f64::from(pixels) / all), all as u32))
+}
+
 /// What all rows may be divided by: the length of w's direction, or w itself where it has none.
-fn scale([_, _, w]: [DVec4; 3]) -> f64 {
+fn scale(w: DVec4) -> f64 {
     if is_parallel(w) { w.w } else { w.truncate().length() }
 }
 
@@ -64,7 +87,7 @@ fn is_parallel(w: DVec4) -> bool {
 
 /// The camera whose matrix has about these rows, of x, y and w. `None` if the rows determine none.
 fn camera_of([x, y, w]: [DVec4; 3]) -> Option<Camera> {
-    let unit = scale([x, y, w]);
+    let unit = scale(w);
     let (right, up) = (x.truncate() / unit, y.truncate() / unit);
     let forward = if is_parallel(w) { up.cross(right) } else { w.truncate() / unit }.try_normalize()?;
     let height = 2.0 / up.length();
@@ -83,7 +106,7 @@ fn camera_of([x, y, w]: [DVec4; 3]) -> Option<Camera> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::dcamera::rh;
+    use glam::{DVec2, dcamera::rh};
 
     const SIZE: (u32, u32) = (1280, 720);
     const ASPECT: f64 = 1280.0 / 720.0;
@@ -135,6 +158,41 @@ mod tests {
         }
     }
 
+    /// The matrix of a picture whose middle is off the axis, in halves of the picture.
+    fn aside(mut matrix: DMat4, middle: DVec2) -> DMat4 {
+        for column in [0, 1, 2, 3] {
+            let column = matrix.col_mut(column);
+            (column.x, column.y) = (column.x + middle.x * column.w, column.y + middle.y * column.w);
+        }
+        matrix
+    }
+
+    #[test]
+    fn pictures_off_the_axis_are_within_that_of_the_view_with_the_same_pixels() {
+        for (camera, middle) in cameras().filter(|camera| !camera.is_orthographic()).flat_map(|camera| {
+            [(0.0, 0.0), (0.21, 0.0), (-0.31, 0.1), (0.0, -3.01), (7.01, 5.01)].map(|at| (camera, DVec2::from(at)))
+        }) {
+            let whole = camera.projection_matrix(ASPECT, 0.1, 10.0) * camera.view_matrix();
+            // These sizes do not change by jitter of half a pixel.
+            let jitter = DVec2::new(1.0, -1.0) / DVec2::new(f64::from(SIZE.0), f64::from(SIZE.1));
+            let [view, with_jitter] = [middle, middle + 0.999 * jitter]
+                .map(|middle| View::from_matrix(aside(whole, middle), SIZE).expect("a camera"));
+            assert_eq!((view.size, view.check()), (with_jitter.size, Ok(())));
+            let sides = |(width, height): (u32, u32)| DVec2::new(f64::from(width), f64::from(height));
+            let (given, size) = (sides(SIZE), sides(view.size));
+            assert!(((1.0 + middle.abs()) * given).cmple(size + 1e-3).all(), "{middle} {size}");
+            assert!(size.cmple((1.0 + middle.abs()) * given + 16.0).all(), "{middle} {size}");
+            let found = view.camera.projection_matrix(size.x / size.y, 0.1, 10.0) * view.camera.view_matrix();
+            for corner in [(-1.0, -1.0), (1.0, -1.0), (0.3, 1.0)].map(DVec2::from) {
+                // In pixels from the axis.
+                let place = whole.inverse().project_point3((corner - middle).extend(0.5));
+                let [seen, wanted] = [(found, size), (whole, given)]
+                    .map(|(matrix, size)| 0.5 * size * matrix.project_point3(place).truncate());
+                assert!((seen - wanted).length() < 1e-2, "{camera:?} {middle}: {seen} {wanted}");
+            }
+        }
+    }
+
     #[test]
     fn matrices_of_other_cameras_are_refused() {
         for camera in cameras() {
@@ -144,9 +202,7 @@ mod tests {
             assert!(refused(DMat4::ZERO, SIZE) && refused(matrix * f64::NAN, SIZE));
             assert!(refused(DMat4::from_mat3(DMat3::from_rotation_z(0.1)) * matrix, SIZE), "it shears");
             if !camera.is_orthographic() {
-                let mut aside = matrix;
-                (0..4).for_each(|column| aside.col_mut(column).x += 0.2 * matrix.col(column).w);
-                assert!(refused(aside, SIZE), "an eye of a headset");
+                assert!(refused(aside(matrix, DVec2::new(1e5, 0.0)), SIZE), "a picture out of sight");
                 assert!(refused(DMat4::from_scale(DVec3::new(1.0, -1.0, 1.0)) * matrix, SIZE), "y that points down");
             }
             assert_eq!(View::from_matrix(matrix, (0, 7)), Err(InvalidView::Size { width: 0, height: 7 }));

@@ -35,8 +35,7 @@ pub enum InvalidView {
     Projection(Projection),
     /// The matrix is not that of any camera.
     #[error(
-        "the matrix differs from that of a camera with square pixels about the middle of the picture by {off:.3e} of its \
-         rows (wanted: at most 1e-3)"
+        "the matrix differs from that of a camera with square pixels by {off:.3e} of its rows (wanted: at most 1e-3)"
     )]
     Matrix {
         /// The difference to that of the nearest camera, as a share of the rows of x and y. Infinite if there is no such
