@@ -20,12 +20,16 @@ pub(crate) fn set(value: &mut u64, by: u64) {
     }
 }
 
-/// A number above 0, or nothing if C leaves it at 0. Accepts infinity, refuses NaN.
+/// A finite number above 0, or nothing if C leaves it at 0.
 pub(crate) fn positive(name: &str, value: f64) -> Result<Option<f64>, Failure> {
-    if value > 0.0 {
+    if value == 0.0 {
+        return Ok(None);
+    }
+    if value > 0.0 && value.is_finite() {
         return Ok(Some(value));
     }
-    if value == 0.0 { Ok(None) } else { Err(Failure::argument(format!("{name} is {value}; it must be 0 or more"))) }
+    let range = if value == f64::INFINITY { "finite and above 0" } else { "0 or more" };
+    Err(Failure::argument(format!("{name} is {value}; it must be {range}")))
 }
 
 /// A number above 0.

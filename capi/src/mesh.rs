@@ -141,16 +141,7 @@ pub(crate) fn tolerance(
     diagonal: f64,
 ) -> Result<(Tolerance, PlanLimits, bool), Failure> {
     let from = c.read("tolerance", from)?;
-    let number = |field: &str, value| -> Result<Option<f64>, Failure> {
-        let name = format!("tolerance.{field}");
-        let value = positive(&name, value)?;
-        match value {
-            Some(value) if value.is_infinite() => {
-                Err(Failure::argument(format!("{name} is {value}; it must be finite")))
-            }
-            value => Ok(value),
-        }
-    };
+    let number = |field: &str, value| positive(&format!("tolerance.{field}"), value);
     let chord = match (number("chord", from.chord)?, number("chord_rel", from.chord_rel)?) {
         (Some(chord), None) => chord,
         (None, Some(fraction)) => Tolerance::relative(fraction, diagonal).chord,

@@ -142,6 +142,8 @@ void structs() {
     REFUSED(tt_read_memory(nullptr, 1, nullptr, nullptr, {}, &read), TT_ERROR_ARGUMENT, "bytes is null");
     REFUSED(tt_read_memory("solid x", 7, nullptr, nullptr, {}, &read), TT_ERROR_READ, "not a STEP file");
     REFUSED(tt_read_file("no/such/file.step", nullptr, {}, &read), TT_ERROR_READ, "cannot read no/such/file.step");
+    options = trimtess::sized<tt_read_options>(), options.fit_tolerance = INFINITY;
+    REFUSED(tt_read_memory("x", 1, nullptr, &options, {}, &read), TT_ERROR_ARGUMENT, "options.fit_tolerance is inf; it");
     options = trimtess::sized<tt_read_options>(), options.max_bytes = 3;
     REFUSED(tt_read_file(std::getenv("SEQUENCES_FILE"), &options, {}, &read), TT_ERROR_LIMIT, "the limit is 3");
 }
@@ -167,6 +169,10 @@ void views_and_sessions() {
     REFUSED(tt_view_from_matrix(nullptr, 1, 1, &view), TT_ERROR_ARGUMENT, "matrix is null");
     matrix[3] = NONE;
     REFUSED(from_matrix(200), TT_ERROR_ARGUMENT, "differs from that of a camera");
+    for (double tt_view::*number : {&tt_view::deviation_px, &tt_view::size_px, &tt_view::angle}) {
+        view = view_of(prepared.get()), view.*number = INFINITY;
+        REFUSED(tt_session_begin(session.get(), &view, 1), TT_ERROR_ARGUMENT, "is inf; it must be finite");
+    }
     tt_view two[2] = {view_of(prepared.get()), view_of(prepared.get())};
     two[1].size = 12;
     REFUSED(tt_session_begin(session.get(), two, 2), TT_ERROR_ARGUMENT, "views[1].size is 12");
@@ -208,7 +214,9 @@ void views_and_sessions() {
     auto options = trimtess::sized<tt_session_options>();
     options.workers = 5000;
     REFUSED(tt_session_new(prepared.get(), &options, nullptr, &other), TT_ERROR_ARGUMENT, "workers is 5000");
-    options.workers = 0, options.threads = 2;
+    options.workers = 0, options.budget = INFINITY;
+    REFUSED(tt_session_new(prepared.get(), &options, nullptr, &other), TT_ERROR_ARGUMENT, "options.budget is inf; it");
+    options.budget = 0, options.threads = 2;
     REFUSED(tt_session_new(prepared.get(), &options, loops.get(), &other), TT_ERROR_ARGUMENT, "threads is 2, and there are jobs");
     const trimtess::Loops wide(trimtess::Jobs{1025, {}, {}});
     REFUSED(tt_session_new(prepared.get(), nullptr, wide.get(), &other), TT_ERROR_ARGUMENT, "1025 threads; there may be 1024");
