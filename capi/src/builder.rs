@@ -2,13 +2,14 @@
 
 use crate::border::handles::{Exclusive, Table};
 use crate::border::{Caller, entry, versioned};
-use crate::geometry::{frame, in_plane, in_space, points_in_plane, surface, tt_curve, tt_surface};
+use crate::geometry::{curve, frame, points_in_plane, surface, tt_curve, tt_surface};
 use crate::limits::{above_zero, choice, finite};
 use crate::model::{add, tt_model};
 use crate::status::{Failure, row, tt_status};
 use std::f64::consts::TAU;
 use std::ffi::c_char;
-use trimtess::glam::{DAffine3, DVec3};
+use std::sync::Mutex;
+use trimtess::glam::{DAffine3, DVec2, DVec3};
 use trimtess::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, FreeTrims, Instance, Loop, ModelBuilder, NurbsCurve3, Part, PartId, Shell,
     ShellKind, TrimCurve, TrimRule, VertexId,
@@ -89,30 +90,34 @@ struct Draft {
 
 static BUILDERS: Table<Exclusive<Draft>> = Table::new(3);
 
-const NAME: &str = "builder";
-
-/// Changes a part, and writes the index of what was added.
-fn change(
+/// Adds to a model, and writes the index of what was added.
+fn add_to(
     c: &Caller,
-    (builder, part): (tt_builder, u32),
+    builder: tt_builder,
     (name, index): (&str, *mut u32),
-    work: impl FnOnce(&mut Part) -> Result<usize, Failure>,
+    work: impl FnOnce(&mut Draft) -> Result<usize, Failure>,
 ) -> Result<(), Failure> {
     let out = c.out_if(name, index)?;
-    let added = in_part(builder, part, work)?;
+    let added = BUILDERS.with(builder.id, work)?;
     out.into_iter().for_each(|out| out.give(added as u32));
     Ok(())
 }
 
-fn in_part<R>(
-    builder: tt_builder,
-    part: u32,
-    work: impl FnOnce(&mut Part) -> Result<R, Failure>,
-) -> Result<R, Failure> {
-    BUILDERS.get(builder.id)?.with(NAME, |draft| {
-        let count = draft.parts.len();
-        work(draft.parts.get_mut(part as usize).ok_or_else(|| Failure::index("part", part.into(), count))?)
-    })
+/// Adds to a part, and writes the index of what was added.
+fn change(
+    c: &Caller,
+    (builder, part): (tt_builder, u32),
+    index: (&str, *mut u32),
+    work: impl FnOnce(&mut Part) -> Result<usize, Failure>,
+) -> Result<(), Failure> {
+    add_to(c, builder, index, |draft| work(draft.part(part)?))
+}
+
+impl Draft {
+    fn part(&mut self, part: u32) -> Result<&mut Part, Failure> {
+        let count = self.parts.len();
+        self.parts.get_mut(part as usize).ok_or_else(|| Failure::index("part", part.into(), count))
+    }
 }
 
 /// Adds a row to a table, and returns its index.
@@ -143,7 +148,7 @@ fn edge(part: &mut Part, curve: NurbsCurve3, kind: CurveKind, ends: [VertexId; 2
 pub unsafe extern "C" fn tt_builder_new(name: *const c_char, builder: *mut tt_builder) -> tt_status {
     entry!(c => {
         let (name, out) = (c.text_or_empty("name", name)?.to_owned(), c.out("builder", builder)?);
-        out.give(tt_builder { id: BUILDERS.add(Exclusive::new(Draft { name, ..Draft::default() })) });
+        out.give(tt_builder { id: BUILDERS.add(Mutex::new(Some(Draft { name, ..Draft::default() }))) });
         Ok(())
     })
 }
@@ -153,11 +158,8 @@ pub unsafe extern "C" fn tt_builder_new(name: *const c_char, builder: *mut tt_bu
 pub unsafe extern "C" fn tt_builder_add_part(builder: tt_builder, name: *const c_char, part: *mut u32) -> tt_status {
     entry!(c => {
         let name = c.text_or_empty("name", name)?.to_owned();
-        let out = c.out_if("part", part)?;
         let new = Part { name, ..Part::default() };
-        let index = BUILDERS.get(builder.id)?.with(NAME, |draft| pushed(&mut draft.parts, new))?;
-        out.into_iter().for_each(|out| out.give(index as u32));
-        Ok(())
+        add_to(c, builder, ("part", part), |draft| pushed(&mut draft.parts, new))
     })
 }
 
@@ -207,7 +209,7 @@ pub unsafe extern "C" fn tt_builder_add_circle(
     entry!(c => {
         let three = |name, numbers| c.slice(name, numbers, 3).map(|numbers| [numbers[0], numbers[1], numbers[2]]);
         let frame = frame(three("origin", origin)?, three("axis", axis)?, three("reference", reference)?)?;
-        let radius = finite("radius", [above_zero("radius", radius)?])?[0];
+        let radius = above_zero("radius", radius)?;
         let circle = NurbsCurve3::arc(&frame, radius, radius, 0.0, TAU);
         change(c, (builder, part), ("edge", edge), |part| {
             // The vertex comes with the edge, or neither does.
@@ -230,7 +232,7 @@ pub unsafe extern "C" fn tt_builder_add_edge(
     edge: *mut u32,
 ) -> tt_status {
     entry!(c => {
-        let curve = in_space(c, curve)?;
+        let curve = self::curve::<3, DVec3>(c, curve)?;
         change(c, (builder, part), ("edge", edge), |part| {
             let [(start, _), (end, _)] = [vertex(part, start)?, vertex(part, end)?];
             self::edge(part, curve, CurveKind::Spline, [start, end])
@@ -280,7 +282,8 @@ fn in_face(
     (part, face): (u32, u32),
     work: impl FnOnce(&mut Face, (usize, usize)) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    in_part(builder, part, |part| {
+    BUILDERS.with(builder.id, |draft| {
+        let part = draft.part(part)?;
         let (faces, rest) = (part.faces.len(), (part.edges.len(), part.vertices.len()));
         work(part.faces.get_mut(face as usize).ok_or_else(|| Failure::index("face", face.into(), faces))?, rest)
     })
@@ -372,7 +375,7 @@ pub unsafe extern "C" fn tt_builder_add_trim(
     rule: u32,
     curve: *const tt_curve,
 ) -> tt_status {
-    entry!(c => trim(builder, (part, face), rule, TrimCurve::nurbs(in_plane(c, curve)?)))
+    entry!(c => trim(builder, (part, face), rule, TrimCurve::nurbs(self::curve::<2, DVec2>(c, curve)?)))
 }
 
 /// Trims a face by straight lines through `count` points in (u,v), 2 numbers each, as `tt_builder_add_trim`. Repeat the
@@ -403,14 +406,11 @@ pub unsafe extern "C" fn tt_builder_place(
 ) -> tt_status {
     entry!(c => {
         let from = c.read("placement", placement)?;
-        let out = c.out_if("instance", instance)?;
         let name = c.text_or_empty("placement.name", from.name)?.into();
         let colour = (from.has_colour != 0).then_some(from.colour);
         let (part, transform) = (PartId(from.part), transform(&from.transform));
         let placed = Instance { colour, name, ..Instance::new(part, transform) };
-        let index = BUILDERS.get(builder.id)?.with(NAME, |draft| pushed(&mut draft.instances, placed))?;
-        out.into_iter().for_each(|out| out.give(index as u32));
-        Ok(())
+        add_to(c, builder, ("instance", instance), |draft| pushed(&mut draft.instances, placed))
     })
 }
 
@@ -419,7 +419,7 @@ pub unsafe extern "C" fn tt_builder_place(
 pub unsafe extern "C" fn tt_builder_finish(builder: tt_builder, model: *mut tt_model) -> tt_status {
     entry!(c => {
         let out = c.out("model", model)?;
-        let built = BUILDERS.get(builder.id)?.with(NAME, |draft| {
+        let built = BUILDERS.with(builder.id, |draft| {
             let mut model = ModelBuilder::new(&*draft.name);
             draft.parts.iter().for_each(|part| _ = model.part(part.clone()));
             draft.instances.iter().for_each(|instance| _ = model.instance(instance.clone()));
@@ -433,11 +433,5 @@ pub unsafe extern "C" fn tt_builder_finish(builder: tt_builder, model: *mut tt_m
 /// Frees a builder, unless another call uses it. Models that it made stay.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_builder_free(builder: tt_builder) -> tt_status {
-    entry!(_c => {
-        if builder.id != 0 {
-            BUILDERS.get(builder.id)?.take(NAME)?;
-            BUILDERS.free(builder.id)?;
-        }
-        Ok(())
-    })
+    entry!(_c => BUILDERS.end(builder.id))
 }

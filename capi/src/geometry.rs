@@ -4,7 +4,7 @@ use crate::border::{Caller, versioned};
 use crate::limits::{choice, finite};
 use crate::status::Failure;
 use trimtess::glam::{DVec2, DVec3};
-use trimtess::model::{Frame3, NurbsCurve, NurbsCurve2, NurbsCurve3, NurbsSurface, Surface};
+use trimtess::model::{Frame3, NurbsCurve, NurbsSurface, Surface};
 
 /// A NURBS curve. Knots are finite and do not decrease, inner ones repeat at most `degree` times. Weights are above 0.
 #[repr(C)]
@@ -114,7 +114,7 @@ fn weights(c: &Caller, weights: *const f64, count: usize) -> Result<Vec<f64>, Fa
 }
 
 /// A curve with `N` numbers per point.
-fn curve<const N: usize, P: From<[f64; N]>>(c: &Caller, from: *const tt_curve) -> Result<NurbsCurve<P>, Failure> {
+pub(crate) fn curve<const N: usize, P: From<[f64; N]>>(c: &Caller, from: *const tt_curve) -> Result<NurbsCurve<P>, Failure> {
     let from = c.read("curve", from)?;
     let (numbers, _) = c.slice("curve.points", from.points, product(from.count, N)?)?.as_chunks::<N>();
     Ok(NurbsCurve {
@@ -123,16 +123,6 @@ fn curve<const N: usize, P: From<[f64; N]>>(c: &Caller, from: *const tt_curve) -
         points: numbers.iter().map(|&point| point.into()).collect(),
         weights: weights(c, from.weights, from.count)?,
     })
-}
-
-/// A curve in space.
-pub(crate) fn in_space(c: &Caller, from: *const tt_curve) -> Result<NurbsCurve3, Failure> {
-    curve::<3, DVec3>(c, from)
-}
-
-/// A curve in (u,v).
-pub(crate) fn in_plane(c: &Caller, from: *const tt_curve) -> Result<NurbsCurve2, Failure> {
-    curve::<2, DVec2>(c, from)
 }
 
 fn nurbs(c: &Caller, from: &tt_surface) -> Result<NurbsSurface, Failure> {
@@ -152,6 +142,7 @@ fn nurbs(c: &Caller, from: &tt_surface) -> Result<NurbsSurface, Failure> {
 pub(crate) fn surface(c: &Caller, from: *const tt_surface) -> Result<Surface, Failure> {
     let from = c.read("surface", from)?;
     let frame = || frame(from.origin, from.axis, from.reference);
+    let curve = || curve::<3, DVec3>(c, from.curve);
     let (radius, minor, direction) = (from.radius, from.minor_radius, from.direction.into());
     Ok(choice!("kind of surface", from.kind, tt_surface_kind {
         TT_PLANE => Surface::Plane { frame: frame()? },
@@ -159,8 +150,8 @@ pub(crate) fn surface(c: &Caller, from: *const tt_surface) -> Result<Surface, Fa
         TT_CONE => Surface::Cone { frame: frame()?, radius, half_angle: from.half_angle },
         TT_SPHERE => Surface::Sphere { frame: frame()?, radius },
         TT_TORUS => Surface::Torus { frame: frame()?, major: radius, minor },
-        TT_EXTRUSION => Surface::Extrusion { curve: in_space(c, from.curve)?, direction },
-        TT_REVOLUTION => Surface::Revolution { curve: in_space(c, from.curve)?, frame: frame()? },
+        TT_EXTRUSION => Surface::Extrusion { curve: curve()?, direction },
+        TT_REVOLUTION => Surface::Revolution { curve: curve()?, frame: frame()? },
         TT_NURBS => Surface::Nurbs(nurbs(c, &from)?),
     }))
 }

@@ -1,6 +1,6 @@
 //! The caller's pool of threads as the library's.
 
-use crate::border::handles::Table;
+use crate::border::handles::{Exclusive, Table};
 use crate::border::{Caller, User, entry, lend_body, versioned};
 use crate::status::{Failure, tt_status};
 use crate::threads::at_most;
@@ -41,7 +41,7 @@ pub struct tt_jobs {
 }
 versioned!(tt_jobs);
 
-static JOBS: Table<Mutex<Option<Job>>> = Table::new(7);
+static JOBS: Table<Exclusive<Job>> = Table::new(7);
 
 fn take(job: tt_job) -> Result<Option<Job>, Failure> {
     Ok(JOBS.take(job.id)?.lock().unwrap_or_else(PoisonError::into_inner).take())

@@ -1,6 +1,7 @@
 //! Numbers of options, where 0 stands for the default.
 
 use crate::status::Failure;
+use trimtess::frame::PlanLimits;
 
 /// The variant whose number C states. Fails if no variant has it.
 macro_rules! choice {
@@ -12,6 +13,15 @@ macro_rules! choice {
     }};
 }
 pub(crate) use choice;
+
+/// Limits of plans: triangles, those of a tile, and bytes.
+pub(crate) fn plan_limits(triangles: u64, triangles_per_tile: u64, bytes: u64) -> PlanLimits {
+    let mut limits = PlanLimits::DEFAULT;
+    set(&mut limits.triangles, triangles);
+    set(&mut limits.triangles_per_tile, triangles_per_tile);
+    set(&mut limits.bytes, bytes);
+    limits
+}
 
 /// Replaces a default unless `by` is 0.
 pub(crate) fn set(value: &mut u64, by: u64) {

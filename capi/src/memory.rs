@@ -1,6 +1,6 @@
 //! Tiles in the caller's memory: workers ask for room, and write vertices and indices into it.
 
-use crate::border::{Caller, User, lend, versioned};
+use crate::border::{Caller, User, lend, versioned, zeros};
 use crate::status::Failure;
 use std::ffi::c_void;
 use std::ptr;
@@ -47,6 +47,7 @@ pub struct tt_tile {
     /// 3 per triangle, counter-clockwise seen from outside.
     pub indices: *const u32,
 }
+versioned!(tt_tile, reserved);
 
 /// Room for a tile: what `tt_memory.room` fills in.
 #[repr(C)]
@@ -119,13 +120,9 @@ pub(crate) fn written(tile: &WrittenTile) -> tt_tile {
         stride: layout.stride() as u32,
         has_grid: grid.is_some().into(),
         corner: grid.map_or([0; 3], |grid| grid.corner),
-        reserved: 0,
         step: grid.map_or(0.0, |grid| grid.step),
         place,
-        positions: ptr::null(),
-        normals: ptr::null(),
-        uvs: ptr::null(),
-        indices: ptr::null(),
+        ..zeros()
     }
 }
 

@@ -4,7 +4,7 @@ use crate::border::handles::Table;
 use crate::border::{Caller, entry, versioned};
 use crate::control::{control, tt_control};
 use crate::diagnostic::{self, tt_diagnostic};
-use crate::limits::{positive, set};
+use crate::limits::{plan_limits, positive};
 use crate::prepared::{self, tt_prepared};
 use crate::status::{Failure, row, tt_status};
 use crate::threads::{Workplace, at_most};
@@ -149,10 +149,7 @@ pub(crate) fn tolerance(
     };
     let angle = number("angle", from.angle)?.unwrap_or(Tolerance::DEFAULT_ANGLE_DEGREES.to_radians());
     let max_edge = number("max_edge", from.max_edge)?;
-    let mut limits = PlanLimits::DEFAULT;
-    set(&mut limits.triangles, from.max_triangles);
-    set(&mut limits.triangles_per_tile, from.max_tile_triangles);
-    set(&mut limits.bytes, from.max_memory);
+    let limits = plan_limits(from.max_triangles, from.max_tile_triangles, from.max_memory);
     Ok((Tolerance { chord, angle, max_edge }, limits, from.coarsen != 0))
 }
 

@@ -1,7 +1,7 @@
 //! Options and reports of sessions.
 
 use crate::border::{Caller, versioned};
-use crate::limits::{positive, set};
+use crate::limits::{plan_limits, positive};
 use crate::status::Failure;
 use crate::threads::at_most;
 use std::time::Duration;
@@ -108,12 +108,10 @@ versioned!(tt_report);
 /// The options, and whether to start no thread.
 pub(crate) fn options(c: &Caller, from: *const tt_session_options) -> Result<(SessionOptions, bool), Failure> {
     let from = c.read_or_zeros("options", from)?;
-    let mut planner = PlannerOptions::DEFAULT.with_cull_back_faces(from.cull_back_faces != 0);
-    set(&mut planner.limits.triangles, from.max_triangles);
-    set(&mut planner.limits.triangles_per_tile, from.max_tile_triangles);
-    set(&mut planner.limits.bytes, from.max_memory);
-    let budget = positive("options.budget", from.budget)?;
-    planner = planner.with_budget(budget.map(duration));
+    let planner = PlannerOptions::DEFAULT
+        .with_cull_back_faces(from.cull_back_faces != 0)
+        .with_limits(plan_limits(from.max_triangles, from.max_tile_triangles, from.max_memory))
+        .with_budget(positive("options.budget", from.budget)?.map(duration));
     let options = SessionOptions::DEFAULT
         .with_threads(at_most(from.threads)?)
         .with_workers(workers(from.workers)?)

@@ -14,7 +14,7 @@ use crate::prepared::{self, instance, tt_instance, tt_prepared};
 use crate::sink::{Lists, Sink, tt_sink};
 use crate::status::{self, Failure, tt_status};
 use crate::view::{tt_view, view};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use trimtess::control::Alone;
 use trimtess::mesh::{InstanceKey, SceneInstance};
 use trimtess::model::PartId;
@@ -39,10 +39,8 @@ struct Row {
 
 static SESSIONS: Table<Exclusive<Row>> = Table::new(6);
 
-const NAME: &str = "session";
-
 fn with<R>(session: tt_session, work: impl FnOnce(&mut Row) -> Result<R, Failure>) -> Result<R, Failure> {
-    SESSIONS.get(session.id)?.with(NAME, work)
+    SESSIONS.with(session.id, work)
 }
 
 /// Works on a session that no other call uses.
@@ -66,8 +64,7 @@ pub unsafe extern "C" fn tt_session_new(
     entry!(c => {
         let (prepared, out) = (prepared::get(prepared)?, c.out("session", session)?);
         let ((options, no_threads), jobs) = (self::options(c, options)?, pool(c, jobs)?);
-        let lists = Lists::default();
-        let diagonal = prepared.diagonal;
+        let (lists, diagonal) = (Lists::default(), prepared.diagonal);
         let session = match jobs {
             Some(_) if no_threads => return Err(Failure::argument("options.no_threads is 1, and there are jobs")),
             Some(_) if options.threads > 0 => {
@@ -80,7 +77,7 @@ pub unsafe extern "C" fn tt_session_new(
             None if no_threads => Session::start_on(Arc::new(Alone), prepared, &options),
             None => Session::start(prepared, &options)?,
         };
-        out.give(tt_session { id: SESSIONS.add(Exclusive::new(Row { session, lists, diagonal })) });
+        out.give(tt_session { id: SESSIONS.add(Mutex::new(Some(Row { session, lists, diagonal }))) });
         Ok(())
     })
 }
@@ -379,12 +376,5 @@ fn lost() -> Failure {
 /// callback of the session is called any more. Jobs of it that a pool still has free memory at most, and end their handles.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_free(session: tt_session) -> tt_status {
-    entry!(_c => {
-        if session.id != 0 {
-            let row = SESSIONS.get(session.id)?.take(NAME)?;
-            SESSIONS.free(session.id)?;
-            drop(row);
-        }
-        Ok(())
-    })
+    entry!(_c => SESSIONS.end(session.id))
 }

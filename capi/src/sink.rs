@@ -1,6 +1,6 @@
 //! Callbacks of C as the sink of frames.
 
-use crate::border::{Caller, User, versioned};
+use crate::border::{Caller, User, versioned, zeros};
 use crate::memory::{refused, tt_tile, written};
 use crate::mesh::{as_line, tt_line};
 use crate::prepared::{instance, tt_instance};
@@ -261,16 +261,11 @@ impl MeshSink for Sink<'_> {
             vertices: mesh.positions.len() as u32,
             triangles: mesh.triangles.len() as u32,
             index_bytes: 4,
-            stride: 0,
-            has_grid: 0,
-            corner: [0; 3],
-            reserved: 0,
-            step: 0.0,
-            place: 0,
             positions: mesh.positions.as_ptr().cast(),
             normals: mesh.normals.as_ptr().cast(),
             uvs: mesh.uvs.as_ptr().cast(),
             indices: mesh.triangles.as_ptr().cast(),
+            ..zeros()
         };
         took("tt_sink.tile", (self.tile)(self.user.get(), &tile))
     }

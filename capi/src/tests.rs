@@ -5,7 +5,7 @@ use crate::border::{Versioned, entry, message, versioned};
 use crate::status::{Failure, tt_last_error, tt_status};
 use std::ffi::{CStr, c_char};
 use std::panic::catch_unwind;
-use std::sync::Arc;
+use std::sync::Mutex;
 
 /// A body that ends otherwise than by a result.
 type Ended = Result<(), Failure>;
@@ -101,13 +101,14 @@ fn a_handle_ends_once_and_is_never_given_again() {
 
 #[test]
 fn what_is_in_use_is_busy_and_a_panic_does_not_keep_it() {
-    let shared = Arc::new(Exclusive::new(1));
-    let within = shared.with("it", |_| Ok((shared.with("it", |_| Ok(())).is_err(), shared.take("it").is_err())));
+    static SHARED: Table<Exclusive<u32>> = Table::new(3);
+    let it = SHARED.add(Mutex::new(Some(1)));
+    let within = SHARED.with(it, |_| Ok((SHARED.with(it, |_| Ok(())).is_err(), SHARED.end(it).is_err())));
     assert_eq!(within.expect("free"), (true, true));
-    let theirs = Arc::clone(&shared);
-    assert!(catch_unwind(move || theirs.with("it", |_| -> Result<(), Failure> { panic!("within") })).is_err());
-    assert_eq!(shared.take("it").expect("free"), 1);
-    assert!(shared.with("it", |_| Ok(())).is_err());
+    assert!(catch_unwind(move || SHARED.with(it, |_| -> Result<(), Failure> { panic!("within") })).is_err());
+    assert_eq!(SHARED.with(it, |number| Ok(*number)).expect("free"), 1);
+    assert!(SHARED.end(it).is_ok() && SHARED.with(it, |_| Ok(())).is_err() && SHARED.end(it).is_err());
+    assert!(SHARED.end(0).is_ok());
 }
 
 #[test]

@@ -72,10 +72,13 @@ impl<T> Table<T> {
         found.inspect(|_| _ = LIVE.fetch_sub(1, Ordering::Relaxed)).ok_or_else(|| self.dead(id))
     }
 
+    fn name(&self) -> &'static str {
+        KINDS[self.kind as usize]
+    }
+
     fn dead(&self, id: u64) -> Failure {
-        let kind = |kind: u64| KINDS.get(kind as usize).filter(|name| !name.is_empty());
-        let wanted = kind(self.kind).unwrap_or(&"");
-        Failure::handle(match kind(id >> KIND_SHIFT) {
+        let wanted = self.name();
+        Failure::handle(match KINDS.get((id >> KIND_SHIFT) as usize).filter(|name| !name.is_empty()) {
             _ if id == 0 => format!("the {wanted}'s handle is null"),
             Some(other) if id >> KIND_SHIFT != self.kind => format!("the {wanted}'s handle is that of a {other}"),
             _ => format!("the {wanted}'s handle was freed, or is none"),
@@ -83,33 +86,38 @@ impl<T> Table<T> {
     }
 }
 
-/// An object that one call at a time may change.
-pub(crate) struct Exclusive<T>(Mutex<Option<T>>);
+/// An object that one call at a time may change; nothing once it is freed.
+pub(crate) type Exclusive<T> = Mutex<Option<T>>;
 
-impl<T> Exclusive<T> {
-    pub(crate) fn new(object: T) -> Self {
-        Self(Mutex::new(Some(object)))
+impl<T> Table<Exclusive<T>> {
+    /// Calls `work` with the object of a handle, unless another call has it.
+    pub(crate) fn with<R>(&self, id: u64, work: impl FnOnce(&mut T) -> Result<R, Failure>) -> Result<R, Failure> {
+        let object = self.get(id)?;
+        work(self.hold(&object)?.as_mut().ok_or_else(|| self.freed())?)
     }
 
-    /// Calls `work` with the object, unless another call has it.
-    pub(crate) fn with<R>(&self, name: &str, work: impl FnOnce(&mut T) -> Result<R, Failure>) -> Result<R, Failure> {
-        let mut held = self.lock(name)?;
-        let object = held.as_mut().ok_or_else(|| Failure::handle(format!("the {name} is being freed")))?;
-        work(object)
+    /// Ends a handle and drops its object, unless another call has it. A null one is no error.
+    pub(crate) fn end(&self, id: u64) -> Result<(), Failure> {
+        if id == 0 {
+            return Ok(());
+        }
+        let object = self.get(id)?;
+        let taken = self.hold(&object)?.take().ok_or_else(|| self.freed())?;
+        self.free(id)?;
+        drop(taken);
+        Ok(())
     }
 
-    /// Takes the object, unless another call has it.
-    pub(crate) fn take(&self, name: &str) -> Result<T, Failure> {
-        let taken = self.lock(name)?.take();
-        taken.ok_or_else(|| Failure::handle(format!("the {name} is being freed")))
-    }
-
-    fn lock(&self, name: &str) -> Result<MutexGuard<'_, Option<T>>, Failure> {
-        match self.0.try_lock() {
+    fn hold<'a>(&self, object: &'a Exclusive<T>) -> Result<MutexGuard<'a, Option<T>>, Failure> {
+        match object.try_lock() {
             Ok(held) => Ok(held),
             // A panic was told when it happened, and the object still holds what it promises.
             Err(TryLockError::Poisoned(held)) => Ok(held.into_inner()),
-            Err(TryLockError::WouldBlock) => Err(Failure::busy(format!("another call uses the {name}"))),
+            Err(TryLockError::WouldBlock) => Err(Failure::busy(format!("another call uses the {}", self.name()))),
         }
+    }
+
+    fn freed(&self) -> Failure {
+        Failure::handle(format!("the {} is being freed", self.name()))
     }
 }

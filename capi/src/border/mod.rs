@@ -4,7 +4,7 @@
 pub(crate) mod handles;
 
 mod sized;
-pub(crate) use sized::{Versioned, versioned};
+pub(crate) use sized::{Versioned, versioned, zeros};
 
 mod user;
 pub(crate) use user::User;
@@ -141,7 +141,7 @@ impl Caller {
 
     /// A struct that states its size; one of zeros if null.
     pub(crate) fn read_or_zeros<T: Versioned>(&self, name: &str, from: *const T) -> Result<T, Failure> {
-        if from.is_null() { Ok(sized::zeros()) } else { self.read(name, from) }
+        if from.is_null() { Ok(zeros()) } else { self.read(name, from) }
     }
 
     /// An array of structs that state their size, all the same.

@@ -51,7 +51,7 @@ pub(super) fn check<T: Versioned>(name: &str, size: u32) -> Result<usize, Failur
 }
 
 /// A struct of zeros: all fields have their defaults.
-pub(super) fn zeros<T: Versioned>() -> T {
+pub(crate) fn zeros<T: Versioned>() -> T {
     // SAFETY: by the trait's rule.
     unsafe { MaybeUninit::zeroed().assume_init() }
 }
