@@ -48,7 +48,7 @@ pub(crate) fn unwritten(
         other => return Failure::Cannot(format!("cannot write {}: {other}", path.display())),
     };
     let format = options.format;
-    let fits = |by, format| Rounding::fits_moved(frame, by, &options.with_format(format));
+    let fits = |by, format| Rounding::fits_moved(&frame.scene, by, &options.with_format(format));
     let centre = prepared.centre();
     let helps = !recentred && centre != DVec3::ZERO && fits(-centre, format);
     let recenter = if helps { "--recenter moves the scene to the origin" } else { "use a larger tolerance" };

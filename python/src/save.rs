@@ -99,7 +99,7 @@ pub(crate) fn save(
         Ok(saved.roundings)
     })?;
     let text = path.display().to_string();
-    let fits = |by, format| Rounding::fits_moved(&**frame, by, &options.with_format(format));
+    let fits = |by, format| Rounding::fits_moved(&frame.scene, by, &options.with_format(format));
     let helps = || [!recenter && centre != DVec3::ZERO && fits(-centre, format), fits(-offset, Format::Ply)];
     let mut roundings = saved.map_err(|failure| errors::unsaved(job.py, &failure, &text, helps))?;
     let mut collapsed_faces: Vec<u64> =

@@ -13,9 +13,9 @@ use super::save_error::SaveError;
 use super::stl::stl;
 use super::{Format, SaveOptions};
 use crate::control::{Call, Control, Jobs, Rayon};
-use crate::mesh::FrameView;
+use crate::mesh::{FrameView, Scene, SceneInstance};
 use glam::DVec3;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Writes a finished frame to `path` atomically, whatever rounding costs, and returns what it cost. Runs on [`Rayon`]'s
@@ -81,15 +81,25 @@ pub fn write_on<'a>(
 }
 
 impl Rounding {
-    /// Whether `frame` would be written within the limit on rounding if its scene were moved by `by`. Makes the bytes
-    /// of the file, on [`Rayon`]'s threads.
+    /// Whether every frame of `scene` would be written within the limit on rounding if the scene were moved by `by`. Tells
+    /// it from the spheres around the placed parts, so `false` may mean that an upper bound is too large. O(instances).
     #[must_use]
-    pub fn fits_moved<'a>(frame: impl Into<FrameView<'a>>, by: DVec3, options: &SaveOptions) -> bool {
-        let frame = frame.into();
-        let mut scene = frame.scene.clone();
-        scene.translate(by);
-        let moved = FrameView { scene: &scene, ..frame };
-        write_on(&Rayon, moved, &mut io::sink(), options, &Control::default()).is_ok()
+    pub fn fits_moved(scene: &Scene, by: DVec3, options: &SaveOptions) -> bool {
+        let moved = |instance: &SceneInstance| -> Option<f64> {
+            let part = scene.parts.get(instance.part.index())?;
+            let (scale, single) = (instance.scale(), f64::from(f32::EPSILON));
+            let (centre, radius) = (instance.transform.transform_point3(part.centre) + by, scale * part.radius);
+            let numbers = (instance.transform.translation + by).length() + scale * part.centre.length() + radius;
+            Some(16.0 * f64::EPSILON * numbers + match options.format {
+                Format::Stl => single * (centre.length() + radius),
+                Format::Ply | Format::Obj => 0.0,
+                // Rounded by themselves: points, a quaternion and a scale, which readers multiply, and the place. Half
+                // of the limit may go to a grid.
+                #[cfg(feature = "glb")]
+                Format::Glb(_) => 2.0 * single * (centre.length() + 16.0 * radius),
+            })
+        };
+        scene.instances.iter().filter_map(moved).all(|moved| moved <= options.max_rounding)
     }
 }
 
@@ -176,9 +186,9 @@ impl<'a> Made<'a> {
 mod tests {
     use super::*;
     use crate::control::{Alone, assert_each_cancels};
-    use crate::mesh::{Batch, EdgeLine, MemorySink, Scene, SceneInstance, ScenePart, TileMesh};
+    use crate::mesh::{Batch, EdgeLine, MemorySink, ScenePart, TileMesh};
     use crate::model::{EdgeId, FaceId, PartId, TileId};
-    use glam::{DAffine3, DVec3, Vec3};
+    use glam::{DAffine3, Vec3};
 
     /// A square with so many vertices along a side.
     fn square(part: u32, tile: u32, side: u32) -> Batch {
@@ -201,6 +211,27 @@ mod tests {
         let batches = vec![square(0, 0, side), square(0, 1, 2), square(1, 0, side), square(1, 1, 3), square(1, 2, 4)];
         let line = EdgeLine { part: PartId(1), edge: EdgeId(0), points: vec![DVec3::ZERO, DVec3::X, DVec3::Y] };
         MemorySink::of(scene, batches, vec![line])
+    }
+
+    #[test]
+    fn what_fits_where_it_is_moved_is_written() {
+        let frame = frame(100);
+        let mut told = [0; 2];
+        for (&(extension, format), k) in Format::ALL.iter().flat_map(|format| (-8..8).map(move |k| (format, k))) {
+            for by in [0.0, 1e3, 1e6, 1e9].map(DVec3::splat) {
+                let options = SaveOptions::new(format).with_max_rounding(libm::exp10(f64::from(k)));
+                let fits = Rounding::fits_moved(&frame.scene, by, &options);
+                let mut moved = frame.clone();
+                moved.scene.translate(by);
+                let written = write_on(&Alone, &moved, &mut Vec::new(), &options, &Control::default()).is_ok();
+                assert!(written || !fits, "{extension} {k} {by}");
+                told[usize::from(fits)] += 1;
+                // The bound is not far from what is needed.
+                let larger = options.with_max_rounding(100.0 * options.max_rounding);
+                assert!(!written || Rounding::fits_moved(&frame.scene, by, &larger) || extension == "glb");
+            }
+        }
+        assert!(told[0] > 20 && told[1] > 100, "{told:?}");
     }
 
     #[test]
