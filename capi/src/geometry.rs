@@ -114,7 +114,10 @@ fn weights(c: &Caller, weights: *const f64, count: usize) -> Result<Vec<f64>, Fa
 }
 
 /// A curve with `N` numbers per point.
-pub(crate) fn curve<const N: usize, P: From<[f64; N]>>(c: &Caller, from: *const tt_curve) -> Result<NurbsCurve<P>, Failure> {
+pub(crate) fn curve<const N: usize, P: From<[f64; N]>>(
+    c: &Caller,
+    from: *const tt_curve,
+) -> Result<NurbsCurve<P>, Failure> {
     let from = c.read("curve", from)?;
     let (numbers, _) = c.slice("curve.points", from.points, product(from.count, N)?)?.as_chunks::<N>();
     Ok(NurbsCurve {

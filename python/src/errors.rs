@@ -1,25 +1,35 @@
 //! Errors of the library -> exceptions of `trimtess.errors`, with fields.
 
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict};
 use trimtess::frame::Shortfall;
 use trimtess::import::step::StepError;
 use trimtess::out::{SaveError, UnknownFormat};
 use trimtess::parallel::FrameError;
 use trimtess::prepare::PrepareError;
 
-/// An exception of the class `name` of `trimtess.errors`.
-pub(crate) fn error(py: Python<'_>, name: &str, message: String, fields: &Bound<'_, PyDict>) -> PyErr {
-    let made = || py.import("trimtess.errors")?.getattr(name)?.call((message,), Some(fields));
-    made().map_or_else(|failure| failure, PyErr::from_value)
+/// An exception of the class of `trimtess.errors` that is named, with the fields that are variables of those names.
+macro_rules! error {
+    ($py:expr, $class:expr, $message:expr $(, $field:ident)*) => {{
+        let made = || -> PyResult<_> {
+            let fields = pyo3::types::PyDict::new($py);
+            $(fields.set_item(stringify!($field), &$field)?;)*
+            $py.import("trimtess.errors")?.getattr($class)?.call(($message,), Some(&fields))
+        };
+        made().map_or_else(|failure| failure, PyErr::from_value)
+    }};
 }
+pub(crate) use error;
 
 /// A refused argument.
 pub(crate) fn out_of_range(py: Python<'_>, name: &str, value: impl ToString, expected: &str) -> PyErr {
     let value = value.to_string();
-    let message = format!("{name} is {value}, not {expected}");
-    let fields = [("name", name), ("value", &value), ("expected", expected)].into_py_dict(py);
-    fields.map_or_else(|failure| failure, |fields| error(py, "RangeError", message, &fields))
+    error!(py, "RangeError", format!("{name} is {value}, not {expected}"), name, value, expected)
+}
+
+/// A refused argument, of which `why` is a sentence.
+pub(crate) fn unfit(py: Python<'_>, name: &str, why: &dyn std::fmt::Display, expected: &str) -> PyErr {
+    let value = why.to_string();
+    error!(py, "RangeError", format!("{name}: {value}; expected: {expected}"), name, value, expected)
 }
 
 /// Checks that a number is finite and above 0.
@@ -39,28 +49,22 @@ fn limit(py: Python<'_>, name: &str, numbers: (Option<u64>, u64), message: &str)
 
 /// As [`limit`], with all that the caller may do in the message. No `name`: no argument raises the limit.
 fn beyond(py: Python<'_>, name: Option<&str>, (needed, limit): (Option<u64>, u64), message: String) -> PyErr {
-    let fields = PyDict::new(py);
-    let set = || {
-        fields.set_item("name", name)?;
-        fields.set_item("needed", needed)?;
-        fields.set_item("limit", limit)
-    };
-    set().map_or_else(|failure| failure, |()| error(py, "LimitError", message, &fields))
+    error!(py, "LimitError", message, name, needed, limit)
 }
 
 /// What went wrong, for a person to report.
 pub(crate) fn internal(py: Python<'_>, message: String) -> PyErr {
-    error(py, "InternalError", message, &PyDict::new(py))
+    error!(py, "InternalError", message)
 }
 
 /// The system refused a thread: too many are asked for, or too many run.
 pub(crate) fn no_threads(py: Python<'_>, failure: &dyn std::fmt::Display) -> PyErr {
-    error(py, "TessellateError", format!("{failure}; pass a smaller workers"), &PyDict::new(py))
+    error!(py, "TessellateError", format!("{failure}; pass a smaller workers"))
 }
 
 /// An array would have more rows than its indices have numbers, as `failure` says.
 pub(crate) fn too_many(py: Python<'_>, failure: &dyn std::fmt::Display) -> PyErr {
-    error(py, "TessellateError", failure.to_string(), &PyDict::new(py))
+    error!(py, "TessellateError", failure.to_string())
 }
 
 /// Work ends with this only after [`Control::cancel`](trimtess::control::Control::cancel), which has its own exception.
@@ -69,16 +73,16 @@ fn cancelled(py: Python<'_>) -> PyErr {
 }
 
 /// The number and the words of a system's error; `None` and the message for others.
-fn of_system(py: Python<'_>, error: &std::io::Error) -> (Option<i32>, String) {
+fn of_system(py: Python<'_>, error: &std::io::Error) -> (Option<i32>, Option<String>) {
     let number = error.raw_os_error();
     let words =
         number.and_then(|number| py.import("os").ok()?.call_method1("strerror", (number,)).ok()?.extract().ok());
-    (number, words.unwrap_or_else(|| error.to_string()))
+    (number, words.or_else(|| Some(error.to_string())))
 }
 
-/// Why a file cannot be read. `source` is its path, if it has one.
-pub(crate) fn unread(py: Python<'_>, failure: &StepError, source: Option<&str>) -> PyErr {
-    let message = match (failure, source) {
+/// Why a file cannot be read. `path`: if it has one.
+pub(crate) fn unread(py: Python<'_>, failure: &StepError, path: Option<&str>) -> PyErr {
+    let message = match (failure, path) {
         (StepError::Io { .. }, _) | (_, None) => failure.to_string(),
         (_, Some(path)) => format!("{path}: {failure}"),
     };
@@ -97,20 +101,13 @@ pub(crate) fn unread(py: Python<'_>, failure: &StepError, source: Option<&str>) 
         }
         StepError::TooManyOccurrences { limit: most, .. } => return beyond(py, None, (None, *most), message),
         StepError::Cancelled => return cancelled(py),
-        StepError::Io { error, .. } => ("io", Some(of_system(py, error))),
+        StepError::Io { error, .. } => ("io", Some(error)),
         StepError::NotStep { .. } => ("not-step", None),
         StepError::Syntax { .. } => ("syntax", None),
         _ => ("refused", None),
     };
-    let fields = PyDict::new(py);
-    let set = || {
-        fields.set_item("kind", kind)?;
-        fields.set_item("path", source)?;
-        let (number, words) = system.map_or((None, None), |(number, words)| (number, Some(words)));
-        fields.set_item("errno", number)?;
-        fields.set_item("strerror", words)
-    };
-    set().map_or_else(|failure| failure, |()| error(py, "ReadError", message, &fields))
+    let (errno, strerror) = system.map_or((None, None), |failure| of_system(py, failure));
+    error!(py, "ReadError", message, kind, path, errno, strerror)
 }
 
 /// Why a model cannot be prepared.
@@ -154,47 +151,31 @@ pub(crate) fn unmade(py: Python<'_>, failure: &FrameError) -> PyErr {
 
 /// Why a path names no format.
 pub(crate) fn unknown_format(py: Python<'_>, failure: &UnknownFormat) -> PyErr {
-    let fields = [("extension", &failure.extension)].into_py_dict(py);
-    fields.map_or_else(|failure| failure, |fields| error(py, "FormatError", failure.to_string(), &fields))
-}
-
-/// A refused argument, of which `why` is a sentence.
-pub(crate) fn unfit(py: Python<'_>, name: &str, why: &dyn std::fmt::Display, expected: &str) -> PyErr {
-    let value = why.to_string();
-    let message = format!("{name}: {value}; expected: {expected}");
-    let fields = [("name", name), ("value", &value), ("expected", expected)].into_py_dict(py);
-    fields.map_or_else(|failure| failure, |fields| error(py, "RangeError", message, &fields))
+    let extension = &failure.extension;
+    error!(py, "FormatError", failure.to_string(), extension)
 }
 
 /// Why a file is not written. `helps` says whether moving the scene to the origin would help, and whether a PLY would.
 pub(crate) fn unsaved(py: Python<'_>, failure: &SaveError, path: &str, helps: impl FnOnce() -> [bool; 2]) -> PyErr {
-    let (rounded, file) = match failure {
+    let rounded = match failure {
         SaveError::Cancelled => return cancelled(py),
         SaveError::UnfitLevel(level) => {
             return unfit(py, "levels", level, "meshes of the same model, each coarser than the one before");
         }
-        SaveError::RoundedTooFar(far) => (Some(far), None),
-        SaveError::File(failure) => (None, Some(failure)),
-        _ => (None, None),
-    };
-    let is_rounding = matches!(failure, SaveError::RoundedTooFar(_) | SaveError::BeyondSingle(_));
-    let fields = PyDict::new(py);
-    let mut message = file.map_or_else(|| format!("cannot write {path}: {failure}"), ToString::to_string);
-    let set = || {
-        fields.set_item("path", path)?;
-        if !is_rounding {
-            let system = file.map(|failure| of_system(py, &failure.cause));
-            fields.set_item("errno", system.as_ref().map(|(number, _)| number))?;
-            return fields.set_item("strerror", system.as_ref().map(|(_, words)| words));
+        SaveError::File(file) => {
+            let (errno, strerror) = of_system(py, &file.cause);
+            return error!(py, "SaveError", file.to_string(), path, errno, strerror);
         }
-        let [recenter, ply] = helps();
-        message += if recenter { "; pass recenter=True" } else { "; use a larger tolerance" };
-        message += if ply { ", or save as .ply, which has double precision" } else { "" };
-        fields.set_item("recenter_helps", recenter)?;
-        fields.set_item("moved", rounded.map(|far| far.moved))?;
-        fields.set_item("allowed", rounded.map(|far| far.most))?;
-        fields.set_item("place", rounded.map(|far| far.place.to_array()))
+        SaveError::RoundedTooFar(far) => Some(far),
+        SaveError::BeyondSingle(_) => None,
+        _ => return error!(py, "SaveError", format!("cannot write {path}: {failure}"), path),
     };
-    let name = if is_rounding { "RoundingError" } else { "SaveError" };
-    set().map_or_else(|failure| failure, |()| error(py, name, message, &fields))
+    let [recenter_helps, ply] = helps();
+    let recenter = if recenter_helps { "; pass recenter=True" } else { "; use a larger tolerance" };
+    let ply = if ply { ", or save as .ply, which has double precision" } else { "" };
+    let moved = rounded.map(|far| far.moved);
+    let allowed = rounded.map(|far| far.most);
+    let place = rounded.map(|far| far.place.to_array());
+    let message = format!("cannot write {path}: {failure}{recenter}{ply}");
+    error!(py, "RoundingError", message, path, recenter_helps, moved, allowed, place)
 }

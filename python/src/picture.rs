@@ -3,7 +3,6 @@
 use crate::errors;
 use crate::job::Job;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::sync::Arc;
 use trimtess::control::{Control, Rayon};
 use trimtess::frame::{PlanLimits, Shortfall, plan_for_view_within};
@@ -75,12 +74,12 @@ pub(crate) fn draw(
         renderer.render(&frame, &options.with_camera(Some(camera))).map_err(Failure::Render)
     })?;
     drawn.map_err(|failure| match failure {
-        Failure::NoAdapter(why) => errors::error(job.py, "NoAdapterError", why, &PyDict::new(job.py)),
+        Failure::NoAdapter(why) => errors::error!(job.py, "NoAdapterError", why),
         Failure::Limits(short) => {
             errors::short(job.py, &short, |_| ("use a larger deviation_px or size_px".into(), false))
         }
         Failure::Frame(failure) => errors::unmade(job.py, &failure),
-        Failure::Render(why) => errors::error(job.py, "RenderError", why.to_string(), &PyDict::new(job.py)),
+        Failure::Render(why) => errors::error!(job.py, "RenderError", why.to_string()),
     })
 }
 

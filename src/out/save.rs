@@ -90,14 +90,17 @@ impl Rounding {
             let (scale, single) = (instance.scale(), f64::from(f32::EPSILON));
             let (centre, radius) = (instance.transform.transform_point3(part.centre) + by, scale * part.radius);
             let numbers = (instance.transform.translation + by).length() + scale * part.centre.length() + radius;
-            Some(16.0 * f64::EPSILON * numbers + match options.format {
-                Format::Stl => single * (centre.length() + radius),
-                Format::Ply | Format::Obj => 0.0,
-                // Rounded by themselves: points, a quaternion and a scale, which readers multiply, and the place. Half
-                // of the limit may go to a grid.
-                #[cfg(feature = "glb")]
-                Format::Glb(_) => 2.0 * single * (centre.length() + 16.0 * radius),
-            })
+            Some(
+                16.0 * f64::EPSILON * numbers
+                    + match options.format {
+                        Format::Stl => single * (centre.length() + radius),
+                        Format::Ply | Format::Obj => 0.0,
+                        // Rounded by themselves: points, a quaternion and a scale, which readers multiply, and the place. Half
+                        // of the limit may go to a grid.
+                        #[cfg(feature = "glb")]
+                        Format::Glb(_) => 2.0 * single * (centre.length() + 16.0 * radius),
+                    },
+            )
         };
         scene.instances.iter().filter_map(moved).all(|moved| moved <= options.max_rounding)
     }
