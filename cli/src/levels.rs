@@ -1,9 +1,9 @@
-//! Levels of detail of a GLB: coarser meshes of the same model, each checked and reported like the finest.
+//! Levels of detail of a GLB: coarser meshes of the same model, each made, checked and reported like the finest.
 
+use crate::limits::LimitArgs;
 use crate::report::{Entry, Report, millimetres};
-use crate::rounded::{self, ReadBackRow};
-use crate::{Common, Failure, made};
-use glam::DVec3;
+use crate::rounded::ReadBackRow;
+use crate::{Failure, made};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
@@ -11,8 +11,7 @@ use std::fmt;
 use std::sync::Arc;
 use trimtess::frame::{self, Tolerance};
 use trimtess::mesh::{MemorySink, MeshLists};
-use trimtess::out::{MeshLevel, ReadBack};
-use trimtess::prepare::{Prepared, Shells};
+use trimtess::prepare::Prepared;
 
 /// Chord tolerance of a level, in units of that of the level before. A curve takes half as many segments, a surface
 /// curved both ways a quarter of the triangles.
@@ -48,58 +47,37 @@ impl fmt::Display for LevelRow {
     }
 }
 
-/// A coarser mesh.
+/// A mesh of the model: the finest, or a level of detail.
 pub(crate) struct Level {
-    tolerance: Tolerance,
-    frame: MemorySink,
+    pub(crate) tolerance: Tolerance,
+    pub(crate) frame: MemorySink,
     /// About this mesh alone.
-    report: Report,
+    pub(crate) report: Report,
 }
 
 impl Level {
-    /// Makes level `number` of a model whose finest mesh has this tolerance, with these lists. `max_edge` grows with the
-    /// angle.
+    /// Makes level `number` of a model whose finest mesh, level 0, has this tolerance. `max_edge` grows with the angle.
     pub(crate) fn make(
         prepared: &Arc<Prepared>,
         finest: &Tolerance,
-        (number, lists): (u8, MeshLists),
-        common: &Common,
+        number: u8,
+        lists: (bool, MeshLists),
+        limits: &LimitArgs,
     ) -> Result<Self, Failure> {
-        let chord = COARSER.powi(i32::from(number));
-        let Tolerance { angle, max_edge, .. } = *finest;
-        // More than a quarter turn counts as one.
-        let (angle, max_edge) = ((angle * chord.sqrt()).min(FRAC_PI_2), max_edge.map(|length| length * chord.sqrt()));
-        let tolerance = Tolerance { chord: finest.chord * chord, angle, max_edge };
-        let plan = Arc::new(frame::plan_within(prepared, &tolerance, &common.limits.plan()));
-        let (frame, mut report) = made::make(prepared, &plan, (true, lists), &common.limits)?;
+        let mut tolerance = *finest;
+        if number > 0 {
+            let chord = COARSER.powi(i32::from(number));
+            tolerance.chord *= chord;
+            // More than a quarter turn counts as one.
+            tolerance.angle = (tolerance.angle * chord.sqrt()).min(FRAC_PI_2);
+            tolerance.max_edge = tolerance.max_edge.map(|length| length * chord.sqrt());
+        }
+        let plan = Arc::new(frame::plan_within(prepared, &tolerance, &limits.plan()));
+        let (frame, mut report) = made::make(prepared, &plan, lists, limits)?;
         report.diagonal_mm = prepared.diagonal;
+        // The process exits soon: dropping large structures would only delay it.
+        std::mem::forget(plan);
         Ok(Self { tolerance, frame, report })
-    }
-
-    /// Checks the mesh.
-    pub(crate) fn check(&mut self, prepared: &Prepared, shells: &[Shells]) {
-        made::check_mesh(prepared, shells, &self.frame, self.tolerance.chord, &mut self.report);
-    }
-
-    /// Moves the scene, as that of the finest mesh was.
-    pub(crate) fn translate(&mut self, by: DVec3) {
-        self.frame.scene.translate(by);
-        self.report.offset_mm = (-by).to_array();
-    }
-
-    /// The level as the writer takes it.
-    pub(crate) fn as_mesh_level(&self) -> MeshLevel<'_> {
-        MeshLevel { frame: (&self.frame).into(), chord: self.tolerance.chord }
-    }
-
-    /// The report about this mesh alone.
-    pub(crate) fn report(&mut self) -> &mut Report {
-        &mut self.report
-    }
-
-    /// Compares what the written file holds.
-    pub(crate) fn check_file(&mut self, prepared: &Prepared, read: &ReadBack) {
-        rounded::check(prepared, read, self.tolerance.chord, &mut self.report);
     }
 
     /// Adds the level to the report: its row, and the diagnostics that the report does not have yet.

@@ -39,11 +39,6 @@ pub(crate) fn make(
     Ok((frame, report))
 }
 
-/// The lists of meshes that are read: files have none of them, and [`check_mesh`] reads all.
-pub(crate) fn lists(check: bool) -> MeshLists {
-    if check { MeshLists::ALL } else { MeshLists::NONE }
-}
-
 /// Runs `check_scene` and the audit on the program's threads, and adds their results and errors to the report.
 pub(crate) fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemorySink, chord: f64, report: &mut Report) {
     // The audit alone takes one core for seconds.

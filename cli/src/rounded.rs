@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::Serialize;
 use std::fmt::Write as _;
 use std::path::Path;
-use trimtess::mesh::MemorySink;
+use trimtess::mesh::Scene;
 use trimtess::model::Severity;
 use trimtess::out::{Format, ReadBack, Rounding, SaveError, SaveOptions};
 use trimtess::prepare::Prepared;
@@ -21,23 +21,11 @@ pub(crate) struct ReadBackRow {
     unbalanced_edges: u64,
 }
 
-/// The largest distance that rounding may move a vertex at this chord tolerance.
-pub(crate) fn most(chord: f64) -> f64 {
-    Rounding::SHARE * chord
-}
-
-/// Moves the centre of the scene's box to the origin. Returns the offset from the moved scene to the model.
-pub(crate) fn recenter(frame: &mut MemorySink, prepared: &Prepared) -> DVec3 {
-    let offset = prepared.centre();
-    frame.scene.translate(-offset);
-    offset
-}
-
 /// The message of a file that was not written. Names what helps if rounding costs too much.
 pub(crate) fn unwritten(
     failure: &SaveError,
     path: &Path,
-    (frame, recentred): (&MemorySink, bool),
+    (scene, recentred): (&Scene, bool),
     prepared: &Prepared,
     options: &SaveOptions,
 ) -> Failure {
@@ -48,7 +36,7 @@ pub(crate) fn unwritten(
         other => return Failure::Cannot(format!("cannot write {}: {other}", path.display())),
     };
     let format = options.format;
-    let fits = |by, format| Rounding::fits_moved(&frame.scene, by, &options.with_format(format));
+    let fits = |by, format| Rounding::fits_moved(scene, by, &options.with_format(format));
     let centre = prepared.centre();
     let helps = !recentred && centre != DVec3::ZERO && fits(-centre, format);
     let recenter = if helps { "--recenter moves the scene to the origin" } else { "use a larger tolerance" };

@@ -4,7 +4,7 @@ use crate::input::{self, Input};
 use crate::laps::Laps;
 use crate::levels::{self, Level};
 use crate::limits::unprepared;
-use crate::made::{check_mesh, lists, make};
+use crate::made::check_mesh;
 use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
 use crate::rounded;
@@ -12,9 +12,9 @@ use crate::{AsJson, Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::control::{Control, Rayon};
-use trimtess::frame::{self, Tolerance};
-use trimtess::mesh::{FrameView, MemorySink};
-use trimtess::out::{Format, MeshLevel, SaveOptions, Saved, read_back};
+use trimtess::frame::Tolerance;
+use trimtess::mesh::{FrameView, MeshLists};
+use trimtess::out::{Format, MeshLevel, Rounding, SaveOptions, Saved, read_back};
 use trimtess::prepare::{Shells, prepare};
 
 /// Tessellate a file to GLB, STL, PLY or OBJ.
@@ -48,12 +48,6 @@ pub(crate) struct TessellateArgs {
     report: Option<PathBuf>,
     #[command(flatten)]
     result: AsJson,
-}
-
-/// The meshes of all levels of detail, finest first.
-fn with_coarser<'a>(finest: &'a MemorySink, chord: f64, coarser: &'a [Level]) -> Vec<MeshLevel<'a>> {
-    let finest = MeshLevel { frame: finest.into(), chord };
-    std::iter::once(finest).chain(coarser.iter().map(Level::as_mesh_level)).collect()
 }
 
 /// What a GLB asks of its readers.
@@ -167,57 +161,57 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     let prepare = laps.lap();
 
     progress.stage("tessellating");
-    let plan = Arc::new(frame::plan_within(&prepared, &tolerance, &common.limits.plan()));
-    let edge_lines = matches!(format, Format::Glb(_)) || args.check;
-    let lists = lists(args.check);
-    let (mut frame, mut report) = make(&prepared, &plan, (edge_lines, lists), &common.limits)?;
+    let lists =
+        (matches!(format, Format::Glb(_)) || args.check, if args.check { MeshLists::ALL } else { MeshLists::NONE });
     let mut levels = Vec::new();
-    for number in 1..=args.levels {
-        progress.stage(format!("tessellating level {number}"));
-        levels.push(Level::make(&prepared, &tolerance, (number, lists), common)?);
+    for number in 0..=args.levels {
+        if number > 0 {
+            progress.stage(format!("tessellating level {number}"));
+        }
+        levels.push(Level::make(&prepared, &tolerance, number, lists, &common.limits)?);
     }
     let tessellate = laps.lap();
 
     if args.check {
         progress.stage("checking");
-        check_mesh(&prepared, &shells, &frame, tolerance.chord, &mut report);
-        levels.iter_mut().for_each(|level| level.check(&prepared, &shells));
+        for Level { tolerance, frame, report } in &mut levels {
+            check_mesh(&prepared, &shells, frame, tolerance.chord, report);
+        }
     }
-    report.diagonal_mm = prepared.diagonal;
     let mut check = laps.lap();
 
     progress.stage(format!("writing {}", args.output.display()));
     if args.recenter {
-        let offset = rounded::recenter(&mut frame, &prepared);
-        report.offset_mm = offset.to_array();
-        levels.iter_mut().for_each(|level| level.translate(-offset));
+        let offset = prepared.centre();
+        for Level { frame, report, .. } in &mut levels {
+            frame.scene.translate(-offset);
+            report.offset_mm = offset.to_array();
+        }
     }
-    let options = SaveOptions::new(format).with_max_rounding(rounded::most(tolerance.chord));
+    let options = SaveOptions::new(format).with_max_rounding(Rounding::SHARE * tolerance.chord);
     let written = tracing::info_span!("write").in_scope(|| {
-        let all = with_coarser(&frame, tolerance.chord, &levels);
-        outputs.files().save_on(&Rayon, &all, &args.output, &options, &Control::default())
+        let meshes = levels.iter().map(|level| MeshLevel { frame: (&level.frame).into(), chord: level.tolerance.chord });
+        let meshes: Vec<MeshLevel<'_>> = meshes.collect();
+        outputs.files().save_on(&Rayon, &meshes, &args.output, &options, &Control::default())
     });
-    let Saved { roundings, temporary, .. } = written
-        .map_err(|failure| rounded::unwritten(&failure, &args.output, (&frame, args.recenter), &prepared, &options))?;
-    let reports = std::iter::once(&mut report).chain(levels.iter_mut().map(Level::report));
-    reports.zip(&roundings).for_each(|(report, rounding)| rounded::tell(rounding, report));
+    let Saved { roundings, temporary, .. } = written.map_err(|failure| {
+        rounded::unwritten(&failure, &args.output, (&levels[0].frame.scene, args.recenter), &prepared, &options)
+    })?;
+    levels.iter_mut().zip(&roundings).for_each(|(level, rounding)| rounded::tell(rounding, &mut level.report));
     let write = laps.lap();
     // Devices and pipes cannot be read back.
     if args.check && std::fs::metadata(&temporary).is_ok_and(|known| known.is_file()) {
         progress.stage("reading the file back");
-        let all = with_coarser(&frame, tolerance.chord, &levels);
-        let frames: Vec<FrameView<'_>> = all.into_iter().map(|level| level.frame).collect();
-        let read = read_back(&frames, &temporary, &options);
-        match read.as_deref() {
-            Ok([finest, coarser @ ..]) => {
-                rounded::check(&prepared, finest, tolerance.chord, &mut report);
-                levels.iter_mut().zip(coarser).for_each(|(level, read)| level.check_file(&prepared, read));
-            }
-            Ok([]) => {}
-            Err(error) => report.add_error(format!("the file cannot be read back: {error}")),
+        let frames: Vec<FrameView<'_>> = levels.iter().map(|level| (&level.frame).into()).collect();
+        match read_back(&frames, &temporary, &options) {
+            Ok(read) => levels.iter_mut().zip(&read).for_each(|(level, read)| {
+                rounded::check(&prepared, read, level.tolerance.chord, &mut level.report);
+            }),
+            Err(error) => levels[0].report.add_error(format!("the file cannot be read back: {error}")),
         }
         check += laps.lap();
     }
+    let Level { frame, mut report, .. } = levels.remove(0);
     (1..).zip(levels).for_each(|(number, level)| level.add_to(&mut report, number));
     drop(progress);
 
@@ -236,6 +230,6 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     };
     let done = report.publish(common, args.result.json, args.report.as_deref(), outputs);
     // The process is about to exit: dropping large structures would only delay it.
-    std::mem::forget((prepared, plan, frame));
+    std::mem::forget((prepared, frame));
     done
 }
