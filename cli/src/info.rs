@@ -7,7 +7,7 @@ use crate::outputs::{Named, Outputs};
 use crate::patches::{Patches, stated_trims};
 use crate::progress::Progress;
 use crate::report::{by_name, counted, millimetres, subject};
-use crate::{AsJson, Common, Done, Failure};
+use crate::{Common, Done, Failure};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -26,8 +26,9 @@ pub(crate) struct InfoArgs {
     patches: bool,
     #[command(flatten)]
     diagram: DiagramArgs,
-    #[command(flatten)]
-    result: AsJson,
+    /// Print the result to standard output as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 impl InfoArgs {
@@ -123,7 +124,7 @@ pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Re
         })
         .collect();
     drop(progress);
-    if args.result.json {
+    if args.json {
         outputs.tell_json(&info)?;
     } else {
         outputs.tell(&info.text(common.verbose > 0));

@@ -2,7 +2,6 @@
 
 use crate::Failure;
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
@@ -20,14 +19,10 @@ pub(crate) enum Input {
 
 /// Parses `builtin:NAME` or a path. Names of files need not be UTF-8.
 pub(crate) fn parser() -> impl TypedValueParser<Value = Input> {
-    PathBufValueParser::new().map(|path| of_argument(path.into_os_string()))
-}
-
-fn of_argument(argument: OsString) -> Input {
-    match argument.to_str().and_then(|text| text.strip_prefix("builtin:")) {
+    PathBufValueParser::new().map(|path| match path.to_str().and_then(|text| text.strip_prefix("builtin:")) {
         Some(name) => Input::Builtin(name.to_owned()),
-        None => Input::File(PathBuf::from(argument)),
-    }
+        None => Input::File(path),
+    })
 }
 
 impl Input {

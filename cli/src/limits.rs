@@ -2,8 +2,9 @@
 
 use crate::Failure;
 use crate::report::Report;
-use trimtess::frame::{Plan, PlanLimits, Shortfall};
+use trimtess::frame::{Plan, PlanLimits, PlannerOptions, Shortfall};
 use trimtess::import::step::StepOptions;
+use trimtess::parallel::SessionOptions;
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions};
 
 /// Limits of cost, and options of reading.
@@ -68,6 +69,11 @@ impl LimitArgs {
             .with_triangles_per_tile(self.max_tile_triangles)
             .with_triangles(self.max_triangles)
             .with_bytes(self.memory())
+    }
+
+    /// Options of a session with these limits of the mesh.
+    pub(crate) fn session(&self) -> SessionOptions {
+        SessionOptions::DEFAULT.with_planner(PlannerOptions::DEFAULT.with_limits(self.plan()))
     }
 
     /// Returns the plan, or an error if the limits made it coarser without `--coarsen`.

@@ -93,14 +93,6 @@ fn name_of(value: &impl clap::ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-/// Output format of the result.
-#[derive(Args)]
-struct AsJson {
-    /// Print the result to standard output as JSON.
-    #[arg(long)]
-    json: bool,
-}
-
 impl Common {
     /// Maximum number of threads; 0 for one per core.
     fn workers(&self) -> usize {
@@ -177,13 +169,6 @@ impl Done {
             Self::Clean
         }
     }
-
-    fn status(self) -> i32 {
-        match self {
-            Self::Clean => 0,
-            Self::WithDiagnostics => 3,
-        }
-    }
 }
 
 /// Error of a command that failed.
@@ -199,13 +184,6 @@ impl Failure {
     /// The failure of a command, in the words of an error.
     fn cannot(why: impl fmt::Display) -> Self {
         Self::Cannot(why.to_string())
-    }
-
-    fn status(&self) -> i32 {
-        match self {
-            Self::Cannot(_) => 1,
-            Self::Usage(_) => 2,
-        }
     }
 }
 
@@ -302,14 +280,16 @@ pub(crate) fn tell(text: &str) -> Result<(), Failure> {
 
 /// Exits without dropping large structures first.
 fn leave(result: Result<Done, Failure>) -> ! {
-    match result {
-        Ok(done) => exit(done.status()),
-        Err(failure) => {
-            // `eprintln` panics where standard error is closed or full.
-            let _ = writeln!(std::io::stderr(), "error: {failure}");
-            exit(failure.status())
-        }
+    if let Err(failure) = &result {
+        // `eprintln` panics where standard error is closed or full.
+        let _ = writeln!(std::io::stderr(), "error: {failure}");
     }
+    exit(match result {
+        Ok(Done::Clean) => 0,
+        Err(Failure::Cannot(_)) => 1,
+        Err(Failure::Usage(_)) => 2,
+        Ok(Done::WithDiagnostics) => 3,
+    })
 }
 
 #[cfg(test)]

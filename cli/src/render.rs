@@ -9,7 +9,7 @@ use crate::picture::{PictureArgs, require_png};
 use crate::progress::Progress;
 use crate::report::Seconds;
 use crate::tessellate::size;
-use crate::{AsJson, Common, Done, Failure};
+use crate::{Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::control::{Control, Rayon};
@@ -37,8 +37,9 @@ pub(crate) struct RenderArgs {
     /// Write a report as JSON.
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
-    #[command(flatten)]
-    result: AsJson,
+    /// Print the result to standard output as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 impl RenderArgs {
@@ -87,7 +88,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, outputs: &mut Outputs) -> 
     report.diagonal_mm = prepared.diagonal;
     report.workers = rayon::current_num_threads();
     report.seconds = Seconds { read, prepare, tessellate, check: None, write, total: laps.total() };
-    report.publish(common, args.result.json, args.report.as_deref(), outputs)
+    report.publish(common, args.json, args.report.as_deref(), outputs)
 }
 
 /// Fits the camera to a coarse frame.

@@ -8,7 +8,7 @@ use crate::made::check_mesh;
 use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
 use crate::rounded;
-use crate::{AsJson, Common, Done, Failure};
+use crate::{Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
 use trimtess::control::{Control, Rayon};
@@ -46,8 +46,9 @@ pub(crate) struct TessellateArgs {
     /// Write a report as JSON.
     #[arg(long, value_name = "OUT.json")]
     report: Option<PathBuf>,
-    #[command(flatten)]
-    result: AsJson,
+    /// Print the result to standard output as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 /// What a GLB asks of its readers.
@@ -190,7 +191,8 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     }
     let options = SaveOptions::new(format).with_max_rounding(Rounding::SHARE * tolerance.chord);
     let written = tracing::info_span!("write").in_scope(|| {
-        let meshes = levels.iter().map(|level| MeshLevel { frame: (&level.frame).into(), chord: level.tolerance.chord });
+        let meshes =
+            levels.iter().map(|level| MeshLevel { frame: (&level.frame).into(), chord: level.tolerance.chord });
         let meshes: Vec<MeshLevel<'_>> = meshes.collect();
         outputs.files().save_on(&Rayon, &meshes, &args.output, &options, &Control::default())
     });
@@ -228,7 +230,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
         write,
         total: laps.total(),
     };
-    let done = report.publish(common, args.result.json, args.report.as_deref(), outputs);
+    let done = report.publish(common, args.json, args.report.as_deref(), outputs);
     // The process is about to exit: dropping large structures would only delay it.
     std::mem::forget((prepared, frame));
     done

@@ -7,7 +7,7 @@ use cpu_time::ThreadTime;
 use std::sync::Arc;
 use std::time::Instant;
 use trimtess::frame::internals::{Scratch, tessellate_tile};
-use trimtess::frame::{Plan, PlannerOptions, plan_for_view_within};
+use trimtess::frame::{Plan, plan_for_view_within};
 use trimtess::mesh::{MemorySink, MeshLists};
 use trimtess::model::{PartId, TileId};
 use trimtess::parallel::internals::{Load, loads};
@@ -45,8 +45,7 @@ pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Re
 
 /// Times the tiles that a coherent session makes in each frame of a path except the first.
 pub(super) fn record_changes(prepared: &Arc<Prepared>, views: &[View], common: &Common) -> Result<Costs, Failure> {
-    let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
-    let options = SessionOptions::DEFAULT.with_threads(1).with_edge_lines(false).with_planner(planner);
+    let options = common.limits.session().with_threads(1).with_edge_lines(false);
     let mut session = Session::start(Arc::clone(prepared), &options).map_err(Failure::cannot)?;
     let rows = Arc::clone(session.prepared());
     let mut sink = Uploads::of(&rows);

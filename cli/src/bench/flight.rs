@@ -4,9 +4,8 @@ use super::uploads::{Size, Uploads};
 use crate::{Common, Failure};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use trimtess::frame::PlannerOptions;
 use trimtess::mesh::VertexLayout;
-use trimtess::parallel::{FrameReport, Session, SessionOptions};
+use trimtess::parallel::{FrameReport, Session};
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
 
@@ -118,8 +117,7 @@ pub(super) struct Flight {
 /// Flies a path.
 pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure> {
     let start = Instant::now();
-    let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
-    let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
+    let options = common.limits.session().with_edge_lines(false);
     let options = options.with_threads(order.threads).with_workers(order.workers);
     let mut session = Session::start(Arc::clone(order.prepared), &options).map_err(Failure::cannot)?;
     let workers = session.workers();

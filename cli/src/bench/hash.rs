@@ -6,12 +6,11 @@ use crate::limits::LimitArgs;
 use std::collections::BTreeMap;
 use std::slice::Iter;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use trimtess::frame::PlannerOptions;
 use trimtess::mesh::{
     Batch, DrawnTiles, MeshSink, Scene, SceneChanges, SinkError, TileMemory, VertexLayout, WrittenTile,
 };
 use trimtess::model::{PartId, TileId};
-use trimtess::parallel::{Session, SessionOptions};
+use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
 
@@ -60,8 +59,7 @@ struct Pictures {
 impl Pictures {
     /// A session, and a sink of its own that its workers write into.
     fn start(prepared: &Arc<Prepared>, threads: usize, limits: &LimitArgs) -> Result<(Session, Self), Failure> {
-        let planner = PlannerOptions::DEFAULT.with_limits(limits.plan());
-        let options = SessionOptions::DEFAULT.with_threads(threads).with_edge_lines(false).with_planner(planner);
+        let options = limits.session().with_threads(threads).with_edge_lines(false);
         let mut session = Session::start(Arc::clone(prepared), &options).map_err(Failure::cannot)?;
         let memory = Arc::<Blocks>::default();
         session.write_into(VertexLayout::COMPACT, Arc::clone(&memory) as Arc<dyn TileMemory>);

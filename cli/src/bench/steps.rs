@@ -15,9 +15,8 @@ use std::time::{Duration, Instant};
 use tracing::span::{Attributes, Id, Record as Values};
 use tracing::{Dispatch, Event, Metadata, Subscriber, dispatcher};
 use trimtess::control::{Job, Jobs, Priority};
-use trimtess::frame::PlannerOptions;
 use trimtess::mesh::VertexLayout;
-use trimtess::parallel::{Session, SessionOptions};
+use trimtess::parallel::Session;
 use trimtess::prepare::Prepared;
 use trimtess::view::View;
 
@@ -215,8 +214,7 @@ impl Column {
     fn of(prepared: &Arc<Prepared>, threads: usize, common: &Common) -> Self {
         let recorder = Recorder::default();
         let spans = Dispatch::new(recorder.clone());
-        let planner = PlannerOptions::DEFAULT.with_limits(common.limits.plan());
-        let options = SessionOptions::DEFAULT.with_edge_lines(false).with_planner(planner);
+        let options = common.limits.session().with_edge_lines(false);
         let mut session = Session::start_on(Arc::new(OneOf(threads)), Arc::clone(prepared), &options);
         let sink = Uploads::written_by(&mut session, VertexLayout::COMPACT);
         Self { recorder, spans, session, sink, frames: Vec::new() }

@@ -7,14 +7,14 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 use std::time::Instant;
-use trimtess::frame::{PlannerOptions, Shortfall};
+use trimtess::frame::Shortfall;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 /// Loads files.
 #[derive(Clone)]
 pub(super) struct Loader {
-    limits: LimitArgs,
+    pub(super) limits: LimitArgs,
     prepare: PrepareOptions,
     /// Number of threads; 0 for one per core.
     threads: usize,
@@ -38,11 +38,6 @@ pub(super) struct Loading {
 impl Loader {
     pub(super) fn new(common: &Common) -> Self {
         Self { limits: common.limits.clone(), prepare: common.prepare(), threads: common.workers() }
-    }
-
-    /// Options of a session with the limits of meshes.
-    pub(super) fn session(&self) -> SessionOptions {
-        SessionOptions::DEFAULT.with_planner(PlannerOptions::DEFAULT.with_limits(self.limits.plan()))
     }
 
     /// Says what limits made coarser, unless the caller accepts that.

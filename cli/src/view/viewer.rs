@@ -124,7 +124,7 @@ impl Viewer {
     }
 
     fn session_options(&self) -> SessionOptions {
-        self.loader.session().with_threads(self.looks.workers)
+        self.loader.limits.session().with_threads(self.looks.workers)
     }
 
     fn show(&mut self, loaded: Loaded, aspect: f64) {
