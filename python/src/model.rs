@@ -44,16 +44,7 @@ impl Model {
     /// Placed parts.
     #[getter]
     fn instances(&self) -> Vec<Instance> {
-        let of = |i: &model::Instance| Instance {
-            part: i.part.0,
-            name: i.name.to_string(),
-            colour: rgba(i.colour),
-            visible: true,
-            assembly: i.assembly.clone(),
-            transform: i.transform,
-            key: None,
-        };
-        self.model.instances.iter().map(of).collect()
+        self.model.instances.iter().map(|stated| Instance::of_scene(&stated.into())).collect()
     }
 
     /// Number of faces, each part once.

@@ -1,7 +1,7 @@
 //! What a sink needs besides triangles: parts, instances, names, colours.
 
 use super::{InstanceKey, PartKey};
-use crate::model::{Assembly, Colour, EdgeId, FaceId, PartId};
+use crate::model::{Assembly, Colour, EdgeId, FaceId, Instance, PartId};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 
@@ -82,13 +82,18 @@ impl SceneInstance {
         let beyond = volume - 1.0;
         if beyond.abs() <= RIGID { 1.0 + beyond / 3.0 } else { libm::cbrt(volume) }
     }
-}
 
-impl SceneInstance {
     /// The number of one of its faces, of those of all instances. Beyond 2³² faces, numbers begin again.
     #[must_use]
     pub const fn face_number(&self, face: FaceId) -> u32 {
         self.first_face.wrapping_add(face.0)
+    }
+}
+
+impl From<&Instance> for SceneInstance {
+    fn from(stated: &Instance) -> Self {
+        let Instance { part, transform, colour, name, assembly } = stated.clone();
+        Self { part, transform, colour, visible: true, name, assembly, first_face: 0, key: None }
     }
 }
 

@@ -33,8 +33,6 @@ struct State {
     shown: u64,
     camera: Camera,
     looks: Looks,
-    /// The scene stores lattice positions.
-    lattice: bool,
     /// A look for the pivot that is on its way.
     press: Option<Picking>,
     drawn: DrawStats,
@@ -99,7 +97,6 @@ impl Viewer {
             shown: 0,
             camera: ViewPoint::ISO.fit([], 1.0),
             looks: Looks::default(),
-            lattice: false,
             press: None,
             drawn: DrawStats::default(),
         };
@@ -363,9 +360,7 @@ impl State {
     fn advance(&mut self) -> Result<FrameReport, JsError> {
         let view = self.looks.view(self.camera, self.canvas.size());
         let Some(show) = &mut self.show else { return Ok(FrameReport::default()) };
-        if self.lattice != self.looks.options.lattice {
-            self.lattice = self.looks.options.lattice;
-            self.scene.keep_lattice(self.lattice).map_err(crate::told)?;
+        if self.scene.keep_lattice(self.looks.options.lattice).map_err(crate::told)? {
             // Send all tiles again, with or without lattice positions.
             show.session.forget();
         }

@@ -27,8 +27,6 @@ pub(super) struct Viewer {
     egui: egui::Context,
     painter: Painter,
     scene: LiveScene,
-    /// The scene stores lattice positions.
-    lattice: bool,
     picture: Option<Texture>,
     loader: Loader,
     loading: Option<Loading>,
@@ -84,7 +82,6 @@ impl Viewer {
             egui,
             painter: Painter::new(device, queue, format),
             scene,
-            lattice: false,
             picture: None,
             loader,
             loading: None,
@@ -328,9 +325,7 @@ impl Viewer {
             model.session = Session::start(Arc::clone(&model.prepared), &options).map_err(|error| error.to_string())?;
             (model.workers, model.underway) = (self.looks.workers, None);
         }
-        if self.lattice != self.looks.picture.lattice {
-            self.lattice = self.looks.picture.lattice;
-            self.scene.keep_lattice(self.lattice).map_err(|error| error.to_string())?;
+        if self.scene.keep_lattice(self.looks.picture.lattice).map_err(|error| error.to_string())? {
             // Send all tiles again, with or without lattice positions.
             model.session.forget();
             (model.underway, model.shown) = (None, None);

@@ -1,5 +1,6 @@
 //! Primitives of constructive solid geometry -> exact boundary representations.
 
+use super::kinds::PRIMITIVES;
 use super::place::Geometry;
 use super::table::{Entity, Read, Trouble, out_of_range};
 use super::values::Map;
@@ -10,83 +11,80 @@ use std::f64::consts::FRAC_PI_2;
 /// Makes a part of a primitive, placed as in ISO 10303-42.
 pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part> {
     let id = item.id;
-    let size = |name: &'static str, index: usize| -> Read<f64> {
-        let value = geometry.length(item.fields(name, 1).real(index)?, id)?;
+    let name = PRIMITIVES.into_iter().find(|kind| item.is(kind)).unwrap_or_default();
+    let own = item.fields(name, 1);
+    let size = |index: usize| -> Read<f64> {
+        let value = geometry.length(own.real(index)?, id)?;
         if value > 0.0 { Ok(value) } else { Err(Trouble::new(id, out_of_range(format!("a {name} size"), value, "mm"))) }
     };
-    let frame = |name: &'static str| geometry.frame(item.fields(name, 1).reference(0)?);
+    let sizes = || -> Read<[f64; 3]> { Ok([size(1)?, size(2)?, size(3)?]) };
+    let frame = || geometry.frame(own.reference(0)?);
+    let corners = |count: usize| -> Read<Vec<DVec3>> {
+        let corners = geometry.points(own.links(0)?)?;
+        let fault = SolidTrouble::Corners { keyword: name, count: corners.len() };
+        if corners.len() == count { Ok(corners) } else { Err(Trouble::new(id, fault)) }
+    };
     let mut part = PartBuilder::new(String::new());
     let shell = part.plain_shell(ShellKind::Outer);
-    if item.is("BLOCK") {
-        let [x, y, z] = [size("BLOCK", 1)?, size("BLOCK", 2)?, size("BLOCK", 3)?];
-        let base = [(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)];
-        prism(&mut part, &frame("BLOCK")?, &base, z);
-    } else if item.is("RIGHT_ANGULAR_WEDGE") {
-        const NAME: &str = "RIGHT_ANGULAR_WEDGE";
-        let [x, y, z] = [size(NAME, 1)?, size(NAME, 2)?, size(NAME, 3)?];
-        let top = geometry.length(item.fields(NAME, 1).real(4)?, id)?;
-        if !(0.0..x).contains(&top) {
-            return Err(Trouble::new(id, SolidTrouble::Wedge { foot_mm: x, top_mm: top }));
+    match name {
+        "BLOCK" => {
+            let [x, y, z] = sizes()?;
+            prism(&mut part, &frame()?, &[(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)], z);
         }
-        let mut base = vec![(0.0, 0.0), (x, 0.0), (top, y), (0.0, y)];
-        base.dedup();
-        prism(&mut part, &frame(NAME)?, &base, z);
-    } else if item.is("RECTANGULAR_PYRAMID") {
-        const NAME: &str = "RECTANGULAR_PYRAMID";
-        let [x, y, z] = [size(NAME, 1)?, size(NAME, 2)?, size(NAME, 3)?];
-        let corners = [(0.0, 0.0), (x, 0.0), (x, y), (0.0, y)].map(|(x, y)| DVec3::new(x, y, 0.0));
-        let at = frame(NAME)?;
-        let corners = corners.into_iter().chain([DVec3::new(0.5 * x, 0.5 * y, z)]).map(|p| at.place(p)).collect();
-        polyhedron(&mut part, corners, &[&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]]);
-    } else if item.is("TETRAHEDRON") {
-        let corners = corners(geometry, item, "TETRAHEDRON", 4)?;
-        polyhedron(&mut part, corners, &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]]);
-    } else if item.is("CONVEX_HEXAHEDRON") {
-        let corners = corners(geometry, item, "CONVEX_HEXAHEDRON", 8)?;
-        let sides: [[usize; 4]; 6] =
-            [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
-        if let Some(side) = sides.into_iter().find(|side| !flat(&corners, side)) {
-            return Err(Trouble::new(id, SolidTrouble::SideNotPlane { corners: side }));
-        }
-        polyhedron(&mut part, corners, &sides.each_ref().map(|side| &side[..]));
-    } else if item.is("SPHERE") {
-        let radius = size("SPHERE", 0)?;
-        let origin = geometry.point(item.fields("SPHERE", 1).reference(1)?)?;
-        let surface = Surface::Sphere { frame: Frame3 { origin, ..Frame3::WORLD }, radius };
-        part.plain_face(surface, shell, Vec::new(), false);
-    } else if item.is("TORUS") {
-        let (major, minor) = (size("TORUS", 1)?, size("TORUS", 2)?);
-        if minor >= major {
-            return Err(Trouble::new(id, SolidTrouble::Torus { major_mm: major, minor_mm: minor }));
-        }
-        part.plain_face(Surface::Torus { frame: frame("TORUS")?, major, minor }, shell, Vec::new(), false);
-    } else {
-        let (name, angle) = if item.is("RIGHT_CIRCULAR_CYLINDER") {
-            ("RIGHT_CIRCULAR_CYLINDER", 0.0)
-        } else {
-            let stated = item.fields("RIGHT_CIRCULAR_CONE", 1).real(3)? * geometry.units.angle;
-            if !(stated > 1e-12 && stated < FRAC_PI_2 - 1e-12) {
-                return Err(Trouble::new(id, out_of_range("a cone semi-angle", stated, "radians")));
+        "RIGHT_ANGULAR_WEDGE" => {
+            let [x, y, z] = sizes()?;
+            let top = geometry.length(own.real(4)?, id)?;
+            if !(0.0..x).contains(&top) {
+                return Err(Trouble::new(id, SolidTrouble::Wedge { foot_mm: x, top_mm: top }));
             }
-            ("RIGHT_CIRCULAR_CONE", stated)
-        };
-        let height = size(name, 1)?;
-        let radius = geometry.length(item.fields(name, 1).real(2)?, id)?;
-        if radius < 0.0 || (radius == 0.0 && angle == 0.0) {
-            return Err(Trouble::new(id, out_of_range(format!("a {name} radius"), radius, "mm")));
+            let mut base = vec![(0.0, 0.0), (x, 0.0), (top, y), (0.0, y)];
+            base.dedup();
+            prism(&mut part, &frame()?, &base, z);
         }
-        barrel(&mut part, &frame(name)?, height, radius, angle);
+        "RECTANGULAR_PYRAMID" => {
+            let ([x, y, z], at) = (sizes()?, frame()?);
+            let corners = [(0.0, 0.0, 0.0), (x, 0.0, 0.0), (x, y, 0.0), (0.0, y, 0.0), (0.5 * x, 0.5 * y, z)];
+            let corners = corners.map(|p| at.place(p.into())).to_vec();
+            polyhedron(&mut part, corners, &[&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]]);
+        }
+        "TETRAHEDRON" => {
+            polyhedron(&mut part, corners(4)?, &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]]);
+        }
+        "CONVEX_HEXAHEDRON" => {
+            let corners = corners(8)?;
+            let sides: [[usize; 4]; 6] =
+                [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+            if let Some(side) = sides.into_iter().find(|side| !flat(&corners, side)) {
+                return Err(Trouble::new(id, SolidTrouble::SideNotPlane { corners: side }));
+            }
+            polyhedron(&mut part, corners, &sides.each_ref().map(|side| &side[..]));
+        }
+        "SPHERE" => {
+            let (radius, origin) = (size(0)?, geometry.point(own.reference(1)?)?);
+            let surface = Surface::Sphere { frame: Frame3 { origin, ..Frame3::WORLD }, radius };
+            part.plain_face(surface, shell, Vec::new(), false);
+        }
+        "TORUS" => {
+            let (major, minor) = (size(1)?, size(2)?);
+            if minor >= major {
+                return Err(Trouble::new(id, SolidTrouble::Torus { major_mm: major, minor_mm: minor }));
+            }
+            part.plain_face(Surface::Torus { frame: frame()?, major, minor }, shell, Vec::new(), false);
+        }
+        _ => {
+            let is_cone = name == "RIGHT_CIRCULAR_CONE";
+            let angle = if is_cone { own.real(3)? * geometry.units.angle } else { 0.0 };
+            if is_cone && !(angle > 1e-12 && angle < FRAC_PI_2 - 1e-12) {
+                return Err(Trouble::new(id, out_of_range("a cone semi-angle", angle, "radians")));
+            }
+            let (height, radius) = (size(1)?, geometry.length(own.real(2)?, id)?);
+            if radius < 0.0 || (radius == 0.0 && angle == 0.0) {
+                return Err(Trouble::new(id, out_of_range(format!("a {name} radius"), radius, "mm")));
+            }
+            barrel(&mut part, &frame()?, height, radius, angle);
+        }
     }
     part.finish().map_err(|error| Trouble::new(id, error))
-}
-
-/// The corners that a solid lists.
-fn corners(geometry: &Geometry<'_>, item: Entity<'_>, name: &'static str, count: usize) -> Read<Vec<DVec3>> {
-    let corners = geometry.points(item.fields(name, 1).links(0)?)?;
-    if corners.len() == count {
-        return Ok(corners);
-    }
-    Err(Trouble::new(item.id, SolidTrouble::Corners { keyword: name, count: corners.len() }))
 }
 
 /// Adds a cylinder or a frustum about the frame's axis, wider at its far end. A foot of radius 0 is an apex.

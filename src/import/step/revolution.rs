@@ -204,20 +204,21 @@ fn cut_at_axis(curve: &NurbsCurve3, frame: &Frame3, share: f64) -> Vec<NurbsCurv
         curve.clone()
     };
     let mut pieces: Vec<NurbsCurve3> = cuts.windows(2).map(|ends| spline::piece(&curve, ends[0], ends[1])).collect();
-    for end in pieces.iter_mut().flat_map(|piece| {
-        let points = piece.points.as_mut_slice();
-        let last = points.len() - 1;
-        let (front, back) = points.split_at_mut(last);
-        front.first_mut().into_iter().chain(back.first_mut())
-    }) {
-        if frame.meridian(*end).x <= near {
-            *end = frame.origin + frame.z * (*end - frame.origin).dot(frame.z);
-        }
-    }
+    pieces.iter_mut().for_each(|piece| ends_onto_axis(piece, frame, near));
     if through {
         pieces.rotate_right(1);
     }
     pieces
+}
+
+/// Moves ends within `near` of the axis exactly onto it: they are poles of the surface.
+pub(super) fn ends_onto_axis(curve: &mut NurbsCurve3, frame: &Frame3, near: f64) {
+    for k in [0, curve.points.len() - 1] {
+        let DVec2 { x: off, y: height } = frame.meridian(curve.points[k]);
+        if off <= near {
+            curve.points[k] = frame.origin + frame.z * height;
+        }
+    }
 }
 
 /// A profile rotated into the half plane of distance and height.
@@ -269,10 +270,6 @@ impl<'a> Meridian<'a> {
         all.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0))
     }
 
-    fn distance(&self, p: DVec2) -> f64 {
-        self.nearest(p).0
-    }
-
     /// Distance from the profile itself, given what is [`nearest`](Self::nearest): a golden-section search around that
     /// segment. One that is at most `enough` may be too large.
     fn exact_distance(&self, p: DVec2, (distance, k): (f64, usize), enough: f64) -> f64 {
@@ -319,7 +316,7 @@ fn thinned(points: &[DVec3]) -> impl Iterator<Item = &DVec3> {
 pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsCurve3 {
     let miss = |piece: &NurbsCurve3| -> f64 {
         let profile = Meridian::new(piece, frame, None);
-        thinned(on).map(|p| profile.distance(frame.meridian(*p))).sum()
+        thinned(on).map(|p| profile.nearest(frame.meridian(*p)).0).sum()
     };
     let pieces = cut_at_axis(curve, frame, PASSING).into_iter().map(|piece| (miss(&piece), piece));
     pieces.min_by(|p, q| p.0.total_cmp(&q.0)).map_or_else(|| curve.clone(), |(_, piece)| piece)
@@ -471,13 +468,7 @@ pub(super) fn spindle(frame: &Frame3, major: f64, minor: f64, outer: bool) -> Su
     let (middle, half) = if outer { (0.0, half) } else { (PI, PI - half) };
     let plane = Frame3 { origin: frame.origin + frame.x * major, x: frame.x, y: frame.z, z: -frame.y };
     let mut curve = NurbsCurve3::arc(&plane, minor, minor, middle - half, middle + half);
-    let onto_axis = |p: &mut DVec3| *p = frame.origin + frame.z * (*p - frame.origin).dot(frame.z);
-    if let Some(first) = curve.points.first_mut() {
-        onto_axis(first);
-    }
-    if let Some(last) = curve.points.last_mut() {
-        onto_axis(last);
-    }
+    ends_onto_axis(&mut curve, frame, f64::INFINITY);
     Surface::Revolution { curve, frame: *frame }
 }
 

@@ -5,6 +5,7 @@
 use super::contents::Source;
 use super::kinds::{SWEEPS, profile};
 use super::place::Geometry;
+use super::revolution::ends_onto_axis;
 use super::spline;
 use super::table::{Entity, Read, Trouble, missing, out_of_range};
 use crate::model::{
@@ -263,20 +264,10 @@ fn revolved(profile: &Part, face: &Face, frame: &Frame3, axis: &Frame3, angle: f
                 loops.extend(poles);
             }
         }
-        let surface = Surface::Revolution { curve: ends_onto_axis(trimmed(edge), axis, none), frame: *axis };
+        let mut curve = trimmed(edge);
+        ends_onto_axis(&mut curve, axis, none);
+        let surface = Surface::Revolution { curve, frame: *axis };
         copies.part.plain_face(surface, 0, loops, coedge.reversed != ahead);
     }
     copies.part
-}
-
-/// Moves ends near the axis exactly onto it: they are poles of the surface.
-fn ends_onto_axis(mut curve: NurbsCurve3, axis: &Frame3, none: f64) -> NurbsCurve3 {
-    let last = curve.points.len() - 1;
-    for k in [0, last] {
-        let out = axis.radial(curve.points[k]);
-        if out.length() <= none {
-            curve.points[k] -= out;
-        }
-    }
-    curve
 }

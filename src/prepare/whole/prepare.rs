@@ -5,7 +5,7 @@ use super::{extent, weight};
 use crate::control::{Call, Control, Jobs, Rayon};
 use crate::math::matching::matched;
 use crate::mesh::{Scene, SceneInstance, ScenePart};
-use crate::model::{Diagnostic, DiagnosticKind, Instance, Model, Part, PartId, Severity};
+use crate::model::{Diagnostic, DiagnosticKind, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;
 use crate::prepare::join::content::{ContentHash, entities};
 use crate::prepare::join::kept;
@@ -234,12 +234,9 @@ fn scene(model: &Model, prepared: &[Arc<PreparedPart>]) -> Scene {
         }
     };
     let parts = model.parts.iter().zip(prepared).map(part).collect();
-    let place = |i: &Instance| {
-        let Instance { part, transform, colour, name, assembly } = i.clone();
-        SceneInstance { part, transform, colour, visible: true, name, assembly, first_face: 0, key: None }
-    };
     let of_known_parts = model.instances.iter().filter(|i| i.part.index() < model.parts.len());
-    let mut scene = Scene { name: model.name.clone(), parts, instances: of_known_parts.map(place).collect() };
+    let mut scene =
+        Scene { name: model.name.clone(), parts, instances: of_known_parts.map(SceneInstance::from).collect() };
     scene.number_faces(0);
     scene
 }

@@ -84,10 +84,15 @@ impl Pages {
 
     /// Adds a zeroed companion buffer to each page, with units of `unit` bytes (a multiple of 4), or removes them. If
     /// one fails, none changes.
-    pub(super) fn keep_companion(&mut self, gpu: &Gpu, what: Companion, unit: Option<u64>) -> Result<(), RenderError> {
+    pub(super) fn keep_companion(
+        &mut self,
+        gpu: &Gpu,
+        what: Companion,
+        unit: Option<u64>,
+    ) -> Result<bool, RenderError> {
         let kind = what as usize;
         if self.companions[kind] == unit {
-            return Ok(());
+            return Ok(false);
         }
         let companions = self.pages.iter().flatten().map(|page| self.new_companion(gpu, unit, page.bytes));
         let companions = companions.collect::<Result<Vec<_>, _>>()?;
@@ -95,7 +100,7 @@ impl Pages {
         for (page, companion) in self.pages.iter_mut().flatten().zip(companions) {
             page.companions[kind] = companion;
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Creates a companion of a page of `bytes` bytes, with units of `unit` bytes. `None` without a unit.

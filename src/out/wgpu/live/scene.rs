@@ -370,8 +370,9 @@ impl LiveScene {
     }
 
     /// Stores the lattice position of each vertex (8 bytes), which [`RenderOptions::lattice`] needs. Off by default.
+    /// Returns whether this changes anything.
     ///
-    /// Tiles already on the device get theirs when they are sent again. Call [`Session::forget`] after this: it makes
+    /// Tiles already on the device get theirs when they are sent again. Call [`Session::forget`] after a change: it makes
     /// the next frame whole. Without that, a session does not know that the scene now
     /// [reads](crate::mesh::MeshSink::reads) more, and its next frame of views fails.
     ///
@@ -379,7 +380,7 @@ impl LiveScene {
     ///
     /// # Errors
     /// If the device runs out of memory. Nothing changes.
-    pub fn keep_lattice(&mut self, keep: bool) -> Result<(), RenderError> {
+    pub fn keep_lattice(&mut self, keep: bool) -> Result<bool, RenderError> {
         let unit = keep.then_some(size_of::<CellPlace>() as u64);
         self.store.vertices.keep_companion(&self.gpu, Companion::Cells, unit)
     }
