@@ -42,7 +42,7 @@ impl InfoArgs {
 const LISTED: usize = 12;
 
 /// The result. Counts are per part unless they say placed; lengths are in millimetres.
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Info {
     input: String,
     parts: usize,
@@ -165,14 +165,8 @@ impl Info {
             surfaces,
             edges: model.parts.iter().map(|part| part.edges.len()).sum(),
             millimetres_per_unit: model.millimetres_per_unit,
-            r#box: None,
-            diagonal: 0.0,
             shells,
-            open_edges: 0,
-            open_length: 0.0,
-            diagnostics: Vec::new(),
-            patches: None,
-            drawn: None,
+            ..Self::default()
         }
     }
 

@@ -95,15 +95,8 @@ import { Instance as Module } from "./instance.js";
  * @param {Options} [options]
  * @returns {Promise<Prepared>}
  */
-export async function read(source, options = {}) {
-  const prepared = new Prepared(options);
-  try {
-    await prepared.open({ source, name: options.name ?? (source instanceof File ? source.name : "") });
-  } catch (error) {
-    prepared.close();
-    throw error;
-  }
-  return prepared;
+export function read(source, options = {}) {
+  return opened(options, { source, name: options.name ?? (source instanceof File ? source.name : "") });
 }
 
 /**
@@ -112,10 +105,15 @@ export async function read(source, options = {}) {
  * @param {Options} [options]
  * @returns {Promise<Prepared>}
  */
-export async function sample(name, options = {}) {
+export function sample(name, options = {}) {
+  return opened(options, { sample: name });
+}
+
+/** @param {Options} options @param {Record<string, any>} what @returns {Promise<Prepared>} */
+async function opened(options, what) {
   const prepared = new Prepared(options);
   try {
-    await prepared.open({ sample: name });
+    await prepared.open(what);
   } catch (error) {
     prepared.close();
     throw error;

@@ -73,17 +73,14 @@ impl Reader<'_> {
                 Some(surface) => assembly.face(&geometry, face, surface, source),
                 None => Err(Trouble::new(source.id(), StepTrouble::Unread { what: "its surface" })),
             });
-            let lost = read.is_err();
-            let (surface, loops, against) = match read {
-                Ok((surface, loops, against)) => (surface.map_err(Some), loops, against),
+            let (lost, none) = (read.is_err(), Surface::Plane { frame: Frame3::WORLD });
+            let (surface, refused, loops, against) = match read {
+                Ok((Ok(surface), loops, against)) => (surface, None, loops, against),
+                Ok((Err(cause), loops, against)) => (none, Some(cause), loops, against),
                 Err(trouble) => {
                     assembly.lose(&geometry, source, &trouble);
-                    (Err(None), Vec::new(), false)
+                    (none, None, Vec::new(), false)
                 }
-            };
-            let (surface, refused) = match surface {
-                Ok(surface) => (surface, None),
-                Err(cause) => (Surface::Plane { frame: Frame3::WORLD }, cause),
             };
             assembly.part.faces.push(Face {
                 surface,
@@ -159,7 +156,7 @@ impl Reader<'_> {
                 (0, [a, b].map(VertexKey::Point), at, straight(at))
             }
             EdgeKey::Segment(id) => {
-                let count = |points| self.table.budget.net(Net::Curve, points).map_err(|what| Trouble::new(id, what));
+                let count = |points| self.table.budget.net(id, Net::Curve, points);
                 count(0)?;
                 let (at, curve) = geometry.segment(id, surface)?;
                 count(curve.curve.points.len())?;
@@ -175,7 +172,7 @@ impl Reader<'_> {
         let geometry = self.geometry(units);
         let (ends, at) = geometry.edge_ends(id, whole)?;
         let ends = ends.map(VertexKey::Point);
-        let count = |points| self.table.budget.net(Net::Curve, points).map_err(|what| Trouble::new(id, what));
+        let count = |points| self.table.budget.net(id, Net::Curve, points);
         let read = || {
             let (curve, same) = geometry.edge_curve(id)?;
             count(0)?;

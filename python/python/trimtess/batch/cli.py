@@ -123,9 +123,9 @@ def run_convert(args: argparse.Namespace) -> int:
 
 
 def run_report(args: argparse.Namespace) -> int:
-    from . import report
+    from . import catalogue, report
 
-    head, table = report.load(args.catalogue)
+    head, table = catalogue.read(args.catalogue)
     print(report.text(head, table, args.top), end="")
     if args.plot:
         from .plots import plot

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import collections
 import datetime
-from typing import TYPE_CHECKING, Any, Callable, Dict, Iterable, List, Optional, Tuple
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Tuple
 
 import pyarrow
 import pyarrow.compute as compute
 
-from .catalogue import STAGES, STATUSES, read
+from .catalogue import STAGES, STATUSES
 from .options import Json
 from .plan import MIB
 
@@ -21,11 +21,6 @@ INTERVALS = 24
 
 #: Shades of a bar, from none to full.
 SHADES = " ▁▂▃▄▅▆▇█"
-
-
-def load(place: str) -> Tuple[Json, pyarrow.Table]:
-    """Head and rows of a catalogue. Raises `BatchError` if the folder has no catalogue."""
-    return read(place)
 
 
 def summary_line(summary: "Summary") -> str:
@@ -135,12 +130,8 @@ def kinds(table: pyarrow.Table, top: int) -> List[str]:
     total_of: "collections.Counter[str]" = collections.Counter()
     files: "collections.Counter[str]" = collections.Counter()
     for found in table["diagnostics"].to_pylist():
-        for code, count in pairs(found):
+        for code, count in found or ():
             total_of[code] += count
             files[code] += 1
     lines = [f"  {count:6}  {code} in {files[code]} files" for code, count in total_of.most_common(top)]
     return ["", "diagnostics by kind:", *lines] if lines else []
-
-
-def pairs(found: Optional[Iterable[Tuple[str, int]]]) -> Iterable[Tuple[str, int]]:
-    return found or ()

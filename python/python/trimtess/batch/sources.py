@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
+import glob
 import os
 import pathlib
 from typing import Any, Dict, Iterable, List, Optional, Tuple
@@ -54,7 +55,7 @@ def expand(argument: str) -> List[Source]:
     """The sources of one argument."""
     system, name = open_system(argument)
     try:
-        if has_magic(argument) and not (is_local(system) and os.path.exists(name)):
+        if glob.has_magic(argument) and not (is_local(system) and os.path.exists(name)):
             every = (followed(system, info) for info in system.glob(name, detail=True).values())
             sources = [of(system, info) for info in every if info and info["type"] == "file"]
             what = "matches no file"
@@ -94,10 +95,6 @@ def info_of(system: Any, name: str) -> Optional[Json]:
         return info
     except FileNotFoundError:
         return None
-
-
-def has_magic(argument: str) -> bool:
-    return any(sign in argument for sign in "*?[")
 
 
 def is_local(system: Any) -> bool:
