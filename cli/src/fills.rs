@@ -1,6 +1,6 @@
 //! Faces whose loops do not bound a simple region -> slivers and rewound area per placed face.
 
-use crate::rows::rows_of;
+use crate::report::rows_of;
 use serde::Serialize;
 use trimtess::mesh::Scene;
 use trimtess::parallel::{FaceFill, FrameReport};

@@ -21,7 +21,6 @@ mod progress;
 mod render;
 mod report;
 mod rounded;
-mod rows;
 mod signals;
 mod tessellate;
 #[cfg(feature = "view")]

@@ -6,7 +6,6 @@ use crate::levels::LevelRow;
 use crate::memory::peak_memory;
 use crate::outputs::Outputs;
 use crate::rounded::{ReadBackRow, words};
-use crate::rows::rows_of;
 use crate::{Common, Done, Failure};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -15,7 +14,7 @@ use std::path::Path;
 use trimtess::audit::{DeviationReport, EconomyReport};
 use trimtess::frame::{Ladder, Rung};
 use trimtess::mesh::{FrameView, MemorySink, Scene, SceneInstance};
-use trimtess::model::{Diagnostic, Severity};
+use trimtess::model::{Diagnostic, PartId, Severity};
 use trimtess::parallel::FrameReport;
 use trimtess::prepare::Prepared;
 
@@ -340,6 +339,12 @@ pub(crate) fn by_name<S: serde::Serializer>(severity: &Severity, serializer: S) 
     serializer.serialize_str(severity.name())
 }
 
+/// The rows of a part, in a list that is sorted by part.
+pub(crate) fn rows_of<T>(sorted: &[T], part: PartId, of: impl Fn(&T) -> PartId) -> &[T] {
+    let from = &sorted[sorted.partition_point(|row| of(row) < part)..];
+    &from[..from.partition_point(|row| of(row) == part)]
+}
+
 /// Repeats diagnostics of faces per instance, with the face's number in the scene.
 fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
     let mut instances: Vec<&SceneInstance> = scene.instances.iter().collect();
@@ -375,7 +380,7 @@ mod tests {
     use trimtess::frame::Degradation;
     use trimtess::mesh::{Batch, ScenePart, TileMesh};
     use trimtess::model::EdgeId;
-    use trimtess::model::{DiagnosticKind, FaceError, FaceId, FaceTrouble, PartId, TileId, TileTrouble};
+    use trimtess::model::{DiagnosticKind, FaceError, FaceId, FaceTrouble, TileId, TileTrouble};
     use trimtess::parallel::DegradedTile;
 
     /// Part 0 with three faces, placed twice; part 1 with one face, placed once. Faces 0 and 2 of part 0 have a

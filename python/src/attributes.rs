@@ -11,38 +11,29 @@ use trimtess::parallel::EditError;
 const SHARES: &str = "three or four numbers from 0 to 1";
 
 /// How views draw a part, or an instance. Attributes of an instance and of its part are combined.
-#[pyclass(frozen, module = "trimtess")]
-pub(crate) struct Attributes(pub(crate) frame::Attributes);
+#[pyclass(frozen, get_all, module = "trimtess")]
+pub(crate) struct Attributes {
+    /// Whether views draw it.
+    visible: bool,
+    /// Red, green, blue (sRGB) and opacity, 0 to 1, instead of the colours of the model; None keeps them.
+    colour: Option<Rgba>,
+    /// Factor on `deviation_px` and `size_px` of all views.
+    tolerance_scale: f64,
+    /// Factor on the error by which tiles are ordered while a budget defers some.
+    priority: f64,
+}
+
+impl From<frame::Attributes> for Attributes {
+    fn from(frame::Attributes { visible, colour, tolerance_scale, priority, .. }: frame::Attributes) -> Self {
+        Self { visible, colour: rgba(colour), tolerance_scale, priority }
+    }
+}
 
 #[pymethods]
 impl Attributes {
-    /// Whether views draw it.
-    #[getter]
-    fn visible(&self) -> bool {
-        self.0.visible
-    }
-
-    /// Red, green, blue (sRGB) and opacity, 0 to 1, instead of the colours of the model; None keeps them.
-    #[getter]
-    fn colour(&self) -> Option<Rgba> {
-        rgba(self.0.colour)
-    }
-
-    /// Factor on `deviation_px` and `size_px` of all views.
-    #[getter]
-    fn tolerance_scale(&self) -> f64 {
-        self.0.tolerance_scale
-    }
-
-    /// Factor on the error by which tiles are ordered while a budget defers some.
-    #[getter]
-    fn priority(&self) -> f64 {
-        self.0.priority
-    }
-
     fn __repr__(&self) -> String {
-        let frame::Attributes { visible, tolerance_scale, priority, .. } = self.0;
-        let visible = if visible { "visible" } else { "hidden" };
+        let Self { visible, tolerance_scale, priority, .. } = self;
+        let visible = if *visible { "visible" } else { "hidden" };
         format!("<Attributes: {visible}, tolerance times {tolerance_scale}, priority {priority}>")
     }
 }

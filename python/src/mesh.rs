@@ -24,7 +24,8 @@ pub(crate) struct Mesh {
     pub(crate) prepared: Arc<Prepared>,
     pub(crate) shells: Arc<Vec<Shells>>,
     pub(crate) diagnostics: Arc<Vec<model::Diagnostic>>,
-    /// Why it is coarser than asked, if it is.
+    /// Why the mesh is coarser than asked; None if it is not.
+    #[pyo3(get)]
     pub(crate) shortfall: Option<String>,
     pub(crate) tolerance: Tolerance,
     /// Made when first asked for.
@@ -142,12 +143,6 @@ impl Mesh {
         self.tolerance.angle.to_degrees()
     }
 
-    /// Why the mesh is coarser than asked; None if it is not.
-    #[getter]
-    fn shortfall(&self) -> Option<&str> {
-        self.shortfall.as_deref()
-    }
-
     /// What reading, preparing and tessellating repaired, approximated or lost. Each part counts once.
     #[getter]
     fn diagnostics(&self) -> Vec<Diagnostic> {
@@ -249,6 +244,8 @@ impl Mesh {
 #[pyclass(frozen, module = "trimtess")]
 pub(crate) struct MeshPart {
     frame: Arc<PackedFrame>,
+    /// Index of the part.
+    #[pyo3(get)]
     index: usize,
 }
 
@@ -264,12 +261,6 @@ impl MeshPart {
 
 #[pymethods]
 impl MeshPart {
-    /// Index of the part.
-    #[getter]
-    fn index(&self) -> usize {
-        self.index
-    }
-
     /// Name of the part, empty if none.
     #[getter]
     fn name(&self) -> &str {

@@ -144,6 +144,8 @@ impl Model {
 #[pyclass(frozen, module = "trimtess")]
 pub(crate) struct Part {
     model: Arc<model::Model>,
+    /// Index within the model.
+    #[pyo3(get)]
     index: usize,
 }
 
@@ -155,12 +157,6 @@ impl Part {
 
 #[pymethods]
 impl Part {
-    /// Index within the model.
-    #[getter]
-    fn index(&self) -> usize {
-        self.index
-    }
-
     /// Name, empty if none.
     #[getter]
     fn name(&self) -> &str {

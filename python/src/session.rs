@@ -323,7 +323,7 @@ impl Session {
     ///     RangeError: There is no such part.
     fn part_attributes(&self, py: Python<'_>, part: u32) -> PyResult<Attributes> {
         let told = self.state()?.session.part_attributes(PartId(part));
-        told.map(Attributes).map_err(|failure| edit_error(py, &failure))
+        told.map(Attributes::from).map_err(|failure| edit_error(py, &failure))
     }
 
     /// What `set_instance` set last.
@@ -335,7 +335,7 @@ impl Session {
     ///     RangeError: The key names no instance.
     fn instance_attributes(&self, py: Python<'_>, key: u64) -> PyResult<Attributes> {
         let told = self.state()?.session.instance_attributes(InstanceKey::from_bits(key));
-        told.map(Attributes).map_err(|failure| edit_error(py, &failure))
+        told.map(Attributes::from).map_err(|failure| edit_error(py, &failure))
     }
 
     fn __repr__(&self) -> String {
@@ -359,6 +359,9 @@ fn affine(py: Python<'_>, rows: [[f64; 4]; 4]) -> PyResult<DAffine3> {
 pub(crate) struct Frame {
     changes: Changes,
     report: FrameReport,
+    /// Why it is coarser than its views ask; None if it is not. `max_memory` of the session, and the limits on
+    /// triangles that `tessellate` has, hold for frames, too.
+    #[pyo3(get)]
     shortfall: Option<String>,
 }
 
@@ -499,13 +502,6 @@ impl Frame {
     #[getter]
     fn deferred(&self) -> u32 {
         self.report.deferred
-    }
-
-    /// Why it is coarser than its views ask; None if it is not. `max_memory` of the session, and the limits on
-    /// triangles that `tessellate` has, hold for frames, too.
-    #[getter]
-    fn shortfall(&self) -> Option<&str> {
-        self.shortfall.as_deref()
     }
 
     fn __repr__(&self) -> String {
