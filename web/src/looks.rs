@@ -1,9 +1,9 @@
 //! Settings of the picture and of the camera, as JavaScript states them.
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use trimtess::glam::DVec3;
 use trimtess::out::wgpu::{BadColourBy, ColourBy, RenderOptions, Section};
-use trimtess::view::{Camera, Projection, View, ViewPoint};
+use trimtess::view::{Camera, Projection, View};
 use tsify::Tsify;
 
 /// Settings of the picture. What is left out stays.
@@ -58,17 +58,6 @@ pub enum Axis {
     Z,
 }
 
-/// From where the camera looks.
-#[derive(Serialize, Tsify)]
-#[serde(rename_all = "camelCase")]
-pub struct Side {
-    /// Degrees about the vertical.
-    yaw: f64,
-    /// Degrees above the horizon.
-    pitch: f64,
-    orthographic: bool,
-}
-
 /// Options of the picture and its deviation.
 #[derive(Clone, Copy)]
 pub(crate) struct Looks {
@@ -121,12 +110,6 @@ impl Looks {
     pub(crate) fn view(&self, camera: Camera, size: (u32, u32)) -> View {
         View { camera, size, deviation_px: self.deviation_px, size_px: None, angle: View::ANGLE }
     }
-}
-
-/// From where a camera looks.
-pub(crate) fn side(camera: &Camera) -> Side {
-    let ViewPoint { yaw, pitch, .. } = camera.view_point();
-    Side { yaw, pitch, orthographic: camera.is_orthographic() }
 }
 
 /// A camera as eleven numbers: eye, direction, up, 1 for an orthographic one, and its height or angle.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use trimtess::control::{Alone, Control};
 use trimtess::frame::{self, PlanLimits, plan_on};
 use trimtess::glam::DVec3;
-use trimtess::mesh::{PackedFrame, PartMesh};
+use trimtess::mesh::PackedFrame;
 use trimtess::model::{self, PartId};
 use trimtess::out::{Format, GlbOptions, Rounding, SaveOptions, write_on};
 use trimtess::parallel::tessellate_on;
@@ -83,10 +83,6 @@ impl Mesh {
         diagnostics.sort_by_key(|told| told.part);
         Ok(Self { frame, owned: owned.to_vec(), diagnostics, rounding: Rounding::SHARE * tolerance.chord })
     }
-
-    fn count(&self, of: impl Fn(&PartMesh) -> usize) -> usize {
-        self.frame.parts.iter().map(of).sum()
-    }
 }
 
 #[wasm_bindgen]
@@ -94,13 +90,7 @@ impl Mesh {
     /// Triangles of all parts, each part counted once.
     #[must_use]
     pub fn triangles(&self) -> usize {
-        self.count(|part| part.triangles.len())
-    }
-
-    /// Vertices of all parts, each part counted once.
-    #[must_use]
-    pub fn vertices(&self) -> usize {
-        self.count(|part| part.positions.len())
+        self.frame.parts.iter().map(|part| part.triangles.len()).sum()
     }
 
     /// Number of parts.
@@ -178,16 +168,6 @@ impl Mesh {
         let mut bytes = Vec::new();
         let options = SaveOptions::new(Format::Glb(GlbOptions::PLAIN)).with_max_rounding(self.rounding);
         write_on(&Alone, &self.frame, &mut bytes, &options, &Control::default()).map_err(told)?;
-        Ok(bytes)
-    }
-
-    /// The mesh as PLY, in double precision, all instances in their places.
-    ///
-    /// # Errors
-    /// If memory does not suffice.
-    pub fn ply(&self) -> Result<Vec<u8>, JsError> {
-        let mut bytes = Vec::new();
-        write_on(&Alone, &self.frame, &mut bytes, &SaveOptions::new(Format::Ply), &Control::default()).map_err(told)?;
         Ok(bytes)
     }
 }

@@ -20,26 +20,12 @@ use wasm_bindgen::prelude::*;
 /// Reading takes about ten bytes of memory for each byte of a file.
 const READ: StepOptions = StepOptions::DEFAULT.with_max_bytes(MEMORY / 10).with_max_memory(MEMORY);
 
-/// Version of the library.
-#[wasm_bindgen]
-#[must_use]
-pub fn version() -> String {
-    env!("CARGO_PKG_VERSION").to_owned()
-}
-
 /// Bytes of the module's memory. It never shrinks.
 #[wasm_bindgen(js_name = memoryBytes)]
 #[must_use]
 pub fn memory_bytes() -> f64 {
     let pages = core::arch::wasm32::memory_size(0);
     65_536.0 * pages as f64
-}
-
-/// Bytes of the largest file that is read.
-#[wasm_bindgen(js_name = maxBytes)]
-#[must_use]
-pub fn max_bytes() -> f64 {
-    READ.max_bytes as f64
 }
 
 /// The words with which a file of so many bytes is refused before it is read, if it is.
@@ -49,13 +35,6 @@ pub fn refusal(bytes: f64) -> Option<String> {
     // Sizes of files are integers far below 2^53.
     let (bytes, limit) = (bytes as u64, READ.max_bytes);
     (bytes > limit).then(|| StepError::TooLarge { bytes, limit }.to_string())
-}
-
-/// Names of the built-in models.
-#[wasm_bindgen]
-#[must_use]
-pub fn samples() -> Vec<String> {
-    trimtess_models::names().map(str::to_owned).collect()
 }
 
 /// Reads a STEP file. The model has the file's name, without extension.

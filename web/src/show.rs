@@ -39,14 +39,6 @@ pub(crate) struct Picked {
 pub struct Pick {
     /// Index into the instances.
     instance: u32,
-    /// Index into the parts.
-    part: u32,
-    /// Index within the part.
-    face: u32,
-    /// Index within the part.
-    tile: u32,
-    /// World coordinates, millimetres.
-    point: [f64; 3],
     /// What the face is, as names and values.
     facts: Vec<(String, String)>,
 }
@@ -70,8 +62,7 @@ impl Show {
         let of_face = self.prepared.face_facts(hit.part, hit.face).map(|facts| facts.rows());
         let facts = hit.facts(self.session.scene(), of_face.unwrap_or_default());
         let facts = facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        let point = hit.point.to_array();
-        Pick { instance: hit.instance.0, part: hit.part.0, face: hit.face.0, tile: hit.tile.0, point, facts }
+        Pick { instance: hit.instance.0, facts }
     }
 
     /// Picks what a diagnostic is about. Returns a camera that shows it, or `None` if it has no place.

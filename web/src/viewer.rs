@@ -1,7 +1,7 @@
 //! Calls of a page to pictures of a model on its canvas.
 
 use crate::canvas::Canvas;
-use crate::looks::{self, Looks, Settings, Side};
+use crate::looks::{self, Looks, Settings};
 use crate::model::Prepared;
 use crate::show::{Pick, Picked, Show};
 use serde::Serialize;
@@ -52,11 +52,8 @@ pub struct Adapter {
 pub struct Step {
     /// Another picture must follow.
     again: bool,
-    /// Whether tiles changed.
-    changed: bool,
     plan_ms: f64,
     make_ms: f64,
-    commit_ms: f64,
     /// Tiles made for this picture.
     tiles: usize,
     /// Tiles that get finer in later pictures.
@@ -71,17 +68,6 @@ pub struct Step {
     #[tsify(optional)]
     #[serde(skip_serializing_if = "Option::is_none")]
     mark: Option<[f64; 2]>,
-}
-
-/// A picture.
-#[derive(Serialize, Tsify)]
-pub struct Pixels {
-    width: u32,
-    height: u32,
-    /// Red, green, blue (sRGB) and alpha, row by row from the top.
-    #[tsify(type = "Uint8Array")]
-    #[serde(with = "serde_wasm_bindgen::preserve")]
-    rgba: JsValue,
 }
 
 #[wasm_bindgen]
@@ -200,11 +186,6 @@ impl Viewer {
         state.camera = if on { state.camera.orthographic() } else { state.camera.perspective() };
     }
 
-    /// From where the camera looks.
-    pub fn camera(&self) -> Result<Ts<Side>, JsError> {
-        Ok(looks::side(&self.state.borrow().camera).into_ts()?)
-    }
-
     /// The camera as eleven numbers: eye, direction, up, 1 for an orthographic one, and its height or angle.
     #[wasm_bindgen(js_name = cameraState)]
     pub fn camera_state(&self) -> Vec<f64> {
@@ -265,13 +246,13 @@ impl Viewer {
         camera.is_some()
     }
 
-    /// Draws the picture once more and reads it back.
-    pub async fn pixels(&self) -> Result<Ts<Pixels>, JsError> {
+    /// Draws the picture once more and reads it back: red, green, blue (sRGB) and alpha, row by row from the top.
+    pub async fn pixels(&self) -> Result<Vec<u8>, JsError> {
         let reading = self.state.borrow_mut().begin_read()?;
-        let Image { width, height, mut pixels } = answer(|| reading.poll()).await?.map_err(crate::told)?;
+        let Image { mut pixels, .. } = answer(|| reading.poll()).await?.map_err(crate::told)?;
         let is_blue_first = self.state.borrow().canvas.format == wgpu::TextureFormat::Bgra8UnormSrgb;
         pixels.chunks_exact_mut(4).filter(|_| is_blue_first).for_each(|pixel| pixel.swap(0, 2));
-        Ok(Pixels { width, height, rgba: js_sys::Uint8Array::from(pixels.as_slice()).into() }.into_ts()?)
+        Ok(pixels)
     }
 }
 
@@ -331,10 +312,8 @@ impl State {
         self.drawn = drawn.unwrap_or(self.drawn);
         Ok(Step {
             again: hidden || report.deferred > 0 || self.press.is_some(),
-            changed: report.batches > 0,
             plan_ms: ms(report.planned_in),
             make_ms: ms(report.made_in),
-            commit_ms: ms(report.committed_in),
             tiles: report.tiles,
             deferred: report.deferred,
             triangles: self.drawn.triangles,

@@ -103,7 +103,7 @@ for (const gpu of /** @type {("webgl2" | "webgpu")[]} */ (["webgl2", "webgpu"]))
         viewer.set({ edges: false, deviationPx: 0.1, background: [background, background] });
         const pixels = async (/** @type {boolean} */ backfaces) => {
           viewer.set({ backfaces });
-          const { rgba } = await viewer.pixels();
+          const rgba = await viewer.pixels();
           return new Uint32Array(rgba.buffer, rgba.byteOffset, rgba.length / 4);
         };
         /** Pixels of the model, and those that show surfaces from behind, which have a colour of their own. */
