@@ -1,6 +1,5 @@
 //! What reading a file costs, counted by all threads, and its limits.
 
-use super::table::{Read, Trouble};
 use crate::control::Control;
 use crate::model::StepTrouble;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -103,12 +102,12 @@ impl ReadBudget {
     ///
     /// # Errors
     /// If geometry that edges or faces share comes to more points than a file of this length may have.
-    pub(super) fn net(&self, id: u64, net: Net, count: usize) -> Read<()> {
+    pub(super) fn net(&self, net: Net, count: usize) -> Result<(), StepTrouble> {
         let (kind, limit) = (net as usize, self.max_points(net));
         let before = self.points[kind].fetch_add(count, Ordering::Relaxed);
         self.spend(count.saturating_mul(BYTES_PER_POINT));
         let what = ["points of shared curves", "points of shared surfaces"][kind];
         let passed = before.saturating_add(count) > limit || self.is_cancelled();
-        if passed { Err(Trouble::new(id, StepTrouble::TooManyVisits { what, limit })) } else { Ok(()) }
+        if passed { Err(StepTrouble::TooManyVisits { what, limit }) } else { Ok(()) }
     }
 }

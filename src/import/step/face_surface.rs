@@ -54,7 +54,10 @@ impl Reader<'_> {
                     asked.set(true);
                     reach(&geometry, face, edges)
                 };
-                let count = |points| self.table.budget.net(face.surface, Net::Surface, points);
+                let count = |points| {
+                    let counted = self.table.budget.net(Net::Surface, points);
+                    counted.map_err(|what| Trouble::new(face.surface, what))
+                };
                 let surface = count(0).and_then(|()| match (&common, source) {
                     _ if face.implied => implied_plane(&geometry, face, edges),
                     (Some((of, surface)), Source::Face(_)) if of.units == shell.units => surface.clone(),

@@ -156,7 +156,7 @@ impl Reader<'_> {
                 (0, [a, b].map(VertexKey::Point), at, straight(at))
             }
             EdgeKey::Segment(id) => {
-                let count = |points| self.table.budget.net(id, Net::Curve, points);
+                let count = |points| self.table.budget.net(Net::Curve, points).map_err(|what| Trouble::new(id, what));
                 count(0)?;
                 let (at, curve) = geometry.segment(id, surface)?;
                 count(curve.curve.points.len())?;
@@ -172,7 +172,7 @@ impl Reader<'_> {
         let geometry = self.geometry(units);
         let (ends, at) = geometry.edge_ends(id, whole)?;
         let ends = ends.map(VertexKey::Point);
-        let count = |points| self.table.budget.net(id, Net::Curve, points);
+        let count = |points| self.table.budget.net(Net::Curve, points).map_err(|what| Trouble::new(id, what));
         let read = || {
             let (curve, same) = geometry.edge_curve(id)?;
             count(0)?;
