@@ -9,21 +9,27 @@ pub const STACK_DEGREE: usize = 25;
 
 /// Calls `work` with zeroed room for three basis rows of `degree + 1` numbers, on the stack up to [`STACK_DEGREE`].
 pub fn with_rows<R>(degree: usize, work: impl FnOnce(&mut [f64]) -> R) -> R {
+    with_lanes::<3, 1, _>(degree, |rows| work(rows.as_flattened_mut()))
+}
+
+/// Calls `work` with zeroed room for `ROWS` basis rows of `degree + 1` values at `L` places, on the stack up to
+/// [`STACK_DEGREE`].
+#[inline(always)]
+pub fn with_lanes<const ROWS: usize, const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64; L]]) -> R) -> R {
     /// Most curves and surfaces have degree 3 or less: zeroing room for degree 25 would cost as much as their basis.
     const USUAL_DEGREE: usize = 3;
-    let len = 3 * (degree + 1);
     let (mut small, mut large, mut heap);
-    let rows: &mut [f64] = if degree <= USUAL_DEGREE {
-        small = [0.0; 3 * (USUAL_DEGREE + 1)];
-        &mut small[..len]
+    let rows: &mut [[[f64; L]; ROWS]] = if degree <= USUAL_DEGREE {
+        small = [[[0.0; L]; ROWS]; USUAL_DEGREE + 1];
+        &mut small[..=degree]
     } else if degree <= STACK_DEGREE {
-        large = [0.0; 3 * (STACK_DEGREE + 1)];
-        &mut large[..len]
+        large = [[[0.0; L]; ROWS]; STACK_DEGREE + 1];
+        &mut large[..=degree]
     } else {
-        heap = vec![0.0; len];
+        heap = vec![[[0.0; L]; ROWS]; degree + 1];
         &mut heap
     };
-    work(rows)
+    work(rows.as_flattened_mut())
 }
 
 /// Writes the basis of degree `n.len() - 1` at `x` to `n`. Exactly a unit vector at 0 and 1.
@@ -51,25 +57,6 @@ fn fill_basis(x: f64, n: &mut [f64]) {
         }
         n[k] = carry;
     }
-}
-
-/// Calls `work` with zeroed room for the rows of [`basis_and_slopes`], on the stack up to [`STACK_DEGREE`].
-#[inline(always)]
-pub fn with_lanes<const L: usize, R>(degree: usize, work: impl FnOnce(&mut [[f64; L]]) -> R) -> R {
-    const USUAL_DEGREE: usize = 3;
-    let len = 2 * (degree + 1);
-    let (mut small, mut large, mut heap);
-    let rows: &mut [[f64; L]] = if degree <= USUAL_DEGREE {
-        small = [[0.0; L]; 2 * (USUAL_DEGREE + 1)];
-        &mut small[..len]
-    } else if degree <= STACK_DEGREE {
-        large = [[0.0; L]; 2 * (STACK_DEGREE + 1)];
-        &mut large[..len]
-    } else {
-        heap = vec![[0.0; L]; len];
-        &mut heap
-    };
-    work(rows)
 }
 
 /// Writes the basis and its first derivatives at `L` places at once to `rows`, two rows of `degree + 1` numbers.

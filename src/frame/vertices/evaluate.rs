@@ -352,12 +352,12 @@ fn evaluate_lanes<const L: usize, F: Lanes<L>>(
             in_constant_patch::<L, F, true, 2, 3>(zero, patch, const { Roles::with(2, 3) }, at)
         }
         (true, 2, 3) => in_constant_patch::<L, F, true, 2, 3>(zero, patch, const { Roles::with(3, 2) }, at),
-        (rational, n, m) => bernstein::with_lanes(
+        (rational, n, m) => bernstein::with_lanes::<2, L, _>(
             n - 1,
             #[inline(always)]
             |outer| {
                 bernstein::basis_and_slopes(n - 1, at[0], outer);
-                bernstein::with_lanes(
+                bernstein::with_lanes::<2, L, _>(
                     m - 1,
                     #[inline(always)]
                     |inner| {
