@@ -110,7 +110,7 @@ pub(crate) fn plan_parts(
     limits: &PlanLimits,
     held_mib: u32,
 ) -> Option<Plan> {
-    /// Steps until every tile has one cell and no plan is smaller: a factor of 1e-12.
+    /// Steps of 0.75 until every tile has one cell and no plan is smaller: a factor of 1e-12.
     const LOWEST: u32 = 96;
     let mut shortfall = Shortfall { held_mib, ..Shortfall::none(limits) };
     // A part without tiles meets any tolerance.
@@ -122,7 +122,7 @@ pub(crate) fn plan_parts(
         if steps == LOWEST {
             budget.left = u64::MAX;
         }
-        let density = lowered(steps);
+        let density = libm::pow(0.75, f64::from(steps));
         let asked = PlanRequest { call, wanted: &wanted, density, cells_per_tile: budget.cells_per_tile };
         let mut shortfall = Shortfall { density, ..shortfall.clone() };
         let parts = asked.plan(0..wanted.parts.len(), &mut budget, &mut shortfall).ok_or(asked)?;
@@ -153,21 +153,6 @@ pub(crate) fn plan_parts(
     plan.shortfall.iter_mut().for_each(|shortfall| shortfall.needed = needed);
     call.goes_on()?;
     Some(plan)
-}
-
-/// The factor on all densities after `steps`: 0.75 each, which about halves the number of cells.
-///
-/// Not `powi`, which leaves the order of the products, and so the last bits, to the compiler.
-fn lowered(steps: u32) -> f64 {
-    let (mut factor, mut square, mut left) = (1.0, 0.75, steps);
-    while left > 0 {
-        if left % 2 == 1 {
-            factor *= square;
-        }
-        square *= square;
-        left /= 2;
-    }
-    factor
 }
 
 /// Parts, and the tolerance of each.
