@@ -45,7 +45,6 @@ fn check(record: &TileRecord) {
         assert!((crossing.at - line).abs().min_element() <= 1e-9, "{crossing:?}");
     }
     if !record.stats.whole_tile {
-        assert_eq!(trim.crossings.len(), record.stats.crossings as usize);
         for (cell, place) in trim.cell_of.iter().zip(&record.places) {
             let Some(cell) = *cell else { continue };
             let off = (*place - corner(cell) - 0.5).abs().max_element();
@@ -119,15 +118,12 @@ fn merged_cells_are_drawn() {
         let records = records(sheet(vec![TrimCurve::polygon(star)]), 0.3);
         let record = &records[0];
         let drawn = tile(record, &TileView::default());
-        let cells: BTreeSet<[u32; 2]> = record.trim.merged_cells.iter().flatten().copied().collect();
+        let cells = &record.trim.merged_cells;
         assert_eq!((drawn.merged_cells, figures(&drawn.svg, "merged")), (cells.len(), cells.len()));
-        assert_eq!(record.outcome.rung == Rung::MergedCells, record.stats.merged_rings + record.stats.clusters > 0);
-        if record.stats.merged_rings > 0 {
-            assert!(!record.trim.merged_cells.is_empty(), "{:?}", record.stats);
-            merged += 1;
-        }
+        assert_eq!(record.outcome.rung == Rung::MergedCells, !cells.is_empty());
+        merged += usize::from(!cells.is_empty());
         assert_eq!(figures(&drawn.svg, "triangles"), record.outcome.mesh.triangles.len());
-        assert_eq!(figures(&drawn.svg, "crossings"), record.stats.crossings as usize);
+        assert_eq!(figures(&drawn.svg, "crossings"), record.trim.crossings.len());
     }
     assert!(merged > 0, "no star needed a merge");
 }

@@ -198,10 +198,7 @@ impl<'a> Sketch<'a> {
     }
 
     fn merged(&mut self) {
-        let mut all: Vec<[u32; 2]> = self.record.trim.merged_cells.iter().flatten().copied().collect();
-        all.sort_unstable();
-        all.dedup();
-        let (path, count) = self.cell_path(&all);
+        let (path, count) = self.cell_path(&self.record.trim.merged_cells);
         self.told.merged_cells = count;
         let width = (0.1 * self.detail).clamp(0.5, 2.5);
         let style =
@@ -365,14 +362,8 @@ impl<'a> Sketch<'a> {
         let mut title = self.view.title.clone();
         let (rung, stats) = (record.outcome.rung, &record.stats);
         let mut how = format!("{}, {rung}", record.kind.name());
-        for (count, what) in [
-            (stats.failed_rings, "cell polygons failed"),
-            (stats.merged_rings, "merged with a neighbour"),
-            (stats.clusters, "constrained Delaunay triangulations"),
-        ] {
-            if count > 0 {
-                how += &format!(", {count} {what}");
-            }
+        if stats.failed_rings > 0 {
+            how += &format!(", {} cell polygons failed", stats.failed_rings);
         }
         if let Some(degradation) = &record.outcome.degradation {
             how += &format!("; {degradation}");

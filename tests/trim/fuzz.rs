@@ -27,11 +27,9 @@ struct Tally {
     tiles: u32,
     tessellants: usize,
     certified: u32,
-    merged: u32,
     cdt: u32,
     repaired: u32,
     whole: u32,
-    retraced: u32,
     led: u32,
     slowest: Duration,
 }
@@ -50,12 +48,10 @@ fn drawn(tile: Result<Option<Tile>>, judge: impl Fn(&Tile, &TrimOutput) -> std::
         tally.tiles += 1;
         tally.tessellants += tile.points.len();
         tally.certified += u32::from(outcome == TrimOutcome::Certified);
-        tally.merged += u32::from(outcome == TrimOutcome::Merged);
         tally.cdt += u32::from(outcome == TrimOutcome::Cdt);
         tally.repaired += u32::from(is_repaired(out));
         tally.whole += u32::from(out.stats.whole_tile);
         tally.led += u32::from(out.stats.led > 0);
-        tally.retraced += u32::from(out.stats.retraced);
     });
 }
 
@@ -66,10 +62,10 @@ fn is_repaired(out: &TrimOutput) -> bool {
 /// Counts of a test's tiles.
 fn tally() -> Tally {
     let tally = SHARED.take().2;
-    let Tally { tiles, tessellants, certified, merged, cdt, repaired, whole, retraced, led, slowest } = tally;
+    let Tally { tiles, tessellants, certified, cdt, repaired, whole, led, slowest } = tally;
     println!(
-        "{tiles} tiles, {tessellants} tessellants; certified {certified}, merged {merged}, cdt {cdt}, \
-         repaired {repaired}, of these whole tile {whole}; retraced {retraced}; led {led}; the slowest took {slowest:?}"
+        "{tiles} tiles, {tessellants} tessellants; certified {certified}, cdt {cdt}, \
+         repaired {repaired}, of these whole tile {whole}; led {led}; the slowest took {slowest:?}"
     );
     tally
 }

@@ -35,7 +35,7 @@ impl Rung {
         match outcome {
             TrimOutcome::Repaired { .. } => Self::Repaired,
             _ if stats.whole_tile => Self::WholeTile,
-            TrimOutcome::Merged | TrimOutcome::Cdt => Self::MergedCells,
+            TrimOutcome::Cdt => Self::MergedCells,
             TrimOutcome::Certified => Self::Normal,
         }
     }
@@ -94,7 +94,6 @@ mod tests {
         let repaired = TrimOutcome::Repaired { split: 1 };
         for (outcome, stats, rung) in [
             (TrimOutcome::Certified, &by_cells, Rung::Normal),
-            (TrimOutcome::Merged, &by_cells, Rung::MergedCells),
             (TrimOutcome::Cdt, &by_cells, Rung::MergedCells),
             (TrimOutcome::Cdt, &whole, Rung::WholeTile),
             (repaired, &whole, Rung::Repaired),

@@ -1,10 +1,9 @@
-//! Directed edges with multiplicities -> the edges that do not cancel, and a fingerprint of their sum.
+//! Directed edges with multiplicities -> the edges that do not cancel.
 //!
 //! A chain is a sum of directed edges in which an edge and its reverse cancel. The boundary of triangles is a chain,
 //! and so are loops. A triangulation closes with its neighbours if the two are equal, regardless of the vertices'
 //! coordinates.
 
-use super::input::TrimInput;
 use crate::math::BitMix;
 use glam::DVec2;
 use std::collections::HashMap;
@@ -118,81 +117,6 @@ pub(crate) fn same_boundary(old: impl Iterator<Item = [u32; 3]>, new: impl Itera
     chain.is_zero()
 }
 
-/// A number for a chain: the sum over edges of the cross product of two pseudo-random vectors, one for each vertex.
-/// Equal chains have equal numbers; different chains share one with a chance below 2^-50 (for edges used fewer than 256
-/// times).
-///
-/// An edge and its reverse cancel, and the sum over a triangle's edges is the cross product of two differences. A chain
-/// that is not zero is a nonzero polynomial in the vectors, and few vectors are its roots (J. T. Schwartz, *Fast
-/// probabilistic algorithms for verification of polynomial identities*, 1980). Proving a boundary this way takes about
-/// twenty instructions a triangle; cancelling edges in a table takes three hundred.
-#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
-pub(crate) struct Fingerprint(u64);
-
-/// The pseudo-random vector of a vertex.
-type Mark = [u64; 2];
-
-/// Precomputed vectors of the first vertices.
-static MARKS: [Mark; 4096] = {
-    let mut marks = [[0; 2]; 4096];
-    let mut v = 0;
-    while v < marks.len() {
-        marks[v] = new_mark(v as u32);
-        v += 1;
-    }
-    marks
-};
-
-/// The steps of SplitMix64, twice.
-const fn new_mark(v: u32) -> Mark {
-    const fn mix(x: u64) -> u64 {
-        let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    }
-    let state = (v as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let first = mix(state);
-    [first, mix(first ^ state.rotate_left(32))]
-}
-
-#[inline(always)]
-fn mark(v: u32) -> Mark {
-    if let Some(&mark) = MARKS.get(v as usize) { mark } else { new_mark(v) }
-}
-
-#[inline(always)]
-fn cross([a, b]: Mark, [c, d]: Mark) -> u64 {
-    a.wrapping_mul(d).wrapping_sub(b.wrapping_mul(c))
-}
-
-#[inline(always)]
-fn difference([a, b]: Mark, [c, d]: Mark) -> Mark {
-    [a.wrapping_sub(c), b.wrapping_sub(d)]
-}
-
-impl Fingerprint {
-    /// The fingerprint of a tile's loops.
-    pub(crate) fn of_loops(tile: &TrimInput<'_>) -> Self {
-        let mut sum = 0_u64;
-        for l in tile.loops().filter(|l| !l.is_empty()) {
-            let mut from = mark(l.end - 1);
-            for v in l {
-                let to = mark(v);
-                sum = sum.wrapping_add(cross(from, to));
-                from = to;
-            }
-        }
-        Self(sum)
-    }
-
-    /// Adds the boundary of a triangle.
-    #[inline(always)]
-    pub(crate) fn add_triangle(&mut self, corners: [u32; 3]) {
-        let [a, b, c] = corners.map(mark);
-        self.0 = self.0.wrapping_add(cross(difference(b, a), difference(c, a)));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -239,18 +163,5 @@ mod tests {
         let walks = chain.walks(point);
         assert_eq!(walks.len(), 5, "{walks:?}");
         assert!(walks.iter().all(|walk| walk.len() == 3), "{walks:?}");
-    }
-
-    #[test]
-    fn fingerprints_of_equal_chains_are_equal() {
-        let of = |triangles: &[[u32; 3]]| {
-            let mut sum = Fingerprint::default();
-            triangles.iter().for_each(|&t| sum.add_triangle(t));
-            sum
-        };
-        assert_eq!(of(&[[0, 1, 2], [0, 2, 3]]), of(&[[1, 2, 3], [1, 3, 0]]), "a square and its other diagonal");
-        assert_ne!(of(&[[0, 1, 2]]), of(&[[0, 2, 1]]));
-        assert_eq!(of(&[[0, 1, 2], [0, 2, 1]]), Fingerprint::default());
-        assert_eq!(of(&[[4094, 4095, 4096], [4094, 4096, 4097]]), of(&[[4095, 4096, 4097], [4095, 4097, 4094]]));
     }
 }

@@ -1,8 +1,7 @@
 //! The loops of one tile -> triangles, by the first rung of the ladder that succeeds.
 
-use super::chain::Fingerprint;
 use super::distinct::{Distinct, by_distinct};
-use super::input::{CORNER_CLEARANCE, TrimInput, TrimInputError};
+use super::input::{TrimInput, TrimInputError};
 use super::output::{TrimOutcome, TrimOutput};
 use super::{cleanup, close, reference, rings, trace, triangulate};
 
@@ -48,80 +47,38 @@ pub(crate) fn fill_loops(input: &TrimInput<'_>, out: &mut TrimOutput) {
 impl Rungs {
     /// Triangulates loops without segments of length zero, by the first rung that succeeds.
     fn climb(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> TrimOutcome {
-        let Self { trace, rings, polygon } = self;
-        if tile.cells == (1, 1) {
-            trace.run_in_one_cell(tile);
-            rings.clear();
-            if !trace.in_cell_loops.is_empty() && polygon.triangulate_tile(tile, &mut out.triangles) {
-                return TrimOutcome::Certified;
-            }
-        }
-        for reach in [CORNER_CLEARANCE, 0.0] {
-            out.clear();
-            out.stats.retraced = reach == 0.0;
-            match self.by_cells(tile, reach, out) {
-                Ok(outcome) => return outcome,
-                // Without crossings there is nothing to trace again.
-                Err(Refusal::OrderOfCrossings) if tile.cells != (1, 1) => {}
-                Err(_) => break,
-            }
-        }
-        out.stats.whole_tile = true;
-        reference::triangulate_tile(tile, out)
+        let by_cells = if tile.cells == (1, 1) { self.in_one_cell(tile, out) } else { self.by_cells(tile, out) };
+        by_cells.unwrap_or_else(|| {
+            out.stats.whole_tile = true;
+            reference::triangulate_tile(tile, out)
+        })
     }
 
-    fn by_cells(&mut self, tile: &TrimInput<'_>, reach: f64, out: &mut TrimOutput) -> Result<TrimOutcome, Refusal> {
-        self.trace.reset(tile, reach);
+    /// A tile of one cell. `None` if its loops are not simple.
+    fn in_one_cell(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> Option<TrimOutcome> {
+        self.trace.run_in_one_cell(tile);
+        self.rings.clear();
+        // No certificate is needed: the boundary of the triangles of all loops is the loops.
+        let is_done = self.trace.in_cell_loops.is_empty() || self.polygon.triangulate_tile(tile, &mut out.triangles);
+        is_done.then_some(TrimOutcome::Certified)
+    }
+
+    /// `None` if the tile cannot be triangulated cell by cell.
+    fn by_cells(&mut self, tile: &TrimInput<'_>, out: &mut TrimOutput) -> Option<TrimOutcome> {
+        self.trace.reset(tile);
         self.trace.run(tile);
         let Self { trace, rings, polygon } = self;
-        out.stats.crossings = trace.crossings.len() as u32;
-        // No certificate is needed: the boundary of the triangles of all loops is the loops. A tile of one cell was
-        // tried.
-        if tile.cells != (1, 1) && rings.build_one_cell(tile, trace, polygon, out) {
-            return Ok(TrimOutcome::Certified);
+        if rings.build_one_cell(tile, trace, polygon, out) {
+            return Some(TrimOutcome::Certified);
         }
-        rings.build(tile, trace, polygon, out).map_err(|_| Refusal::OrderOfCrossings)?;
+        rings.build(tile, trace, polygon, out)?;
         out.stats.failed_rings = rings.failed;
-        if rings.failed > 0 || !trace.in_cell_loops.is_empty() {
-            cleanup::clean_up(tile, trace, rings, polygon, out).ok_or(Refusal::NotSimple)?;
-            certified(tile, out)
-        } else if rings.is_closed(trace) {
-            Ok(TrimOutcome::Certified)
-        } else {
-            Err(Refusal::OrderOfCrossings)
+        if !rings.is_closed(trace) {
+            return None;
         }
+        if rings.failed == 0 && trace.in_cell_loops.is_empty() {
+            return Some(TrimOutcome::Certified);
+        }
+        cleanup::clean_up(tile, trace, rings, polygon, out)
     }
-}
-
-/// Returns the outcome if the boundary of the triangles and of the full cells is the loops.
-///
-/// Positive triangles with that boundary cover each point as often as the loops wind around it. Loops that are not
-/// simple can pass everything but this, because full cells come from parities and rings from the order of crossings.
-fn certified(tile: &TrimInput<'_>, out: &TrimOutput) -> Result<TrimOutcome, Refusal> {
-    let mut boundary = Fingerprint::default();
-    out.triangles.iter().for_each(|&t| boundary.add_triangle(t));
-    for &cell in &out.full_cells {
-        let [a, b, c, d] = tile.cell_corners(cell);
-        boundary.add_triangle([a, b, c]);
-        boundary.add_triangle([a, c, d]);
-    }
-    // Where loops touch, triangles may use another vertex at the same place.
-    let closes = boundary == Fingerprint::of_loops(tile) || out.stats.clusters > 0 && close::is_closed(tile, out);
-    if !closes {
-        return Err(Refusal::OrderOfCrossings);
-    }
-    Ok(if out.stats.clusters > 0 {
-        TrimOutcome::Cdt
-    } else if out.stats.merged_rings > 0 {
-        TrimOutcome::Merged
-    } else {
-        TrimOutcome::Certified
-    })
-}
-
-/// Why a tile could not be triangulated cell by cell.
-enum Refusal {
-    /// Tracing again with exact ownership of tessellants may help.
-    OrderOfCrossings,
-    NotSimple,
 }

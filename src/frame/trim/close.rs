@@ -30,11 +30,6 @@ pub(crate) fn close(input: &TrimInput<'_>, out: &mut TrimOutput) {
     }
 }
 
-/// Whether the triangles' boundary is the loops, as chains over places.
-pub(crate) fn is_closed(input: &TrimInput<'_>, out: &TrimOutput) -> bool {
-    rest(input, out, &Places::of(input)).is_zero()
-}
-
 /// R: the loops minus the triangles' boundary.
 fn rest(input: &TrimInput<'_>, out: &TrimOutput, one: &Places) -> EdgeSum {
     let mut rest = EdgeSum::default();

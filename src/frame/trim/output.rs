@@ -41,8 +41,6 @@ pub enum TrimOutcome {
     /// Every cell polygon was triangulated by itself.
     #[default]
     Certified,
-    /// Some cell polygons were merged with one neighbour.
-    Merged,
     /// Some cells, or the whole tile, needed a constrained Delaunay triangulation. As conforming as the rungs above.
     Cdt,
     /// The loops cross or overlap themselves or each other, or points at different places coincide. Each point is
@@ -60,16 +58,8 @@ pub enum TrimOutcome {
 pub struct TrimStats {
     /// The rung that was needed, as returned.
     pub outcome: TrimOutcome,
-    /// Crossings of tessellant segments with lattice lines.
-    pub crossings: u32,
     /// Cell polygons that could not be triangulated by themselves.
     pub failed_rings: u32,
-    /// Failed cell polygons that could be triangulated together with one neighbour.
-    pub merged_rings: u32,
-    /// Constrained Delaunay triangulations of groups of cells.
-    pub clusters: u32,
-    /// Whether the tile was traced again with exact ownership, because two curves pass within the snapping distance.
-    pub retraced: bool,
     /// Whether the tile went to the whole-tile reference.
     pub whole_tile: bool,
     /// Pieces of segments with too many crossings to split. They follow edges nearby, so points next to them may be

@@ -7,8 +7,6 @@ use super::climb::TrimScratch;
 use super::input::TrimInput;
 use super::output::TrimStats;
 use super::reference;
-use super::rings::RingOrigin;
-use super::trace::InCellLoop;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
@@ -29,8 +27,8 @@ pub struct TrimRecord {
     pub prime_cells: Vec<[u32; 2]>,
     /// Pseudo-active cells: crossed by loops, but with no part of the region left in them.
     pub pseudo_cells: Vec<[u32; 2]>,
-    /// Groups of cells whose polygons were triangulated together, because some failed by themselves.
-    pub merged_cells: Vec<Vec<[u32; 2]>>,
+    /// Cells whose polygons were triangulated together, because some failed by themselves or have loops inside.
+    pub merged_cells: Vec<[u32; 2]>,
     /// Cells that loops come near to, if the whole tile was triangulated at once.
     pub zone_cells: Vec<[u32; 2]>,
 }
@@ -109,30 +107,18 @@ impl TrimScratch {
     /// Records cells by the outcome of their polygons.
     fn record_pieces(&self, input: &TrimInput<'_>, out: &mut TrimRecord) {
         let (trace, rings) = (&self.ladder.trace, &self.ladder.rings);
-        let mut loops: Vec<InCellLoop> = trace.in_cell_loops.clone();
-        loops.sort_unstable();
-        let mut cells: BTreeMap<[u32; 2], bool> = loops.iter().map(|l| (input.cell(l.cell), true)).collect();
-        let mut groups: BTreeMap<u32, Vec<[u32; 2]>> = BTreeMap::new();
-        for (index, ring) in rings.rings.iter().enumerate() {
-            let cell = match ring.origin {
-                RingOrigin::Chain(k) => trace.crossings[trace.crossings[k as usize].next as usize].cell.map(u32::from),
-                RingOrigin::Cell(cell) => input.cell(cell),
-                RingOrigin::Loops(from, _) => input.cell(loops[from as usize].cell),
-            };
+        let loops = trace.in_cell_loops.iter().map(|l| (input.cell(l.cell), true));
+        let mut cells: BTreeMap<[u32; 2], bool> = loops.collect();
+        for ring in &rings.rings {
             let vanished = ring.solved && ring.triangles[0] == ring.triangles[1];
-            *cells.entry(cell).or_default() |= !vanished;
-            if let Some(&root) = rings.roots.get(index) {
-                groups.entry(root).or_default().push(cell);
-            }
+            *cells.entry(ring.cell(input, trace)).or_default() |= !vanished;
         }
         for (cell, is_left) in cells {
             if is_left { &mut out.prime_cells } else { &mut out.pseudo_cells }.push(cell);
         }
-        for mut group in groups.into_values().filter(|group| group.len() > 1) {
-            group.sort_unstable();
-            group.dedup();
-            out.merged_cells.push(group);
-        }
+        out.merged_cells.extend(rings.joined.iter().map(|&ring| rings.rings[ring].cell(input, trace)));
+        out.merged_cells.sort_unstable();
+        out.merged_cells.dedup();
     }
 }
 

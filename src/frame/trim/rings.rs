@@ -10,22 +10,16 @@ use super::trace::Trace;
 use super::triangulate::Polygon;
 use crate::math::bits::ones;
 
-/// Contradictory loops: crossings do not alternate, or a region reaches beyond the tile.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Inconsistent;
-
-/// Origin of a piece of the region.
+/// Origin of a ring.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum RingOrigin {
     /// The ring that contains this chain.
     Chain(u32),
     /// The corners of this cell: all are kept, and no side is crossed.
     Cell(u32),
-    /// Loops inside one cell: a range of the sorted in-cell loops.
-    Loops(u32, u32),
 }
 
-/// A piece of the region, and its triangles.
+/// A part of the region in one cell, and its triangles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ring {
     pub(crate) origin: RingOrigin,
@@ -34,47 +28,57 @@ pub(crate) struct Ring {
     pub(crate) solved: bool,
 }
 
+impl Ring {
+    /// The cell that it goes around.
+    pub(crate) fn cell(&self, tile: &TrimInput<'_>, trace: &Trace) -> [u32; 2] {
+        match self.origin {
+            RingOrigin::Chain(k) => trace.crossings[trace.crossings[k as usize].next as usize].cell.map(u32::from),
+            RingOrigin::Cell(cell) => tile.cell(cell),
+        }
+    }
+}
+
 /// All rings of a tile.
 #[derive(Default)]
 pub(crate) struct Rings {
     pub(crate) rings: Vec<Ring>,
-    /// By chain.
-    pub(crate) ring_of: Vec<u32>,
-    /// By ring, the root of its cluster, which holds the triangles; empty if no cleanup ran.
-    pub(crate) roots: Vec<u32>,
+    /// Chains that rings contain.
+    walked: Vec<bool>,
+    /// Rings that were triangulated together.
+    pub(crate) joined: Vec<usize>,
     /// Number of kept corners that rings and full cells go around, once for each ring or cell.
     corners: u64,
     pub(crate) failed: u32,
 }
 
 impl Rings {
-    /// Finds and triangulates all rings, and lists the full cells. Rings that fail have no triangles.
+    /// Finds and triangulates all rings, and lists the full cells. Rings that fail have no triangles. `None` for
+    /// contradictory loops: crossings do not alternate, or a region reaches beyond the tile.
     pub(crate) fn build(
         &mut self,
         tile: &TrimInput<'_>,
         trace: &Trace,
         polygon: &mut Polygon,
         out: &mut TrimOutput,
-    ) -> Result<(), Inconsistent> {
+    ) -> Option<()> {
         self.clear();
-        self.ring_of.clear();
-        self.ring_of.resize(trace.crossings.len(), NONE);
+        self.walked.clear();
+        self.walked.resize(trace.crossings.len(), false);
         self.corners = 0;
         for k in 0..trace.crossings.len() as u32 {
-            if self.ring_of[k as usize] == NONE {
-                let ring = self.rings.len() as u32;
-                let corners = walk(tile, trace, k, polygon, |chain| self.ring_of[chain as usize] = ring)?;
+            if !self.walked[k as usize] {
+                let corners = walk(tile, trace, k, polygon, |chain| self.walked[chain as usize] = true)?;
                 self.corners += corners as u64;
                 self.add(RingOrigin::Chain(k), polygon, out);
             }
         }
         self.list_full_cells(tile, trace, polygon, out);
-        Ok(())
+        Some(())
     }
 
     pub(crate) fn clear(&mut self) {
         self.rings.clear();
-        self.roots.clear();
+        self.joined.clear();
         self.failed = 0;
     }
 
@@ -132,9 +136,11 @@ impl Rings {
         }
     }
 
-    /// Whether the boundary of all rings and full cells, which [`build`](Self::build) found, is the loops.
+    /// Whether the boundary of all rings and full cells, which [`build`](Self::build) found, is the loops that have
+    /// crossings. Loops that are not simple can pass everything else, because full cells come from parities and rings
+    /// from the order of crossings.
     ///
-    /// A ring and its triangles have the same boundary. The chains of all rings sum to the loops; what remains are
+    /// A ring and its triangles have the same boundary, and so have rings that are triangulated together. The chains of all rings sum to the loops; what remains are
     /// sides along lattice edges, cut into pieces by crossings and corners. A piece next to a crossing belongs to the
     /// rings that leave and enter there, one in either cell, since crossings alternate. A whole edge belongs to a ring
     /// or full cell that goes around its ends. So all sides cancel if rings and full cells go around every kept corner
@@ -143,15 +149,14 @@ impl Rings {
         self.corners == 4 * trace.kept.count()
     }
 
-    /// Loads the polygon of a ring again; clears it for in-cell loops.
-    pub(crate) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, origin: RingOrigin, polygon: &mut Polygon) {
-        match origin {
+    /// Loads the polygon of a ring again.
+    pub(crate) fn reload(&self, tile: &TrimInput<'_>, trace: &Trace, ring: usize, polygon: &mut Polygon) {
+        match self.rings[ring].origin {
             RingOrigin::Chain(k) => {
                 let again = walk(tile, trace, k, polygon, |_| ());
-                debug_assert!(again.is_ok(), "a ring that was walked once can be walked again");
+                debug_assert!(again.is_some(), "a ring that was walked once can be walked again");
             }
             RingOrigin::Cell(cell) => cell_polygon(tile, trace, cell, polygon),
-            RingOrigin::Loops(..) => polygon.clear(),
         }
     }
 }
@@ -168,7 +173,7 @@ fn cell_polygon(tile: &TrimInput<'_>, trace: &Trace, cell: u32, polygon: &mut Po
 }
 
 /// Loads the polygon of the ring that contains chain `first`, and calls `visit` for its chains. Returns how many
-/// corners it goes around.
+/// corners it goes around, `None` for contradictory loops.
 #[inline(always)]
 fn walk(
     tile: &TrimInput<'_>,
@@ -176,7 +181,7 @@ fn walk(
     first: u32,
     polygon: &mut Polygon,
     mut visit: impl FnMut(u32),
-) -> Result<usize, Inconsistent> {
+) -> Option<usize> {
     polygon.clear();
     let mut k = first;
     let (mut chains, mut corners, mut first_chain) = (0usize, 0usize, 0);
@@ -196,7 +201,7 @@ fn walk(
             break;
         }
         if chains > trace.crossings.len() {
-            return Err(Inconsistent);
+            return None;
         }
     }
     let open = polygon.ids.len();
@@ -204,7 +209,7 @@ fn walk(
     let n = polygon.ids.len();
     let facing = (chains == 1 && n == first_chain + corners) || (chains == 2 && corners == 0);
     polygon.zip = if n == open && first_chain < n && facing { first_chain } else { 0 };
-    Ok(corners)
+    Some(corners)
 }
 
 /// Pushes the tessellants of chain `k` and returns the crossing where it ends.
@@ -239,40 +244,36 @@ fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut Polygon
 }
 
 /// Goes counter-clockwise from the crossing where a chain leaves its cell to the chain that enters it next. Calls
-/// `corner` for the kept corners on the way.
+/// `corner` for the kept corners on the way. `None` for contradictory loops.
 #[inline(always)]
-pub(crate) fn next_chain(
-    trace: &Trace,
-    crossing: u32,
-    mut corner: impl FnMut(usize, usize),
-) -> Result<u32, Inconsistent> {
+fn next_chain(trace: &Trace, crossing: u32, mut corner: impl FnMut(usize, usize)) -> Option<u32> {
     let c = &trace.crossings[crossing as usize];
     let partner = if c.side < 2 { c.above } else { c.below };
     if partner != NONE {
         // Crossings alternate: the next one on the kept side must enter where this one leaves.
         let enters = trace.crossings[partner as usize].side == (c.side + 2) & 3;
-        return if enters { Ok(partner) } else { Err(Inconsistent) };
+        return enters.then_some(partner);
     }
     let (i, j) = (c.cell[0] as usize, c.cell[1] as usize);
     let mut side = c.side;
     for _ in 0..4 {
         let (ci, cj) = corner_after(i, j, side);
         if !trace.kept.get(ci, cj) {
-            return Err(Inconsistent);
+            return None;
         }
         corner(ci, cj);
         side = (side + 1) & 3;
         if let Some(first) = trace.first_on_side(i, j, side) {
             let enters = trace.crossings[first as usize].side == (side + 2) & 3;
-            return if enters { Ok(first) } else { Err(Inconsistent) };
+            return enters.then_some(first);
         }
     }
-    Err(Inconsistent)
+    None
 }
 
 /// The corner at the counter-clockwise end of a cell's side.
 #[inline(always)]
-pub(crate) fn corner_after(i: usize, j: usize, side: u8) -> (usize, usize) {
+fn corner_after(i: usize, j: usize, side: u8) -> (usize, usize) {
     match side {
         0 => (i + 1, j),
         1 => (i + 1, j + 1),

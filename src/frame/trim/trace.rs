@@ -69,8 +69,6 @@ struct EdgeList {
 pub(crate) struct Trace {
     nu: usize,
     nv: usize,
-    /// Tessellants within this distance of a lattice line belong to the kept side of it.
-    reach: f64,
     pub(crate) crossings: Vec<Crossing>,
     /// By lattice edge. Valid only where the bit in `crossed_h` or `crossed_v` is set, so it is never cleared.
     lists: Vec<EdgeList>,
@@ -101,7 +99,6 @@ struct CornerCandidate {
 }
 
 /// A loop without crossings.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct InCellLoop {
     pub(crate) cell: u32,
     pub(crate) loop_index: u32,
@@ -133,10 +130,10 @@ impl Trace {
         self.in_cell_loops.extend(loops.map(|(loop_index, _)| InCellLoop { cell: 0, loop_index }));
     }
 
-    /// Clears the trace for a tile. `reach` is [`CORNER_CLEARANCE`], or 0 for exact ownership of tessellants.
-    pub(crate) fn reset(&mut self, tile: &TrimInput<'_>, reach: f64) {
+    /// Clears the trace for a tile.
+    pub(crate) fn reset(&mut self, tile: &TrimInput<'_>) {
         let (nu, nv) = (tile.cells.0 as usize, tile.cells.1 as usize);
-        (self.nu, self.nv, self.reach) = (nu, nv, reach);
+        (self.nu, self.nv) = (nu, nv);
         for bits in [
             &mut self.crossed_h,
             &mut self.odd_h,
@@ -390,7 +387,7 @@ impl Trace {
     }
 
     /// The cell of tessellant `a`, between `prev` and `next`: on the kept side of the inner lattice lines that it lies
-    /// on. Tips that touch a line, and segments along it, then belong to the cells they bound, and do not disturb the
+    /// on, up to the clearance. Tips that touch a line, and segments along it, then belong to the cells they bound, and do not disturb the
     /// full cells beyond.
     #[cold]
     #[inline(never)]
@@ -400,12 +397,12 @@ impl Trace {
         let limits = [self.nu as f64, self.nv as f64];
         for axis in 0..2 {
             let line = (a[axis] + 0.5).floor();
-            if (a[axis] - line).abs() > self.reach || line <= 0.0 || line >= limits[axis] {
+            if (a[axis] - line).abs() > CORNER_CLEARANCE || line <= 0.0 || line >= limits[axis] {
                 continue;
             }
             let beyond = |q: DVec2| {
                 let distance = q[axis] - line;
-                if distance.abs() <= self.reach { 0.0 } else { distance.signum() }
+                if distance.abs() <= CORNER_CLEARANCE { 0.0 } else { distance.signum() }
             };
             let (before, after) = (beyond(prev), beyond(next));
             // Moving up along a vertical line keeps its left, moving right along a horizontal one keeps what is above.
@@ -498,18 +495,6 @@ impl Trace {
             let list = &self.lists[edge.index];
             if side < 2 { list.first } else { list.last }
         })
-    }
-
-    /// The chain that ends at crossing `k`.
-    pub(crate) fn chain_before(&self, k: u32) -> u32 {
-        if k > 0 && self.crossings[k as usize - 1].next == k {
-            return k - 1;
-        }
-        let mut last = k as usize;
-        while !self.crossings[last].wraps {
-            last += 1;
-        }
-        last as u32
     }
 
     /// Position of a crossing, and the cell that its loop enters there.
