@@ -38,11 +38,6 @@ impl DisjointSets {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
     }
-
-    /// Merges two sets given by their roots. `keep` stays the root.
-    pub(crate) fn join_under(&mut self, keep: u32, gone: u32) {
-        self.0[gone as usize] = keep;
-    }
 }
 
 #[cfg(test)]
@@ -55,7 +50,6 @@ mod tests {
         sets.join(4, 2);
         sets.join(5, 4);
         assert_eq!((0..6).map(|k| sets.root(k)).collect::<Vec<_>>(), [0, 1, 2, 3, 2, 2]);
-        sets.join_under(3, 2);
-        assert_eq!((sets.root(5), sets.push(), sets.len()), (3, 6, 7));
+        assert_eq!((sets.push(), sets.len()), (6, 7));
     }
 }

@@ -209,9 +209,8 @@ impl MergedVertices {
         // The short list goes to the long one, so that an end moves only into a list at least twice as long.
         let mut all = self.far_ends.remove(&many).unwrap_or_default();
         all.append(&mut moved);
-        let (keep, drop) = (a.min(b), a.max(b));
-        self.sets.join_under(keep, drop);
-        self.far_ends.insert(keep, all);
+        self.sets.join(a, b);
+        self.far_ends.insert(a.min(b), all);
         true
     }
 }
