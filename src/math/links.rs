@@ -2,15 +2,6 @@
 
 use std::collections::BTreeMap;
 
-/// Which arc goes on where several leave a node.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Onward {
-    /// The first one that is left.
-    First,
-    /// The last one that is left.
-    Last,
-}
-
 /// Arcs linked to chains, by their indices.
 pub(crate) struct Links {
     pub(crate) chains: Vec<Vec<usize>>,
@@ -20,14 +11,11 @@ pub(crate) struct Links {
 
 impl Links {
     /// Links arcs, given by start and end, to chains. Each starts with the first arc that is left, and ends where it
-    /// started, or where no arc is left.
-    pub(crate) fn of<N: Ord>(arcs: &[[N; 2]], onward: Onward) -> Self {
+    /// started, or where no arc is left. Where several leave a node, the first one that is left goes on.
+    pub(crate) fn of<N: Ord>(arcs: &[[N; 2]]) -> Self {
         let mut leaving: BTreeMap<&N, Vec<usize>> = BTreeMap::new();
-        for (k, [from, _]) in arcs.iter().enumerate() {
+        for (k, [from, _]) in arcs.iter().enumerate().rev() {
             leaving.entry(from).or_default().push(k);
-        }
-        if onward == Onward::First {
-            leaving.values_mut().for_each(|there| there.reverse());
         }
         let mut used = vec![false; arcs.len()];
         let mut out = Self { chains: Vec::new(), all_closed: true };
@@ -66,12 +54,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn chains_go_on_with_the_first_or_the_last_arc() {
+    fn chains_go_on_with_the_first_arc() {
         let arcs = [[0, 1], [1, 2], [1, 3], [2, 0], [3, 0], [0, 1]];
-        for (onward, expected) in [(Onward::First, [[0, 1, 3], [2, 4, 5]]), (Onward::Last, [[0, 2, 4], [1, 3, 5]])] {
-            assert_eq!(Links::of(&arcs, onward).closed().expect("closed"), expected);
-        }
-        let open = Links::of(&[[0, 1], [2, 2], [1, 3]], Onward::First);
+        assert_eq!(Links::of(&arcs).closed().expect("closed"), [[0, 1, 3], [2, 4, 5]]);
+        let open = Links::of(&[[0, 1], [2, 2], [1, 3]]);
         assert_eq!((open.all_closed, open.chains), (false, vec![vec![0, 2], vec![1]]));
     }
 }

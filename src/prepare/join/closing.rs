@@ -5,7 +5,7 @@
 
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, Tile};
 use crate::math::bits::of_point;
-use crate::math::links::{Links, Onward};
+use crate::math::links::Links;
 use crate::model::{NurbsCurve3, RowId};
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
@@ -215,7 +215,7 @@ impl Closer<'_> {
     fn walks(&self, runs: &[BreakRun]) -> Vec<Vec<BreakRun>> {
         let end = |run: &BreakRun, at: u32| of_point(break_point(self.edges, RowId(run.edge), at));
         let arcs: Vec<[[u64; 3]; 2]> = runs.iter().map(|run| [run.from, run.to].map(|at| end(run, at))).collect();
-        let walks = Links::of(&arcs, Onward::First).chains;
+        let walks = Links::of(&arcs).chains;
         walks.into_iter().map(|walk| walk.into_iter().map(|k| runs[k]).collect()).collect()
     }
 

@@ -8,7 +8,7 @@
 use super::grid::{Grid, LineCrossing};
 use super::windings::Windings;
 use crate::math::bisection::bisected;
-use crate::math::links::{Links, Onward};
+use crate::math::links::Links;
 use crate::prepare::regions::unroll::pole_sides;
 use crate::prepare::report::refusals::Tangled;
 use crate::prepare::uv::pcurve::Projector;
@@ -293,7 +293,7 @@ impl TileBuilder<'_> {
                     let ends = if stop.winding > 0 { [k, next] } else { [next, k] };
                     arcs.extend((0..stop.winding.unsigned_abs()).map(|_| ends));
                 }
-                let chains = Links::of(&arcs, Onward::Last).closed().ok_or(tangled)?;
+                let chains = Links::of(&arcs).closed().ok_or(tangled)?;
                 for chain in chains {
                     let mut l = Vec::new();
                     for k in chain {

@@ -1,7 +1,7 @@
 //! A wire's edges as listed -> wires that close, in another order or without seams of periodic surfaces.
 
 use super::ends::ends_of_all;
-use crate::math::links::{Links, Onward};
+use crate::math::links::Links;
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
 use std::collections::{BTreeMap, HashSet};
 
@@ -25,7 +25,7 @@ pub(crate) fn in_order(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<OrderedEdge>>> 
 
 /// Closed wires of edges in the directions given.
 fn chained(ends: &[[VertexId; 2]]) -> Option<Vec<Vec<OrderedEdge>>> {
-    let wires = Links::of(ends, Onward::First).closed()?;
+    let wires = Links::of(ends).closed()?;
     Some(wires.into_iter().map(|wire| wire.into_iter().map(|k| (k, false)).collect()).collect())
 }
 
