@@ -16,6 +16,7 @@ impl DisjointSets {
     }
 
     /// Adds the next integer in a set of its own and returns it.
+    #[cfg(any(test, feature = "step"))]
     pub(crate) fn push(&mut self) -> u32 {
         let next = self.0.len() as u32;
         self.0.push(next);
