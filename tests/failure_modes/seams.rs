@@ -406,6 +406,34 @@ fn apples_lemons_and_horns() {
 }
 
 #[test]
+fn a_ring_wound_past_its_start() {
+    // Either end lies on the other turn, too, and nearer to the middle of a span there.
+    let (major, minor) = (20.0, 5.0);
+    for past in [0.3, 0.9, 2.0, 6.0] {
+        let turn = TAU + past;
+        let (surface, _) = torus(major, minor).to_nurbs((0.0, turn), (0.0, TAU));
+        let row = surface.count_v();
+        let seam = NurbsCurve3 {
+            degree: surface.degree_u,
+            knots: surface.knots_u.clone(),
+            points: surface.points.iter().step_by(row).copied().collect(),
+            weights: surface.weights.iter().step_by(row).copied().collect(),
+        };
+        let mut body = Body::solid();
+        let [first, end] = [0.0, turn].map(|u| tube_circle(&mut body, major, minor, u));
+        let seam = body.spline(seam);
+        let around = vec![seam.along(), end.along(), seam.against(), first.against()];
+        body.face(Surface::Nurbs(surface), vec![around], false);
+        for (u, sign, circle) in [(0.0_f64, -1.0, first.along()), (turn, 1.0, end.against())] {
+            let (out, along) = (DVec3::new(u.cos(), u.sin(), 0.0), DVec3::new(-u.sin(), u.cos(), 0.0));
+            body.flat(frame(major * out, sign * along, out), vec![vec![circle]]);
+        }
+        let (volume, area) = (PI * minor * minor * major * turn, TAU * minor * (major * turn + minor));
+        Ladder::solid(body.finish(), volume, area).named(past).climb();
+    }
+}
+
+#[test]
 fn a_horn_torus_stated_as_a_torus() {
     let mut body = Body::solid();
     body.face(torus(3.0, 3.0), Vec::new(), false);

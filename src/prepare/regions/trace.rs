@@ -38,8 +38,9 @@ fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Stretches<'
 /// Directions at a pole that differ by less than this share of a turn may be the same.
 const SAME_DIRECTION: f64 = 0.01;
 
-/// Traces a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. The second value
-/// is that gap, mm, if the loop does not close. Raises `gap` to the largest distance between edge and surface.
+/// Traces a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. If none closes it,
+/// also from each sheet of the surface at their starts. The second value is that gap, mm, if the loop does not close.
+/// Raises `gap` to the largest distance between edge and surface.
 pub(crate) fn trace_loop(
     part: &Part,
     coedges: &[Coedge],
@@ -59,10 +60,16 @@ pub(crate) fn trace_loop(
     if firsts.is_empty() {
         firsts.push(0);
     }
+    let on_sheets = |&first: &usize| {
+        let sheets = projector.sheets_at(start_point(part, &coedges[first]));
+        // The only one was tried.
+        let count = if sheets.len() > 1 { sheets.len() } else { 0 };
+        sheets.into_iter().take(count).map(move |uv| (first, Some(uv)))
+    };
     let mut best: Option<(f64, f64, UvLoop)> = None;
-    for first in firsts {
+    for (first, seed) in firsts.iter().map(|&first| (first, None)).chain(firsts.iter().flat_map(on_sheets)) {
         let mut loop_gap = 0.0;
-        let (traced, miss) = match trace_from(part, coedges, first, projector, &mut loop_gap, passages) {
+        let (traced, miss) = match trace_from(part, coedges, (first, seed), projector, &mut loop_gap, passages) {
             Ok(traced) => traced,
             // An earlier try is usable.
             Err(_) if best.is_some() => continue,
@@ -106,7 +113,7 @@ fn without_spikes<'a>(part: &Part, coedges: &'a [Coedge], projector: &Projector<
 fn trace_from(
     part: &Part,
     coedges: &[Coedge],
-    first: usize,
+    (first, seed): (usize, Option<DVec2>),
     projector: &Projector<'_>,
     gap: &mut f64,
     passages: &Passages,
@@ -120,7 +127,7 @@ fn trace_from(
                 return Err(RegionError::EmptyEdge { edge: c.edge, range: edge.range });
             }
             let previous_end = pieces.last().map(Piece::end);
-            let m = projector.march(&edge, ends, c.reversed, previous_end);
+            let m = projector.march(&edge, ends, c.reversed, previous_end.or(seed));
             if m.samples.iter().any(|s| !s.uv.is_finite()) {
                 return Err(RegionError::NotFinite);
             }

@@ -181,7 +181,7 @@ impl<'a> Projector<'a> {
         }
         let Some(s) = seed else { return self.search(p) };
         let near = self.newton(p, s);
-        if near.off <= self.enough * self.tolerance || self.vain.get() >= MAX_VAIN {
+        if near.off <= self.near() || self.vain.get() >= MAX_VAIN {
             return near;
         }
         let far = self.search(p);
@@ -190,31 +190,13 @@ impl<'a> Projector<'a> {
         if found { Foot { uv: self.unwrap(far.uv, s), ..far } } else { near }
     }
 
-    fn foot_at(&self, uv: DVec2, p: DVec3) -> Foot {
-        Foot::new(uv, p, self.tangents(uv))
+    /// Distance from the surface within which a point is on it.
+    fn near(&self) -> f64 {
+        self.enough * self.tolerance
     }
 
-    fn search(&self, p: DVec3) -> Foot {
-        if let (Surface::Nurbs(net), [None, None], []) = (self.surface, self.period, &self.poles[..]) {
-            // Most vertices are corners of the net, or not far from a control point. A lattice of seeds takes thousands
-            // of points.
-            let found = self.newton(p, net.nearest_control(p));
-            if found.off <= self.tolerance {
-                return found;
-            }
-        }
-        let seeds = self.seeds.get_or_init(|| Seeds::of(self.surface, self.domain, self.period));
-        let mut answer = Foot::none(DVec2::ZERO);
-        for start in seeds.starts(p) {
-            let found = self.newton(p, start);
-            if found.off < answer.off {
-                answer = found;
-            }
-            if answer.off <= self.tolerance {
-                break;
-            }
-        }
-        answer
+    fn foot_at(&self, uv: DVec2, p: DVec3) -> Foot {
+        Foot::new(uv, p, self.tangents(uv))
     }
 
     /// Moves parameters into the domain: by whole periods, or clamped where the surface is not periodic.
@@ -583,5 +565,6 @@ fn fill_slopes(samples: &mut [UvSample]) {
 }
 
 mod poles;
+mod search;
 #[cfg(test)]
 mod tests;
