@@ -2,7 +2,10 @@
 //! silently.
 
 use crate::common::prepared;
-use crate::{bounded_face, clean, edge_of, is, model, near, only_face, only_part, point, shell, vertex, world};
+use crate::{
+    bounded_face, clean, edge_of, file, is, model, model_of_file, near, only_face, only_part, point, shell, vertex,
+    world,
+};
 use glam::DVec3;
 use trimtess::model::{Loop, Model, Severity, StepTrouble, Surface};
 
@@ -345,4 +348,15 @@ fn reals_are_read_as_programs_print_them() {
     clean(&model);
     let Surface::Sphere { frame, radius } = only_face(&model).surface else { panic!("no sphere") };
     assert_eq!((frame.origin, radius), (DVec3::new(-0.5, 1e-16, 2.0), 2.0));
+}
+
+#[test]
+fn words_may_be_in_small_letters() {
+    let text = file(&(world() + "#60=SPHERICAL_SURFACE('',#20,2.);" + &shell("ADVANCED_FACE('',(),#60,.f.)", 1)));
+    assert!(text.contains("SI_UNIT(.MILLI.,.METRE.)"), "{text}");
+    let model = model_of_file(&text.replace(".MILLI.,.METRE.", ".centi.,.Metre."));
+    clean(&model);
+    let face = only_face(&model);
+    let Surface::Sphere { radius, .. } = face.surface else { panic!("no sphere") };
+    assert_eq!((radius, face.reversed), (20.0, true));
 }

@@ -277,7 +277,11 @@ impl<'t> Parser<'t> {
             }
             Token::Reference => Value::Reference(self.reference()?),
             Token::Text => Value::Text(self.string(inside())?),
-            Token::Enumeration => Value::Enumeration(self.append(|text| text.push_str(ascii(inside())))?),
+            Token::Enumeration => Value::Enumeration(self.append(|text| {
+                let start = text.len();
+                text.push_str(ascii(inside()));
+                text[start..].make_ascii_uppercase();
+            })?),
             Token::Binary => Value::Binary,
             Token::Open => Value::List(self.items(depth + 1)?),
             Token::Keyword => {
