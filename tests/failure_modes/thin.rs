@@ -78,3 +78,20 @@ fn a_groove_narrower_than_the_tolerance() {
         }
     }
 }
+
+#[test]
+fn a_star_of_many_spikes() {
+    // The boxes of a spike's sides overlap those of hundreds of others.
+    let (inner, outer, spikes) = (5.0, 8.0, 1250_u32);
+    let turn = PI / f64::from(spikes);
+    let corner = |k: u32| {
+        let radius = if k.is_multiple_of(2) { inner } else { outer };
+        let angle = turn * f64::from(k);
+        radius * DVec3::new(angle.cos(), angle.sin(), 0.0)
+    };
+    let corners: Vec<DVec3> = (0..2 * spikes).map(corner).collect();
+    let mut body = Body::sheet();
+    let around = body.polygon(&corners);
+    body.flat(Frame3::WORLD, vec![around]);
+    Ladder::sheet(body.finish(), f64::from(spikes) * inner * outer * turn.sin()).climb();
+}

@@ -215,6 +215,12 @@ impl<'a> ArcSpan<'a> {
         self.fine.as_ref().map_or(&self.arc.hull[step * self.from..=step * self.to], |fine| &fine.hull)
     }
 
+    /// From its first point to its last.
+    pub(crate) fn chord(&self) -> DVec2 {
+        let [first, last] = self.ends();
+        last - first
+    }
+
     pub(crate) fn ends(&self) -> [DVec2; 2] {
         let points = self.points();
         [points[0], points[points.len() - 1]]

@@ -12,7 +12,7 @@
 
 use super::arcs::{ArcSpan, MAX_DEPTH, PcurveArc, apart, arc, exactly_apart, shared_ends};
 use super::draft::DraftTile;
-use super::meeting::{Meeting, WorkLeft, beside, by_use, meet, weld};
+use super::meeting::{Meeting, WorkLeft, beside, by_use, chords_meet, meet, weld};
 use glam::DVec2;
 use smallvec::{SmallVec, smallvec};
 
@@ -183,8 +183,10 @@ fn separate_all<'a, 'w>(arcs: &'a [PcurveArc], most: usize, size: DVec2, work: &
                 continue;
             }
             if a.points.len() == 2 && b.points.len() == 2 {
-                if !a.exact && !a.only_joins(b) && !a.runs_along(b) {
-                    found.keep((ArcSpan::of(a), ArcSpan::of(b)), Vec::new());
+                let pair = (ArcSpan::of(a), ArcSpan::of(b));
+                let may_meet = !a.exact && !a.only_joins(b) && !a.runs_along(b);
+                if may_meet && !chords_meet(pair.0, pair.1).is_empty() {
+                    found.keep(pair, Vec::new());
                 }
             } else if !a.runs_along(b) {
                 separate_by_few(ArcSpan::of(a), ArcSpan::of(b), &mut found);

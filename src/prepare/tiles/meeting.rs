@@ -9,6 +9,7 @@ use crate::math::bisection::bisected;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample, newton_meeting};
 use crate::prepare::uv::uv_loop::winding_about;
 use glam::DVec2;
+use smallvec::SmallVec;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -61,16 +62,29 @@ impl Meeting {
 
 /// Where two stretches meet, other than at common ends: at most one point, or two ends of a common stretch.
 pub(crate) fn meet(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>) -> Vec<Meeting> {
+    let starts = chords_meet(a, b);
+    // Chords of curves that touch need not cross.
+    let curved = [a, b].iter().any(|s| s.arc.points.len() > 2);
+    if starts.is_empty() && curved {
+        let [d, e] = [a, b].map(|s| s.chord());
+        let side_by_side = d.perp_dot(e).abs() <= SIDE_BY_SIDE * d.length() * e.length();
+        return side_by_side.then(|| settle(tile, a, b, None)).flatten().into_iter().collect();
+    }
+    starts.into_iter().filter_map(|at| settle(tile, a, b, Some(at))).collect()
+}
+
+/// Where the chords of two stretches meet, as shares of both: at most one point, or the ends of a common stretch.
+pub(crate) fn chords_meet(a: ArcSpan<'_>, b: ArcSpan<'_>) -> SmallVec<[[f64; 2]; 4]> {
     let ([p, q], [r, s]) = (a.ends(), b.ends());
-    let (d, e) = (q - p, s - r);
+    let (d, e) = (a.chord(), b.chord());
     let (length_a, length_b) = (d.length(), e.length());
     let cross = d.perp_dot(e);
     let within = |x: f64, length: f64| x * length >= -TOUCH && (x - 1.0) * length <= TOUCH;
-    let mut starts: Vec<[f64; 2]> = Vec::new();
+    let mut meetings = SmallVec::new();
     if cross.abs() > 1e-9 * length_a * length_b {
         let at = [(r - p).perp_dot(e) / cross, (r - p).perp_dot(d) / cross];
         if within(at[0], length_a) && within(at[1], length_b) {
-            starts.push(at);
+            meetings.push(at);
         }
     } else if length_a > 0.0 && length_b > 0.0 {
         let on_a = (p, d, length_a, [r, s]);
@@ -80,17 +94,12 @@ pub(crate) fn meet(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>) -> Vec<Meet
                 let at = (x - from).dot(along) / along.length_squared();
                 let off = (x - from).perp_dot(along).abs() / length;
                 if within(at, length) && off <= TOUCH {
-                    starts.push(if k == 0 { [at, end] } else { [end, at] });
+                    meetings.push(if k == 0 { [at, end] } else { [end, at] });
                 }
             }
         }
     }
-    // Chords of curves that touch need not cross.
-    let curved = [a, b].iter().any(|s| s.arc.points.len() > 2);
-    if starts.is_empty() && curved && cross.abs() <= SIDE_BY_SIDE * length_a * length_b {
-        return settle(tile, a, b, None).into_iter().collect();
-    }
-    starts.into_iter().filter_map(|at| settle(tile, a, b, Some(at))).collect()
+    meetings
 }
 
 /// The meeting of two stretches near a `crossing` of their chords, given as shares of these; without one, a place where
