@@ -24,6 +24,12 @@ impl BezierSpline3 {
     #[must_use]
     pub fn new(curve: &NurbsCurve3, range: (f64, f64)) -> Self {
         let weights = uneven(&curve.weights);
+        if let Some(breaks) = bezier_breaks(curve.degree, &curve.knots, range) {
+            let segments = (0..breaks.len() - 1).map(|k| k * curve.degree);
+            let control = segments.flat_map(|first| first..=first + curve.degree);
+            let control = control.map(|k| weighted(&curve.points, weights, k)).collect();
+            return Self { degree: curve.degree, breaks, control };
+        }
         let rows = homogeneous(&curve.points, weights);
         let (breaks, mut control) = to_bezier(curve.degree, &curve.knots, &rows, 1, range);
         level(&mut control, !weights.is_empty());
@@ -181,6 +187,18 @@ impl BezierPatches {
         let weights = uneven(&surface.weights);
         let rational = !weights.is_empty();
         let width = surface.count_v();
+        let bezier_u = bezier_breaks(degree_u, &surface.knots_u, u);
+        if let Some((breaks_u, breaks_v)) = bezier_u.zip(bezier_breaks(degree_v, &surface.knots_v, v)) {
+            let patches = (breaks_u.len() - 1) * (breaks_v.len() - 1);
+            let mut control = Vec::with_capacity(patches * (degree_u + 1) * (degree_v + 1));
+            for (i, j) in (0..breaks_u.len() - 1).flat_map(|i| (0..breaks_v.len() - 1).map(move |j| (i, j))) {
+                for a in i * degree_u..=(i + 1) * degree_u {
+                    let line = a * width + j * degree_v..=a * width + (j + 1) * degree_v;
+                    control.extend(line.map(|k| weighted(&surface.points, weights, k)));
+                }
+            }
+            return Self { degree_u, degree_v, breaks_u, breaks_v, control, rational };
+        }
         let rows = homogeneous(&surface.points, weights);
         let (breaks_u, rows) = to_bezier(degree_u, &surface.knots_u, &rows, width, u);
         // Now along v: columns become rows.
@@ -404,6 +422,33 @@ fn dot(factors: &[f64], points: &[DVec4]) -> DVec4 {
     factors.iter().zip(points).fold(DVec4::ZERO, |sum, (&f, &p)| sum + p * f)
 }
 
+/// The breaks of a spline whose control points are those of its Bézier pieces: lines, arcs and analytic surfaces.
+/// `None` for other splines, or if `range` leaves out a part of the domain.
+fn bezier_breaks(degree: usize, knots: &[f64], range: (f64, f64)) -> Option<Vec<f64>> {
+    /// Pieces shorter than this share of the domain may be slivers.
+    const SHORT: f64 = 1e-6;
+    // The outer knots are in no extraction.
+    if degree == 0 || knots.len() < 2 * (degree + 1) {
+        return None;
+    }
+    // The outermost knots count for nothing.
+    let groups = knots[1..knots.len() - 1].chunks_exact(degree);
+    let (first, last) = (knots[1], knots[knots.len() - 2]);
+    let is_whole = groups.remainder().is_empty() && range.0 <= first && range.1 >= last;
+    let is_even = |group: &[f64]| group.iter().all(|&knot| knot == group[0]);
+    if !is_whole || !groups.clone().all(is_even) {
+        return None;
+    }
+    let breaks: Vec<f64> = groups.map(|group| group[0]).collect();
+    let is_long = |ends: &[f64]| ends[1] - ends[0] > SHORT * (last - first);
+    breaks.windows(2).all(is_long).then_some(breaks)
+}
+
+/// Control point `k` in homogeneous form. Zeros are positive, as sums of products are.
+fn weighted(points: &[DVec3], weights: &[f64], k: usize) -> DVec4 {
+    DVec4::ZERO + if weights.is_empty() { points[k].extend(1.0) } else { (points[k] * weights[k]).extend(weights[k]) }
+}
+
 /// The weights, or an empty slice if all are equal and cancel.
 fn uneven(weights: &[f64]) -> &[f64] {
     if weights.windows(2).all(|w| w[0] == w[1]) { &[] } else { weights }
@@ -419,6 +464,8 @@ fn level(control: &mut [DVec4], rational: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Frame3, Surface};
+    use std::f64::consts::TAU;
 
     /// Degrees with loops of constant length give the bits of the general loop.
     #[test]
@@ -433,6 +480,81 @@ mod tests {
                 bernstein::basis(x, &mut n);
                 let sum = dot(&n, spline.segment(i));
                 assert_eq!(spline.point(t), sum.truncate() / sum.w, "degree {degree} at {t}");
+            }
+        }
+    }
+
+    fn bits(control: &[DVec4]) -> Vec<[u64; 4]> {
+        control.iter().map(|c| c.to_array().map(f64::to_bits)).collect()
+    }
+
+    #[test]
+    fn curves_of_bezier_pieces_have_the_bits_of_knot_insertion() {
+        let line = NurbsCurve3::line(DVec3::new(-0.0, 1.0, -2.5), DVec3::new(3.0, -0.0, 0.1));
+        let arc = |from, to| NurbsCurve3::arc(&Frame3::WORLD, 2.5, 1.5, from, to);
+        let even = NurbsCurve3 { weights: vec![0.7; 2], ..line.clone() };
+        let chain = NurbsCurve3 {
+            degree: 3,
+            knots: vec![-1.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 5.0, 5.0, 5.0, 7.0],
+            points: (0..7).map(|k| DVec3::new(f64::from(k), f64::from(k * k) - 3.3, -0.0)).collect(),
+            weights: Vec::new(),
+        };
+        for curve in [line, arc(0.3, 1.0), arc(-1.0, 3.0), arc(0.0, TAU), even, chain] {
+            let (a, b) = curve.domain();
+            for range in [(a, b), (a - 1.0, b + 1.0)] {
+                let fast = BezierSpline3::new(&curve, range);
+                assert!(bezier_breaks(curve.degree, &curve.knots, range).is_some(), "{curve:?}");
+                let weights = uneven(&curve.weights);
+                let rows = homogeneous(&curve.points, weights);
+                let (breaks, mut control) = to_bezier(curve.degree, &curve.knots, &rows, 1, range);
+                level(&mut control, !weights.is_empty());
+                assert_eq!((&fast.breaks, bits(&fast.control)), (&breaks, bits(&control)), "{curve:?}");
+            }
+            for part in [(a, b - 0.1), (a + 0.1, b)] {
+                assert!(bezier_breaks(curve.degree, &curve.knots, part).is_none());
+            }
+        }
+    }
+
+    #[test]
+    fn other_splines_are_no_bezier_pieces() {
+        for (degree, knots) in [
+            (1, &[0.0, 1.0][..]),
+            (2, &[0.0, 0.0, 0.0, 1.0, 2.0, 2.0, 2.0]),
+            (2, &[0.0, 0.0, 0.1, 1.0, 1.0, 1.0]),
+            // A sliver.
+            (1, &[0.0, 0.0, 1e-8, 1.0, 1.0]),
+            (0, &[0.0, 1.0]),
+        ] {
+            assert_eq!(bezier_breaks(degree, knots, (-9.0, 9.0)), None, "{degree} {knots:?}");
+        }
+    }
+
+    #[test]
+    fn surfaces_of_bezier_pieces_have_the_bits_of_knot_insertion() {
+        let frame =
+            Frame3::from_axis(DVec3::new(1.0, -2.0, 0.0), DVec3::new(0.1, 0.2, 1.0), DVec3::X).expect("an axis");
+        for surface in [
+            Surface::Plane { frame },
+            Surface::Cylinder { frame, radius: 2.0 },
+            Surface::Torus { frame, major: 3.0, minor: 1.0 },
+        ] {
+            let (nurbs, _) = surface.to_nurbs((-1.0, 3.0), (0.0, 4.0));
+            let (u, v) = nurbs.domain();
+            let fast = BezierPatches::over(&nurbs, u, v);
+            let (width, weights) = (nurbs.count_v(), uneven(&nurbs.weights));
+            let (breaks_u, rows) =
+                to_bezier(nurbs.degree_u, &nurbs.knots_u, &homogeneous(&nurbs.points, weights), width, u);
+            let tall = rows.len() / width;
+            let columns: Vec<DVec4> = (0..rows.len()).map(|k| rows[k % tall * width + k / tall]).collect();
+            let (breaks_v, columns) = to_bezier(nurbs.degree_v, &nurbs.knots_v, &columns, tall, v);
+            assert_eq!((&fast.breaks_u, &fast.breaks_v), (&breaks_u, &breaks_v));
+            let (nu, nv) = (nurbs.degree_u + 1, nurbs.degree_v + 1);
+            for (i, j) in (0..breaks_u.len() - 1).flat_map(|i| (0..breaks_v.len() - 1).map(move |j| (i, j))) {
+                let at = |k: usize| columns[(j * nv + k % nv) * tall + i * nu + k / nv];
+                let mut patch: Vec<DVec4> = (0..nu * nv).map(at).collect();
+                level(&mut patch, fast.rational);
+                assert_eq!(bits(fast.patch(i, j)), bits(&patch), "{surface:?} {i} {j}");
             }
         }
     }

@@ -77,6 +77,17 @@ pub(crate) struct Arrangement {
 }
 
 impl Arrangement {
+    /// The only tile of a region that no line cuts, and that winds around nothing where its loops add nothing.
+    fn uncut(region: &Region, grid: &Grid) -> Self {
+        let mut out = Self::default();
+        let loops: Vec<_> = region.loops.iter().map(|l| out.whole(l, DVec2::ZERO)).collect();
+        if !loops.is_empty() {
+            let [min, max] = [0, 1].map(|k| DVec2::new(grid.lines[0][k], grid.lines[1][k]));
+            out.tiles.push(ArrangedTile { min, max, loops, layered: false });
+        }
+        out
+    }
+
     /// A whole loop, moved by `by`.
     fn whole(&mut self, l: &UvLoop, by: DVec2) -> Vec<LoopStretch> {
         let stretch = |p: &Piece| {
@@ -186,6 +197,9 @@ struct TileBuilder<'a> {
 
 /// Cuts a region along a grid.
 pub(crate) fn arrange(region: &Region, grid: &Grid, projector: &Projector<'_>) -> Result<Arrangement, Tangled> {
+    if grid.wraps == [false; 2] && grid.count(0) == 1 && grid.count(1) == 1 && region.base == 0 {
+        return Ok(Arrangement::uncut(region, grid));
+    }
     let sides = pole_sides(region, projector);
     let poles = [0, 1].map(|axis| {
         let lines = &grid.lines[axis];
@@ -436,4 +450,41 @@ struct Stop {
 
 fn corner((i, j): (usize, usize)) -> GridNode {
     GridNode::Corner(i, j)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Frame3, Surface};
+
+    #[test]
+    fn a_region_that_no_line_cuts_is_arranged_like_any_other() {
+        let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (-0.0, 1.0)].map(|(u, v)| DVec2::new(u, v));
+        let piece = |k: usize| {
+            let (a, b) = (corners[k], corners[(k + 1) % 4]);
+            let reversed = k % 2 == 1;
+            let [from, to] = if reversed { [b, a] } else { [a, b] };
+            let samples = [(0.0, from), (0.5, 0.5 * (from + to)), (1.0, to)];
+            let samples = samples.map(|(t, uv)| UvSample { t, uv, d: to - from }).to_vec();
+            Piece { along: Along::Edge(k as u32), reversed, samples }
+        };
+        let l = UvLoop { pieces: (0..4).map(piece).collect(), winding: [0, 0] };
+        let bounds = [(0.0, 2.0), (0.0, 1.0)];
+        let region = Region { loops: vec![l], wraps: [false; 2], bounds, base: 0, unbounded: None };
+        let grid = Grid { lines: [vec![0.0, 2.0], vec![0.0, 1.0]], wraps: [false; 2] };
+        let surface = Surface::Plane { frame: Frame3::WORLD };
+        let fast = arrange(&region, &grid, &Projector::new(&surface, 1e-6)).expect("no crossings");
+        let mut builder = TileBuilder {
+            grid: &grid,
+            poles: [vec![None; 2], vec![None; 2]],
+            out: Arrangement::default(),
+            keys: BTreeMap::new(),
+            strands: vec![Vec::new()],
+        };
+        region.loops.iter().for_each(|l| builder.split(l));
+        let windings = Windings::of(&region, &grid, &builder.out.crossings).expect("no crossings");
+        builder.join(&windings).expect("no crossings");
+        assert_eq!(format!("{fast:?}"), format!("{:?}", builder.out));
+        assert_eq!(fast.tiles.len(), 1);
+    }
 }

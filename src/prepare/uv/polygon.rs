@@ -4,10 +4,13 @@ use super::uv_loop::{crossed, winding_about};
 use crate::math::box_tree::BoxTree;
 use crate::math::boxes::around;
 use glam::DVec2;
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 
 /// Polygons with at most this many sides are scanned without a tree.
 const FEW: usize = 64;
+
+/// Queries answered by a scan. A tree pays from some sixty on.
+const SCANS: u32 = 32;
 
 /// A closed polygon.
 pub(crate) struct Polygon {
@@ -16,23 +19,27 @@ pub(crate) struct Polygon {
     pub(crate) bounds: [DVec2; 2],
     /// Boxes of the sides, built by the first query that needs them.
     tree: OnceCell<BoxTree<DVec2>>,
+    /// Queries within the box that were scanned.
+    scans: Cell<u32>,
 }
 
 impl Polygon {
     pub(crate) fn new(points: Vec<DVec2>) -> Self {
         let bounds = around(points.iter().copied());
-        Self { points, bounds, tree: OnceCell::new() }
+        Self { points, bounds, tree: OnceCell::new(), scans: Cell::new(0) }
     }
 
     /// Whether the winding number about `q` is not 0.
     ///
-    /// Cost: linear for up to 64 sides. Beyond that, the sides that a ray to the right meets, plus O(n log n) once.
+    /// Cost: linear for up to 64 sides, and for the first 32 queries. Beyond that, the sides that a ray to the right
+    /// meets, plus O(n log n) once.
     pub(crate) fn holds(&self, q: DVec2) -> bool {
         if q.cmplt(self.bounds[0]).any() || q.cmpgt(self.bounds[1]).any() {
             return false;
         }
-        let n = self.points.len();
-        if n <= FEW {
+        let (n, scans) = (self.points.len(), self.scans.get());
+        if n <= FEW || scans < SCANS {
+            self.scans.set(SCANS.min(scans + 1));
             return winding_about(&self.points, q) != 0;
         }
         let side = |k: usize| [self.points[k], self.points[(k + 1) % n]];
@@ -62,6 +69,7 @@ mod tests {
                 let q = corner() + DVec2::new(0.5, 0.0);
                 assert_eq!(polygon.holds(q), winding_about(&points, q) != 0, "{count} corners, {q}");
             }
+            assert!(polygon.scans.get() <= SCANS, "{count} corners");
         }
     }
 }
