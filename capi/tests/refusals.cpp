@@ -165,7 +165,7 @@ void views_and_sessions() {
     HOLDS(std::abs(view.eye[0]) < 1e-12 && std::abs(view.eye[2] - 50) < 1e-12 && std::abs(view.forward[2] + 1) < 1e-12);
     HOLDS(std::abs(view.fov_y - 2 * std::atan(0.5)) < 1e-12 && view.orthographic == 0);
     REFUSED(from_matrix(100), TT_ERROR_ARGUMENT, "differs from that of a camera with square pixels");
-    REFUSED(from_matrix(0), TT_ERROR_ARGUMENT, "0");
+    REFUSED(from_matrix(0), TT_ERROR_ARGUMENT, "the picture has 0 x 100 pixels");
     REFUSED(tt_view_from_matrix(nullptr, 1, 1, &view), TT_ERROR_ARGUMENT, "matrix is null");
     matrix[3] = NONE;
     REFUSED(from_matrix(200), TT_ERROR_ARGUMENT, "differs from that of a camera");

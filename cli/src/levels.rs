@@ -75,8 +75,10 @@ impl Level {
         let plan = Arc::new(frame::plan_within(prepared, &tolerance, &limits.plan()));
         let (frame, mut report) = made::make(prepared, &plan, lists, limits)?;
         report.diagonal_mm = prepared.diagonal;
-        // The process exits soon: dropping large structures would only delay it.
-        std::mem::forget(plan);
+        if number == 0 {
+            // The process exits soon, but for coarser levels: dropping large structures would only delay it.
+            std::mem::forget(plan);
+        }
         Ok(Self { tolerance, frame, report })
     }
 

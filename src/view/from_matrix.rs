@@ -28,11 +28,12 @@ impl View {
     /// The middle of the picture may be off the axis, as for an eye of a headset or a tile of a large picture. The view's
     /// picture is then one around it, about the axis, with pixels of the same size: [`size`](Self::size) is larger than
     /// `size`, by steps of 16 pixels, so that jitter seldom changes it. Jitter by half a pixel alone changes nothing.
+    /// A tile at the corner of a large picture is planned as all of that picture.
     ///
     /// # Errors
     /// [`InvalidView::Size`] for a picture without pixels. [`InvalidView::Matrix`] if no [`Camera`] has this matrix:
     /// * pixels are not square,
-    /// * the middle of the picture is so far off the axis that the picture around it has more than 2²⁴ pixels a side,
+    /// * the middle of the picture is so far off the axis that the picture around it has more than 2³² pixels a side,
     /// * the matrix shears, or it has perspective and mirrors. A mirrored one without perspective is that of a camera on
     ///   the other side.
     pub fn from_matrix(matrix: DMat4, size: (u32, u32)) -> Result<Self, InvalidView> {
@@ -61,10 +62,9 @@ impl View {
 /// The row of x or y, and the number of pixels, of the smallest picture about the axis that contains one with this row
 /// and number. `None` if it is too large.
 fn around_the_axis(row: DVec4, w: DVec4, pixels: u32) -> Option<(DVec4, u32)> {
-    /// In pixels: jitter of half a pixel, to both sides.
-    const JITTER: f64 = 1.0;
+    /// In pixels: jitter of half a pixel to both sides, and rounding to single precision.
+    const JITTER: f64 = 1.01;
     const STEP: f64 = 16.0;
-    const MOST: f64 = (1 << 24) as f64;
     if is_parallel(w) {
         return Some((row, pixels)); // the camera stands in the middle
     }
@@ -73,7 +73,7 @@ fn around_the_axis(row: DVec4, w: DVec4, pixels: u32) -> Option<(DVec4, u32)> {
     let missing = f64::from(pixels) * middle.abs();
     let steps = if missing <= JITTER { 0.0 } else { (missing / STEP).ceil() };
     let all = f64::from(pixels) + STEP * steps;
-    (all <= MOST).then(|| ((row - middle * w) * (f64::from(pixels) / all), all as u32))
+    (all <= f64::from(u32::MAX)).then(|| ((row - middle * w) * (f64::from(pixels) / all), all as u32))
 }
 
 /// What all rows may be divided by: the length of w's direction, or w itself where it has none.
@@ -106,7 +106,7 @@ fn camera_of([x, y, w]: [DVec4; 3]) -> Option<Camera> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{DVec2, dcamera::rh};
+    use glam::{DVec2, Vec2, dcamera::rh};
 
     const SIZE: (u32, u32) = (1280, 720);
     const ASPECT: f64 = 1280.0 / 720.0;
@@ -174,8 +174,8 @@ mod tests {
         }) {
             let whole = camera.projection_matrix(ASPECT, 0.1, 10.0) * camera.view_matrix();
             // These sizes do not change by jitter of half a pixel.
-            let jitter = DVec2::new(1.0, -1.0) / DVec2::new(f64::from(SIZE.0), f64::from(SIZE.1));
-            let [view, with_jitter] = [middle, middle + 0.999 * jitter]
+            let jitter = Vec2::new(1.0, -1.0) / Vec2::new(SIZE.0 as f32, SIZE.1 as f32);
+            let [view, with_jitter] = [middle, middle + jitter.as_dvec2()]
                 .map(|middle| View::from_matrix(aside(whole, middle), SIZE).expect("a camera"));
             assert_eq!((view.size, view.check()), (with_jitter.size, Ok(())));
             let sides = |(width, height): (u32, u32)| DVec2::new(f64::from(width), f64::from(height));
@@ -202,7 +202,7 @@ mod tests {
             assert!(refused(DMat4::ZERO, SIZE) && refused(matrix * f64::NAN, SIZE));
             assert!(refused(DMat4::from_mat3(DMat3::from_rotation_z(0.1)) * matrix, SIZE), "it shears");
             if !camera.is_orthographic() {
-                assert!(refused(aside(matrix, DVec2::new(1e5, 0.0)), SIZE), "a picture out of sight");
+                assert!(refused(aside(matrix, DVec2::new(4e6, 0.0)), SIZE), "a picture out of sight");
                 assert!(refused(DMat4::from_scale(DVec3::new(1.0, -1.0, 1.0)) * matrix, SIZE), "y that points down");
             }
             assert_eq!(View::from_matrix(matrix, (0, 7)), Err(InvalidView::Size { width: 0, height: 7 }));

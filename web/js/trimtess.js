@@ -95,7 +95,7 @@ import { Instance as Module } from "./instance.js";
  * @param {Options} [options]
  * @returns {Promise<Prepared>}
  */
-export function read(source, options = {}) {
+export async function read(source, options = {}) {
   return opened(options, { source, name: options.name ?? (source instanceof File ? source.name : "") });
 }
 
@@ -105,7 +105,7 @@ export function read(source, options = {}) {
  * @param {Options} [options]
  * @returns {Promise<Prepared>}
  */
-export function sample(name, options = {}) {
+export async function sample(name, options = {}) {
   return opened(options, { sample: name });
 }
 

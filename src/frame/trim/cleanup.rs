@@ -1,8 +1,9 @@
-//! Rings that failed, and loops inside one cell -> triangles, by joining them with their surroundings.
+//! Rings that failed, and loops inside one cell -> triangles.
 //!
-//! The boundaries of all rings in these cells, and in the cells beside those of rings that failed, are summed (opposite
-//! edges cancel) and constrain a Delaunay triangulation, which is accepted if its region's boundary is exactly that sum.
-//! If it is refused, the rings in the cells beside all of these join.
+//! A cell with loops is swept with them: they and its rings bound one region. Where that fails, or a ring has failed, the
+//! boundaries of all that is in the failed cells and in those beside them are summed (opposite edges cancel) and constrain
+//! a Delaunay triangulation. It is accepted if its region's boundary is exactly that sum. If it is refused, the cells
+//! beside all of these join, as far as they have rings or loops.
 
 use super::cdt::{self, AtCrossings, Segment};
 use super::chain::EdgeSum;
@@ -12,13 +13,22 @@ use super::rings::Rings;
 use super::trace::Trace;
 use super::triangulate::Polygon;
 use crate::math::predicates::orient2d;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Refusals after which the whole tile is triangulated instead.
 const GIVE_UP_AFTER: u32 = 3;
 
 /// Marks triangles that were replaced.
 const DEAD: [u32; 3] = [u32::MAX; 3];
+
+/// What is in one cell.
+#[derive(Default)]
+struct Cell {
+    rings: Vec<usize>,
+    loops: Vec<u32>,
+    /// Its triangles: ranges of those of the tile.
+    triangles: Vec<[u32; 2]>,
+}
 
 /// Solves all unsolved rings and in-cell loops. `None` if no union of cells could be triangulated. Allocates: it runs
 /// for few tiles.
@@ -31,51 +41,114 @@ pub(crate) fn clean_up(
     polygon: &mut Polygon,
     out: &mut TrimOutput,
 ) -> Option<TrimOutcome> {
-    let cell_of: Vec<[u32; 2]> = rings.rings.iter().map(|ring| ring.cell(tile, trace)).collect();
-    let failed: BTreeSet<[u32; 2]> =
-        rings.rings.iter().zip(&cell_of).filter(|(ring, _)| !ring.solved).map(|(_, cell)| *cell).collect();
-    let mut cells = with_neighbours(&failed);
-    cells.extend(trace.in_cell_loops.iter().map(|l| tile.cell(l.cell)));
-    let mut refusals = 0;
-    let triangles = loop {
-        let joined: Vec<usize> = (0..rings.rings.len()).filter(|&ring| cells.contains(&cell_of[ring])).collect();
-        if refusals > GIVE_UP_AFTER || refusals > 0 && joined == rings.joined {
-            return None;
+    let mut cells: BTreeMap<[u32; 2], Cell> = BTreeMap::new();
+    for (k, ring) in rings.rings.iter().enumerate() {
+        let cell = cells.entry(ring.cell(tile, trace)).or_default();
+        cell.rings.push(k);
+        cell.triangles.push(ring.triangles);
+    }
+    for l in &trace.in_cell_loops {
+        cells.entry(tile.cell(l.cell)).or_default().loops.push(l.loop_index);
+    }
+    let mut failed = BTreeSet::new();
+    for (&at, cell) in &mut cells {
+        let solved = if cell.loops.is_empty() {
+            cell.rings.iter().all(|&ring| rings.rings[ring].solved)
+        } else {
+            cell.discard(out);
+            let before = out.triangles.len() as u32;
+            let solved = cell.sweep(tile, trace, rings, polygon, &mut out.triangles);
+            cell.triangles.push([before, out.triangles.len() as u32]);
+            solved
+        };
+        if !solved {
+            failed.insert(at);
         }
+    }
+    if !failed.is_empty() {
+        let grown = |of: &BTreeSet<[u32; 2]>| -> BTreeSet<[u32; 2]> {
+            of.iter().flat_map(|&at| with_neighbours(at)).filter(|at| cells.contains_key(at)).collect()
+        };
+        let mut joined = grown(&failed);
+        let mut refusals = 0;
+        let triangles = loop {
+            let members = joined.iter().map(|at| &cells[at]);
+            if let Some(triangles) = triangulate(tile, trace, rings, polygon, members) {
+                break triangles;
+            }
+            refusals += 1;
+            let more = grown(&joined);
+            if refusals > GIVE_UP_AFTER || more == joined {
+                return None;
+            }
+            joined = more;
+        };
+        joined.iter().for_each(|at| cells.entry(*at).or_default().discard(out));
+        out.triangles.extend(triangles);
         rings.joined = joined;
-        if let Some(triangles) = triangulate(tile, trace, rings, polygon) {
-            break triangles;
-        }
-        refusals += 1;
-        cells = with_neighbours(&cells);
-    };
-    for &ring in &rings.joined {
-        let [from, to] = rings.rings[ring].triangles;
-        out.triangles[from as usize..to as usize].fill(DEAD);
     }
     out.triangles.retain(|t| *t != DEAD);
-    out.triangles.extend(triangles);
-    Some(if failed.is_empty() && refusals == 0 { TrimOutcome::Certified } else { TrimOutcome::Cdt })
+    Some(if failed.is_empty() { TrimOutcome::Certified } else { TrimOutcome::Cdt })
 }
 
-/// Cells, and those beside them, some of which may be beyond the tile.
-fn with_neighbours(cells: &BTreeSet<[u32; 2]>) -> BTreeSet<[u32; 2]> {
-    let beside =
-        |&[i, j]: &[u32; 2]| [[i, j], [i.saturating_sub(1), j], [i + 1, j], [i, j.saturating_sub(1)], [i, j + 1]];
-    cells.iter().flat_map(beside).collect()
-}
-
-/// The triangles of all joined rings and in-cell loops, or `None` if their boundary does not bound a region.
-fn triangulate(tile: &TrimInput<'_>, trace: &Trace, rings: &Rings, polygon: &mut Polygon) -> Option<Vec<[u32; 3]>> {
-    let mut edges: Vec<[u32; 2]> = Vec::new();
-    for l in &trace.in_cell_loops {
-        let [start, end] = tile.ends(l.loop_index);
-        edges.extend((start..end).map(|v| [v, tile.next(l.loop_index, v)]));
+impl Cell {
+    /// Removes its triangles.
+    fn discard(&mut self, out: &mut TrimOutput) {
+        for [from, to] in self.triangles.drain(..) {
+            out.triangles[from as usize..to as usize].fill(DEAD);
+        }
     }
-    for &ring in &rings.joined {
-        rings.reload(tile, trace, ring, polygon);
-        let ids = &polygon.ids;
-        edges.extend(ids.iter().enumerate().map(|(k, &v)| [v, ids[(k + 1) % ids.len()]]));
+
+    /// Triangulates the region that all of its rings and loops bound. Returns false, and appends nothing, if they are not
+    /// simple.
+    fn sweep(
+        &self,
+        tile: &TrimInput<'_>,
+        trace: &Trace,
+        rings: &Rings,
+        polygon: &mut Polygon,
+        out: &mut Vec<[u32; 3]>,
+    ) -> bool {
+        let load = |&ring: &usize| {
+            rings.reload(tile, trace, ring, polygon);
+            (polygon.ids.clone(), polygon.points.clone())
+        };
+        let around: Vec<_> = self.rings.iter().map(load).collect();
+        polygon.clear();
+        for (ids, points) in around {
+            polygon.begin_loop();
+            polygon.ids.extend(ids);
+            polygon.points.extend(points);
+        }
+        self.loops.iter().for_each(|&l| polygon.add_loop(tile, l));
+        polygon.triangulate(out)
+    }
+}
+
+/// A cell, and those beside it, some of which may be beyond the tile.
+fn with_neighbours([i, j]: [u32; 2]) -> [[u32; 2]; 5] {
+    [[i, j], [i.saturating_sub(1), j], [i + 1, j], [i, j.saturating_sub(1)], [i, j + 1]]
+}
+
+/// The triangles of all that is in some cells, or `None` if the sum of its boundaries does not bound a region.
+fn triangulate<'a>(
+    tile: &TrimInput<'_>,
+    trace: &Trace,
+    rings: &Rings,
+    polygon: &mut Polygon,
+    cells: impl Iterator<Item = &'a Cell>,
+) -> Option<Vec<[u32; 3]>> {
+    let mut edges: Vec<[u32; 2]> = Vec::new();
+    for cell in cells {
+        for &l in &cell.loops {
+            let [start, end] = tile.ends(l);
+            edges.extend((start..end).map(|v| [v, tile.next(l, v)]));
+        }
+        for &ring in &cell.rings {
+            rings.reload(tile, trace, ring, polygon);
+            let ids = &polygon.ids;
+            edges.extend(ids.iter().enumerate().map(|(k, &v)| [v, ids[(k + 1) % ids.len()]]));
+        }
     }
     let mut sites: Vec<u32> = edges.iter().map(|e| e[0]).collect();
     cancel_opposites(&mut edges)?;

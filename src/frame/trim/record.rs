@@ -116,9 +116,7 @@ impl TrimScratch {
         for (cell, is_left) in cells {
             if is_left { &mut out.prime_cells } else { &mut out.pseudo_cells }.push(cell);
         }
-        out.merged_cells.extend(rings.joined.iter().map(|&ring| rings.rings[ring].cell(input, trace)));
-        out.merged_cells.sort_unstable();
-        out.merged_cells.dedup();
+        out.merged_cells.extend(&rings.joined);
     }
 }
 

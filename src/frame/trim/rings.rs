@@ -9,6 +9,7 @@ use super::output::TrimOutput;
 use super::trace::Trace;
 use super::triangulate::Polygon;
 use crate::math::bits::ones;
+use std::collections::BTreeSet;
 
 /// Origin of a ring.
 #[derive(Clone, Copy, Debug)]
@@ -44,8 +45,8 @@ pub(crate) struct Rings {
     pub(crate) rings: Vec<Ring>,
     /// Chains that rings contain.
     walked: Vec<bool>,
-    /// Rings that were triangulated together.
-    pub(crate) joined: Vec<usize>,
+    /// Cells that were triangulated together.
+    pub(crate) joined: BTreeSet<[u32; 2]>,
     /// Number of kept corners that rings and full cells go around, once for each ring or cell.
     corners: u64,
     pub(crate) failed: u32,
@@ -140,12 +141,12 @@ impl Rings {
     /// crossings. Loops that are not simple can pass everything else, because full cells come from parities and rings
     /// from the order of crossings.
     ///
-    /// A ring and its triangles have the same boundary, and so have rings that are triangulated together. The chains of
-    /// all rings sum to the loops; what remains are sides along lattice edges, cut into pieces by crossings and corners.
-    /// A piece next to a crossing belongs to the rings that leave and enter there, one in either cell, since crossings
-    /// alternate. A whole edge belongs to a ring or full cell that goes around its ends. So all sides cancel if rings and
-    /// full cells go around every kept corner in all of its four cells, and around no other corner. Rings go around kept
-    /// corners only: counting is enough.
+    /// A ring and its triangles have the same boundary, and so have cells that [`cleanup`](super::cleanup) accepts. The
+    /// chains of all rings sum to the loops; what remains are sides along lattice edges, cut into pieces by crossings and
+    /// corners. A piece next to a crossing belongs to the rings that leave and enter there, one in either cell, since
+    /// crossings alternate. A whole edge belongs to a ring or full cell that goes around its ends. So all sides cancel if
+    /// rings and full cells go around every kept corner in all of its four cells, and around no other corner. Rings go
+    /// around kept corners only: counting is enough.
     pub(crate) fn is_closed(&self, trace: &Trace) -> bool {
         self.corners == 4 * trace.kept.count()
     }

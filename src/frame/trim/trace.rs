@@ -387,8 +387,8 @@ impl Trace {
     }
 
     /// The cell of tessellant `a`, between `prev` and `next`: on the kept side of the inner lattice lines that it lies
-    /// on, up to the clearance. Tips that touch a line, and segments along it, then belong to the cells they bound, and do not disturb the
-    /// full cells beyond.
+    /// on, up to the clearance. Tips that touch a line, and segments along it, then belong to the cells they bound, and
+    /// do not disturb the full cells beyond.
     #[cold]
     #[inline(never)]
     fn kept_side_cell(&self, prev: DVec2, a: DVec2, next: DVec2) -> (i32, i32) {
