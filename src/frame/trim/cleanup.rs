@@ -7,6 +7,7 @@
 
 use super::cdt::{self, AtCrossings, Segment};
 use super::chain::EdgeSum;
+use super::close::Places;
 use super::input::TrimInput;
 use super::output::{TrimOutcome, TrimOutput};
 use super::rings::Rings;
@@ -171,9 +172,9 @@ fn triangulate<'a>(
     let is_region = region.layers.is_empty() && region.triangles.iter().all(positive);
     let triangles: Vec<_> = region.triangles.iter().map(|t| t.map(|v| sites[v as usize])).collect();
     // Where loops touch, triangles may use another vertex at the same place.
-    let mut rest = EdgeSum::default();
-    edges.iter().for_each(|&edge| rest.add(edge, 1));
-    triangles.iter().for_each(|&triangle| rest.add_triangle(triangle, -1));
+    let (one, mut rest) = (Places::of(tile), EdgeSum::default());
+    edges.iter().for_each(|edge| rest.add(edge.map(|v| one.at(v)), 1));
+    triangles.iter().for_each(|triangle| rest.add_triangle(triangle.map(|v| one.at(v)), -1));
     (is_region && rest.is_zero()).then_some(triangles)
 }
 

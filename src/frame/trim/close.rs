@@ -65,19 +65,19 @@ fn limit_layers(input: &TrimInput<'_>, out: &mut TrimOutput) {
 }
 
 /// Finds tessellants at the same place.
-struct Places {
+pub(super) struct Places {
     /// By tessellant, the first one at its place; empty if no places are given.
     first: Vec<u32>,
 }
 
 impl Places {
-    fn of(input: &TrimInput<'_>) -> Self {
+    pub(super) fn of(input: &TrimInput<'_>) -> Self {
         let mut known: HashMap<[u64; 3], u32, Seeded> = HashMap::default();
         let first = (0..).zip(input.places).map(|(v, &p)| *known.entry(bits::of_point(p)).or_insert(v)).collect();
         Self { first }
     }
 
-    fn at(&self, v: u32) -> u32 {
+    pub(super) fn at(&self, v: u32) -> u32 {
         self.first.get(v as usize).copied().unwrap_or(v)
     }
 

@@ -25,8 +25,8 @@ mod triangulate;
 mod rings;
 pub(crate) mod cdt;
 pub(crate) mod chain;
-mod cleanup;
 mod close;
+mod cleanup;
 mod distinct;
 /// Triangulates the whole tile by one constrained Delaunay triangulation: slow, proven, and the oracle of the tests.
 pub mod reference;
