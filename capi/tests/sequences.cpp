@@ -529,10 +529,10 @@ void Run::preparing() {
         return;
     }
     case 4: {
-        const auto view = given(this->view());
         double matrix[16];
         for (double &number : matrix) number = random.number(2) - 1;
-        ended(tt_view_from_matrix(matrix, random.index(9), random.index(9), view));
+        ended(tt_view_from_matrix(matrix, random.index(9), random.index(9), given(this->view())));
+        const auto view = given(this->view());
         ended(tt_view_along_path(pick<tt_prepared>(PREPARED), random.text(), random.index(9), random.index(9), view));
         return;
     }
