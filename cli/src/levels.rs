@@ -76,7 +76,7 @@ impl Level {
         let (frame, mut report) = made::make(prepared, &plan, lists, limits)?;
         report.diagonal_mm = prepared.diagonal;
         if number == 0 {
-            // The process exits soon, but for coarser levels: dropping large structures would only delay it.
+            // Without coarser levels the process exits soon: dropping large structures would only delay it.
             std::mem::forget(plan);
         }
         Ok(Self { tolerance, frame, report })
