@@ -1,9 +1,11 @@
 //! Rings that failed, and loops inside one cell -> triangles.
 //!
-//! A cell with loops is swept with them: they and its rings bound one region. Where that fails, or a ring has failed, the
-//! boundaries of all that is in the failed cells and in those beside them are summed (opposite edges cancel) and constrain
-//! a Delaunay triangulation. It is accepted if its region's boundary is exactly that sum. If it is refused, the cells
-//! beside all of these join, as far as they have rings or loops.
+//! A cell with loops is swept with them: they and its rings bound one region. A cell fails if the sweep refuses it, or one
+//! of its rings has failed.
+//!
+//! Failed cells and their neighbours are joined. The boundaries of their rings and loops are summed: opposite edges
+//! cancel. The sum constrains a Delaunay triangulation, which is accepted if exactly this sum bounds its region. If it is
+//! refused, the neighbours of all joined cells join, and it is tried again. Cells without rings and loops never join.
 
 use super::cdt::{self, AtCrossings, Segment};
 use super::chain::EdgeSum;
@@ -84,7 +86,7 @@ pub(crate) fn clean_up(
             }
             joined = more;
         };
-        joined.iter().for_each(|at| cells.entry(*at).or_default().discard(out));
+        cells.iter_mut().filter(|(at, _)| joined.contains(*at)).for_each(|(_, cell)| cell.discard(out));
         out.triangles.extend(triangles);
         rings.joined = joined;
     }
@@ -126,7 +128,7 @@ impl Cell {
     }
 }
 
-/// A cell, and those beside it, some of which may be beyond the tile.
+/// A cell and its neighbours. Some may be outside the tile.
 fn with_neighbours([i, j]: [u32; 2]) -> [[u32; 2]; 5] {
     [[i, j], [i.saturating_sub(1), j], [i + 1, j], [i, j.saturating_sub(1)], [i, j + 1]]
 }

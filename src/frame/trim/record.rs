@@ -27,7 +27,7 @@ pub struct TrimRecord {
     pub prime_cells: Vec<[u32; 2]>,
     /// Pseudo-active cells: crossed by loops, but with no part of the region left in them.
     pub pseudo_cells: Vec<[u32; 2]>,
-    /// Cells whose polygons were triangulated together, because some failed by themselves or have loops inside.
+    /// Cells whose polygons were triangulated together, because some failed by themselves.
     pub merged_cells: Vec<[u32; 2]>,
     /// Cells that loops come near to, if the whole tile was triangulated at once.
     pub zone_cells: Vec<[u32; 2]>,

@@ -4,14 +4,17 @@ use super::kinds::PRIMITIVES;
 use super::place::Geometry;
 use super::table::{Entity, Read, Trouble, out_of_range};
 use super::values::Map;
-use crate::model::{Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, SolidTrouble, Surface, VertexId};
+use crate::model::{
+    Coedge, EdgeId, Frame3, Loop, Part, PartBuilder, ShellKind, SolidTrouble, StepTrouble, Surface, VertexId,
+};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
 /// Makes a part of a primitive, placed as in ISO 10303-42.
 pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part> {
     let id = item.id;
-    let name = PRIMITIVES.into_iter().find(|kind| item.is(kind)).unwrap_or_default();
+    let unread = || Trouble::new(id, StepTrouble::Unread { what: "the primitive" });
+    let name = PRIMITIVES.into_iter().find(|kind| item.is(kind)).ok_or_else(unread)?;
     let own = item.fields(name, 1);
     let size = |index: usize| -> Read<f64> {
         let value = geometry.length(own.real(index)?, id)?;
@@ -71,7 +74,7 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
             }
             part.plain_face(Surface::Torus { frame: frame()?, major, minor }, shell, Vec::new(), false);
         }
-        _ => {
+        "RIGHT_CIRCULAR_CONE" | "RIGHT_CIRCULAR_CYLINDER" => {
             let is_cone = name == "RIGHT_CIRCULAR_CONE";
             let angle = if is_cone { own.real(3)? * geometry.units.angle } else { 0.0 };
             if is_cone && !(angle > 1e-12 && angle < FRAC_PI_2 - 1e-12) {
@@ -83,6 +86,7 @@ pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part>
             }
             barrel(&mut part, &frame()?, height, radius, angle);
         }
+        _ => return Err(unread()),
     }
     part.finish().map_err(|error| Trouble::new(id, error))
 }
