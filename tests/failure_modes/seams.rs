@@ -1,10 +1,11 @@
 //! Spheres and tori: seams, poles, whole surfaces, holes across all of them.
 
 use crate::body::{Body, ball, cap, frame, integral, level, through};
+use crate::common::prepared;
 use crate::ladder::Ladder;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use trimtess::model::{Coedge, EdgeId, Frame3, Loop, NurbsCurve3, ShellKind, Surface};
+use trimtess::model::{Coedge, EdgeId, Frame3, Loop, NurbsCurve3, Severity, ShellKind, Surface};
 
 fn sphere(radius: f64) -> Surface {
     Surface::Sphere { frame: Frame3::WORLD, radius }
@@ -430,6 +431,25 @@ fn a_ring_wound_past_its_start() {
         }
         let (volume, area) = (PI * minor * minor * major * turn, TAU * minor * (major * turn + minor));
         Ladder::solid(body.finish(), volume, area).named(past).climb();
+    }
+}
+
+#[test]
+fn circles_around_a_ring_without_period_do_not_close() {
+    // Each ends one turn further than it starts, at the same point of space.
+    let (major, minor) = (20.0, 5.0);
+    for (turns, start) in [(2.0, 0.5), (3.0, 0.5), (3.0, 3.0), (3.0, 5.0)] {
+        let (surface, _) = torus(major, minor).to_nurbs((0.0, turns * TAU), (0.0, TAU));
+        let mut body = Body::sheet();
+        let [low, high] = [-0.5_f64, 0.5].map(|v| {
+            let turned = DVec3::new(f64::cos(start), f64::sin(start), 0.0);
+            body.circle(&frame(DVec3::Z * minor * v.sin(), DVec3::Z, turned), major + minor * v.cos())
+        });
+        body.face(Surface::Nurbs(surface), vec![vec![low.along()], vec![high.against()]], false);
+        let prepared = prepared(body.finish());
+        let misses = prepared.diagnostics.iter().filter(|d| d.kind.code() == "loop-misses-start");
+        let told: Vec<Severity> = misses.map(|d| d.severity).collect();
+        assert_eq!(told, [Severity::Warning; 2], "{turns} {start} {:#?}", prepared.diagnostics);
     }
 }
 

@@ -28,7 +28,8 @@ use std::sync::Arc;
 /// digits, and intersection curves are good to 1e-5 of a face; more is a fault of the file, or of the projection.
 const GAP_SHARE: f64 = 1e-4;
 
-/// Share of a face's size by which its edges may miss its surface before the face counts as repaired.
+/// Share of a face's size by which its edges may miss its surface, or a loop its start, before the face counts as
+/// repaired.
 const FAR_SHARE: f64 = 0.05;
 
 /// Share of a face's size by which the image of an edge may be moved for it not to cross another.
@@ -170,7 +171,12 @@ struct FaceOutline {
 
 impl FaceOutline {
     fn of(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> Result<Self, FaceError> {
-        let (notes, repairs) = (traced.notes.clone(), Vec::new());
+        let is_far = |told: &FaceTrouble| match told {
+            FaceTrouble::LoopMissesStart { gap_mm } => *gap_mm > FAR_SHARE * traced.extent,
+            _ => false,
+        };
+        let (far, notes): (Vec<_>, Vec<_>) = traced.notes.iter().cloned().partition(is_far);
+        let mut repairs: Vec<Finding> = far.into_iter().map(|told| Finding::new(None, told)).collect();
         // Edges that run through one pole have its point in common.
         let joints: Vec<(u32, f64, DVec3)> = traced
             .passages
@@ -182,7 +188,8 @@ impl FaceOutline {
             Some(free) => {
                 let free = free.as_ref().map_err(Clone::clone)?;
                 let chain = boundary::of_boundary(&boundary::boundary(traced.face, Some(free)));
-                let (notes, repairs) = ([&notes[..], &free.notes].concat(), free.repairs.clone());
+                let notes = [&notes[..], &free.notes].concat();
+                repairs.extend(free.repairs.iter().cloned());
                 let (region, gap) = (free.region.clone(), free.gap);
                 Self { region, gap, chain, breaks, joints, lobed, notes, repairs }
             }
