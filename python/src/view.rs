@@ -2,7 +2,7 @@
 
 use crate::errors;
 use pyo3::prelude::*;
-use trimtess::glam::DVec3;
+use trimtess::glam::{DMat4, DVec3};
 use trimtess::view::{self, Camera, Projection};
 
 /// A camera, the size of its picture, and how exactly the picture shows the model.
@@ -61,6 +61,44 @@ impl View {
         let [eye, target, up] = [eye, target, up].map(DVec3::from);
         let camera = Camera::looking_at(eye, target, up, projection);
         Self::checked(py, view::View { camera, size, deviation_px, size_px, angle: angle.to_radians() })
+    }
+
+    /// The camera of an engine.
+    ///
+    /// Args:
+    ///     matrix: Rows of the 4 x 4 matrix, projection times view: `matrix @ (x, y, z, 1)` takes millimetres in the world
+    ///         to clip space, where x points right, y up and w forwards. The row of z is not read.
+    ///     size: Width and height of the engine's picture, pixels.
+    ///     near: Depth of the near plane of a perspective camera, millimetres.
+    ///     deviation_px: Largest screen-space error, pixels.
+    ///     size_px: Longest diagonal of a lattice cell on the screen, pixels; no limit if None.
+    ///     angle: Largest angle by which the normal turns across a lattice cell, degrees.
+    ///
+    /// Returns:
+    ///     The view. The middle of the engine's picture may be off the axis, as for an eye of a headset: the view's
+    ///     picture is one around it, about the axis, with pixels of the same size.
+    ///
+    /// Raises:
+    ///     RangeError: No camera has such a matrix, or a number is not one of a view.
+    #[staticmethod]
+    #[pyo3(signature = (matrix, size, *, near=0.0, deviation_px=0.5, size_px=None, angle=30.0))]
+    fn from_matrix(
+        py: Python<'_>,
+        matrix: [[f64; 4]; 4],
+        size: (u32, u32),
+        near: f64,
+        deviation_px: f64,
+        size_px: Option<f64>,
+        angle: f64,
+    ) -> PyResult<Self> {
+        let matrix = DMat4::from_cols_array_2d(&matrix).transpose();
+        let found = view::View::from_matrix(matrix, size);
+        let found = found.map_err(|why| errors::unfit(py, "the view", &why, "one that a camera can have"))?;
+        let mut camera = found.camera;
+        if let Projection::Perspective { near: depth, .. } = &mut camera.projection {
+            *depth = near;
+        }
+        Self::checked(py, view::View { camera, deviation_px, size_px, angle: angle.to_radians(), ..found })
     }
 
     /// Position of the camera, millimetres.

@@ -248,6 +248,38 @@ def test_views_tell_what_they_are():
     assert trimtess.View((10, 0, 0), (0, 0, 0), height=5).height == 5
 
 
+def clip_matrix(eye, size, middle=0.0):
+    """Of a camera at `eye` on the x axis that looks back along it, with a full vertical field of view of 40 degrees."""
+    focal = 1 / math.tan(math.radians(20))
+    rows = np.array([[0, focal * size[1] / size[0], 0, 0], [0, 0, focal, 0], [0, 0, 0, 1], [-1, 0, 0, eye]])
+    rows[0] += middle * rows[3]
+    return rows
+
+
+def test_a_view_has_the_camera_of_a_matrix():
+    view = trimtess.View.from_matrix(clip_matrix(10, (320, 200)), (320, 200), near=0.5, deviation_px=2)
+    assert np.allclose([view.eye, view.up], [(10, 0, 0), (0, 0, 1)])
+    assert view.target[0] < 10 and np.allclose(view.target[1:], 0)
+    assert (round(view.fov, 9), view.size, view.deviation_px) == (40, (320, 200), 2)
+    # An eye of a headset: a fifth of half a picture is missing on one side.
+    aside = trimtess.View.from_matrix(clip_matrix(10, (320, 200), 0.2).tolist(), (320, 200))
+    assert (aside.eye, aside.size) == (view.eye, (384, 200))
+
+
+@pytest.mark.parametrize(
+    ("matrix", "keywords"),
+    [
+        (np.zeros((4, 4)), {}),
+        (clip_matrix(10, (320, 200)) + np.eye(4), {}),
+        (clip_matrix(10, (320, 200)), {"near": -1}),
+        (clip_matrix(10, (320, 200)), {"angle": 0}),
+    ],
+)
+def test_matrices_of_no_camera_are_refused(matrix, keywords):
+    with pytest.raises(trimtess.RangeError, match="view"):
+        trimtess.View.from_matrix(matrix, (320, 200), **keywords)
+
+
 @pytest.fixture
 def interruptible():
     """SIGINT raises KeyboardInterrupt, which it does not in what a shell runs in the background."""

@@ -248,6 +248,16 @@ class View:
         size_px: Optional[float] = None,
         angle: float = 30.0,
     ) -> View: ...
+    @staticmethod
+    def from_matrix(
+        matrix: _Matrix,
+        size: Tuple[int, int],
+        *,
+        near: float = 0.0,
+        deviation_px: float = 0.5,
+        size_px: Optional[float] = None,
+        angle: float = 30.0,
+    ) -> View: ...
     @property
     def eye(self) -> _Point: ...
     @property
