@@ -68,9 +68,6 @@ impl Rungs {
         self.trace.reset(tile);
         self.trace.run(tile);
         let Self { trace, rings, polygon } = self;
-        if rings.build_one_cell(tile, trace, polygon, out) {
-            return Some(TrimOutcome::Certified);
-        }
         rings.build(tile, trace, polygon, out)?;
         out.stats.failed_rings = rings.failed;
         if !rings.is_closed(trace) {

@@ -83,27 +83,6 @@ impl Rings {
         self.failed = 0;
     }
 
-    /// Triangulates a region whose loops cross no lattice line, without rings. Returns false if it has crossings or more
-    /// than one cell, or cannot be triangulated directly.
-    pub(crate) fn build_one_cell(
-        &mut self,
-        tile: &TrimInput<'_>,
-        trace: &Trace,
-        polygon: &mut Polygon,
-        out: &mut TrimOutput,
-    ) -> bool {
-        self.clear();
-        let loops = &trace.in_cell_loops;
-        let one_cell =
-            trace.crossings.is_empty() && loops.first().is_some_and(|f| loops.iter().all(|l| l.cell == f.cell));
-        if !one_cell {
-            return false;
-        }
-        polygon.clear();
-        loops.iter().for_each(|l| polygon.add_loop(tile, l.loop_index));
-        polygon.triangulate(&mut out.triangles)
-    }
-
     #[inline(always)]
     fn add(&mut self, origin: RingOrigin, polygon: &mut Polygon, out: &mut TrimOutput) {
         let before = out.triangles.len() as u32;
