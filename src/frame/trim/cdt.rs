@@ -387,26 +387,15 @@ fn winding_numbers(cdt: &Spade, rises: &[i32]) -> Vec<i32> {
         let rise = rises[undirected.index()];
         if undirected.as_directed() == edge { rise } else { -rise }
     };
-    let mut stack = Vec::new();
-    // A hull edge has the outer face on its left; its reverse runs along the inner face.
-    for edge in cdt.convex_hull() {
-        let inner = edge.rev();
-        if let Some(face) = inner.face().as_inner()
-            && winding[face.index()] == UNSEEN
+    // Edges with a face on their left whose number is known: at first the hull's, which have the outer face there.
+    let mut stack: Vec<FixedDirectedEdgeHandle> = cdt.convex_hull().map(|edge| edge.fix()).collect();
+    while let Some(edge) = stack.pop() {
+        let known = cdt.directed_edge(edge);
+        if let Some(next) = known.rev().face().as_inner()
+            && winding[next.index()] == UNSEEN
         {
-            winding[face.index()] = rise(inner.fix());
-            stack.push(face.fix());
-        }
-    }
-    while let Some(face) = stack.pop() {
-        let here = winding[face.index()];
-        for edge in cdt.face(face).adjacent_edges() {
-            if let Some(next) = edge.rev().face().as_inner()
-                && winding[next.index()] == UNSEEN
-            {
-                winding[next.index()] = here - rise(edge.fix());
-                stack.push(next.fix());
-            }
+            winding[next.index()] = winding[known.face().index()] - rise(edge);
+            stack.extend(next.adjacent_edges().map(|edge| edge.fix()));
         }
     }
     winding

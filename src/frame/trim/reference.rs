@@ -144,12 +144,8 @@ impl Zone {
         for (a, b) in segments() {
             zone.add_winding(a, b);
         }
-        for j in 0..nv as usize {
-            prefix_sum(&mut zone.cell[j * nu as usize..][..nu as usize]);
-        }
-        for j in 0..=nv as usize {
-            prefix_sum(&mut zone.corner[j * (nu as usize + 1)..][..nu as usize + 1]);
-        }
+        zone.cell.chunks_exact_mut(nu as usize).for_each(prefix_sum);
+        zone.corner.chunks_exact_mut(nu as usize + 1).for_each(prefix_sum);
         for (a, b) in segments() {
             zone.touch(a, b);
         }
@@ -161,29 +157,19 @@ impl Zone {
     /// the right. Rounding can misplace a change only by one cell or corner that the segment comes near to, and those
     /// become zone.
     fn add_winding(&mut self, a: DVec2, b: DVec2) {
-        let (nu, nv) = (self.cells.0 as usize, self.cells.1 as usize);
+        let nu = self.cells.0 as usize;
         let (low, high, sign) = if a.y < b.y { (a, b, -1) } else { (b, a, 1) };
         let x_at = |y: f64| (low.x + (high.x - low.x) * ((y - low.y) / (high.y - low.y))).clamp(0.0, nu as f64);
         // Half-open: a row's line y counts when low.y <= y < high.y.
-        let first = (low.y - 0.5).ceil().max(0.0) as usize;
-        for j in first..nv {
-            let y = j as f64 + 0.5;
-            if y >= high.y {
-                break;
-            }
-            let i = x_at(y).floor() as usize + 1;
-            if i < nu {
-                self.cell[j * nu + i] += sign;
-            }
-        }
-        for j in low.y.ceil() as usize..=nv {
-            let y = j as f64;
-            if y >= high.y {
-                break;
-            }
-            let i = x_at(y).floor() as usize + 1;
-            if i <= nu {
-                self.corner[j * (nu + 1) + i] += sign;
+        for (line, width, numbers) in [(0.5, nu, &mut self.cell), (0.0, nu + 1, &mut self.corner)] {
+            let first = (low.y - line).ceil().max(0.0) as usize;
+            for (j, row) in numbers.chunks_exact_mut(width).enumerate().skip(first) {
+                let y = j as f64 + line;
+                if y >= high.y {
+                    break;
+                }
+                let i = x_at(y).floor() as usize + 1;
+                row.get_mut(i).into_iter().for_each(|number| *number += sign);
             }
         }
     }
