@@ -34,6 +34,15 @@ impl EdgeSum {
         self.edges.values().all(|&times| times == 0)
     }
 
+    /// The edges that do not cancel, each as often as it counts, in any order.
+    pub(crate) fn edges(&self) -> Vec<[u32; 2]> {
+        let of = |(&(low, high), &times): (&(u32, u32), &i32)| {
+            let edge = if times > 0 { [low, high] } else { [high, low] };
+            std::iter::repeat_n(edge, times.unsigned_abs() as usize)
+        };
+        self.edges.iter().flat_map(of).collect()
+    }
+
     /// Splits the chain into simple closed walks that sum to it, each a list of three or more distinct vertices. The
     /// chain must be closed: as many edges enter each vertex as leave it. An edge of multiplicity n is part of n walks.
     ///
@@ -41,11 +50,7 @@ impl EdgeSum {
     /// by the positions from `point`. The walk that closes a split segment then lies along the segment. The walks
     /// depend on the chain alone, not on the order in which it was summed.
     pub(crate) fn walks(&self, point: impl Fn(u32) -> DVec2) -> Vec<Vec<u32>> {
-        let mut edges: Vec<[u32; 2]> = Vec::new();
-        for (&(low, high), &times) in &self.edges {
-            let edge = if times > 0 { [low, high] } else { [high, low] };
-            edges.extend(std::iter::repeat_n(edge, times.unsigned_abs() as usize));
-        }
+        let mut edges = self.edges();
         edges.sort_unstable();
         let mut unused = Unused::of(edges);
         let mut walks = Vec::new();

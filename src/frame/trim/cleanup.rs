@@ -141,20 +141,27 @@ fn triangulate<'a>(
     polygon: &mut Polygon,
     cells: impl Iterator<Item = &'a Cell>,
 ) -> Option<Vec<[u32; 3]>> {
-    let mut edges: Vec<[u32; 2]> = Vec::new();
+    let (mut sites, mut sum) = (Vec::new(), EdgeSum::default());
+    let mut add = |edge: [u32; 2]| {
+        sites.push(edge[0]);
+        sum.add(edge, 1);
+    };
     for cell in cells {
         for &l in &cell.loops {
             let [start, end] = tile.ends(l);
-            edges.extend((start..end).map(|v| [v, tile.next(l, v)]));
+            (start..end).for_each(|v| add([v, tile.next(l, v)]));
         }
         for &ring in &cell.rings {
             rings.reload(tile, trace, ring, polygon);
             let ids = &polygon.ids;
-            edges.extend(ids.iter().enumerate().map(|(k, &v)| [v, ids[(k + 1) % ids.len()]]));
+            ids.iter().enumerate().for_each(|(k, &v)| add([v, ids[(k + 1) % ids.len()]]));
         }
     }
-    let mut sites: Vec<u32> = edges.iter().map(|e| e[0]).collect();
-    cancel_opposites(&mut edges)?;
+    let mut edges = sum.edges();
+    edges.sort_unstable_by_key(|&[a, b]| [a.min(b), a.max(b)]);
+    if edges.windows(2).any(|pair| pair[0] == pair[1]) {
+        return None;
+    }
     // Tessellants stay only as ends of segments. Kept corners inside stay as free vertices, to keep triangles small.
     sites.retain(|&v| v as usize >= tile.points.len());
     sites.extend(edges.as_flattened());
@@ -178,22 +185,4 @@ fn triangulate<'a>(
     edges.iter().for_each(|edge| rest.add(edge.map(|v| one.at(v)), 1));
     triangles.iter().for_each(|triangle| rest.add_triangle(triangle.map(|v| one.at(v)), -1));
     (is_region && rest.is_zero()).then_some(triangles)
-}
-
-/// Removes pairs of opposite edges. `None` if more than one edge remains in one direction.
-fn cancel_opposites(edges: &mut Vec<[u32; 2]>) -> Option<()> {
-    let line = |e: &[u32; 2]| [e[0].min(e[1]), e[0].max(e[1])];
-    edges.sort_unstable_by_key(|e| (line(e), e[0]));
-    let mut left = Vec::with_capacity(edges.len());
-    for group in edges.chunk_by(|a, b| line(a) == line(b)) {
-        let forward = group.iter().filter(|e| e[0] < e[1]).count();
-        let backward = group.len() - forward;
-        match forward.abs_diff(backward) {
-            0 => {}
-            1 => left.push(if forward > backward { line(&group[0]) } else { [line(&group[0])[1], line(&group[0])[0]] }),
-            _ => return None,
-        }
-    }
-    *edges = left;
-    Some(())
 }
