@@ -10,6 +10,7 @@ use crate::prepare::regions::boundary::of_boundary;
 use crate::prepare::surface::arc_bounds;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
+use crate::prepare::tiles::extent::Patched;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
 use crate::prepare::wires::ends::ends;
 use glam::{DVec2, DVec3};
@@ -55,12 +56,9 @@ pub(crate) fn fill(part: &Part, boundary: &[Vec<(u32, bool)>]) -> Option<FilledF
     }
     let bounds = arc_bounds::analytic(&surface, &maps, &patches)?;
     let loops = outlines.iter().map(|l| l.iter().map(|o| o.seen_in(&frame)).collect()).collect();
+    let (patches, bounds, creases) = (Arc::new(patches), Arc::new(bounds), [Vec::new(), Vec::new()]);
     let draft = FaceDraft {
-        patches: Arc::new(patches),
-        bounds: Arc::new(bounds),
-        maps,
-        creases: [Vec::new(), Vec::new()],
-        sharp: false,
+        surface: Patched { patches, bounds, maps, creases, sharp: false },
         gap,
         critical: 0,
         meetings: 0,

@@ -97,7 +97,10 @@ pub(crate) fn of_draft(draft: &FaceDraft) -> usize {
     });
     let breaks = draft.breaks.len() * (size_of::<Break>() + 24) + draft.joints.len() * 48 + draft.tangles.len() * 32;
     let own = size_of::<FaceDraft>() + size_of::<PreparedFace>() + 12 * ALLOCATION;
-    own + of_patches(&draft.patches, &draft.bounds) + tiles.sum::<usize>() + borders.sum::<usize>() + breaks
+    own + of_patches(&draft.surface.patches, &draft.surface.bounds)
+        + tiles.sum::<usize>()
+        + borders.sum::<usize>()
+        + breaks
 }
 
 fn of_shape(shape: &DraftShape) -> usize {

@@ -196,7 +196,7 @@ pub(crate) fn wrong_volume(
     let origin = points().sum::<DVec3>() / points().count().max(1) as f64;
     // The boundary of an untrimmed surface runs forth and back, or is a single point. Its cones sum to rounding only.
     let size = points().map(|p| p.distance(origin)).fold(ROUNDING * origin.abs().max_element(), f64::max);
-    if faces.iter().all(|(draft, _)| draft.bounds.is_affine()) {
+    if faces.iter().all(|(draft, _)| draft.surface.bounds.is_affine()) {
         let (mut cones, mut parts) = (0.0, ROUNDING * size.powi(3));
         for (polygon, sign) in &polygons {
             let first = polygon[0] - origin;
@@ -261,9 +261,9 @@ fn wrong_sampled_volume(call: Call<'_>, faces: &[(&FaceDraft, bool)], place: (DV
 fn space_polygon(draft: &FaceDraft, uses: &[DraftUse]) -> Vec<DVec3> {
     /// Maximum points per use: a fan over them has a circle's area within 3 %.
     const MOST: usize = 8;
-    let patches = &*draft.patches;
+    let patches = &*draft.surface.patches;
     // The image of a circle may be straight, too.
-    if draft.bounds.is_affine() {
+    if draft.surface.bounds.is_affine() {
         let point = affine(patches);
         return plane_polygon(uses, MOST, true).into_iter().map(point).collect();
     }
@@ -300,10 +300,10 @@ fn flux(draft: &FaceDraft, origin: DVec3, samples: Sampling) -> [f64; 2] {
 fn tile_flux(draft: &FaceDraft, tile: &DraftTile, origin: DVec3, samples: Sampling) -> [f64; 2] {
     let inside = region(draft, tile, samples.outline);
     let at = |uv: DVec2| {
-        let [point, du, dv] = draft.patches.tangents(uv.x, uv.y);
+        let [point, du, dv] = draft.surface.patches.tangents(uv.x, uv.y);
         (point - origin).dot(du.cross(dv))
     };
-    if draft.bounds.is_affine() {
+    if draft.surface.bounds.is_affine() {
         let flux = area(&inside.loops) * at(tile.min);
         return [flux, flux.abs()];
     }

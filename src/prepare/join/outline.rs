@@ -16,5 +16,5 @@ pub(super) fn plane_polygon(uses: &[DraftUse], most: usize, flat: bool) -> Vec<D
 /// The region of a tile, with at most `most` points per use.
 pub(super) fn region<'a>(draft: &'a FaceDraft, tile: &DraftTile, most: usize) -> TileRegion<'a> {
     let loops = tile.loops.iter().map(|l| plane_polygon(l, most, true)).collect();
-    TileRegion { patches: &draft.patches, min: tile.min, max: tile.max, loops }
+    TileRegion { patches: &draft.surface.patches, min: tile.min, max: tile.max, loops }
 }

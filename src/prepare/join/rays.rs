@@ -36,7 +36,7 @@ pub(super) struct RayFace<'a> {
 
 impl<'a> RayFace<'a> {
     pub(super) fn new(draft: &'a FaceDraft, reversed: bool) -> Self {
-        let bounds = around(draft.bounds.places.iter().flat_map(|place| [place.low, place.high]));
+        let bounds = around(draft.surface.bounds.places.iter().flat_map(|place| [place.low, place.high]));
         Self { draft, reversed, bounds, tiles: OnceCell::new() }
     }
 
@@ -135,7 +135,7 @@ fn start(face: &RayFace<'_>, k: usize) -> Option<Line> {
     let samples: Vec<DVec2> = tile.lattice(LATTICE).1.collect();
     let tried = (0..TRIES).map(|t| samples[(7 * (k + t) + 3) % samples.len()]);
     let (uv, winding) = tried.map(|uv| (uv, tile.winding(uv))).find(|(_, winding)| winding.abs() == 1)?;
-    let [from, du, dv] = face.draft.patches.tangents(uv.x, uv.y);
+    let [from, du, dv] = face.draft.surface.patches.tangents(uv.x, uv.y);
     let normal = du.cross(dv).try_normalize()? * f64::from(sign(face.reversed) * winding);
     let across = normal.any_orthonormal_pair();
     let along = (normal + across.0 * LEAN[0] + across.1 * LEAN[1]).try_normalize()?;
@@ -153,7 +153,7 @@ impl Line {
         let (mut ahead, mut behind, mut starts) = (0, 0, 0);
         for face in faces.iter().filter(|face| self.is_near(face.bounds)) {
             let mut certain = true;
-            let patches = &*face.draft.patches;
+            let patches = &*face.draft.surface.patches;
             self.cross(patches, &mut |uv| {
                 let Some((distance, turns)) = self.crossing(face, uv) else {
                     certain = false;
@@ -200,7 +200,7 @@ impl Line {
             }
             winding += here;
         }
-        let [point, du, dv] = face.draft.patches.tangents(uv.x, uv.y);
+        let [point, du, dv] = face.draft.surface.patches.tangents(uv.x, uv.y);
         let normal = du.cross(dv);
         let steep = normal.dot(self.along);
         if winding != 0 && steep.abs() <= STEEP * normal.length() {

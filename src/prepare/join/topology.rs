@@ -10,6 +10,7 @@ use crate::prepare::report::guard::guarded;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
+use crate::prepare::tiles::extent::Patched;
 use crate::prepare::uv::uv_curve::SAME_SHARE;
 use crate::prepare::wires::chain::Chain;
 use glam::{DVec2, DVec3};
@@ -94,7 +95,7 @@ pub(crate) fn assemble(
         told.extend(added.map(|added| (k, ClosingOutcome::Closure(added))));
         out.face_rows.push(Some(id(out.faces.len())));
         let kind = if draft.filled { SurfaceKind::Plane } else { part.faces[k].surface.kind() };
-        let patches = &draft.patches;
+        let Patched { patches, bounds, maps, creases, sharp } = draft.surface;
         let plane_normal = (kind == SurfaceKind::Plane).then(|| {
             let [_, du, dv] = patches.tangents(patches.breaks_u[0], patches.breaks_v[0]);
             du.cross(dv).try_normalize().unwrap_or(DVec3::Z)
@@ -105,11 +106,11 @@ pub(crate) fn assemble(
             repaired: refilled || !draft.repairs.is_empty() || added.is_some_and(|added| added.loops > 0),
             filled: draft.filled,
             crosses: draft.crosses,
-            patches: draft.patches,
-            bounds: draft.bounds,
-            maps: draft.maps,
-            creases: draft.creases,
-            sharp: draft.sharp,
+            patches,
+            bounds,
+            maps,
+            creases,
+            sharp,
             reversed: reversed[k],
             plane_normal,
             gap: draft.gap,
@@ -183,7 +184,7 @@ fn number_tiles(
         let loops = t.loops.into_iter().map(|l| l.into_iter().filter_map(edge_use).collect::<Vec<_>>());
         let loops = loops.filter(|l| !l.is_empty()).collect();
         let middle = 0.5 * (t.min + t.max);
-        let [centre, du, dv] = draft.patches.tangents(middle.x, middle.y);
+        let [centre, du, dv] = draft.surface.patches.tangents(middle.x, middle.y);
         tiles.push(Tile {
             face: FaceId::new(k),
             min: t.min,

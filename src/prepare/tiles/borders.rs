@@ -2,12 +2,11 @@
 
 use super::arrangement::{ArrangedTile, Arrangement, Border, GridNode, LoopStretch};
 use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftTile, DraftUse};
+use super::extent::Patched;
 use super::grid::{Grid, LineCrossing};
+use super::traced::Traced;
 use crate::math::bisection::bisected;
 use crate::model::AxisMap;
-use crate::prepare::regions::trace::Passages;
-use crate::prepare::surface::decompose::BezierPatches;
-use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
 use crate::prepare::uv::uv_loop::Along;
 use glam::DVec2;
@@ -94,57 +93,48 @@ fn at_parts_of_spans(a: &UvSample, b: &UvSample, maps: &[AxisMap; 2]) -> Vec<UvS
     shares.into_iter().map(|share| UvSample::at(a, b, a.t + share * (b.t - a.t))).collect()
 }
 
-/// Makes the borders of a face.
-pub(super) struct BorderMaker<'a> {
-    pub(super) arranged: &'a Arrangement,
-    pub(super) grid: &'a Grid,
-    pub(super) projector: &'a Projector<'a>,
-    pub(super) patches: &'a BezierPatches,
-    pub(super) maps: &'a [AxisMap; 2],
-    pub(super) creases: &'a [Vec<f64>; 2],
-    pub(super) passages: &'a Passages,
-}
-
-impl BorderMaker<'_> {
-    pub(super) fn make(&self, b: &Border) -> DraftBorder {
-        let run = &self.maps[1 - b.axis];
+/// The borders of an arrangement, with their curves on the patches.
+pub(super) fn borders(traced: &Traced<'_>, surface: &Patched, grid: &Grid, arranged: &Arrangement) -> Vec<DraftBorder> {
+    let Patched { patches, maps, creases, .. } = surface;
+    let pole_end = |pole: usize| {
+        let point = traced.projector.poles[pole].point;
+        // If an edge runs through the pole, all faces use its tessellant there as the pole.
+        let passing = traced.passages.iter().find_map(|(&edge, stops)| {
+            stops.iter().find(|stop| stop.1 == point).map(|stop| DraftEnd::OnEdge(edge, stop.0))
+        });
+        passing.unwrap_or(DraftEnd::Point(point))
+    };
+    let crossed_end = |crossing: usize| {
+        let LineCrossing { along, t, .. } = arranged.crossings[crossing];
+        match along {
+            Along::Edge(edge) => DraftEnd::OnEdge(edge, t),
+            Along::Pole(pole) => pole_end(pole),
+        }
+    };
+    let corner_end = |(i, j): (usize, usize)| {
+        if let Some(&pole) = arranged.pole_corners.get(&(i, j)) {
+            return pole_end(pole);
+        }
+        if let Some(&crossing) = arranged.crossed_corners.get(&(i, j)) {
+            return crossed_end(crossing);
+        }
+        let (u, v) = (maps[0].to_nurbs(grid.lines[0][i]), maps[1].to_nurbs(grid.lines[1][j]));
+        DraftEnd::Point(patches.point(u, v))
+    };
+    let border = |b: &Border| {
+        let run = &maps[1 - b.axis];
         let range = (run.to_nurbs(b.range.0), run.to_nurbs(b.range.1));
-        let at = self.maps[b.axis].to_nurbs(b.at);
-        let pole_end = |pole: usize| {
-            let point = self.projector.poles[pole].point;
-            // If an edge runs through the pole, all faces use its tessellant there as the pole.
-            let passing = self.passages.iter().find_map(|(&edge, stops)| {
-                stops.iter().find(|stop| stop.1 == point).map(|stop| DraftEnd::OnEdge(edge, stop.0))
-            });
-            passing.unwrap_or(DraftEnd::Point(point))
-        };
         let shape = match b.pole {
             Some(pole) => DraftShape::Pole(pole_end(pole)),
-            None => DraftShape::Curve(self.patches.iso_curve(b.axis, at, range)),
+            None => DraftShape::Curve(patches.iso_curve(b.axis, maps[b.axis].to_nurbs(b.at), range)),
         };
         let ends = b.nodes.map(|node| match node {
             GridNode::Pole(pole) => pole_end(pole),
-            GridNode::LineCrossing(k) => match self.arranged.crossings[k] {
-                LineCrossing { along: Along::Edge(e), t, .. } => DraftEnd::OnEdge(e, t),
-                LineCrossing { along: Along::Pole(pole), .. } => pole_end(pole),
-            },
-            GridNode::Corner(i, j) => {
-                let (pole, crossing) =
-                    (self.arranged.pole_corners.get(&(i, j)), self.arranged.crossed_corners.get(&(i, j)));
-                match (pole, crossing.map(|&k| &self.arranged.crossings[k])) {
-                    (Some(&pole), _) | (_, Some(&LineCrossing { along: Along::Pole(pole), .. })) => pole_end(pole),
-                    (_, Some(&LineCrossing { along: Along::Edge(e), t, .. })) => DraftEnd::OnEdge(e, t),
-                    _ => {
-                        let (u, v) = (
-                            self.maps[0].to_nurbs(self.grid.lines[0][i]),
-                            self.maps[1].to_nurbs(self.grid.lines[1][j]),
-                        );
-                        DraftEnd::Point(self.patches.point(u, v))
-                    }
-                }
-            }
+            GridNode::LineCrossing(crossing) => crossed_end(crossing),
+            GridNode::Corner(i, j) => corner_end((i, j)),
         });
-        let creases = self.creases[1 - b.axis].iter().copied().filter(|&t| t > range.0 && t < range.1).collect();
+        let creases = creases[1 - b.axis].iter().copied().filter(|&t| t > range.0 && t < range.1).collect();
         DraftBorder { shape, range, ends, creases }
-    }
+    };
+    arranged.borders.iter().map(border).collect()
 }

@@ -1,14 +1,13 @@
 //! The draft of a face: its own tiles, before its borders and breaks are numbered in the part.
 
-use crate::model::{AxisMap, FaceTrouble};
+use super::extent::Patched;
+use crate::model::FaceTrouble;
 use crate::prepare::regions::mend::Tangle;
 use crate::prepare::report::finding::Finding;
-use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
-use crate::prepare::surface::tables::SurfaceBounds;
+use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::uv::uv_curve::UvCurve;
 use crate::prepare::wires::chain::Chain;
 use glam::{DVec2, DVec3};
-use std::sync::Arc;
 
 /// A stretch of a tile's loop before breaks are numbered.
 #[derive(Clone, Debug)]
@@ -71,12 +70,7 @@ pub(crate) struct DraftTile {
 /// A face on its own.
 #[derive(Clone, Debug)]
 pub(crate) struct FaceDraft {
-    pub(crate) patches: Arc<BezierPatches>,
-    pub(crate) bounds: Arc<SurfaceBounds>,
-    pub(crate) maps: [AxisMap; 2],
-    pub(crate) creases: [Vec<f64>; 2],
-    /// See [`PreparedFace::sharp`](crate::prepare::join::prepared::PreparedFace::sharp).
-    pub(crate) sharp: bool,
+    pub(crate) surface: Patched,
     pub(crate) gap: f64,
     /// Number of critical parameters, and of meetings, among `breaks`.
     pub(crate) critical: u32,
@@ -116,11 +110,7 @@ impl FaceDraft {
             None => complete = false,
         };
         let Self {
-            patches: _,
-            bounds: _,
-            maps: _,
-            creases: _,
-            sharp: _,
+            surface: _,
             gap: _,
             critical: _,
             meetings: _,

@@ -9,17 +9,19 @@ use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::surface::tables::SurfaceBounds;
 use glam::{DVec2, DVec3};
 use std::cell::LazyCell;
+use std::sync::Arc;
 
 /// A surface over the box of a face's tiles.
-pub(super) struct Patched {
-    pub(super) patches: BezierPatches,
-    pub(super) bounds: SurfaceBounds,
+#[derive(Clone, Debug)]
+pub(crate) struct Patched {
+    pub(crate) patches: Arc<BezierPatches>,
+    pub(crate) bounds: Arc<SurfaceBounds>,
     /// From natural parameters to those of the patches.
-    pub(super) maps: [AxisMap; 2],
+    pub(crate) maps: [AxisMap; 2],
     /// Parameters of the patches where the tangent breaks.
-    pub(super) creases: [Vec<f64>; 2],
+    pub(crate) creases: [Vec<f64>; 2],
     /// Whether the normal turns by more than [`BLUNT`] at one of them.
-    pub(super) sharp: bool,
+    pub(crate) sharp: bool,
 }
 
 impl Patched {
@@ -54,7 +56,7 @@ impl Patched {
             sharp |= creases.iter().any(|crease| crease.turn > BLUNT);
             creases.into_iter().map(|crease| crease.at).collect()
         });
-        Ok(Self { patches, bounds, maps, creases, sharp })
+        Ok(Self { patches: Arc::new(patches), bounds: Arc::new(bounds), maps, creases, sharp })
     }
 }
 

@@ -1,7 +1,7 @@
 //! One face of a model to patches, tiles and borders: everything that needs no other face.
 
 use super::arrangement::{Arrangement, arrange};
-use super::borders::{self, BorderMaker};
+use super::borders;
 use super::crossings::Crossings;
 use super::cuts::{coarse_grids, grid_for};
 use super::draft::FaceDraft;
@@ -22,7 +22,6 @@ use crate::prepare::uv::uv_loop::UvLoop;
 use crate::prepare::wires::chain::Chain;
 use crate::prepare::wires::order::without_seams;
 use glam::DVec3;
-use std::sync::Arc;
 
 /// Share of a face's size by which its edges may miss its surface without a diagnostic. Files print six to fifteen
 /// digits, and intersection curves are good to 1e-5 of a face; more is a fault of the file, or of the projection.
@@ -252,27 +251,18 @@ fn stated_region(
 }
 
 fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> Result<FaceDraft, FaceError> {
-    let Traced { part, face, projector, passages, .. } = traced;
+    let Traced { part, face, projector, .. } = traced;
     let mut outline = FaceOutline::of(traced, way, mended)?;
     let (grid, arranged) = cut(&outline.region, &face.surface, projector, &mut outline.notes)?;
     // The images are in the tiles now: where a boundary runs along itself thousands of times, copies count.
     drop(std::mem::take(&mut outline.region.loops));
-    let Patched { patches, bounds, maps, creases, sharp } = Patched::over(&face.surface, &arranged.tiles, traced.room)?;
-    let maker = BorderMaker {
-        arranged: &arranged,
-        grid: &grid,
-        projector,
-        patches: &patches,
-        maps: &maps,
-        creases: &creases,
-        passages,
-    };
-    let borders = arranged.borders.iter().map(|b| maker.make(b)).collect();
+    let surface = Patched::over(&face.surface, &arranged.tiles, traced.room)?;
+    let borders = borders::borders(traced, &surface, &grid, &arranged);
     outline.breaks.extend(arranged.crossings.iter().filter_map(|c| Some((c.along.edge()?, c.t))));
-    let mut tiles = borders::tiles(arranged, &maps);
+    let mut tiles = borders::tiles(arranged, &surface.maps);
     // Not where free trims end on the edges of other faces, which are as good as those are.
     let exact = traced.free.is_some() && outline.gap == 0.0;
-    let found = Crossings::of(part, &mut tiles, exact, &maps, projector);
+    let found = Crossings::of(part, &mut tiles, exact, &surface.maps, projector);
     outline.breaks.extend(found.breaks);
     outline.joints.extend(found.joints);
     let crosses = found.crossed.is_some();
@@ -281,11 +271,7 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> 
     let [critical, meetings] = [found.critical, found.meetings].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     let FaceOutline { region, gap, chain, breaks, joints, lobed, notes, repairs } = outline;
     Ok(FaceDraft {
-        patches: Arc::new(patches),
-        bounds: Arc::new(bounds),
-        maps,
-        creases,
-        sharp,
+        surface,
         gap,
         critical,
         meetings,
