@@ -4,10 +4,10 @@ use super::critical::critical;
 use super::draft::DraftTile;
 use super::joints::Joiner;
 use super::meeting::{WorkLeft, fold, touching};
-use crate::model::{AxisMap, FaceTrouble, Part};
+use super::traced::Traced;
+use crate::model::{AxisMap, FaceTrouble};
 use crate::prepare::regions::mend::Tangle;
 use crate::prepare::report::finding::Finding;
-use crate::prepare::uv::pcurve::Projector;
 use glam::{DVec2, DVec3};
 
 /// Maximum meetings of a face's loops times the points of the tiles that they are in: the time that judging them takes.
@@ -35,17 +35,40 @@ pub(super) struct Crossings {
 impl Crossings {
     /// Marks tiles whose loops meet as entangled. `exact` states that the loops come from free trims, which are
     /// separated already.
-    pub(super) fn of(
-        part: &Part,
-        tiles: &mut [DraftTile],
-        exact: bool,
-        maps: &[AxisMap; 2],
-        projector: &Projector<'_>,
-    ) -> Self {
+    pub(super) fn of(traced: &Traced<'_>, tiles: &mut [DraftTile], exact: bool, maps: &[AxisMap; 2]) -> Self {
         let mut out = Self::default();
         let mut work = WorkLeft(FOLD_WORK);
         for tile in tiles {
-            out.add(part, tile, exact, maps, projector, &mut work);
+            let before = out.breaks.len();
+            let (meetings, all) = critical(tile, exact, &mut out.breaks);
+            out.critical += out.breaks.len() - before;
+            out.meetings += meetings.len();
+            if exact && all {
+                // Free trims are separated already, touching ones too.
+                continue;
+            }
+            let join = Joiner { part: traced.part, tile, near: 10.0 * traced.projector.tolerance };
+            for m in &meetings {
+                let ends = join.ends(m).map(|(edge, t, _)| (edge, t));
+                out.tangles.push(ends);
+                out.breaks.extend(ends);
+                out.joints.extend(join.joint(m));
+            }
+            let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings, &mut work) };
+            // Loops that only touch may also wind twice.
+            let folded = folded.or_else(|| fold(tile, &touching(tile), &mut work));
+            let middle = || {
+                let middle = 0.5 * (tile.min + tile.max);
+                traced.projector.point(DVec2::new(maps[0].to_natural(middle.x), maps[1].to_natural(middle.y)))
+            };
+            if tile.entangled || folded.is_some() {
+                let place = folded.map_or_else(middle, |m| join.ends(&m)[0].2);
+                out.crossed.get_or_insert(Finding::new(Some(place), FaceTrouble::Crosses));
+            }
+            if !all && out.scribble.is_none() {
+                out.scribble = Some(Finding::new(Some(middle()), FaceTrouble::Scribble));
+            }
+            tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
         }
         if out.scribble.is_some() {
             // Without all meetings the images cannot be moved apart.
@@ -53,48 +76,4 @@ impl Crossings {
         }
         out
     }
-
-    fn add(
-        &mut self,
-        part: &Part,
-        tile: &mut DraftTile,
-        exact: bool,
-        maps: &[AxisMap; 2],
-        projector: &Projector<'_>,
-        work: &mut WorkLeft,
-    ) {
-        let before = self.breaks.len();
-        let (meetings, all) = critical(tile, exact, &mut self.breaks);
-        self.critical += self.breaks.len() - before;
-        self.meetings += meetings.len();
-        if exact && all {
-            // Free trims are separated already, touching ones too.
-            return;
-        }
-        let join = Joiner { part, tile, near: 10.0 * projector.tolerance };
-        for m in &meetings {
-            let ends = join.ends(m).map(|(edge, t, _)| (edge, t));
-            self.tangles.push(ends);
-            self.breaks.extend(ends);
-            self.joints.extend(join.joint(m));
-        }
-        let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings, work) };
-        // Loops that only touch may also wind twice.
-        let folded = folded.or_else(|| fold(tile, &touching(tile), work));
-        let middle = || projector.point(middle(tile, maps));
-        if tile.entangled || folded.is_some() {
-            let place = folded.map_or_else(middle, |m| join.ends(&m)[0].2);
-            self.crossed.get_or_insert(Finding::new(Some(place), FaceTrouble::Crosses));
-        }
-        if !all && self.scribble.is_none() {
-            self.scribble = Some(Finding::new(Some(middle()), FaceTrouble::Scribble));
-        }
-        tile.entangled |= folded.is_some() || !meetings.is_empty() || !all;
-    }
-}
-
-/// Middle of a tile in natural parameters.
-fn middle(tile: &DraftTile, maps: &[AxisMap; 2]) -> DVec2 {
-    let middle = 0.5 * (tile.min + tile.max);
-    DVec2::new(maps[0].to_natural(middle.x), maps[1].to_natural(middle.y))
 }

@@ -10,7 +10,7 @@ use super::grid::Grid;
 use super::joints::common_point;
 use super::traced::{self, Traced};
 use crate::model::{Coedge, Face, FaceError, FaceTrouble, Part, Surface};
-use crate::prepare::regions::mend::{MAX_TANGLES, Mend, Tangle, Way};
+use crate::prepare::regions::mend::{MAX_TANGLES, Tangle, Way};
 use crate::prepare::regions::unroll::region;
 use crate::prepare::regions::{boundary, lobes, mend};
 use crate::prepare::report::finding::Finding;
@@ -55,7 +55,7 @@ pub(crate) fn draft(
         return Err(FaceError::Internal("its boundary needs more memory than the limit".to_owned()));
     }
     let traced = Traced::of(part, face, free, size, Some(room));
-    let stated = traced.as_ref().map_err(Clone::clone).and_then(|traced| draft_traced(traced, Loops::Nested, None));
+    let stated = traced.as_ref().map_err(Clone::clone).and_then(|traced| draft_traced(traced, Loops::Nested));
     if free.is_some() {
         // Free trims are separated already.
         return stated;
@@ -66,7 +66,7 @@ pub(crate) fn draft(
             let size = traced::face_extent(part, face).unwrap_or(size);
             let face = Face { loops, ..face.clone() };
             let again = Traced::of(part, &face, None, size, Some(room))
-                .and_then(|traced| draft_traced(&traced, Loops::Nested, None))
+                .and_then(|traced| draft_traced(&traced, Loops::Nested))
                 .ok();
             if let Some(mut draft) = again.filter(|draft| !draft.crosses) {
                 draft.notes.push(FaceTrouble::BothWays);
@@ -79,9 +79,7 @@ pub(crate) fn draft(
             }
             // The faces beyond shared edges would not reverse the lobe.
             let may_turn = stated.joints.len() <= MAX_JOINTS && traced.loops.iter().any(|l| !lobes::stays(l, shared));
-            if let Some(draft) =
-                may_turn.then(|| draft_traced(traced, Loops::ByLobes(shared), None)).and_then(Result::ok)
-            {
+            if let Some(draft) = may_turn.then(|| draft_traced(traced, Loops::ByLobes(shared))).and_then(Result::ok) {
                 return Ok(draft);
             }
         }
@@ -99,35 +97,20 @@ fn boundary_memory(part: &Part, face: &Face) -> usize {
 
 /// Prepares a face by itself with loops that run as stated, however they are nested.
 pub(crate) fn draft_as_stated(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
-    draft_traced(&Traced::of(part, face, None, size, None)?, Loops::AsStated, None)
+    draft_traced(&Traced::of(part, face, None, size, None)?, Loops::AsStated)
 }
 
 /// Which way loops run.
-#[derive(Clone, Copy, PartialEq, Eq)]
 enum Loops<'a> {
     /// Outlines counter-clockwise, holes clockwise, by what lies inside what.
     Nested,
+    /// Like `Nested`, with the images of edges moved apart, by at most so many mm.
+    Moved(Vec<UvLoop>, f64),
     /// Like `Nested`, with lobes that run backwards reversed in loops none of whose edges is marked: marked edges have
     /// other faces. Fails if there is no such lobe.
     ByLobes(&'a [bool]),
     /// As stated.
     AsStated,
-}
-
-/// The images of a face's edges, moved apart.
-struct Mended {
-    loops: Vec<UvLoop>,
-    /// Largest move, mm.
-    by: f64,
-}
-
-impl Mended {
-    fn of(traced: &Traced<'_>, mends: &[Mend]) -> Self {
-        let mut loops = traced.loops.clone();
-        let most = MEND_SHARE * traced.extent;
-        let by = loops.iter_mut().map(|l| mend::mend(l, mends, most, &traced.projector)).fold(0.0, f64::max);
-        Self { loops, by }
-    }
 }
 
 /// Drafts the face with the images of its edges moved apart around `tangles`, where they meet. Each attempt moves them
@@ -138,13 +121,15 @@ fn mended(traced: &Traced<'_>, stated: &[Tangle]) -> Option<FaceDraft> {
         if tangles.is_empty() || tangles.len() > MAX_TANGLES {
             return None;
         }
-        let mended = Mended::of(traced, &mend::about(traced.part, &tangles, way, reach)?);
-        if mended.by == 0.0 {
+        let (mends, most) = (mend::about(traced.part, &tangles, way, reach)?, MEND_SHARE * traced.extent);
+        let mut loops = traced.loops.clone();
+        let by = loops.iter_mut().map(|l| mend::mend(l, &mends, most, &traced.projector)).fold(0.0, f64::max);
+        if by == 0.0 {
             // The images meet where they met.
             tangles.extend(stated);
             continue;
         }
-        let draft = draft_traced(traced, Loops::Nested, Some(mended)).ok()?;
+        let draft = draft_traced(traced, Loops::Moved(loops, by)).ok()?;
         if !draft.crosses {
             return Some(draft);
         }
@@ -169,12 +154,12 @@ struct FaceOutline {
 }
 
 impl FaceOutline {
-    fn of(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> Result<Self, FaceError> {
+    fn of(traced: &Traced<'_>, way: Loops<'_>) -> Result<Self, FaceError> {
         let is_far = |told: &FaceTrouble| match told {
             FaceTrouble::LoopMissesStart { gap_mm } => *gap_mm > FAR_SHARE * traced.extent,
             _ => false,
         };
-        let (far, notes): (Vec<_>, Vec<_>) = traced.notes.iter().cloned().partition(is_far);
+        let (far, mut notes): (Vec<_>, Vec<_>) = traced.notes.iter().cloned().partition(is_far);
         let mut repairs: Vec<Finding> = far.into_iter().map(|told| Finding::new(None, told)).collect();
         // Edges that run through one pole have its point in common.
         let joints: Vec<(u32, f64, DVec3)> = traced
@@ -183,22 +168,31 @@ impl FaceOutline {
             .flat_map(|(&edge, stops)| stops.iter().map(move |&(t, point)| (edge, t, point)))
             .collect();
         let (breaks, lobed) = (joints.iter().map(|&(edge, t, _)| (edge, t)).collect(), Vec::new());
+        let turn = !matches!(way, Loops::AsStated);
+        let shared = if let Loops::ByLobes(shared) = way { Some(shared) } else { None };
         let mut out = match traced.free {
             Some(free) => {
                 let free = free.as_ref().map_err(Clone::clone)?;
                 let chain = boundary::of_boundary(&boundary::boundary(traced.face, Some(free)));
-                let notes = [&notes[..], &free.notes].concat();
+                notes.extend_from_slice(&free.notes);
                 repairs.extend(free.repairs.iter().cloned());
                 let (region, gap) = (free.region.clone(), free.gap);
                 Self { region, gap, chain, breaks, joints, lobed, notes, repairs }
             }
             None => {
-                let (region, notes) = stated_region(traced, way, mended, notes)?;
+                let loops = match way {
+                    Loops::Moved(loops, by_mm) => {
+                        notes.push(FaceTrouble::ImagesMoved { by_mm });
+                        loops
+                    }
+                    _ => traced.loops.clone(),
+                };
+                let region = region(loops, traced.named_pole, &traced.projector, turn)?;
                 let chain = boundary::of_region(traced.part, &region.loops);
                 Self { region, gap: traced.gap, chain, breaks, joints, lobed, notes, repairs }
             }
         };
-        if let Loops::ByLobes(shared) = way {
+        if let Some(shared) = shared {
             out.turn_lobes(traced, shared)?;
         }
         if let Some((axis, at)) = out.region.unbounded {
@@ -238,21 +232,9 @@ impl FaceOutline {
     }
 }
 
-/// The region that the loops bound, or their mended images.
-fn stated_region(
-    traced: &Traced<'_>,
-    way: Loops<'_>,
-    mended: Option<Mended>,
-    mut notes: Vec<FaceTrouble>,
-) -> Result<(Region, Vec<FaceTrouble>), FaceError> {
-    notes.extend(mended.iter().map(|m| FaceTrouble::ImagesMoved { by_mm: m.by }));
-    let loops = mended.map_or_else(|| traced.loops.clone(), |m| m.loops);
-    Ok((region(loops, traced.named_pole, &traced.projector, way != Loops::AsStated)?, notes))
-}
-
-fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> Result<FaceDraft, FaceError> {
-    let Traced { part, face, projector, .. } = traced;
-    let mut outline = FaceOutline::of(traced, way, mended)?;
+fn draft_traced(traced: &Traced<'_>, way: Loops<'_>) -> Result<FaceDraft, FaceError> {
+    let Traced { face, projector, .. } = traced;
+    let mut outline = FaceOutline::of(traced, way)?;
     let (grid, arranged) = cut(&outline.region, &face.surface, projector, &mut outline.notes)?;
     // The images are in the tiles now: where a boundary runs along itself thousands of times, copies count.
     drop(std::mem::take(&mut outline.region.loops));
@@ -262,7 +244,7 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>, mended: Option<Mended>) -> 
     let mut tiles = borders::tiles(arranged, &surface.maps);
     // Not where free trims end on the edges of other faces, which are as good as those are.
     let exact = traced.free.is_some() && outline.gap == 0.0;
-    let found = Crossings::of(part, &mut tiles, exact, &surface.maps, projector);
+    let found = Crossings::of(traced, &mut tiles, exact, &surface.maps);
     outline.breaks.extend(found.breaks);
     outline.joints.extend(found.joints);
     let crosses = found.crossed.is_some();
