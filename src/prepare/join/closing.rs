@@ -47,7 +47,7 @@ struct BreakRun {
 }
 
 /// A stretch of an edge: edge, first break, last break, and uses along the edge minus uses against it.
-pub(crate) type BreakSpan = (u32, u32, u32, i32);
+type BreakSpan = (u32, u32, u32, i32);
 
 /// Closes the loops of a face's tiles. `None` if they are closed already; to find that costs about 10 ns per use.
 ///
@@ -57,10 +57,9 @@ pub(crate) fn close(
     tiles: &mut [Tile],
     edges: &mut Vec<PreparedEdge>,
     wanted: &Wanted<'_>,
-    spans: &mut Vec<BreakSpan>,
 ) -> Result<Option<Closure>, ()> {
     let joined = are_joined(tiles, edges);
-    if joined && residue(tiles, edges, wanted, spans).is_empty() {
+    if joined && residue(tiles, edges, wanted).is_empty() {
         return Ok(None);
     }
     let finite = |u: &EdgeUse| [u.from, u.to].iter().all(|&b| break_point(edges, u.edge, b).is_finite());
@@ -75,10 +74,10 @@ pub(crate) fn close(
             }
         }
     }
-    let mut runs = residue(tiles, closer.edges, wanted, spans);
+    let mut runs = residue(tiles, closer.edges, wanted);
     if !wanted.lobed.is_empty() && !closer.is_closed(&runs) {
         // Turn back lobes that do not end in one point: no loop can cancel the joints between their ends.
-        runs = residue(tiles, closer.edges, &Wanted { lobed: &[], ..*wanted }, spans);
+        runs = residue(tiles, closer.edges, &Wanted { lobed: &[], ..*wanted });
     }
     for walk in closer.walks(&runs) {
         closer.add(tiles, &walk);
@@ -103,9 +102,10 @@ fn are_joined(tiles: &[Tile], edges: &[PreparedEdge]) -> bool {
 }
 
 /// The runs that the loops lack for the wanted sum.
-fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>, spans: &mut Vec<BreakSpan>) -> Vec<BreakRun> {
-    spans.clear();
-    for u in tiles.iter().flat_map(|t| &t.loops).flatten() {
+fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>) -> Vec<BreakRun> {
+    let loops = || tiles.iter().flat_map(|t| &t.loops);
+    let mut spans: Vec<BreakSpan> = Vec::with_capacity(loops().map(Vec::len).sum::<usize>() + wanted.chain.len());
+    for u in loops().flatten() {
         spans.push(if u.from < u.to { (u.edge.0, u.from, u.to, 1) } else { (u.edge.0, u.to, u.from, -1) });
     }
     let last = |edge: u32| edges[edge as usize].breaks.len().saturating_sub(1) as u32;
@@ -286,10 +286,10 @@ mod tests {
             proportions: DVec2::ONE,
         }];
         let wanted = Wanted { chain: &chain, brep_edges: 4, lobed: &[0, 1, 2, 3], may_end: false };
-        let added = close(&mut tiles, &mut edges, &wanted, &mut Vec::new());
+        let added = close(&mut tiles, &mut edges, &wanted);
         assert!(added.is_ok_and(|added| added.is_some_and(|added| added.loops > 0)));
         assert!(are_joined(&tiles, &edges));
         let stated = Wanted { lobed: &[], ..wanted };
-        assert_eq!(residue(&tiles, &edges, &stated, &mut Vec::new()).len(), 0);
+        assert_eq!(residue(&tiles, &edges, &stated).len(), 0);
     }
 }

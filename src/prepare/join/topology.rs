@@ -1,8 +1,7 @@
 //! Face drafts of a part -> one table of edges: breaks from all faces, borders numbered, loops of tiles closed.
 
-use super::closing::{BreakSpan, Closure, Wanted, close};
-use super::prepared::TileUse;
-use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use super::closing::{Closure, Wanted, close};
+use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse};
 use super::sample_images;
 use crate::control::Call;
 use crate::model::{CurveKind, Edge, FaceError, FaceId, Part, RowId, SurfaceKind, TileId};
@@ -57,7 +56,11 @@ pub(crate) fn assemble(
     out.tiles.reserve(drafts.iter().flatten().map(|draft| draft.tiles.len()).sum());
     out.faces.reserve(drafts.len());
     out.face_rows.reserve(drafts.len());
-    let mut spans = Vec::new();
+    // A panic is an error, so that a bug in this crate costs no other face.
+    let add = |k: usize, draft: &mut FaceDraft, edges: &mut Vec<PreparedEdge>, tiles: &mut Vec<Tile>| {
+        let added = guarded(|| Ok(add_tiles(k, draft, edges, tiles, part.edges.len())));
+        added.map_err(Unclosed::Panic)?.map_err(|()| Unclosed::Loops)
+    };
     let mut drafts = drafts.into_iter().enumerate();
     while let Some((k, draft)) = drafts.next() {
         if call.is_cancelled() {
@@ -70,7 +73,7 @@ pub(crate) fn assemble(
             continue;
         };
         let first = (out.tiles.len(), edges.len());
-        let mut closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
+        let mut closed = add(k, &mut draft, &mut edges, &mut out.tiles);
         let refilled = closed.is_err();
         if let Err(why) = &closed {
             // What the face added so far is all that it changed: borders and tiles.
@@ -80,7 +83,7 @@ pub(crate) fn assemble(
             if let Some(filled) = refill(k, &draft.chain) {
                 draft = filled;
                 use_edges(part, &draft, &mut edges);
-                closed = add_tiles(k, &mut draft, &mut edges, &mut out.tiles, (out.brep_edges, &mut spans));
+                closed = add(k, &mut draft, &mut edges, &mut out.tiles);
                 told.push((k, if closed.is_ok() { ClosingOutcome::Filled(why) } else { ClosingOutcome::Lost(why) }));
             } else {
                 told.push((k, ClosingOutcome::Lost(why)));
@@ -147,24 +150,13 @@ fn use_edges(part: &Part, draft: &FaceDraft, edges: &mut [PreparedEdge]) {
 /// Numbers the borders and breaks of face `k`, appends its tiles and closes their loops. Returns what was added.
 ///
 /// # Errors
-/// As [`close`], or with the message of a panic, so that a bug in this crate costs no other face.
+/// As [`close`].
 fn add_tiles(
     k: usize,
     draft: &mut FaceDraft,
     edges: &mut Vec<PreparedEdge>,
     tiles: &mut Vec<Tile>,
-    (brep_edges, spans): (usize, &mut Vec<BreakSpan>),
-) -> Result<Option<Closure>, Unclosed> {
-    let added = guarded(|| Ok(number_tiles(k, draft, edges, tiles, (brep_edges, spans))));
-    added.map_err(Unclosed::Panic)?.map_err(|()| Unclosed::Loops)
-}
-
-fn number_tiles(
-    k: usize,
-    draft: &mut FaceDraft,
-    edges: &mut Vec<PreparedEdge>,
-    tiles: &mut Vec<Tile>,
-    (brep_edges, spans): (usize, &mut Vec<BreakSpan>),
+    brep_edges: usize,
 ) -> Result<Option<Closure>, ()> {
     let (first_tile, first_border) = (tiles.len(), edges.len());
     for b in std::mem::take(&mut draft.borders) {
@@ -200,7 +192,7 @@ fn number_tiles(
     end_poles(&tiles[first_tile..], edges);
     let FaceDraft { chain, lobed, ends_with_surface: may_end, .. } = &*draft;
     let wanted = Wanted { chain, brep_edges, lobed, may_end: *may_end };
-    close(&mut tiles[first_tile..], edges, &wanted, spans)
+    close(&mut tiles[first_tile..], edges, &wanted)
 }
 
 /// Lengths of a parameter rectangle of this size in space, by the derivatives in its middle: relative to the longer one.
