@@ -58,18 +58,10 @@ pub(crate) fn is_closed(part: &Part, face: &Face, free: Option<&FreeFace>) -> bo
         let ends = ends(part, EdgeId(edge), reversed)?;
         ends.iter().all(|v| part.vertices.get(v.index()).is_some_and(|p| p.is_finite())).then_some(ends)
     };
-    boundary(face, free).iter().all(|l| is_chain(l.iter().map(|&(edge, reversed)| vertices(edge, reversed))))
-}
-
-/// Whether each edge starts where the previous one ends, and the first where the last one does.
-fn is_chain(mut all: impl Iterator<Item = Option<[VertexId; 2]>>) -> bool {
-    let Some(first) = all.next() else { return true };
-    let Some([start, mut at]) = first else { return false };
-    for ends in all {
-        match ends {
-            Some([from, to]) if from == at => at = to,
-            _ => return false,
-        }
-    }
-    at == start
+    boundary(face, free).iter().all(|l| {
+        let all = l.iter().map(|&(edge, reversed)| vertices(edge, reversed));
+        all.clone()
+            .zip(all.cycle().skip(1))
+            .all(|(one, next)| one.zip(next).is_some_and(|(one, next)| one[1] == next[0]))
+    })
 }
