@@ -418,50 +418,35 @@ fn replace(call: Call<'_>, part: &mut Part, free: &mut FreeFaces, replaced: &[Op
     let of = |edge: u32| replaced.get(edge as usize).and_then(Option::as_ref);
     for l in part.faces.iter_mut().flat_map(|f: &mut Face| &mut f.loops) {
         let Loop::Edges(coedges) = l else { continue };
-        if coedges.iter().all(|c| of(c.edge.0).is_none()) {
-            continue;
-        }
-        let mut all = Vec::with_capacity(coedges.len() + 1);
-        for c in coedges.drain(..) {
-            let Some(pieces) = of(c.edge.0) else {
-                all.push(c);
-                continue;
-            };
+        splice(coedges, |c| {
             let own = |r: &Replacement| Coedge { edge: EdgeId(r.edge), reversed: c.reversed != r.against };
-            let of_edge = pieces.iter().map(own);
-            if c.reversed { all.extend(of_edge.rev()) } else { all.extend(of_edge) }
-        }
-        *coedges = all;
+            Some((of(c.edge.0)?.iter().map(own).collect(), c.reversed))
+        });
     }
     let edges = &part.edges;
     call.each(1, free.iter_mut().filter_map(|f| f.as_mut()?.as_mut().ok()), |face| {
         for l in &mut face.region.loops {
-            let is_old = |piece: &Piece| matches!(piece.along, Along::Edge(e) if of(e).is_some());
-            if !l.pieces.iter().any(is_old) {
-                continue;
-            }
-            let mut all = Vec::with_capacity(l.pieces.len() + 1);
-            for piece in l.pieces.drain(..) {
-                let (Along::Edge(old), reversed) = (piece.along, piece.reversed) else {
-                    all.push(piece);
-                    continue;
-                };
-                let Some(pieces) = of(old) else {
-                    all.push(piece);
-                    continue;
-                };
-                let first = all.len();
-                for r in pieces {
-                    face.gap = face.gap.max(r.width);
-                    all.push(moved(edges, &piece, old, r));
-                }
-                if reversed {
-                    all[first..].reverse();
-                }
-            }
-            l.pieces = all;
+            splice(&mut l.pieces, |piece| {
+                let old = piece.along.edge()?;
+                let pieces = of(old)?;
+                face.gap = pieces.iter().map(|r| r.width).fold(face.gap, f64::max);
+                Some((pieces.iter().map(|r| moved(edges, piece, old, r)).collect(), piece.reversed))
+            });
         }
     });
+}
+
+/// Replaces items of a loop by others, in reverse where the second value says so. `None`: the item stays.
+fn splice<T>(items: &mut Vec<T>, mut others: impl FnMut(&T) -> Option<(Vec<T>, bool)>) {
+    let mut all = Vec::with_capacity(items.len() + 1);
+    for item in items.drain(..) {
+        match others(&item) {
+            Some((others, true)) => all.extend(others.into_iter().rev()),
+            Some((others, false)) => all.extend(others),
+            None => all.push(item),
+        }
+    }
+    *items = all;
 }
 
 /// The part of a loop's piece along one piece of its edge, moved to the edge that replaces it.
