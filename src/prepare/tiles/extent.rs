@@ -53,8 +53,8 @@ impl Patched {
         let mut sharp = false;
         let creases = [0, 1].map(|axis| {
             let creases = if is_analytic { Vec::new() } else { creases(&nurbs, &patches, axis) };
-            sharp |= creases.iter().any(|crease| crease.turn > BLUNT);
-            creases.into_iter().map(|crease| crease.at).collect()
+            sharp |= creases.iter().any(|(_, turn)| *turn > BLUNT);
+            creases.into_iter().map(|(at, _)| at).collect()
         });
         Ok(Self { patches: Arc::new(patches), bounds: Arc::new(bounds), maps, creases, sharp })
     }
@@ -132,15 +132,9 @@ fn is_curve(patches: &BezierPatches) -> bool {
 /// triangles count as steep before they are that close to perpendicular.
 const BLUNT: f64 = 0.05;
 
-/// A parameter where the tangent breaks.
-struct Crease {
-    at: f64,
-    /// Largest turn of the normal across it, radians: none where lines bend within the surface.
-    turn: f64,
-}
-
-/// Where the tangent across a knot of full multiplicity breaks.
-fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<Crease> {
+/// Where the tangent across a knot of full multiplicity breaks, and the largest turn of the normal there, radians: none
+/// where lines bend within the surface.
+fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<(f64, f64)> {
     /// Radians. Files write spline knots with 5 to 15 digits.
     const BREAK: f64 = 1e-3;
     /// Share of the longest tangent along a knot below which a tangent has no direction, as on a pole.
@@ -171,7 +165,7 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<Cr
             let turns = sides.iter().map(|[a, b]| [a[of], b[of]]).filter(|ends| ends.iter().all(|&v| is_long(v)));
             turns.map(|[a, b]| turn(a, b)).fold(0.0, f64::max)
         };
-        (most(0) > BREAK).then(|| Crease { at: breaks[k], turn: most(1) })
+        (most(0) > BREAK).then(|| (breaks[k], most(1)))
     };
     let has_full_multiplicity = |k: usize| {
         let slack = 1e-12 * (1.0 + breaks[k].abs());
