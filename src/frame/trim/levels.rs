@@ -15,9 +15,6 @@ use glam::DVec2;
 /// Loops with fewer vertices in all are swept.
 const FEW: usize = 12;
 
-/// The indices of few vertices.
-const FIRST: [u32; FEW] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
-
 /// Loops with fewer vertices keep them all.
 const LEAST: usize = 6;
 
@@ -61,9 +58,6 @@ impl Levels {
         points: &[DVec2],
         starts: &[u32],
     ) -> Result<impl ExactSizeIterator<Item = [u32; 3]> + '_, NotSimple> {
-        if points.len() < FEW {
-            return Ok(self.sweep.triangulate(points, &FIRST[..points.len()], starts)?.triangles());
-        }
         self.thin_all(points, starts);
         while let Err(finer) = self.triangulate_from_last(points) {
             if self.levels.len() == 1 {
