@@ -84,8 +84,6 @@ pub(crate) struct Trace {
     /// Kept corners replaced by a tessellant, and by which.
     snapped: Bits,
     replacement: Vec<u32>,
-    /// Whether any corner is replaced.
-    pub(crate) snaps: bool,
     /// Corners close to a tessellant or a crossing. Distances of tessellants are scaled down, so that they win.
     candidates: Vec<CornerCandidate>,
     /// Loops that stay inside one cell, with that cell.
@@ -122,7 +120,7 @@ impl Trace {
 
     /// Traces the loops of a tile of one cell, which they cannot leave.
     pub(crate) fn run_in_one_cell(&mut self, tile: &TrimInput<'_>) {
-        (self.nu, self.nv, self.snaps) = (1, 1, false);
+        (self.nu, self.nv) = (1, 1);
         self.kept.reset(2, 2);
         self.crossings.clear();
         self.in_cell_loops.clear();
@@ -155,7 +153,6 @@ impl Trace {
         self.crossings.clear();
         self.candidates.clear();
         self.in_cell_loops.clear();
-        self.snaps = false;
     }
 
     #[inline(always)]
@@ -447,7 +444,6 @@ impl Trace {
             if self.kept.get(i, j) {
                 self.replacement[last as usize] = candidate.tessellant;
                 self.snapped.set(i, j);
-                self.snaps = true;
                 for (x, y) in [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)] {
                     self.special.set(x, y);
                 }
@@ -460,7 +456,7 @@ impl Trace {
     /// The vertex of a kept corner: the corner itself, or the tessellant that replaces it.
     #[inline(always)]
     pub(crate) fn corner(&self, tile: &TrimInput<'_>, i: usize, j: usize) -> (u32, DVec2) {
-        if self.snaps && self.snapped.get(i, j) {
+        if self.snapped.get(i, j) {
             let vertex = self.replacement[j * (self.nu + 1) + i];
             (vertex, tile.points[vertex as usize])
         } else {
