@@ -73,19 +73,6 @@ pub(crate) fn arc(
     exact: bool,
 ) -> Option<PcurveArc> {
     let (DraftAlong::Edge(edge), UvCurve::Hermite(samples)) = (u.along, &u.uv) else { return None };
-    if let [first, last] = &samples[..]
-        && !exact
-        && more.is_empty()
-    {
-        let mut ends = [a, b].map(|t| UvSample::at(first, last, t));
-        ends.iter_mut().for_each(|end| end.uv = (end.uv - origin) * scale);
-        let chord = ends[1].uv - ends[0].uv;
-        // The middle of the cubic is off the chord's by an eighth of the difference of its slopes.
-        let off = |end: &UvSample| chord.perp_dot(end.d * scale * (b - a)).abs();
-        if chord != DVec2::ZERO && ends.iter().all(|end| off(end) <= 4.0 * SAME_SHARE * chord.length()) {
-            return Some(PcurveArc::straight(edge, of, ends));
-        }
-    }
     let middle = 0.5 * (a + b);
     let mut points: Vec<(f64, DVec2)> = Vec::with_capacity(2 * samples.len() + more.len());
     let mut stop = |t: f64| points.push((t, DVec2::ZERO));
@@ -170,22 +157,6 @@ fn bulge([p, q]: [DVec2; 2], steps: [DVec2; 2]) -> f64 {
 }
 
 impl PcurveArc {
-    /// The chord between two points.
-    fn straight(edge: u32, of: (usize, usize), ends: [UvSample; 2]) -> Self {
-        let [p, q] = ends.map(|end| end.uv);
-        Self {
-            edge,
-            of,
-            points: ends.map(|end| (end.t, end.uv)).into(),
-            hull: [p, q].into(),
-            exact: false,
-            pieces: Vec::new(),
-            most: 0.0,
-            low: p.min(q),
-            high: p.max(q),
-        }
-    }
-
     /// Whether two straight arcs share an end, to the bit, and meet nowhere else.
     pub(crate) fn only_joins(&self, other: &Self) -> bool {
         let ([p, q], [r, s]) = (ArcSpan::of(self).ends(), ArcSpan::of(other).ends());
@@ -528,9 +499,9 @@ mod tests {
                 let towards = DVec2::from_angle(draw.range(0.0, TAU));
                 let mut place = |k: usize| p + (towards * k as f64 + 0.3 * DVec2::from_angle(draw.range(0.0, TAU)));
                 let hull: SmallVec<[DVec2; 2]> = (0..points).map(|k| if k == 0 { p } else { place(k) }).collect();
-                let ends = [0.0, 1.0].map(|t| UvSample { t, uv: p, d: DVec2::ZERO });
                 let points = hull.iter().enumerate().map(|(k, uv)| (k as f64, *uv)).collect();
-                PcurveArc { points, hull, ..PcurveArc::straight(0, (0, 0), ends) }
+                let [low, high] = around(hull.iter().copied());
+                PcurveArc { edge: 0, of: (0, 0), points, hull, exact: false, pieces: Vec::new(), most: 0.0, low, high }
             };
             let (a, b) = (chain(2), chain(4));
             let [a, b] = [ArcSpan::of(&a), ArcSpan::of(&b)];
