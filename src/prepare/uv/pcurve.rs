@@ -369,9 +369,6 @@ impl<'a> Projector<'a> {
 
     fn first_parameters(&self, edge: &Edge) -> Vec<f64> {
         let (t0, t1) = edge.range;
-        if self.is_exact(edge) && edge.curve.points.len() == 2 && t0 < t1 {
-            return vec![t0, t1];
-        }
         let margin = 1e-9 * (t1 - t0);
         let knots = edge.curve.knots.iter().copied().filter(|&k| k > t0 + margin && k < t1 - margin);
         let mut ts: SmallVec<[f64; 16]> = std::iter::once(t0).chain(knots).chain([t1]).collect();
