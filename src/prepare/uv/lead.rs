@@ -44,7 +44,7 @@ pub(crate) fn leads(edge: &Edge, ends: [DVec3; 2], tolerance: f64) -> [Option<En
 }
 
 /// A curve's point at an end of an edge. Most curves are clamped there: the control point is taken without evaluation.
-fn curve_end(edge: &Edge, t: f64) -> DVec3 {
+pub(crate) fn curve_end(edge: &Edge, t: f64) -> DVec3 {
     let (curve, count) = (&edge.curve, edge.curve.degree + 1);
     let all_there = |knots: Option<&[f64]>| knots.is_some_and(|knots| knots.iter().all(|&k| k == t));
     let first = all_there(curve.knots.get(..count)).then(|| curve.points.first()).flatten();

@@ -13,6 +13,7 @@ use crate::model::{
     knots_of_pieces,
 };
 use crate::prepare::report::finding::Finding;
+use crate::prepare::uv::lead::curve_end;
 use crate::prepare::uv::pcurve::Projector;
 use glam::DVec3;
 use std::borrow::Cow;
@@ -281,22 +282,13 @@ fn straight(face: &Face, p: DVec3, q: DVec3) -> (NurbsCurve3, CurveKind) {
 /// vertices.
 fn tell_ends_off_vertices(part: &Part, limit: f64, done: &mut Vec<Healing>) {
     let off = |e: &Edge| {
-        let at = |v: VertexId, t: f64| Some((part.vertices.get(v.index())?.distance(e.curve.point(t)), v));
+        let at = |v: VertexId, t: f64| Some((part.vertices.get(v.index())?.distance(curve_end(e, t)), v));
         let worst = [at(e.start, e.range.0), at(e.end, e.range.1)].into_iter().flatten();
         worst.filter(|(distance, _)| *distance > limit).max_by(|a, b| a.0.total_cmp(&b.0))
     };
-    // Most curves are clamped: their ends are the first and last control points and need no evaluation.
-    let ends_at_vertices = |e: &Edge| {
-        let at = |v: VertexId, p: Option<&DVec3>| {
-            part.vertices.get(v.index()).zip(p).is_some_and(|(v, p)| v.distance(*p) <= limit)
-        };
-        let (first, last) = (e.curve.knots.first(), e.curve.knots.last());
-        let whole = first == Some(&e.range.0) && last == Some(&e.range.1);
-        whole && at(e.start, e.curve.points.first()) && at(e.end, e.curve.points.last())
-    };
-    let may_miss_vertex = |e: &Edge| !ends_at_vertices(e) && e.range.0 < e.range.1 && e.curve.check().is_ok();
+    let is_sound = |e: &Edge| e.range.0 < e.range.1 && e.curve.check().is_ok();
     let bad: BTreeMap<u32, (f64, VertexId)> =
-        (0..).zip(&part.edges).filter(|(_, e)| may_miss_vertex(e)).filter_map(|(k, e)| Some((k, off(e)?))).collect();
+        (0..).zip(&part.edges).filter(|(_, e)| is_sound(e)).filter_map(|(k, e)| Some((k, off(e)?))).collect();
     if bad.is_empty() {
         return;
     }
