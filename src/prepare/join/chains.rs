@@ -6,7 +6,7 @@
 use crate::model::EdgeId;
 use crate::prepare::regions::boundary::sign;
 use crate::prepare::wires::chain::Chain;
-use crate::prepare::wires::tally::{EdgeSum, Tally};
+use crate::prepare::wires::tally::{EdgeSum, by_edge};
 
 /// The sum of a shell's chains on one edge.
 #[derive(Clone, Copy, Debug)]
@@ -54,8 +54,7 @@ pub(crate) struct TurnedFace<'a> {
 }
 
 /// Sums the chains of faces, given in ascending order, by shell and edge. Returns the sums that are not 0, ascending.
-/// The part has so many `edges`.
-pub(crate) fn sums<'a>(edges: usize, faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> {
+pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> {
     let of_face = |face: TurnedFace<'a>| {
         let TurnedFace { face, shell, reversed, chain } = face;
         let use_of = move |&(edge, count): &(u32, i32)| Sum {
@@ -67,9 +66,9 @@ pub(crate) fn sums<'a>(edges: usize, faces: impl Iterator<Item = TurnedFace<'a>>
         };
         chain.iter().map(use_of)
     };
-    let mut tally = Tally::new(edges);
-    faces.flat_map(of_face).for_each(|one| tally.add(one));
-    tally.into_sums(|sum| sum.sum != 0)
+    let mut sums = by_edge(faces.flat_map(of_face).collect());
+    sums.retain(|sum| sum.sum != 0);
+    sums
 }
 
 /// Whether a part is closed, as known before any mesh is made.
@@ -127,7 +126,7 @@ mod tests {
                 reversed: *reversed,
                 chain,
             });
-            let got = sums(20, turned);
+            let got = sums(turned);
             let mut expected = Vec::new();
             for (shell, edge) in (0..3).flat_map(|shell| (0..20).map(move |edge| (shell, edge))) {
                 let of = faces.iter().enumerate().filter(|(_, face)| face.0 == shell);

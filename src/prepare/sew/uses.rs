@@ -3,7 +3,7 @@
 use crate::model::Part;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
-use crate::prepare::wires::tally::{EdgeSum, Tally};
+use crate::prepare::wires::tally::{EdgeSum, by_edge};
 
 /// The uses of an edge by the faces of a shell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,9 +38,9 @@ impl EdgeSum for EdgeInUse {
 
 /// The edges in use, sorted by shell and edge.
 pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
-    let mut uses = Tally::new(part.edges.len());
+    let mut uses = Vec::new();
     let mut add = |face: usize, (edge, against): (u32, bool), untold: bool, side: bool| {
-        uses.add(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side, against });
+        uses.push(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side, against });
     };
     for (face, f) in part.faces.iter().enumerate() {
         f.wires().flatten().for_each(|c| add(face, (c.edge.0, c.reversed != f.reversed), false, false));
@@ -59,5 +59,5 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
             }
         }
     }
-    uses.into_sums(|_| true)
+    by_edge(uses)
 }
