@@ -2,7 +2,7 @@
 
 use crate::model::{Coedge, Edge, Part, Pole, RegionError};
 use crate::prepare::uv::pcurve::Projector;
-use crate::prepare::uv::uv_curve::UvSample;
+use crate::prepare::uv::uv_curve::{UvSample, step_along};
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::{DVec2, DVec3};
 use smallvec::{SmallVec, smallvec};
@@ -177,11 +177,7 @@ fn trace_from(
     let miss = projector.length(start, miss);
     // If there is one jump at a pole, closing the loop determines how far it goes round.
     if let ([jump], true) = (&jumps[..], winding != [0, 0]) {
-        let mut by = DVec2::ZERO;
-        for axis in 0..2 {
-            by[axis] = -f64::from(winding[axis]) * projector.period[axis].unwrap_or(0.0);
-        }
-        turn_at_pole(&mut pieces, *jump, by, projector);
+        turn_at_pole(&mut pieces, *jump, -projector.turns(winding.map(f64::from)), projector);
         winding = [0, 0];
     }
     Ok((UvLoop { pieces, winding }, miss))
@@ -275,11 +271,10 @@ fn beside(projector: &Projector<'_>, pole: &Pole, [before, after]: [&Piece; 2], 
     for k in 1..=STEPS {
         let distance = common * k as f64 / STEPS as f64;
         let [came, leaves] = [&back, &forth].map(|way| at_distance(way, distance, pole.axis));
-        let mut step = DVec2::ZERO;
-        step[run] = by + (leaves - forth[0])[run] - (came - back[0])[run];
-        let apart = projector.length(came, step);
+        let step = by + (leaves - forth[0])[run] - (came - back[0])[run];
+        let apart = projector.length(came, step_along(run, step));
         if apart > widest.0 {
-            widest = (apart, Some(step[run]));
+            widest = (apart, Some(step));
         }
     }
     widest.1

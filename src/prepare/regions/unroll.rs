@@ -10,6 +10,7 @@ use crate::model::{MOST_TURNS, MOST_TURNS_BOTH_WAYS, RegionError};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
 use crate::prepare::uv::region::{Region, loops_box};
+use crate::prepare::uv::uv_curve::step_along;
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::DVec2;
 use std::collections::HashMap;
@@ -136,8 +137,7 @@ fn join(mut holes: Vec<Gap>, k: usize, period: f64, projector: &Projector<'_>) -
     for hole in &mut holes {
         // All within one period from the first.
         let from = first + (hole.from - first).rem_euclid(period);
-        let mut by = DVec2::ZERO;
-        by[run] = f64::from(turns) * (from - hole.from);
+        let by = step_along(run, f64::from(turns) * (from - hole.from));
         hole.pieces.iter_mut().for_each(|piece| piece.shift(by));
         hole.from = from;
     }
@@ -181,9 +181,7 @@ fn turn_back(loops: &[UvLoop], axis: usize, projector: &Projector<'_>) -> Option
     let mut loops = loops.to_vec();
     let l = &mut loops[k];
     let turn = l.winding[axis].signum();
-    let mut by = DVec2::ZERO;
-    by[axis] = -f64::from(turn) * period;
-    turn_at_pole(&mut l.pieces, i, by, projector);
+    turn_at_pole(&mut l.pieces, i, step_along(axis, -f64::from(turn) * period), projector);
     l.winding[axis] -= turn;
     Some(loops)
 }
@@ -244,8 +242,7 @@ fn gather(loops: &mut [UvLoop], polylines: &mut [Vec<DVec2>], areas: &[f64], pro
         };
         let mut found = (0, DVec2::ZERO);
         for (i, j) in steps(0).flat_map(|i| steps(1).map(move |j| (i, j))) {
-            let turns = DVec2::new(i as f64, j as f64);
-            let by = turns * DVec2::from_array(projector.period.map(|p| p.unwrap_or(0.0)));
+            let by = projector.turns([i as f64, j as f64]);
             let held = probes.iter().filter(|probe| polygon.holds(**probe + by)).count();
             if held > found.0 {
                 found = (held, by);
@@ -381,9 +378,7 @@ fn pair_up(round: &mut [UvLoop], axis: usize, period: f64, turn: bool) -> Result
     }
     round.sort_by_key(|l| !is_lower(l, axis));
     let rise = round[1].mean(across) - round[0].mean(across);
-    let mut by = DVec2::ZERO;
-    by[across] = rise.rem_euclid(period) - rise;
-    round[1].shift(by);
+    round[1].shift(step_along(across, rise.rem_euclid(period) - rise));
     Ok(())
 }
 
@@ -444,9 +439,8 @@ fn hole(mut l: UvLoop, across: usize, (low, high): (f64, f64), projector: &Proje
         l.reverse();
     }
     if let Some(period) = projector.period[across] {
-        let mut by = DVec2::ZERO;
-        by[across] = period * ((0.5 * (low + high) - l.pieces[0].start()[across]) / period).round();
-        l.shift(by);
+        let turns = ((0.5 * (low + high) - l.pieces[0].start()[across]) / period).round();
+        l.shift(step_along(across, period * turns));
     }
     l
 }

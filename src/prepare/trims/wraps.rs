@@ -2,6 +2,7 @@
 //! the copies together are the curve on the surface.
 
 use super::intersect::{SpanChain, TOUCH};
+use crate::prepare::uv::uv_curve::step_along;
 use glam::{DVec2, DVec3};
 
 /// Most periods that a curve may extend from the domain, in each direction. Curves that go further are clipped.
@@ -55,9 +56,7 @@ fn extended(chain: SpanChain, axis: usize) -> SpanChain {
     let steps: Vec<i32> = if start < end { (-before..=after).collect() } else { (-before..=after).rev().collect() };
     let mut spans = Vec::new();
     for step in steps {
-        let mut by = DVec2::ZERO;
-        by[axis] = f64::from(step);
-        spans.extend(shifted(&chain, by).spans);
+        spans.extend(shifted(&chain, step_along(axis, f64::from(step))).spans);
     }
     for k in 1..spans.len() {
         // Neighbours share their ends bit for bit.

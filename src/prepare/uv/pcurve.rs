@@ -170,6 +170,11 @@ impl<'a> Projector<'a> {
         uv
     }
 
+    /// So many periods in u and in v; nothing in a direction without one.
+    pub(crate) fn turns(&self, counts: [f64; 2]) -> DVec2 {
+        DVec2::from_array(counts) * DVec2::from_array(self.period.map(|period| period.unwrap_or(0.0)))
+    }
+
     /// Parameters of the surface point nearest to `p`; on the sheet of `seed`, if given.
     pub(crate) fn project(&self, p: DVec3, seed: Option<DVec2>) -> DVec2 {
         self.foot(p, seed).uv

@@ -7,6 +7,11 @@ use std::sync::Arc;
 /// Pcurves and their intersections are solved to 1e-12 of a face.
 pub(crate) const SAME_SHARE: f64 = 1e-9;
 
+/// A step in u (`axis` 0) or in v.
+pub(crate) fn step_along(axis: usize, by: f64) -> DVec2 {
+    if axis == 0 { DVec2::new(by, 0.0) } else { DVec2::new(0.0, by) }
+}
+
 /// A curve in (u,v), in the parameter of the edge it belongs to.
 #[derive(Clone, Debug)]
 pub enum UvCurve {
@@ -35,7 +40,7 @@ pub struct UvSample {
 impl UvSample {
     /// The point `uv` of an iso-curve along `axis`, whose parameter is that coordinate.
     pub(crate) fn along(axis: usize, uv: DVec2) -> Self {
-        Self { t: uv[axis], uv, d: [DVec2::X, DVec2::Y][axis] }
+        Self { t: uv[axis], uv, d: step_along(axis, 1.0) }
     }
 
     /// The Hermite cubic between two samples at parameter `t`.
