@@ -31,30 +31,23 @@ impl SurfaceBounds {
     pub fn new(patches: &BezierPatches) -> Self {
         let mut sampler = Sampler::new(patches.degree_u, patches.degree_v, patches.rational);
         let mut cuts = [0, 1].map(|axis| cuts::of_surface(patches, axis));
-        let (mut bounds, mut asks) = Self::of_cuts(patches, &cuts, &mut sampler, |_, _| None);
-        while asks.iter().flatten().any(|asks| *asks) {
+        loop {
+            let (bounds, asks) = Self::of_cuts(patches, &cuts, &mut sampler);
             let finer = [0, 1].map(|axis| cuts::halved(patches, axis, &cuts[axis], &asks[axis]));
             if (0..2).all(|axis| finer[axis].len() == cuts[axis].len()) {
-                break;
+                return bounds;
             }
-            cuts = [0, 1].map(|axis| finer[axis].iter().map(|(cut, _)| *cut).collect());
-            (bounds, asks) = Self::of_cuts(patches, &cuts, &mut sampler, |i, j| {
-                let at = finer[0][i].1? * (bounds.breaks_v.len() - 1) + finer[1][j].1?;
-                Some((bounds.cells[at], bounds.places[at]))
-            });
+            cuts = finer;
         }
-        bounds
     }
 
     /// The bounds of the sub-boxes between cuts in u and v, and which strips in u and in v are too long: those with boxes
     /// along which the normal turns by more than a right angle. Nobody knows where, and plans count `slide` in full there,
-    /// and `lift` everywhere as much as at the bend. `known` are the bounds and the place of box (i, j) if it was made
-    /// before.
+    /// and `lift` everywhere as much as at the bend.
     fn of_cuts(
         patches: &BezierPatches,
         [cuts_u, cuts_v]: &[Vec<Cut>; 2],
         sampler: &mut Sampler,
-        known: impl Fn(usize, usize) -> Option<(BoxBounds, BoundingBox)>,
     ) -> (Self, [Vec<bool>; 2]) {
         let breaks_u = cuts::borders(cuts_u, &patches.breaks_u);
         let breaks_v = cuts::borders(cuts_v, &patches.breaks_v);
@@ -66,11 +59,6 @@ impl SurfaceBounds {
         let mut places = Vec::with_capacity(cells.capacity());
         for i in 0..breaks_u.len() - 1 {
             for j in 0..columns {
-                if let Some((cell, place)) = known(i, j) {
-                    cells.push(cell);
-                    places.push(place);
-                    continue;
-                }
                 let net = nets.at(i, j);
                 places.push(BoundingBox::of_net(net));
                 let local = patch_bounds(patches.degree_u + 1, net, patches.rational);

@@ -70,9 +70,8 @@ pub(super) fn of_segment(spline: &BezierSpline3, k: usize) -> SmallVec<[Cut; 4]>
     all
 }
 
-/// The cuts of [`of_surface`] with those halved that ask for it, as far as limits allow. With the number of each that
-/// stays.
-pub(super) fn halved(patches: &BezierPatches, axis: usize, cuts: &[Cut], asks: &[bool]) -> Vec<(Cut, Option<usize>)> {
+/// The cuts of [`of_surface`] with those halved that ask for it, as far as limits allow.
+pub(super) fn halved(patches: &BezierPatches, axis: usize, cuts: &[Cut], asks: &[bool]) -> Vec<Cut> {
     let pieces = <[usize; 2]>::from(patches.counts())[axis];
     let points = points(patches);
     let is_small = pieces <= FEW_PIECES;
@@ -80,13 +79,13 @@ pub(super) fn halved(patches: &BezierPatches, axis: usize, cuts: &[Cut], asks: &
     let most = most(pieces * points.max(2)).min(BENT);
     let least = if is_small { 2.0 / most as f64 } else { f64::INFINITY };
     let mut all = Vec::with_capacity(2 * cuts.len());
-    for (k, &cut) in cuts.iter().enumerate() {
+    for (&cut, &asks) in cuts.iter().zip(asks) {
         let (a, b) = cut.ends;
-        if b - a >= least && asks[k] {
+        if b - a >= least && asks {
             let middle = 0.5 * (a + b);
-            all.extend([(a, middle), (middle, b)].map(|ends| (Cut { ends, ..cut }, None)));
+            all.extend([(a, middle), (middle, b)].map(|ends| Cut { ends, ..cut }));
         } else {
-            all.push((cut, Some(k)));
+            all.push(cut);
         }
     }
     all
