@@ -75,20 +75,14 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
             let slack = DVec3::splat(0.5 * tolerance);
             p.cmpge(boxes[of][0] - slack).all() && p.cmple(boxes[of][1] + slack).all()
         };
-        let mut places: [Option<DVec3>; 2] = [None; 2];
-        let inside = ends[a].into_iter().filter(|&p| within(p, b)).chain(ends[b].into_iter().filter(|&p| within(p, a)));
-        for p in inside {
-            match places {
-                [None, _] => places[0] = Some(p),
-                [Some(q), None] if p.distance(q) > 2.0 * tolerance => places[1] = Some(p),
-                _ => {}
-            }
-        }
+        let inside = |of: usize, other: usize| ends[of].into_iter().filter(move |&p| within(p, other));
+        let mut inside = inside(a, b).chain(inside(b, a));
+        let Some(first) = inside.next() else { return };
         let simple = |k: usize| {
             let c = &edge(firsts[k]).curve;
             c.points.len() == c.degree + 1 && ends[k][0].distance(ends[k][1]) > 2.0 * tolerance
         };
-        if places[0].is_none() || (places[1].is_none() && simple(a) && simple(b)) {
+        if inside.all(|p| p.distance(first) <= 2.0 * tolerance) && simple(a) && simple(b) {
             return;
         }
         // A long border may have any number of short ones along it, but many against many is quadratic.
