@@ -75,12 +75,14 @@ pub(crate) fn close(
         }
     }
     let mut runs = residue(tiles, closer.edges, wanted);
-    if !wanted.lobed.is_empty() && !closer.is_closed(&runs) {
+    let mut walks = closer.walks(&runs);
+    if !wanted.lobed.is_empty() && !walks.all_closed {
         // Turn back lobes that do not end in one point: no loop can cancel the joints between their ends.
         runs = residue(tiles, closer.edges, &Wanted { lobed: &[], ..*wanted });
+        walks = closer.walks(&runs);
     }
-    for walk in closer.walks(&runs) {
-        closer.add(tiles, &walk);
+    for walk in walks.chains {
+        closer.add(tiles, walk.into_iter().map(|k| runs[k]).collect());
     }
     Ok(Some(closer.added))
 }
@@ -200,33 +202,20 @@ impl Closer<'_> {
         EdgeUse::new(RowId(edge), &self.edges[edge as usize].breaks, ends, uv)
     }
 
-    /// Whether as many runs enter each point as leave it.
-    fn is_closed(&self, runs: &[BreakRun]) -> bool {
-        let mut ends: BTreeMap<[u64; 3], i32> = BTreeMap::new();
-        for run in runs {
-            let end = |at: u32| of_point(break_point(self.edges, RowId(run.edge), at));
-            *ends.entry(end(run.from)).or_default() -= 1;
-            *ends.entry(end(run.to)).or_default() += 1;
-        }
-        ends.values().all(|&count| count == 0)
-    }
-
     /// Links runs to walks, closed where as many runs enter each point as leave it.
-    fn walks(&self, runs: &[BreakRun]) -> Vec<Vec<BreakRun>> {
-        let end = |run: &BreakRun, at: u32| of_point(break_point(self.edges, RowId(run.edge), at));
-        let arcs: Vec<[[u64; 3]; 2]> = runs.iter().map(|run| [run.from, run.to].map(|at| end(run, at))).collect();
-        let walks = Links::of(&arcs).chains;
-        walks.into_iter().map(|walk| walk.into_iter().map(|k| runs[k]).collect()).collect()
+    fn walks(&self, runs: &[BreakRun]) -> Links {
+        let ends = |run: &BreakRun| [run.from, run.to].map(|at| of_point(break_point(self.edges, RowId(run.edge), at)));
+        Links::of(&runs.iter().map(ends).collect::<Vec<_>>())
     }
 
     /// Adds a walk as a loop to a tile that uses one of its edges, or else to the first tile.
-    fn add(&mut self, tiles: &mut [Tile], walk: &[BreakRun]) {
+    fn add(&mut self, tiles: &mut [Tile], walk: Vec<BreakRun>) {
         let has = |tile: &Tile, edge: u32| tile.loops.iter().flatten().any(|u| u.edge.0 == edge);
         let found = walk.iter().find_map(|run| tiles.iter().position(|tile| has(tile, run.edge)));
         let tile = &mut tiles[found.unwrap_or(0)];
         let mut place = 0.5 * (tile.min + tile.max);
         let mut l = Vec::with_capacity(walk.len() + 1);
-        for &BreakRun { edge, from, to } in walk {
+        for BreakRun { edge, from, to } in walk {
             let known = tile.loops.iter().flatten().find(|u| u.edge.0 == edge);
             let breaks = &self.edges[edge as usize].breaks;
             let uv = known.map(|u| u.uv.clone()).unwrap_or_else(|| {
