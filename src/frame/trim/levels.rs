@@ -170,6 +170,7 @@ mod tests {
     use super::*;
     use crate::frame::trim::cdt::{self, AtCrossings, Segment};
     use crate::frame::trim::sweep::{prove, rounds};
+    use crate::sequence::random::SplitMix;
 
     fn proven(points: &[DVec2], starts: &[u32]) -> Result<Vec<[u32; 3]>, NotSimple> {
         let triangles: Vec<_> = Levels::default().triangulate(points, starts)?.collect();
@@ -194,15 +195,6 @@ mod tests {
         ((1..10).map(|k| smallest[k * smallest.len() / 10]).collect(), length)
     }
 
-    /// Numbers from 0 to 1 that look random.
-    fn random(seed: u32) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
-            f64::from((state >> 16) ^ (state & 0xffff)) / 65_536.0
-        }
-    }
-
     #[test]
     fn triangles_have_the_shapes_of_delaunay() {
         let disc = |corners: i32| vec![(0.0, 0.0, corners, 1.0)];
@@ -211,7 +203,8 @@ mod tests {
         let plate = |hole: &mut dyn FnMut(i32) -> (f64, f64, i32, f64)| {
             std::iter::once((0.0, 0.0, 90, 18.0)).chain((0..25).map(hole)).collect::<Vec<_>>()
         };
-        let mut random = random(1);
+        let mut draw = SplitMix(1);
+        let mut random = || draw.unit();
         let mut of_any_size = |k: i32| {
             let (x, y, ..) = hole(k);
             (x + random() - 0.5, y + random() - 0.5, -8 - (40.0 * random()) as i32, 0.1 + 1.1 * random())
@@ -268,7 +261,8 @@ mod tests {
         let mut levels = Levels::default();
         let (mut taken, mut finer) = (0, 0);
         for seed in 0..4_000 {
-            let mut random = random(seed);
+            let mut draw = SplitMix(seed);
+            let mut random = || draw.unit();
             let (mut loops, count) = (Vec::new(), 1 + (5.0 * random()) as u32);
             for k in 0..count {
                 let sign = if k % 2 == 0 { 1 } else { -1 };
