@@ -91,7 +91,9 @@ pub(crate) fn prepare_part(
         return PreparedPart::default();
     }
     let without_area = maker.tell_faces(&mut faces, healings);
-    unsure.iter().for_each(|&face| maker.tell(face, Severity::Warning, Finding::new(None, WireTrouble::SideUnsure)));
+    for face in unsure {
+        maker.tell(face, Severity::Warning, Finding::new(None, WireTrouble::SideUnsure));
+    }
     let has_draft: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
     let mut assembled = maker.assemble(faces.drafts, &directed.reversed);
     if budget.exceeded() {
@@ -396,12 +398,14 @@ impl PartPreparation<'_> {
         found
     }
 
-    fn tell(&mut self, face: usize, severity: Severity, told: Finding) {
+    fn tell(&mut self, face: usize, severity: Severity, told: Finding) -> &mut Diagnostic {
         let stated = &self.part.faces[face];
         let Finding { edge, place, what: kind } = told;
         let place = place.or_else(|| traced::somewhere(&self.part, stated));
         let (part, entity, face) = (Some(self.id), stated.entity, Some(FaceId::new(face)));
+        let row = self.diagnostics.len();
         self.diagnostics.push(Diagnostic { severity, part, face, edge, entity, place, kind });
+        &mut self.diagnostics[row]
     }
 
     /// Reports the diagnostics of each face, and returns the faces without area.
@@ -418,7 +422,7 @@ impl PartPreparation<'_> {
             while let Some(healing) = healings.next_if(|h| h.face == k) {
                 match (&mut *draft, healing.severity) {
                     (Some(draft), Severity::Warning) => draft.repairs.push(healing.told),
-                    _ => self.tell(k, healing.severity, healing.told),
+                    _ => _ = self.tell(k, healing.severity, healing.told),
                 }
             }
             if let Some(draft) = draft {
@@ -538,46 +542,28 @@ impl PartPreparation<'_> {
                 Fault::VoidOutside => (Severity::Note, ShellTrouble::VoidOutside { faces }),
                 Fault::NoVolume => (Severity::Warning, ShellTrouble::NoVolume { faces }),
             };
-            let stated = &self.part.faces[t.face];
-            self.diagnostics.push(Diagnostic {
-                part: Some(self.id),
-                face: (t.fault == Fault::NoVolume).then(|| FaceId::new(t.face)),
-                entity: stated.entity,
-                place: traced::somewhere(&self.part, stated),
-                ..Diagnostic::new(severity, kind)
-            });
+            let told = self.tell(t.face, severity, Finding::new(None, kind));
+            told.face = told.face.filter(|_| t.fault == Fault::NoVolume);
         }
     }
 
     /// Reports open shells, and edges on which faces cannot be oriented to cancel.
     fn tell_open(&mut self, prepared: &PreparedPart, sums: &[Sum]) {
-        let part = &*self.part;
         let lost = |face: usize| prepared.face_rows[face].is_none();
-        let diagnostic = |face: usize, edge: u32, entity: u64, severity, kind: ShellTrouble| Diagnostic {
-            part: Some(self.id),
-            face: Some(FaceId::new(face)),
-            edge: Some(EdgeId(edge)),
-            entity,
-            place: part.vertices.get(part.edges[edge as usize].start.index()).copied(),
-            ..Diagnostic::new(severity, kind)
-        };
-        let mut told: Vec<Diagnostic> = Vec::new();
-        told.extend(shells::open(part, &self.free, lost).into_iter().map(|open| {
-            let kind = ShellTrouble::Open { free: open.free, edges: open.edges };
-            diagnostic(open.face, open.edge, open.entity, Severity::Warning, kind)
-        }));
+        for shells::Open { entity, free, edges, edge, face } in shells::open(&self.part, &self.free, lost) {
+            let told = Finding::at_edge(&self.part, edge, ShellTrouble::Open { free, edges });
+            self.tell(face, Severity::Warning, told).entity = entity;
+        }
         for of_shell in sums.chunk_by(|a, b| a.shell == b.shell) {
-            let solid = part.shells.get(of_shell[0].shell as usize).is_some_and(|s| s.kind != ShellKind::Open);
+            let solid = self.part.shells.get(of_shell[0].shell as usize).is_some_and(|s| s.kind != ShellKind::Open);
             // An edge of more than two sheets does not determine their orientation.
             let mut stuck = of_shell.iter().filter(|s| !s.is_free() && (solid || s.uses == 2));
             let Some(first) = stuck.next() else { continue };
             let severity = if solid { Severity::Warning } else { Severity::Note };
             let (edges, faces) = (1 + stuck.count(), first.faces.map(FaceId));
             let kind = ShellTrouble::NotOrientable { edges, edge: EdgeId(first.edge), faces };
-            let face = faces[0].index();
-            told.push(diagnostic(face, first.edge, part.faces[face].entity, severity, kind));
+            self.tell(faces[0].index(), severity, Finding::at_edge(&self.part, first.edge, kind));
         }
-        self.diagnostics.append(&mut told);
     }
 
     fn tell_sewn(&mut self, borders: SewSummary) {
