@@ -3,10 +3,10 @@
 //! A chain counts for each edge the uses along its direction minus those against it. A mesh is closed because the
 //! chains of its faces cancel, whatever its loops do in (u,v).
 
+use crate::math::sums::summed_by;
 use crate::model::EdgeId;
 use crate::prepare::regions::boundary::sign;
 use crate::prepare::wires::chain::Chain;
-use crate::prepare::wires::tally::{EdgeSum, by_edge};
 
 /// The sum of a shell's chains on one edge.
 #[derive(Clone, Copy, Debug)]
@@ -33,18 +33,6 @@ impl Sum {
     }
 }
 
-impl EdgeSum for Sum {
-    fn key(&self) -> (u32, u32) {
-        (self.shell, self.edge)
-    }
-
-    fn add(&mut self, next: &Self) {
-        self.sum += next.sum;
-        self.uses += next.uses;
-        self.faces[1] = next.faces[0];
-    }
-}
-
 /// A face's chain and orientation.
 pub(crate) struct TurnedFace<'a> {
     pub(crate) face: usize,
@@ -66,7 +54,12 @@ pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> 
         };
         chain.iter().map(use_of)
     };
-    let mut sums = by_edge(faces.flat_map(of_face).collect());
+    let add = |sum: &mut Sum, next: &Sum| {
+        sum.sum += next.sum;
+        sum.uses += next.uses;
+        sum.faces[1] = next.faces[0];
+    };
+    let mut sums = summed_by(faces.flat_map(of_face).collect(), |sum| (sum.shell, sum.edge), add);
     sums.retain(|sum| sum.sum != 0);
     sums
 }

@@ -1,9 +1,9 @@
 //! Loops of faces -> the edges in use, with counts per shell.
 
+use crate::math::sums::summed_by;
 use crate::model::Part;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
-use crate::prepare::wires::tally::{EdgeSum, by_edge};
 
 /// The uses of an edge by the faces of a shell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,20 +20,6 @@ pub(crate) struct EdgeInUse {
     pub(crate) side: bool,
     /// Whether a face, seen from outside, has it in reverse.
     pub(crate) against: bool,
-}
-
-impl EdgeSum for EdgeInUse {
-    fn key(&self) -> (u32, u32) {
-        (self.shell, self.edge)
-    }
-
-    fn add(&mut self, next: &Self) {
-        self.count += next.count;
-        self.face = self.face.min(next.face);
-        self.untold |= next.untold;
-        self.side |= next.side;
-        self.against |= next.against;
-    }
 }
 
 /// The edges in use, sorted by shell and edge.
@@ -59,5 +45,12 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
             }
         }
     }
-    by_edge(uses)
+    let add = |sum: &mut EdgeInUse, next: &EdgeInUse| {
+        sum.count += next.count;
+        sum.face = sum.face.min(next.face);
+        sum.untold |= next.untold;
+        sum.side |= next.side;
+        sum.against |= next.against;
+    };
+    summed_by(uses, |used| (used.shell, used.edge), add)
 }

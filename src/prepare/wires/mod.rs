@@ -3,6 +3,5 @@
 pub(super) mod chain;
 pub(super) mod ends;
 pub(super) mod order;
-pub(super) mod tally;
 pub(super) mod heal;
 pub(super) mod repeats;
