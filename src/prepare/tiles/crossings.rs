@@ -2,7 +2,7 @@
 
 use super::critical::critical;
 use super::draft::DraftTile;
-use super::joints::Joiner;
+use super::joints::{ends, joint};
 use super::meeting::{WorkLeft, fold, touching};
 use super::traced::Traced;
 use crate::model::{AxisMap, FaceTrouble};
@@ -47,12 +47,12 @@ impl Crossings {
                 // Free trims are separated already, touching ones too.
                 continue;
             }
-            let join = Joiner { part: traced.part, tile, near: 10.0 * traced.projector.tolerance };
             for m in &meetings {
-                let ends = join.ends(m).map(|(edge, t, _)| (edge, t));
-                out.tangles.push(ends);
-                out.breaks.extend(ends);
-                out.joints.extend(join.joint(m));
+                let ends = ends(traced.part, tile, m);
+                let places = ends.map(|(edge, t, _)| (edge, t));
+                out.tangles.push(places);
+                out.breaks.extend(places);
+                out.joints.extend(joint(traced.part, ends, 10.0 * traced.projector.tolerance));
             }
             let folded = if tile.entangled { meetings.first().copied() } else { fold(tile, &meetings, &mut work) };
             // Loops that only touch may also wind twice.
@@ -62,7 +62,7 @@ impl Crossings {
                 traced.projector.point(DVec2::new(maps[0].to_natural(middle.x), maps[1].to_natural(middle.y)))
             };
             if tile.entangled || folded.is_some() {
-                let place = folded.map_or_else(middle, |m| join.ends(&m)[0].2);
+                let place = folded.map_or_else(middle, |m| ends(traced.part, tile, &m)[0].2);
                 out.crossed.get_or_insert(Finding::new(Some(place), FaceTrouble::Crosses));
             }
             if !all && out.scribble.is_none() {

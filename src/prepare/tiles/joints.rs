@@ -27,42 +27,29 @@ pub(super) fn common_point(part: &Part, cut: &LobeCut, projector: &Projector<'_>
     may_meet.then_some(if b_stays { b } else { a })
 }
 
-/// Turns meetings of a tile's loops into points in space.
-pub(super) struct Joiner<'a> {
-    pub(super) part: &'a Part,
-    pub(super) tile: &'a DraftTile,
-    /// Distance in space up to which edges that meet in (u,v) get a common point.
-    pub(super) near: f64,
+/// Edge, parameter and point in space of both sides of a meeting of a tile's loops.
+pub(super) fn ends(part: &Part, tile: &DraftTile, m: &Meeting) -> [(u32, f64, DVec3); 2] {
+    m.at.map(|((l, k), t)| {
+        let DraftAlong::Edge(e) = tile.loops[l][k].along else {
+            unreachable!("meetings are of Hermite images, which only edges have")
+        };
+        let edge = &part.edges[e as usize];
+        let point = match t {
+            _ if t == edge.range.0 => part.vertices[edge.start.index()],
+            _ if t == edge.range.1 => part.vertices[edge.end.index()],
+            _ => edge.curve.point(t),
+        };
+        (e, t, point)
+    })
 }
 
-impl Joiner<'_> {
-    /// Edge, parameter and point of both sides of a meeting.
-    pub(super) fn ends(&self, m: &Meeting) -> [(u32, f64, DVec3); 2] {
-        m.at.map(|((l, k), t)| {
-            let DraftAlong::Edge(e) = self.tile.loops[l][k].along else {
-                unreachable!("meetings are of Hermite images, which only edges have")
-            };
-            let edge = &self.part.edges[e as usize];
-            let point = match t {
-                _ if t == edge.range.0 => self.part.vertices[edge.start.index()],
-                _ if t == edge.range.1 => self.part.vertices[edge.end.index()],
-                _ => edge.curve.point(t),
-            };
-            (e, t, point)
-        })
+/// The common point for both edges that meet with these [`ends`]: a vertex if either ends there. Empty if they are
+/// further apart in space than `near`.
+pub(super) fn joint(part: &Part, [a, b]: [(u32, f64, DVec3); 2], near: f64) -> Vec<(u32, f64, DVec3)> {
+    if a.2.distance(b.2) > near {
+        return Vec::new();
     }
-
-    /// The common point for both edges: a vertex if either ends there. Empty if they are further apart than `near`.
-    pub(super) fn joint(&self, m: &Meeting) -> Vec<(u32, f64, DVec3)> {
-        let [a, b] = self.ends(m);
-        if a.2.distance(b.2) > self.near {
-            return Vec::new();
-        }
-        let ends = |(e, t, _): (u32, f64, DVec3)| {
-            let range = self.part.edges[e as usize].range;
-            t == range.0 || t == range.1
-        };
-        let point = if ends(b) { b.2 } else { a.2 };
-        vec![(a.0, a.1, point), (b.0, b.1, point)]
-    }
+    let (from, to) = part.edges[b.0 as usize].range;
+    let point = if b.1 == from || b.1 == to { b.2 } else { a.2 };
+    vec![(a.0, a.1, point), (b.0, b.1, point)]
 }
