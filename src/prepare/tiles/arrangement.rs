@@ -23,7 +23,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum GridNode {
     /// Lines `(u, v)` of the grid.
-    Corner(usize, usize),
+    Corner((usize, usize)),
     /// Index into [`Arrangement::crossings`].
     LineCrossing(usize),
     /// The end of a loop's stretch along a pole.
@@ -339,7 +339,8 @@ impl TileBuilder<'_> {
             let ends = [strip, strip + 1].map(|k| self.grid.lines[1 - axis][k]);
             let corners = [0, 1].map(|end| self.grid.corner(axis, line, strip + end));
             let mut winding = windings.corners[&corners[0]];
-            let mut stops = vec![Stop { side, at: ends[0], node: corner(corners[0]), winding, crossing: None }];
+            let mut stops =
+                vec![Stop { side, at: ends[0], node: GridNode::Corner(corners[0]), winding, crossing: None }];
             for &k in on_line {
                 let c = &self.out.crossings[k];
                 winding += c.step();
@@ -351,7 +352,7 @@ impl TileBuilder<'_> {
             }
             if reversed {
                 // A stop has the winding number of the stretch after it. Reversed, that is the stretch before it.
-                stops.push(Stop { side, at: ends[1], node: corner(corners[1]), winding, crossing: None });
+                stops.push(Stop { side, at: ends[1], node: GridNode::Corner(corners[1]), winding, crossing: None });
                 for k in (1..stops.len()).rev() {
                     stops[k].winding = stops[k - 1].winding;
                 }
@@ -368,9 +369,9 @@ impl TileBuilder<'_> {
         // Along the perimeter or, where the region winds backwards, against it.
         let ahead = (ends[0] + 1) % perimeter.len() == ends[1];
         let [first, last] = if ahead { ends } else { [ends[1], ends[0]] }.map(|k| &perimeter[k]);
-        let LineSide { axis, line, reversed, .. } = LineSide::of(first.side, column, row);
-        let across = LineSide::of(first.side, column, row).end(self.grid);
-        let end = if last.side == first.side { last.at } else { across };
+        let LineSide { axis, line, strip, reversed } = LineSide::of(first.side, column, row);
+        let corner = self.grid.lines[1 - axis][strip + usize::from(!reversed)];
+        let end = if last.side == first.side { last.at } else { corner };
         let (mut range, mut nodes) = ((first.at, end), [first.node, last.node]);
         if range.0 == range.1 {
             return None;
@@ -384,8 +385,8 @@ impl TileBuilder<'_> {
         let pole = self.poles[axis][line];
         if let Some(pole) = pole {
             for node in nodes {
-                if let GridNode::Corner(i, j) = node {
-                    self.out.pole_corners.insert((i, j), pole);
+                if let GridNode::Corner(corner) = node {
+                    self.out.pole_corners.insert(corner, pole);
                 }
             }
         }
@@ -430,11 +431,6 @@ impl LineSide {
                 [side];
         Self { axis, line, strip, reversed }
     }
-
-    /// The running coordinate where it ends.
-    fn end(&self, grid: &Grid) -> f64 {
-        grid.lines[1 - self.axis][self.strip + usize::from(!self.reversed)]
-    }
 }
 
 /// A corner of a tile or a crossing on its border, and the winding number of the region on the stretch that follows.
@@ -446,10 +442,6 @@ struct Stop {
     winding: i32,
     /// Side and index of the crossing, if it is one.
     crossing: Option<(usize, usize)>,
-}
-
-fn corner((i, j): (usize, usize)) -> GridNode {
-    GridNode::Corner(i, j)
 }
 
 #[cfg(test)]

@@ -131,7 +131,7 @@ pub(super) fn borders(traced: &Traced<'_>, surface: &Patched, grid: &Grid, arran
         let ends = b.nodes.map(|node| match node {
             GridNode::Pole(pole) => pole_end(pole),
             GridNode::LineCrossing(crossing) => crossed_end(crossing),
-            GridNode::Corner(i, j) => corner_end((i, j)),
+            GridNode::Corner(corner) => corner_end(corner),
         });
         let creases = creases[1 - b.axis].iter().copied().filter(|&t| t > range.0 && t < range.1).collect();
         DraftBorder { shape, range, ends, creases }
