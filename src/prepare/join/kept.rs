@@ -17,13 +17,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub(crate) struct KeptFace {
     hash: ContentHash,
-    draft: Arc<FaceDraft>,
-}
-
-impl KeptFace {
-    pub(crate) fn draft(&self) -> &FaceDraft {
-        &self.draft
-    }
+    pub(super) draft: Arc<FaceDraft>,
 }
 
 /// Drafts by the content of their faces.

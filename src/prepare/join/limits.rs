@@ -74,7 +74,7 @@ impl PartCost {
     /// What a face adds to its part, and the draft of it that is kept.
     pub(crate) fn of(draft: &FaceDraft, kept: Option<&KeptFace>) -> Self {
         let (u, v) = draft.surface.patches.counts();
-        let bytes = memory::of_draft(draft) + kept.map_or(0, |kept| memory::of_kept(kept.draft()));
+        let bytes = memory::of_draft(draft) + kept.map_or(0, |kept| memory::of_kept(&kept.draft));
         Self { patches: u as u64 * v as u64, bytes: with_slack(bytes) }
     }
 

@@ -173,7 +173,7 @@ impl PreparedMemory {
         self.tiles += (part.tiles.len() * (size_of::<Tile>() + 24 + 2 * ALLOCATION) + uses) as u64;
         let PartFacts { entities, diagnostics, without_area, cloud, kept, .. } = &part.facts;
         let told = size_of_val(&diagnostics[..]) + size_of_val(&without_area[..]) + size_of_val(&entities[..]);
-        let kept = kept.iter().map(|face| of_kept(face.draft())).sum::<usize>();
+        let kept = kept.iter().map(|face| of_kept(&face.draft)).sum::<usize>();
         self.update += (size_of::<PartFacts>() + told + size_of_val(&cloud[..]) + kept) as u64;
     }
 }
