@@ -266,15 +266,8 @@ impl<'a> ArcSpan<'a> {
 
     /// The largest coordinate along `n` of all cubics between its points. `sampled`: that of its samples.
     fn most_along(&self, n: DVec2, sampled: f64) -> f64 {
-        let ends = self.arc.points[self.from..=self.to].windows(2);
-        self.pieces().iter().zip(ends).enumerate().fold(sampled, |most, (k, (piece, ends))| {
-            // A cubic whose Bézier points are within adds nothing. Its ends are samples.
-            let ([p, q], [before, after]) = ([ends[0].1, ends[1].1].map(|x| n.dot(x)), piece.steps.map(|x| n.dot(x)));
-            if before <= 3.0 * (most - p) && -after <= 3.0 * (most - q) {
-                return most;
-            }
-            self.cubic(k).map_or(most, |cubic| most.max(cubic.exact_range_along(n).1))
-        })
+        let cubics = (0..self.pieces().len()).filter_map(|k| self.cubic(k));
+        cubics.fold(sampled, |most, cubic| most.max(cubic.exact_range_along(n).1))
     }
 
     /// Whether a line along its chord separates it from another stretch.
