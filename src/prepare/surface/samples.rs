@@ -155,9 +155,7 @@ impl SurfaceSamples {
             (most + 0.125 * bend) * TO_ENDS
         })
     }
-}
 
-impl SurfaceSamples {
     /// Whether the normal changes its side between neighbours. Halves of such a box turn as far.
     pub(super) fn fold_over(&self) -> bool {
         /// The angle between neighbours is above 120 degrees. Smooth surfaces that turn so far between samples turn by

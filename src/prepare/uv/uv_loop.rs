@@ -56,10 +56,6 @@ impl Piece {
         }
     }
 
-    pub(crate) fn reverse(&mut self) {
-        self.reversed = !self.reversed;
-    }
-
     /// Appends points in loop order, without the last.
     fn polyline(&self, out: &mut Vec<DVec2>) {
         let middle = |w: &[UvSample]| UvSample::interpolate(&w[0], &w[1], 0.5 * (w[0].t + w[1].t));
@@ -145,7 +141,7 @@ impl UvLoop {
 
     pub(crate) fn reverse(&mut self) {
         self.pieces.reverse();
-        self.pieces.iter_mut().for_each(Piece::reverse);
+        self.pieces.iter_mut().for_each(|piece| piece.reversed = !piece.reversed);
         self.winding = [-self.winding[0], -self.winding[1]];
     }
 

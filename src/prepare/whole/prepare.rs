@@ -173,8 +173,10 @@ fn update(
     let of_part = |(k, (part, source)): (usize, (&Part, Source))| match source {
         Source::TakenOver(part) => part,
         Source::Changed(hash) => {
-            let prepared = prepare_part(PartId::new(k), part, options.border_tolerance, kept.as_ref(), &budget);
-            Arc::new(new_part(call, prepared, (hash, entities(part))))
+            let mut prepared = prepare_part(PartId::new(k), part, options.border_tolerance, kept.as_ref(), &budget);
+            let cloud = if call.is_cancelled() { Vec::new() } else { extent::cloud(call, &prepared) };
+            prepared.facts = PartFacts { hash, entities: entities(part), cloud, ..prepared.facts };
+            Arc::new(prepared)
         }
     };
     let faces = |(_, (part, _)): &(usize, (&Part, Source))| part.faces.len();
@@ -201,13 +203,6 @@ fn update(
         return Err(PrepareError::Cancelled);
     }
     Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
-}
-
-/// The part with the rest of its facts.
-fn new_part(call: Call<'_>, mut part: PreparedPart, (hash, entities): (ContentHash, Vec<u64>)) -> PreparedPart {
-    let cloud = if call.is_cancelled() { Vec::new() } else { extent::cloud(call, &part) };
-    part.facts = PartFacts { hash, entities, cloud, ..part.facts };
-    part
 }
 
 /// Frees parts that nobody else has on all threads.
