@@ -224,6 +224,9 @@ fn push_chain(tile: &TrimInput<'_>, trace: &Trace, k: u32, polygon: &mut Polygon
     from.next
 }
 
+/// By side of a cell, the corner at its counter-clockwise end.
+const AFTER: [[usize; 2]; 4] = [[1, 0], [1, 1], [0, 1], [0, 0]];
+
 /// Goes counter-clockwise from the crossing where a chain leaves its cell to the chain that enters it next. Calls
 /// `corner` for the kept corners on the way. `None` for contradictory loops.
 #[inline(always)]
@@ -238,7 +241,8 @@ fn next_chain(trace: &Trace, crossing: u32, mut corner: impl FnMut(usize, usize)
     let (i, j) = (c.cell[0] as usize, c.cell[1] as usize);
     let mut side = c.side;
     for _ in 0..4 {
-        let (ci, cj) = corner_after(i, j, side);
+        let [di, dj] = AFTER[side as usize];
+        let (ci, cj) = (i + di, j + dj);
         if !trace.kept.get(ci, cj) {
             return None;
         }
@@ -250,15 +254,4 @@ fn next_chain(trace: &Trace, crossing: u32, mut corner: impl FnMut(usize, usize)
         }
     }
     None
-}
-
-/// The corner at the counter-clockwise end of a cell's side.
-#[inline(always)]
-fn corner_after(i: usize, j: usize, side: u8) -> (usize, usize) {
-    match side {
-        0 => (i + 1, j),
-        1 => (i + 1, j + 1),
-        2 => (i, j + 1),
-        _ => (i, j),
-    }
 }

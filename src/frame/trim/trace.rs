@@ -477,17 +477,12 @@ impl Trace {
         LatticeEdge { index, horizontal, column, row }
     }
 
-    #[inline(always)]
-    fn is_crossed(&self, edge: &LatticeEdge) -> bool {
-        let bits = if edge.horizontal { &self.crossed_h } else { &self.crossed_v };
-        bits.get(edge.column, edge.row)
-    }
-
     /// The first crossing of the cell's side when going around the cell counter-clockwise.
     #[inline(always)]
     pub(crate) fn first_on_side(&self, i: usize, j: usize, side: u8) -> Option<u32> {
         let edge = self.edge(i, j, side);
-        self.is_crossed(&edge).then(|| {
+        let crossed = if edge.horizontal { &self.crossed_h } else { &self.crossed_v };
+        crossed.get(edge.column, edge.row).then(|| {
             let list = &self.lists[edge.index];
             if side < 2 { list.first } else { list.last }
         })
