@@ -94,7 +94,7 @@ fn wrong_faces(part: &Part, free: &FreeFaces) -> Vec<(usize, WireTrouble)> {
     let chains: Vec<Chain> = part.faces.iter().enumerate().map(chain).collect();
     let faces = part.faces.iter().zip(&chains).enumerate();
     let turned = faces.map(|(face, (f, chain))| TurnedFace { face, shell: f.shell, reversed: f.reversed, chain });
-    let uneven = sums(turned);
+    let uneven = sums(part.edges.len(), turned);
     let mut of_faces: Vec<Vec<&Sum>> = vec![Vec::new(); part.faces.len()];
     for sum in &uneven {
         let [first, last] = sum.faces.map(|face| face as usize);

@@ -3,7 +3,7 @@
 //! A chain counts for each edge the uses along its direction minus those against it. A mesh is closed because the
 //! chains of its faces cancel, whatever its loops do in (u,v).
 
-use crate::math::sums::summed_by;
+use crate::math::sums::summed_by_pair;
 use crate::model::EdgeId;
 use crate::prepare::regions::boundary::sign;
 use crate::prepare::wires::chain::Chain;
@@ -42,7 +42,8 @@ pub(crate) struct TurnedFace<'a> {
 }
 
 /// Sums the chains of faces, given in ascending order, by shell and edge. Returns the sums that are not 0, ascending.
-pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> {
+/// The part has so many `edges`.
+pub(crate) fn sums<'a>(edges: usize, faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> {
     let of_face = |face: TurnedFace<'a>| {
         let TurnedFace { face, shell, reversed, chain } = face;
         let use_of = move |&(edge, count): &(u32, i32)| Sum {
@@ -59,7 +60,7 @@ pub(crate) fn sums<'a>(faces: impl Iterator<Item = TurnedFace<'a>>) -> Vec<Sum> 
         sum.uses += next.uses;
         sum.faces[1] = next.faces[0];
     };
-    let mut sums = summed_by(faces.flat_map(of_face).collect(), |sum| (sum.shell, sum.edge), add);
+    let mut sums = summed_by_pair(edges, faces.flat_map(of_face), |sum| (sum.shell, sum.edge), add);
     sums.retain(|sum| sum.sum != 0);
     sums
 }
@@ -119,7 +120,7 @@ mod tests {
                 reversed: *reversed,
                 chain,
             });
-            let got = sums(turned);
+            let got = sums(20, turned);
             let mut expected = Vec::new();
             for (shell, edge) in (0..3).flat_map(|shell| (0..20).map(move |edge| (shell, edge))) {
                 let of = faces.iter().enumerate().filter(|(_, face)| face.0 == shell);

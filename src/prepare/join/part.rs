@@ -305,10 +305,13 @@ impl PartPreparation<'_> {
     }
 
     fn sums(&self, drafts: &[Option<FaceDraft>], reversed: &[bool]) -> Vec<Sum> {
-        chains::sums(drafts.iter().enumerate().filter_map(|(face, draft)| {
-            let chain = &draft.as_ref()?.chain[..];
-            Some(TurnedFace { face, shell: self.part.faces[face].shell, reversed: reversed[face], chain })
-        }))
+        chains::sums(
+            self.part.edges.len(),
+            drafts.iter().enumerate().filter_map(|(face, draft)| {
+                let chain = &draft.as_ref()?.chain[..];
+                Some(TurnedFace { face, shell: self.part.faces[face].shell, reversed: reversed[face], chain })
+            }),
+        )
     }
 
     /// Whether faces do not cancel on an edge with an even number of uses. Excludes edges that healing added.
@@ -332,7 +335,7 @@ impl PartPreparation<'_> {
             let (face, reversed) = (*k, part.faces[*k].reversed);
             TurnedFace { face, shell: shell(face), reversed, chain }
         });
-        for sum in chains::sums(rows).iter().filter(|s| self.is_stuck(s)) {
+        for sum in chains::sums(part.edges.len(), rows).iter().filter(|s| self.is_stuck(s)) {
             shells.remove(&sum.shell);
         }
         for (k, chain) in stated.into_iter().filter(|(k, _)| shells.contains(&shell(*k))) {

@@ -1,6 +1,6 @@
 //! Loops of faces -> the edges in use, with counts per shell.
 
-use crate::math::sums::summed_by;
+use crate::math::sums::summed_by_pair;
 use crate::model::Part;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};
@@ -52,5 +52,5 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
         sum.side |= next.side;
         sum.against |= next.against;
     };
-    summed_by(uses, |used| (used.shell, used.edge), add)
+    summed_by_pair(part.edges.len(), uses, |used| (used.shell, used.edge), add)
 }
