@@ -256,6 +256,19 @@ impl Prepared {
         let &PreparedFace { kind, entity, gap, repaired, filled, .. } = face;
         Some(FaceFacts { kind, entity, tiles: face.tiles.clone(), pieces: [across, along], gap, repaired, filled })
     }
+
+    /// All tiles, each with its part and its index in that.
+    pub fn tiles(&self) -> impl Iterator<Item = (PartId, TileId, &Tile)> {
+        self.parts.iter().enumerate().flat_map(|(p, part)| {
+            part.tiles.iter().enumerate().map(move |(t, tile)| (PartId::new(p), TileId(t as u32), tile))
+        })
+    }
+
+    /// All edges of faces that some tile uses, each with its part and its index in that. Excludes borders of tiles.
+    pub fn brep_edges(&self) -> impl Iterator<Item = (PartId, EdgeId)> {
+        let parts = self.parts.iter().enumerate();
+        parts.flat_map(|(p, part)| part.edges_of_faces().map(move |edge| (PartId::new(p), edge)))
+    }
 }
 
 /// What is known of a face that can be tessellated.
@@ -291,21 +304,6 @@ impl FaceFacts {
         rows.push(("edge gap", format!("{gap:.2e} mm")));
         rows.extend(repaired.then(|| ("boundary", "repaired".to_owned())));
         rows
-    }
-}
-
-impl Prepared {
-    /// All tiles, each with its part and its index in that.
-    pub fn tiles(&self) -> impl Iterator<Item = (PartId, TileId, &Tile)> {
-        self.parts.iter().enumerate().flat_map(|(p, part)| {
-            part.tiles.iter().enumerate().map(move |(t, tile)| (PartId::new(p), TileId(t as u32), tile))
-        })
-    }
-
-    /// All edges of faces that some tile uses, each with its part and its index in that. Excludes borders of tiles.
-    pub fn brep_edges(&self) -> impl Iterator<Item = (PartId, EdgeId)> {
-        let parts = self.parts.iter().enumerate();
-        parts.flat_map(|(p, part)| part.edges_of_faces().map(move |edge| (PartId::new(p), edge)))
     }
 }
 

@@ -173,28 +173,7 @@ impl CurveBounds {
         }
         out
     }
-}
 
-/// Whether a curve's control points advance along the line from the first to the last of them, nearer to it than any
-/// tolerance asks. Then the curve does, too. `rounding` is that of the points.
-fn is_line(control: &[DVec4], rounding: f64) -> bool {
-    /// Distance from the line, as a share of its length.
-    const NEAR: f64 = 1e-9;
-    let place = |c: &DVec4| c.truncate() / c.w;
-    let [first, .., last] = control else { return false };
-    let chord = place(last) - place(first);
-    let Some(along) = chord.try_normalize() else { return false };
-    let near = larger(NEAR * chord.length(), rounding);
-    let mut farthest = 0.0;
-    control.iter().all(|c| {
-        let step = place(c) - place(first);
-        let (before, here) = (farthest, step.dot(along));
-        farthest = larger(here, before);
-        c.w > 0.0 && here >= before - near && step.distance(along * here) <= near
-    })
-}
-
-impl CurveBounds {
     /// Merges neighbouring strips that need nearly the same density. Every plan visits every strip, and some curves are
     /// cut much finer than they bend.
     #[must_use]
@@ -235,4 +214,23 @@ impl CurveBounds {
         }
         out
     }
+}
+
+/// Whether a curve's control points advance along the line from the first to the last of them, nearer to it than any
+/// tolerance asks. Then the curve does, too. `rounding` is that of the points.
+fn is_line(control: &[DVec4], rounding: f64) -> bool {
+    /// Distance from the line, as a share of its length.
+    const NEAR: f64 = 1e-9;
+    let place = |c: &DVec4| c.truncate() / c.w;
+    let [first, .., last] = control else { return false };
+    let chord = place(last) - place(first);
+    let Some(along) = chord.try_normalize() else { return false };
+    let near = larger(NEAR * chord.length(), rounding);
+    let mut farthest = 0.0;
+    control.iter().all(|c| {
+        let step = place(c) - place(first);
+        let (before, here) = (farthest, step.dot(along));
+        farthest = larger(here, before);
+        c.w > 0.0 && here >= before - near && step.distance(along * here) <= near
+    })
 }
