@@ -46,22 +46,15 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
         }
     }
     firsts.sort_unstable();
-    let boxes: Vec<Aabb> = firsts
-        .iter()
-        .map(|&k| {
-            let [low, high] = around(edge(k).curve.points.iter().copied());
-            // Half the tolerance for each of two boxes, along each axis.
-            let slack = DVec3::splat(0.5 * candidates[k].tolerance);
-            [low - slack, high + slack]
-        })
-        .collect();
-    let ends: Vec<[DVec3; 2]> = firsts
-        .iter()
-        .map(|&k| {
-            let e = edge(k);
-            [e.range.0, e.range.1].map(|t| e.curve.point(t))
-        })
-        .collect();
+    let box_of = |&k: &usize| {
+        let [low, high] = around(edge(k).curve.points.iter().copied());
+        // Half the tolerance for each of two boxes, along each axis.
+        let slack = DVec3::splat(0.5 * candidates[k].tolerance);
+        [low - slack, high + slack]
+    };
+    let boxes: Vec<Aabb> = firsts.iter().map(box_of).collect();
+    let ends_of = |&k: &usize| <[f64; 2]>::from(edge(k).range).map(|t| edge(k).curve.point(t));
+    let ends: Vec<[DVec3; 2]> = firsts.iter().map(ends_of).collect();
     let mut partners = vec![0; firsts.len()];
     let mut left_out = BTreeMap::new();
     let mut compare = |a: usize, b: usize| {
