@@ -70,7 +70,11 @@ pub(crate) fn clean_up(
     }
     if !failed.is_empty() {
         let grown = |of: &BTreeSet<[u32; 2]>| -> BTreeSet<[u32; 2]> {
-            of.iter().flat_map(|&at| with_neighbours(at)).filter(|at| cells.contains_key(at)).collect()
+            // Some neighbours may be outside the tile.
+            let around = |&[i, j]: &[u32; 2]| {
+                [[i, j], [i.saturating_sub(1), j], [i + 1, j], [i, j.saturating_sub(1)], [i, j + 1]]
+            };
+            of.iter().flat_map(around).filter(|at| cells.contains_key(at)).collect()
         };
         let mut joined = grown(&failed);
         let mut refusals = 0;
@@ -126,11 +130,6 @@ impl Cell {
         self.loops.iter().for_each(|&l| polygon.add_loop(tile, l));
         polygon.triangulate(out)
     }
-}
-
-/// A cell and its neighbours. Some may be outside the tile.
-fn with_neighbours([i, j]: [u32; 2]) -> [[u32; 2]; 5] {
-    [[i, j], [i.saturating_sub(1), j], [i + 1, j], [i, j.saturating_sub(1)], [i, j + 1]]
 }
 
 /// The triangles of all that is in some cells, or `None` if the sum of its boundaries does not bound a region.

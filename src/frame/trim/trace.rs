@@ -48,14 +48,6 @@ struct TracedSegment<'a> {
     d: DVec2,
 }
 
-impl TracedSegment<'_> {
-    /// The end nearer to the point at parameter `t`.
-    #[inline(always)]
-    fn nearer_end(&self, t: f64) -> u32 {
-        self.first + u32::from(t >= 0.5)
-    }
-}
-
 /// The crossings of a lattice edge: first, last, and the most recent, near which the next one is likely to belong.
 #[derive(Clone, Copy, Default)]
 struct EdgeList {
@@ -206,6 +198,7 @@ impl Trace {
         let inverse = direction.recip();
         let (mut i, mut j) = from;
         let (mut steps_x, mut steps_y) = (di.abs(), dj.abs());
+        let nearer_end = |t: f64| segment.first + u32::from(t >= 0.5);
         let mut snap = segment.first;
         while steps_x + steps_y > 0 {
             let line = DVec2::new(f64::from(i + i32::from(di > 0)), f64::from(j + i32::from(dj > 0)));
@@ -224,13 +217,13 @@ impl Trace {
             if x_first {
                 let t = unit(t.x);
                 let side = if di > 0 { 1 } else { 3 };
-                snap = self.push(segment, [i, j], side, a.y + t * direction.y, snap.max(segment.nearer_end(t)));
+                snap = self.push(segment, [i, j], side, a.y + t * direction.y, snap.max(nearer_end(t)));
                 i += di.signum();
                 steps_x -= 1;
             } else {
                 let t = unit(t.y);
                 let side = if dj > 0 { 2 } else { 0 };
-                snap = self.push(segment, [i, j], side, a.x + t * direction.x, snap.max(segment.nearer_end(t)));
+                snap = self.push(segment, [i, j], side, a.x + t * direction.x, snap.max(nearer_end(t)));
                 j += dj.signum();
                 steps_y -= 1;
             }

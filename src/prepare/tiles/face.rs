@@ -220,16 +220,6 @@ impl FaceOutline {
         self.repairs.push(Finding::new(place, what));
         Ok(())
     }
-
-    /// Notes that the face's edges lie off its surface, where they do by more than rounding.
-    fn note_gap(&mut self, extent: f64) {
-        let off = FaceTrouble::EdgesOffSurface { gap_mm: self.gap };
-        if self.gap > FAR_SHARE * extent {
-            self.repairs.push(Finding::new(None, off));
-        } else if self.gap > GAP_SHARE * extent {
-            self.notes.push(off);
-        }
-    }
 }
 
 fn draft_traced(traced: &Traced<'_>, way: Loops<'_>) -> Result<FaceDraft, FaceError> {
@@ -249,7 +239,12 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>) -> Result<FaceDraft, FaceEr
     outline.joints.extend(found.joints);
     let crosses = found.crossed.is_some();
     outline.repairs.extend(found.crossed.into_iter().chain(found.scribble));
-    outline.note_gap(traced.extent);
+    let off = FaceTrouble::EdgesOffSurface { gap_mm: outline.gap };
+    if outline.gap > FAR_SHARE * traced.extent {
+        outline.repairs.push(Finding::new(None, off));
+    } else if outline.gap > GAP_SHARE * traced.extent {
+        outline.notes.push(off);
+    }
     let [critical, meetings] = [found.critical, found.meetings].map(|n| u32::try_from(n).unwrap_or(u32::MAX));
     let FaceOutline { region, gap, chain, breaks, joints, lobed, notes, repairs } = outline;
     Ok(FaceDraft {

@@ -161,10 +161,6 @@ impl FreeRegion {
         &self.wires[chain].chain.spans[span]
     }
 
-    fn tell(&mut self, p: DVec2, what: TrimTrouble, repaired: bool) {
-        self.notes.push(note(&self.domain, p, what, repaired));
-    }
-
     /// Closes a copy of a curve to a loop. `complete`: directions in which other copies cover what leaves the domain.
     fn wire(&mut self, curve: usize, mut chain: SpanChain, complete: [bool; 2]) -> Wire {
         let owner = curve + 1;
@@ -176,7 +172,7 @@ impl FreeRegion {
         };
         let outside = spans.iter().flat_map(|s| s.ends).find(leaves);
         if let Some(p) = outside {
-            self.tell(p, TrimTrouble::Clipped { curve }, false);
+            self.notes.push(note(&self.domain, p, TrimTrouble::Clipped { curve }, false));
         }
         if let (false, Some(first), Some(last)) = (chain.closed, spans.first(), spans.last()) {
             let (start, end) = (first.ends[0], last.ends[1]);
@@ -197,7 +193,8 @@ impl FreeRegion {
                         spans[0].ends[0] = p;
                     }
                 } else if is_inside {
-                    self.tell(inner, TrimTrouble::Extended { curve, at_end, missing }, true);
+                    let what = TrimTrouble::Extended { curve, at_end, missing };
+                    self.notes.push(note(&self.domain, inner, what, true));
                     let line = Span::line(p, q, piece + usize::from(!at_end), (0.0, 1.0));
                     if at_end { spans.push(line) } else { spans.insert(0, line) }
                 } else {

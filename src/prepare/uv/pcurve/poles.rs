@@ -73,8 +73,7 @@ impl Projector<'_> {
     /// The pole at `p`. `None` if there are two, as where a torus touches its axis.
     pub(crate) fn only_pole_at(&self, p: DVec3) -> Option<usize> {
         let first = self.pole_at(p)?;
-        let others = self.poles.iter().zip(&self.reaches).skip(first + 1);
-        others.into_iter().all(|(pole, &reach)| pole.point.distance(p) > reach).then_some(first)
+        (first + 1..self.poles.len()).all(|k| self.poles[k].point.distance(p) > self.reaches[k]).then_some(first)
     }
 
     /// Interior parameters at which an edge passes through a pole, increasing. Its image jumps there.
