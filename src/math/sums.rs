@@ -13,8 +13,8 @@ pub(crate) fn summed_by<T, K: Ord>(mut all: Vec<T>, key: impl Fn(&T) -> K, add: 
     all
 }
 
-/// [`summed_by`] of items whose keys are pairs, with the second number below `count` and mostly one first number for each
-/// second. Cost: a look-up per item; items with a further first number are sorted.
+/// [`summed_by`] of items whose keys are pairs, the second number mostly below `count` and with one first number. Cost: a
+/// look-up per item. Only other items are sorted, and the sums if there are several first numbers.
 pub(crate) fn summed_by_pair<T: Copy>(
     count: usize,
     all: impl IntoIterator<Item = T>,
