@@ -6,12 +6,12 @@ mod folders;
 mod run;
 
 use folders::folder;
-use run::{BINARY, CHECKOUT, CUBE, command};
+use run::{CHECKOUT, CUBE, command};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 const FORMS: &str = "tests/fuzz/seeds/forms.step";
 
@@ -325,22 +325,6 @@ fn every_builtin_can_be_tessellated() {
     }
 }
 
-/// A truncated file is read as far as it goes, or rejected with a message.
-#[test]
-fn truncated_files_are_read_or_rejected() {
-    let folder = folder("truncated");
-    let whole = fs::read(Path::new(CHECKOUT).join(CUBE)).unwrap();
-    let (file, mesh) = (folder.join("cut.step"), folder.join("cut.ply"));
-    for tenths in 0..10 {
-        fs::write(&file, &whole[..whole.len() * tenths / 10]).unwrap();
-        let output = trimtess(&["tessellate", file.to_str().unwrap(), "-o", mesh.to_str().unwrap()]);
-        let stderr = text(&output.stderr);
-        assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{tenths}: {:?} {stderr}", output.status);
-        assert!(!stderr.contains("internal error"), "{tenths}: {stderr}");
-        assert!(output.status.code() != Some(1) || stderr.contains("cut.step"), "{tenths}: {stderr}");
-    }
-}
-
 /// Exceeding a limit gives one message with the need, the limit and the option, and no file.
 #[test]
 fn limits_are_errors_that_name_the_option() {
@@ -370,22 +354,6 @@ fn limits_are_errors_that_name_the_option() {
     assert!(mesh.exists());
 }
 
-/// The system kills the process for writing too much. No partial file appears under the output name.
-#[cfg(target_os = "linux")]
-#[test]
-fn a_process_killed_while_writing_leaves_no_file_under_the_name() {
-    let folder = folder("killed");
-    for extension in ["glb", "ply", "stl", "obj"] {
-        let mesh = folder.join(format!("mesh.{extension}"));
-        let line = "ulimit -f 1; exec \"$0\" tessellate builtin:torus --chord 0.01 -o \"$1\"";
-        let mut killed = Command::new("sh");
-        killed.args(["-c", line, BINARY]).arg(&mesh);
-        let output = killed.output().unwrap();
-        assert!(!output.status.success(), "{extension}: {:?}", output.status);
-        assert!(!mesh.exists(), "{extension}");
-    }
-}
-
 #[test]
 fn the_report_is_written_atomically() {
     let folder = folder("report-whole");
@@ -395,17 +363,6 @@ fn the_report_is_written_atomically() {
     let output = trimtess(&[&args[..4], &["--report", "/dev/null"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     assert!(!Path::new("/dev/null").is_file(), "a device stays one");
-}
-
-#[test]
-fn a_timeline_is_complete_json() {
-    let folder = folder("timeline");
-    let (mesh, trace) = (folder.join("cube.ply"), folder.join("trace.json"));
-    let output = trimtess(&["tessellate", CUBE, "-o", name(&mesh), "--workers", "2", "--trace", name(&trace)]);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let events = json(&fs::read(&trace).unwrap());
-    let named = |name: &str| events.as_array().unwrap().iter().any(|e| e["name"] == name);
-    assert!(named("worker") && named("tile") && named("commit"), "{events}");
 }
 
 /// Without a graphics adapter, one message says what to install.

@@ -9,11 +9,11 @@ mod folders;
 mod process;
 
 use folders::folder;
-use process::peak_of;
+use process::{Ended, watched};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Files of attacks that are not part of this repository.
 const SHARED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared");
@@ -40,33 +40,21 @@ struct Run {
     peak: u64,
 }
 
-/// Tessellates a file. Panics if it takes longer than [`TIME`] by far.
+/// Tessellates a file. Panics if it takes longer than [`TIME`].
 fn tessellate(file: &Path, options: &[&str]) -> Run {
     let [mesh, report, log] = ["glb", "json", "log"].map(|extension| file.with_extension(extension));
     let limited = format!("ulimit -v {ADDRESSES}; exec \"$@\"");
-    let mut child = Command::new("sh")
+    let mut command = Command::new("sh");
+    command
         .args(["-c", &limited, "sh", env!("CARGO_BIN_EXE_trimtess"), "tessellate", "--report"])
         .args([&report, Path::new("-o"), &mesh, file])
         .args(options)
         .env_remove("RUST_LOG")
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(fs::File::create(&log).unwrap())
-        .spawn()
-        .unwrap();
-    let (start, mut peak) = (Instant::now(), 0);
-    let status = loop {
-        peak = peak.max(peak_of(&child.id().to_string()));
-        if let Some(status) = child.try_wait().unwrap() {
-            break status;
-        }
-        if start.elapsed() > 10 * TIME {
-            child.kill().unwrap();
-            child.wait().unwrap();
-            panic!("{} {options:?}: endless", file.display());
-        }
-        std::thread::sleep(Duration::from_millis(2));
-    };
+        .stderr(fs::File::create(&log).unwrap());
+    let ended = watched(&mut command, TIME);
+    let Ended { status, peak, .. } = ended.unwrap_or_else(|fault| panic!("{} {options:?}: {fault}", file.display()));
     let told = fs::read_to_string(&report).unwrap_or_default();
     let own = serde_json::from_str::<serde_json::Value>(&told).ok().and_then(|told| told["peak_memory_bytes"].as_u64());
     // The console lists the first diagnostics only.

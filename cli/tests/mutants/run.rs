@@ -1,16 +1,15 @@
 //! A file -> the outcome of `trimtess tessellate`, or a fault.
 
-use crate::process::{peak_of, work_of};
+use crate::process::{Ended, watched};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Limits of a run.
 pub(crate) struct Limits {
-    /// Processor time of all threads. Wall time may be [`PATIENCE`] times as long.
+    /// Processor time of all threads, for [`watched`].
     pub(crate) time: Duration,
     /// Peak resident memory, bytes, besides [`PER_TRIANGLE`] of the mesh.
     pub(crate) memory: u64,
@@ -32,47 +31,25 @@ pub(crate) struct Outcome {
     pub(crate) peak: u64,
 }
 
-/// Polling interval. The peak of memory is cumulative, so only the last interval is missed, which the process's own
-/// report covers.
-const EVERY: Duration = Duration::from_millis(2);
-
-/// Maximum wall time as a multiple of the allowed processor time, for busy machines.
-const PATIENCE: u32 = 12;
-
 /// Tessellates `file`, with all output in `folder`.
 pub(crate) fn run(file: &Path, folder: &Path, limits: &Limits) -> Result<Outcome, String> {
     fs::create_dir_all(folder).map_err(|error| error.to_string())?;
     let [mesh, report, log] = ["mesh.glb", "report.json", "log"].map(|name| folder.join(name));
     let stderr = fs::File::create(&log).map_err(|error| error.to_string())?;
-    let mut child = Command::new(env!("CARGO_BIN_EXE_trimtess"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_trimtess"));
+    command
         .args(["tessellate", "--chord-rel", "1e-3", "--report"])
         .args([&report, Path::new("-o"), &mesh, file])
         .env_remove("RUST_LOG")
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(stderr)
-        .spawn()
-        .map_err(|error| error.to_string())?;
-    let process = child.id().to_string();
-    let (start, mut peak, mut worked) = (Instant::now(), 0, None);
-    let status = loop {
-        peak = peak.max(peak_of(&process));
-        worked = work_of(&process).or(worked);
-        if let Some(status) = child.try_wait().map_err(|error| error.to_string())? {
-            break status;
-        }
-        let waited = start.elapsed();
-        if worked.unwrap_or(waited) > limits.time || waited > PATIENCE * limits.time {
-            child.kill().and_then(|()| child.wait()).map_err(|error| error.to_string())?;
-            return Err(format!("endless: stopped after {waited:.1?}, {worked:?} of work"));
-        }
-        thread::sleep(EVERY);
-    };
-    let time = worked.unwrap_or(start.elapsed());
+        .stderr(stderr);
+    let Ended { status, time, peak } = watched(&mut command, limits.time)?;
     let said = String::from_utf8_lossy(&fs::read(&log).unwrap_or_default()).into_owned();
     let Some(status) = status.code() else { return Err(format!("killed: {status}\n{said}")) };
     let told: Option<Value> = fs::read(&report).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
-    peak = peak.max(told.as_ref().and_then(|told| told["peak_memory_bytes"].as_u64()).unwrap_or(0));
+    // The process's own report covers the end.
+    let peak = peak.max(told.as_ref().and_then(|told| told["peak_memory_bytes"].as_u64()).unwrap_or(0));
     let faults = faults(status, &said, &mesh, told.as_ref());
     let others = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
     let stray = others.into_iter().find(|path| ![&mesh, &report, &log].contains(&path));
