@@ -14,5 +14,5 @@ fn wire_vertex(@location(0) position: vec3<f32>, @builtin(instance_index) place:
     let world = scene_placed(scene_place(place), position);
     var clip = scene_view.clip * vec4(world, 1.0);
     clip.z = clip.z * style.nearer.x + style.nearer.y;
-    return Line(clip, vec4(scene_linear(style.wire.rgb), style.wire.a), scene_beyond(world));
+    return Line(clip, vec4(scene_linear(WIRE.rgb), WIRE.a), scene_beyond(world));
 }

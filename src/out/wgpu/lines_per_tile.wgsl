@@ -36,5 +36,5 @@ fn wire_vertex(@builtin(vertex_index) vertex: u32, drawn: Drawn) -> Line {
     let side = (vertex / 6u) % 3u;
     let first = corner_of(drawn, triangle + side);
     let last = corner_of(drawn, triangle + (side + 1u) % 3u);
-    return strip(first, last, vertex % 6u, style.wire, style.wire_width);
+    return strip(first, last, vertex % 6u, WIRE, WIRE_WIDTH);
 }

@@ -5,17 +5,20 @@ struct Style {
     key: vec4<f32>,              // unit, towards the key light
     top: vec4<f32>,              // background, linear
     bottom: vec4<f32>,
-    edge: vec4<f32>,             // pens: red, green, blue (sRGB), alpha
-    wire: vec4<f32>,
-    lattice: vec4<f32>,
     nearer: vec2<f32>,           // depth bias of lines, which lie on surfaces: factor and offset
-    edge_width: f32,             // pixels
-    wire_width: f32,
-    lattice_width: f32,
     backfaces: f32,              // 1: paint back faces magenta
 };
 
 @group(0) @binding(1) var<uniform> style: Style;
+
+// Pens: red, green, blue (sRGB) and alpha; pixels. Triangle edges are thin and translucent, so that dense meshes keep
+// their shading; both adjacent triangles draw each. Lattice lines and B-rep edges stand out from them.
+const WIRE: vec4<f32> = vec4(0.094, 0.118, 0.173, 0.358);
+const WIRE_WIDTH: f32 = 1.0;
+const LATTICE: vec4<f32> = vec4(0.02, 0.16, 0.42, 0.9);
+const LATTICE_WIDTH: f32 = 1.3;
+const EDGE: vec4<f32> = vec4(0.063, 0.071, 0.086, 1.0);
+const EDGE_WIDTH: f32 = 1.7;
 
 struct Surface {
     @builtin(position) clip: vec4<f32>,
@@ -78,14 +81,14 @@ fn ruled(place: ScenePlace, position: vec3<f32>, cell: vec2<f32>) -> Ruled {
 fn lattice_fragment(in: Ruled) -> @location(0) vec4<f32> {
     let per_pixel = fwidth(in.cell);
     let off = abs(in.cell - round(in.cell)) / max(per_pixel, vec2(1e-6));
-    let lines = 1.0 - smoothstep(vec2(0.0), vec2(1.0), off - 0.5 * vec2(style.lattice_width - 1.0));
+    let lines = 1.0 - smoothstep(vec2(0.0), vec2(1.0), off - 0.5 * vec2(LATTICE_WIDTH - 1.0));
     // Fade out lines a few pixels apart, which would cover the surface. Constant coordinates have no lines.
     let seen = (1.0 - smoothstep(vec2(0.15), vec2(0.5), per_pixel)) * step(vec2(1e-6), per_pixel);
-    let opacity = max(lines.x * seen.x, lines.y * seen.y) * style.lattice.a;
+    let opacity = max(lines.x * seen.x, lines.y * seen.y) * LATTICE.a;
     if in.beyond > 0.0 {
         discard;
     }
-    return vec4(scene_linear(style.lattice.rgb), opacity);
+    return vec4(scene_linear(LATTICE.rgb), opacity);
 }
 
 // Picks: the number of the tile plus one, and the distance from the eye, in orthographic projection from its plane.
@@ -158,7 +161,7 @@ fn edge_vertex(@builtin(vertex_index) vertex: u32, @builtin(instance_index) inst
         return no_line();
     }
     return strip(
-        scene_placed(place, first.xyz), scene_placed(place, last.xyz), vertex % 6u, style.edge, style.edge_width);
+        scene_placed(place, first.xyz), scene_placed(place, last.xyz), vertex % 6u, EDGE, EDGE_WIDTH);
 }
 
 @fragment

@@ -21,20 +21,6 @@ const NEAR: f64 = 1e-4;
 /// Depth bias of lines, as a factor of distance: lines lie on surfaces and are drawn as if this much nearer to the eye.
 const NEARER: f64 = 1.0008;
 
-/// Line style: sRGB colour with opacity, width in pixels.
-struct Pen {
-    colour: [f32; 4],
-    width: f32,
-}
-
-/// Triangle edges: thin and translucent, so that dense meshes keep their shading. Both adjacent triangles draw each
-/// edge.
-const WIRE: Pen = Pen { colour: [0.094, 0.118, 0.173, 0.358], width: 1.0 };
-/// Lattice lines stand out from triangle edges and shading.
-const LATTICE: Pen = Pen { colour: [0.02, 0.16, 0.42, 0.9], width: 1.3 };
-/// B-rep edges stand out from the wireframe.
-const EDGE: Pen = Pen { colour: [0.063, 0.071, 0.086, 1.0], width: 1.7 };
-
 /// `SceneView` in the shader.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -54,15 +40,9 @@ struct Style {
     key: [f32; 4],
     top: [f32; 4],
     bottom: [f32; 4],
-    edge: [f32; 4],
-    wire: [f32; 4],
-    lattice: [f32; 4],
     nearer: [f32; 2],
-    edge_width: f32,
-    wire_width: f32,
-    lattice_width: f32,
     backfaces: f32,
-    rest: [f32; 2],
+    rest: f32,
 }
 
 /// A row of the transform from part to world, relative to the eye.
@@ -210,15 +190,9 @@ fn uniforms(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (Sce
         key: key.extend(0.0).to_array(),
         top,
         bottom,
-        edge: EDGE.colour,
-        wire: WIRE.colour,
-        lattice: LATTICE.colour,
         nearer: nearer.map(|x| x as f32),
-        edge_width: EDGE.width,
-        wire_width: WIRE.width,
-        lattice_width: LATTICE.width,
         backfaces: if options.backfaces { 1.0 } else { 0.0 },
-        rest: [0.0; 2],
+        rest: 0.0,
     };
     (scene_view, style, clip)
 }
