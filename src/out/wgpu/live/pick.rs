@@ -109,7 +109,7 @@ impl LiveScene {
         let camera = self.camera(options);
         let aim = Aim { camera: &camera, pixel: Some((x, y)) };
         let seen = self.checked(|scene, gpu| {
-            let (seen, _) = scene.refresh(view, options, &aim);
+            let seen = scene.refresh(view, options, &aim);
             let target = texture(gpu, (1, 1), PICK_FORMAT, 1, TextureUsages::COPY_SRC);
             let depth = texture(gpu, (1, 1), DEPTH_FORMAT, 1, TextureUsages::empty());
             let mut encoder = gpu.device.create_command_encoder(&::wgpu::CommandEncoderDescriptor::default());

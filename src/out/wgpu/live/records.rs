@@ -15,6 +15,14 @@ pub(super) type InstanceRow = [u32; 4];
 /// Which number of an [`InstanceRow`] is the first record.
 const FIRST: usize = 2;
 
+/// Whose rows are outdated.
+pub(super) enum Stale {
+    /// Those of a tile of a part.
+    Tile(u32, u32),
+    /// Those of a place, of which the colour has changed.
+    Place(u32),
+}
+
 /// One record per tile of each instance, ordered by place, then tile.
 #[derive(Default)]
 pub(super) struct Records {
@@ -26,10 +34,8 @@ pub(super) struct Records {
     marked: Option<(InstanceId, FaceId)>,
     /// All rows are outdated.
     all: bool,
-    /// Parts and tiles whose rows are outdated.
-    stale: Vec<(u32, u32)>,
-    /// Places whose rows are outdated.
-    stale_places: Vec<u32>,
+    /// Whose rows are outdated.
+    stale: Vec<Stale>,
     /// Counts changes of `instances`, and of the frame's instances, which `instances` follow with the next refresh.
     pub(super) layout: u64,
 }
@@ -52,23 +58,13 @@ impl Records {
         self.layout += 1;
     }
 
-    /// Marks the rows of a tile as outdated. The list stays bounded if nothing is drawn for many frames.
-    pub(super) fn stale(&mut self, part: u32, tile: u32) {
-        self.all |= self.stale.len() > self.rows.len();
+    /// Marks rows as outdated. The list stays bounded if nothing is drawn for many frames.
+    pub(super) fn stale(&mut self, whose: Stale) {
+        self.all |= self.stale.len() > self.rows.len() + self.instances.len();
         if self.all {
             self.stale.clear();
         } else {
-            self.stale.push((part, tile));
-        }
-    }
-
-    /// Marks the rows of a place as outdated, because its colour has changed. The list stays bounded, too.
-    pub(super) fn stale_place(&mut self, place: usize) {
-        self.all |= self.stale_places.len() > self.instances.len();
-        if self.all {
-            self.stale_places.clear();
-        } else {
-            self.stale_places.push(place as u32);
+            self.stale.push(whose);
         }
     }
 
@@ -87,25 +83,22 @@ impl Records {
     /// Rebuilds outdated rows. Returns the range of rows that changed.
     pub(super) fn refresh(&mut self, shown: &DeviceScene, by: ColourBy) -> std::ops::Range<usize> {
         let palette = Palette::new(by, shown.tiles().map(|tile| tile.rate));
-        let grown = || self.stale.iter().any(|&(part, tile)| self.is_beyond(shown, part, tile));
+        let grown = || self.stale.iter().any(|whose| self.is_beyond(shown, whose));
         if self.all || palette != self.palette || grown() {
             self.palette = palette;
             return self.refresh_all(shown);
         }
-        let (stale, places) = (std::mem::take(&mut self.stale), std::mem::take(&mut self.stale_places));
-        let of_tiles = stale
-            .into_iter()
-            .flat_map(|(part, tile)| shown.parts[part as usize].places.clone().map(move |place| (place, tile)));
-        let of_places = places.into_iter().flat_map(|place| {
-            let tiles = self.end(place) - self.instances[place as usize][FIRST];
-            (0..tiles).map(move |tile| (place, tile))
-        });
-        let stale: Vec<(u32, u32)> = of_tiles.chain(of_places).collect();
         let (mut first, mut end) = (usize::MAX, 0);
-        for (place, tile) in stale {
-            let row = self.row(place, tile) as usize;
-            self.rows[row] = self.made(shown, place, tile);
-            (first, end) = (first.min(row), end.max(row + 1));
+        for whose in std::mem::take(&mut self.stale) {
+            let (places, tiles) = match whose {
+                Stale::Tile(part, tile) => (shown.parts[part as usize].places.clone(), tile..tile + 1),
+                Stale::Place(place) => (place..place + 1, 0..self.end(place) - self.row(place, 0)),
+            };
+            for (place, tile) in places.flat_map(|place| tiles.clone().map(move |tile| (place, tile))) {
+                let row = self.row(place, tile) as usize;
+                self.rows[row] = self.made(shown, place, tile);
+                (first, end) = (first.min(row), end.max(row + 1));
+            }
         }
         first.min(end)..end
     }
@@ -116,7 +109,7 @@ impl Records {
     }
 
     fn refresh_all(&mut self, shown: &DeviceScene) -> std::ops::Range<usize> {
-        (self.all, self.stale, self.stale_places) = (false, Vec::new(), Vec::new());
+        (self.all, self.stale) = (false, Vec::new());
         let before = std::mem::take(&mut self.instances);
         self.rows.clear();
         for (number, place) in shown.places.iter().enumerate() {
@@ -130,8 +123,9 @@ impl Records {
         0..self.rows.len()
     }
 
-    /// Whether some place of the part has no row for this tile.
-    fn is_beyond(&self, shown: &DeviceScene, part: u32, tile: u32) -> bool {
+    /// Whether some place of the part has no row for a tile.
+    fn is_beyond(&self, shown: &DeviceScene, whose: &Stale) -> bool {
+        let &Stale::Tile(part, tile) = whose else { return false };
         shown.parts[part as usize].places.clone().any(|place| {
             let first = self.instances.get(place as usize).map(|instance| instance[FIRST]);
             first.is_none_or(|first| first + tile >= self.end(place))

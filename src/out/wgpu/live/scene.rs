@@ -252,7 +252,8 @@ impl LiveScene {
         let view = self.known(view);
         let camera = self.camera(options);
         self.checked(|scene, gpu| {
-            let (seen, mut bytes) = scene.refresh(view, options, &Aim { camera: &camera, pixel: None });
+            let UploadedSight { group, lease, clip, mut bytes } =
+                scene.refresh(view, options, &Aim { camera: &camera, pixel: None });
             let RenderOptions { lattice, wireframe, edges, .. } = *options;
             let Self { store, shown, version, edges_version, record_rows, tiles, edges: lines, .. } = scene;
             let tiles = &mut tiles[view];
@@ -269,7 +270,6 @@ impl LiveScene {
                 draws += lines.calls();
             }
             let stats = DrawStats { triangles: tiles.triangles, tiles: tiles.count, draws, bytes };
-            let UploadedSight { group, lease, clip, .. } = seen;
             let (version, eye) = (*version, camera.eye);
             SceneInPass { group, _lease: lease, view, version, clip, eye, lattice, wireframe, edges, stats }
         })
@@ -424,9 +424,8 @@ impl LiveScene {
         options.camera.unwrap_or_else(|| ViewPoint::ISO.fit(self.shown.corners(), aspect))
     }
 
-    /// Updates records, draw list and uniforms for a view. Returns what was uploaded of the camera, and the number of
-    /// all bytes uploaded.
-    pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> (UploadedSight, u64) {
+    /// Updates records, draw list and uniforms for a view. The bytes are those of all that was uploaded.
+    pub(super) fn refresh(&mut self, view: usize, options: &RenderOptions, aim: &Aim<'_>) -> UploadedSight {
         let changed = self.records.refresh(&self.shown, options.colour_by);
         let mut bytes = self.record_rows.write(&self.gpu, &self.records, changed);
         while self.tiles.len() <= view {
@@ -434,8 +433,7 @@ impl LiveScene {
         }
         bytes += self.tiles[view].refresh(&self.gpu, &self.shown, &self.records, view, self.version);
         let seen = self.sights.upload(&self.gpu, &self.shown, &self.record_rows, aim, options);
-        bytes += seen.bytes;
-        (seen, bytes)
+        UploadedSight { bytes: bytes + seen.bytes, ..seen }
     }
 
     /// Draws the tiles of a view that was refreshed.

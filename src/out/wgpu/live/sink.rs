@@ -4,6 +4,7 @@ use super::super::error::RenderError;
 use super::device_scene::{DeviceScene, look_like};
 use super::pages::Companion;
 use super::pending::{Base, Pending};
+use super::records::Stale;
 use super::scene::LiveScene;
 use super::store::line as encoded_line;
 use crate::mesh::{Batch, DrawnTiles, EdgeLine, MeshLists, MeshSink, Scene, SceneChanges, SinkError};
@@ -91,7 +92,7 @@ impl LiveScene {
                     let new = &self.shown.places[place];
                     moved |= old.transform != new.transform;
                     if !old.looks_like(new) {
-                        self.records.stale_place(place);
+                        self.records.stale(Stale::Place(place as u32));
                         edges_changed = true;
                     }
                 }
@@ -102,7 +103,7 @@ impl LiveScene {
         }
         for (part, tile, new) in tiles {
             old_tiles.extend(put(&mut self.shown.parts[part as usize].tiles, tile.0, new));
-            self.records.stale(part, tile.0);
+            self.records.stale(Stale::Tile(part, tile.0));
         }
         for (part, edge, new) in lines {
             put(&mut self.shown.parts[part as usize].lines, edge.0, new);
