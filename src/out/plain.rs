@@ -31,16 +31,20 @@ impl Run<'_> {
         mut write: impl FnMut(&BatchView<'_>, &[P], &mut dyn Iterator<Item = [u32; 3]>),
     ) -> Result<RoundingCount, BeyondSingle> {
         let arithmetic = Arithmetic::of(&self.instance.transform);
-        let placed = |point| {
-            let (rounded, moved) = round(self.placement.position(point))?;
-            Ok((rounded, moved + arithmetic.moved(point)))
-        };
-        RoundingCount::of(self.call, self.batches, placed, |batch, rounded| {
+        let (mut count, mut rounded) = (RoundingCount::default(), Vec::new());
+        for batch in self.batches {
+            rounded.clear();
+            for &point in self.call.while_wanted(batch.mesh.positions.iter()) {
+                let (position, moved) = round(self.placement.position(point))?;
+                count.point(point, moved + arithmetic.moved(point));
+                rounded.push(position);
+            }
             let mut kept = 0;
-            let triangles = self.call.while_wanted(distinct(&batch.mesh, rounded)).inspect(|_| kept += 1);
-            write(batch, rounded, &mut triangles.map(|corners| self.placement.winding(corners)));
-            kept
-        })
+            let triangles = self.call.while_wanted(distinct(&batch.mesh, &rounded)).inspect(|_| kept += 1);
+            write(batch, &rounded, &mut triangles.map(|corners| self.placement.winding(corners)));
+            count.triangles(batch.face, batch.mesh.triangles.len(), kept);
+        }
+        Ok(count)
     }
 }
 

@@ -8,11 +8,13 @@ use super::glb_options::GlbOptions;
 #[cfg(feature = "glb")]
 use super::node_place::NodePlace;
 use super::placed::Placement;
+#[cfg(feature = "glb")]
 use super::single::BeyondSingle;
+#[cfg(feature = "glb")]
 use crate::control::Call;
 #[cfg(feature = "glb")]
 use crate::mesh::FrameView;
-use crate::mesh::{BatchView, SceneInstance};
+use crate::mesh::SceneInstance;
 use crate::model::FaceId;
 use glam::DVec3;
 
@@ -110,28 +112,6 @@ impl Rounding {
 }
 
 impl RoundingCount {
-    /// Rounds all points by `round`, which returns the rounded point and the distance. `kept` tells how many triangles
-    /// of a batch have corners that stay apart. Means nothing once cancelled.
-    pub(super) fn of<P: PartialEq>(
-        call: Call<'_>,
-        batches: &[&BatchView<'_>],
-        round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle>,
-        mut kept: impl FnMut(&BatchView<'_>, &[P]) -> usize,
-    ) -> Result<Self, BeyondSingle> {
-        let mut count = Self::default();
-        let mut rounded = Vec::new();
-        for batch in batches {
-            rounded.clear();
-            for &point in call.while_wanted(batch.mesh.positions.iter()) {
-                let (position, moved) = round(point)?;
-                count.point(point, moved);
-                rounded.push(position);
-            }
-            count.triangles(batch.face, batch.mesh.triangles.len(), kept(batch, &rounded));
-        }
-        Ok(count)
-    }
-
     /// Counts a point that is moved so far.
     pub(super) fn point(&mut self, point: DVec3, moved: f64) {
         if moved > self.moved {
