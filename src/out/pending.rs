@@ -61,13 +61,12 @@ pub fn target_of(path: &Path) -> PathBuf {
     }
 }
 
-/// A file under a temporary name in the folder of its final path. Removed if dropped before [`PendingFile::publish`].
+/// A file under a temporary name in the folder of its final path. Removed if dropped before it is published.
 #[derive(Debug)]
 struct PendingFile {
     path: PathBuf,
     /// `None` for devices and pipes, which are written in place.
     temporary: Option<PathBuf>,
-    writer: Option<BufWriter<File>>,
 }
 
 /// Writes a file atomically: runs `write` on a temporary file, then renames it to `path`.
@@ -77,7 +76,9 @@ struct PendingFile {
 /// # Errors
 /// Errors of `write`, and failures to create, write or rename the file. No temporary file is left behind.
 pub fn write_whole(path: &Path, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> Result<(), SinkError> {
-    PendingFile::create(path)?.publish(|file| write(file))
+    let mut outputs = Outputs::default();
+    outputs.write(path, write)?;
+    outputs.publish()
 }
 
 /// The error of a file that could not be written.
@@ -103,10 +104,14 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<PathBuf, SinkError> {
-        let mut file = PendingFile::create(path)?;
-        file.fill(|writer| write(writer))?;
-        let place = file.temporary.as_ref().unwrap_or(&file.path).clone();
-        self.files.push(file);
+        let (pending, file) = PendingFile::create(path)?;
+        let mut writer = BufWriter::with_capacity(BUFFER_BYTES, file);
+        let written = write(&mut writer).and_then(|()| writer.flush());
+        // Some systems cannot rename or remove open files.
+        drop(writer);
+        written.map_err(|cause| cannot_write(&pending.path, cause))?;
+        let place = pending.temporary.as_ref().unwrap_or(&pending.path).clone();
+        self.files.push(pending);
         Ok(place)
     }
 
@@ -221,7 +226,8 @@ fn short(name: &OsStr, serial: u32) -> OsString {
 }
 
 impl PendingFile {
-    fn create(path: &Path) -> Result<Self, SinkError> {
+    /// Creates it, or opens the device or pipe.
+    fn create(path: &Path) -> Result<(Self, File), SinkError> {
         let fail = |cause| SinkError::new(format!("cannot create {}", path.display()), cause);
         // Keep a link and replace its target.
         let path = target_of(path);
@@ -232,8 +238,7 @@ impl PendingFile {
         };
         if known.as_ref().is_some_and(|known| !known.is_file()) {
             let file = OpenOptions::new().write(true).open(&path).map_err(fail)?;
-            let writer = Some(BufWriter::with_capacity(BUFFER_BYTES, file));
-            return Ok(Self { path, temporary: None, writer });
+            return Ok((Self { path, temporary: None }, file));
         }
         let mut temporaries = temporaries();
         let create = |temporary: &Path| OpenOptions::new().write(true).create_new(true).open(temporary);
@@ -244,29 +249,12 @@ impl PendingFile {
             // Before there is content. Some file systems have no modes.
             let _ = fs::set_permissions(&temporary, known.permissions());
         }
-        let writer = Some(BufWriter::with_capacity(BUFFER_BYTES, file));
-        Ok(Self { path, temporary: Some(temporary), writer })
-    }
-
-    /// Runs `write` on the file and closes it.
-    fn fill(&mut self, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), SinkError> {
-        let Some(mut writer) = self.writer.take() else { return Ok(()) };
-        let result = write(&mut writer).and_then(|()| writer.flush());
-        // Some systems cannot rename open files.
-        drop(writer);
-        result.map_err(|cause| cannot_write(&self.path, cause))
-    }
-
-    /// Runs `write` on the file, then renames it to its final path, replacing any file there.
-    fn publish(mut self, write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>) -> Result<(), SinkError> {
-        self.fill(write)?;
-        Outputs { files: vec![self] }.publish()
+        Ok((Self { path, temporary: Some(temporary) }, file))
     }
 }
 
 impl Drop for PendingFile {
     fn drop(&mut self) {
-        drop(self.writer.take());
         if let Some(temporary) = &self.temporary {
             let mut known = temporaries();
             if let Some(at) = known.iter().position(|path| path == temporary) {
