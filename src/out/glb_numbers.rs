@@ -23,6 +23,7 @@ pub(super) struct Group<'a> {
 }
 
 /// The numbers of one primitive, each kind in pieces.
+#[derive(Default)]
 pub(super) struct Numbers {
     pub(super) vertices: usize,
     pub(super) corners: usize,
@@ -38,21 +39,6 @@ pub(super) struct Numbers {
     pub(super) normals: Vec<Vec<u8>>,
     pub(super) ids: Vec<Vec<u8>>,
     pub(super) indices: Vec<Vec<u8>>,
-}
-
-impl Numbers {
-    const NONE: Self = Self {
-        vertices: 0,
-        corners: 0,
-        features: 0,
-        short_ids: false,
-        short_indices: false,
-        bounds: [Vec3::INFINITY, Vec3::NEG_INFINITY],
-        positions: Vec::new(),
-        normals: Vec::new(),
-        ids: Vec::new(),
-        indices: Vec::new(),
-    };
 }
 
 /// Rounds the vertices of groups, and leaves out triangles and segments whose corners coincide then. Returns the
@@ -72,8 +58,7 @@ pub(super) fn numbers(
         runs.extend(faces.map(|faces| (k, Run { group, faces, edges: &[] })));
         runs.extend(edges.map(|edges| (k, Run { group, faces: &[], edges })));
     }
-    let mut out: Vec<(Numbers, RoundingCount)> =
-        groups.iter().map(|_| (Numbers::NONE, RoundingCount::default())).collect();
+    let mut out: Vec<(Numbers, RoundingCount)> = groups.iter().map(|_| Default::default()).collect();
     let call = making.call;
     let made = call.each(1, runs, |(k, run)| {
         let piece = if call.is_cancelled() { Piece::with_room([0; 2], 0) } else { run.piece(call, options)? };
@@ -88,7 +73,7 @@ pub(super) fn numbers(
     for made in made {
         let (k, mut piece) = made?;
         let (numbers, count) = &mut out[k];
-        let [low, high] = numbers.bounds;
+        let [low, high] = if numbers.vertices > 0 { numbers.bounds } else { NOWHERE };
         numbers.bounds = [low.min(piece.bounds[0]), high.max(piece.bounds[1])];
         features[k].extend(piece.features.iter().map(|&(feature, _)| feature));
         numbers.positions.push(std::mem::take(&mut piece.positions));
@@ -170,6 +155,9 @@ impl Run<'_> {
     }
 }
 
+/// The box around no positions.
+const NOWHERE: [Vec3; 2] = [Vec3::INFINITY, Vec3::NEG_INFINITY];
+
 /// The numbers of a run, with indices from its own first vertex on.
 struct Piece {
     vertices: usize,
@@ -187,7 +175,7 @@ impl Piece {
     fn with_room([normals, vertices]: [usize; 2], corners: usize) -> Self {
         Self {
             vertices: 0,
-            bounds: Numbers::NONE.bounds,
+            bounds: NOWHERE,
             positions: Vec::with_capacity(vertices * size_of::<Vec3>()),
             normals: Vec::with_capacity(normals * size_of::<Vec3>()),
             features: Vec::new(),
