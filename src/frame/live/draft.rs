@@ -276,9 +276,8 @@ impl PlanDraft {
 
     /// The finished plan, and what changed.
     pub(super) fn finish(self, changed: &mut ChangedRows) -> (Arc<Plan>, PlanChanges) {
-        let ChangedRows { tiles, lattices, edges } = changed;
-        let (tiles, lattices) = (tiles.take(TileId::new), lattices.take(TileId::new));
-        (self.page, PlanChanges { tiles, lattices, edges: edges.take(RowId::new), ..self.changes })
+        let ChangedRows { tiles, edges } = changed;
+        (self.page, PlanChanges { tiles: tiles.take(TileId::new), edges: edges.take(RowId::new), ..self.changes })
     }
 }
 
@@ -286,7 +285,6 @@ impl PlanDraft {
 #[derive(Default)]
 pub(super) struct ChangedRows {
     pub(super) tiles: RowSet,
-    pub(super) lattices: RowSet,
     pub(super) edges: RowSet,
 }
 

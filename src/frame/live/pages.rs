@@ -15,8 +15,6 @@ pub struct PlanChanges {
     pub tiles: Vec<(PartId, TileId)>,
     /// Edges whose tessellants changed, as rows of `PreparedPart::edges`. Ascending.
     pub edges: Vec<(PartId, RowId)>,
-    /// Tiles whose lattice changed, a subset of `tiles`. Ascending.
-    pub lattices: Vec<(PartId, TileId)>,
     /// Parts that have a plan for the first time, because a view shows them. Ascending.
     pub parts: Vec<PartId>,
     /// Number of tiles whose change of level waits because the budget was spent.

@@ -429,7 +429,6 @@ impl Planner {
                 rates.set_cells(t, cells);
                 let old = std::mem::replace(&mut page.parts[p].tiles[t], made);
                 pages.new.lattices.push((p, t, [again, old]));
-                changed.lattices.add(p, t);
                 changed.tiles.add(p, t);
             }
             undo.set_tile((rates, limited), (wanted, *term), new.kept);
