@@ -280,14 +280,6 @@ def test_matrices_of_no_camera_are_refused(matrix, keywords):
         trimtess.View.from_matrix(matrix, (320, 200), **keywords)
 
 
-@pytest.fixture
-def interruptible():
-    """SIGINT raises KeyboardInterrupt, which it does not in what a shell runs in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 def test_ctrl_c_cancels_a_frame_and_the_session_goes_on(large, interruptible):
     session = large.session(workers=1)
     view = large.view(size=(8192, 8192), deviation_px=1e-4)
