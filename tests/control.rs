@@ -155,41 +155,50 @@ fn a_cancelled_frame_touches_no_sink() {
     }
 }
 
-/// Cancels while it takes a batch.
+/// Cancels in one of its calls, or refuses it.
 #[derive(Default)]
 struct Canceller {
     control: Control,
-    after: usize,
+    refuses: bool,
+    /// Number of the call, from 1; 0 is `begin`.
+    at: usize,
     batches: usize,
     lines: usize,
     aborts: usize,
     ends: usize,
 }
 
+impl Canceller {
+    fn call(&mut self) -> Result<(), SinkError> {
+        match self.at == self.batches + self.lines + self.ends {
+            true if self.refuses => Err(SinkError::new("disk", std::io::Error::other("full"))),
+            true => {
+                self.control.cancel();
+                Ok(())
+            }
+            false => Ok(()),
+        }
+    }
+}
+
 impl MeshSink for Canceller {
     fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
-        Ok(())
+        self.call()
     }
 
     fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
         self.batches += 1;
-        if self.batches == self.after {
-            self.control.cancel();
-        }
-        Ok(())
+        self.call()
     }
 
     fn edge_line(&mut self, _: EdgeLine) -> Result<(), SinkError> {
         self.lines += 1;
-        if self.batches + self.lines == self.after {
-            self.control.cancel();
-        }
-        Ok(())
+        self.call()
     }
 
     fn end(&mut self) -> Result<(), SinkError> {
         self.ends += 1;
-        Ok(())
+        self.call()
     }
 
     fn abort(&mut self) {
@@ -198,24 +207,30 @@ impl MeshSink for Canceller {
 }
 
 #[test]
-fn a_frame_that_is_cancelled_in_its_commit_is_aborted_after_the_batch_or_line_in_hand() {
+fn a_frame_that_is_cancelled_or_refused_in_its_commit_is_aborted_after_the_call_in_hand() {
     let (prepared, plan) = planned();
     let mut all = MemorySink::default();
     tessellate_on(&Alone, &prepared, &plan, true, &Control::default(), &mut all).unwrap();
     let (batches, lines) = (all.batches.len(), all.edge_lines.len());
+    let all = batches + lines;
+    let cancelled = [1, 7, batches, batches + 1, all].map(|at| (at, false));
+    let refused = [0, 1, 7, batches, batches + 1, all, all + 1].map(|at| (at, true));
     let mut session = Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_workers(2)).unwrap();
-    for after in [1, 7, batches, batches + 1, batches + lines] {
-        let sent = (after.min(batches), after.saturating_sub(batches));
-        let mut once = Canceller { after, ..Canceller::default() };
-        let control = once.control.clone();
-        let ended = tessellate_on(&Alone, &prepared, &plan, true, &control, &mut once);
-        assert!(matches!(ended, Err(FrameError::Cancelled)), "{after}");
-        assert_eq!(((once.batches, once.lines), once.aborts, once.ends), (sent, 1, 0));
-        let mut sink = Canceller { after, ..Canceller::default() };
-        let control = sink.control.clone();
-        let ended = session.frame_controlled(Arc::clone(&plan), &control, &mut sink);
-        assert!(matches!(ended, Err(FrameError::Cancelled)), "{after}");
-        assert_eq!(((sink.batches, sink.lines), sink.aborts, sink.ends), (sent, 1, 0));
+    for (at, refuses) in cancelled.into_iter().chain(refused) {
+        let sent = (at.min(batches), at.saturating_sub(batches).min(lines));
+        for in_session in [false, true] {
+            let mut sink = Canceller { at, refuses, ..Canceller::default() };
+            let control = sink.control.clone();
+            let ended = if in_session {
+                session.frame_controlled(Arc::clone(&plan), &control, &mut sink)
+            } else {
+                tessellate_on(&Alone, &prepared, &plan, true, &control, &mut sink)
+            };
+            let why = ended.unwrap_err().to_string();
+            assert_eq!(why, if refuses { "disk: full".to_owned() } else { FrameError::Cancelled.to_string() }, "{at}");
+            let ends = usize::from(at > all);
+            assert_eq!(((sink.batches, sink.lines), sink.aborts, sink.ends), (sent, 1, ends));
+        }
     }
     let mut whole = MemorySink::default();
     let report = session.frame(plan, &mut whole).unwrap();

@@ -10,9 +10,13 @@ use trimtess::audit::{DeviationReport, deviation};
 use trimtess::frame::internals::evaluate::evaluate_points;
 use trimtess::frame::internals::{Scratch, tessellate_tile};
 use trimtess::frame::{self, Degradation, Plan, PlanLimits, Rung, Tolerance};
-use trimtess::mesh::{Batch, MemorySink, MeshLists, Origin, check_part, check_scene};
-use trimtess::model::{Frame3, Loop, ModelBuilder, PartBuilder, PartId, ShellKind, Surface, TileId, shapes};
+use trimtess::mesh::{MemorySink, MeshLists, Origin, check_scene};
+use trimtess::model::{
+    EdgeId, FaceId, Frame3, Loop, ModelBuilder, PartBuilder, PartId, RowId, ShellKind, Surface, SurfaceKind, TileId,
+    shapes,
+};
 use trimtess::parallel::internals::{Load, deal, loads};
+use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 const CHORD: Tolerance = Tolerance { chord: 0.1, angle: 1.5, max_edge: None };
@@ -183,28 +187,55 @@ fn a_tile_whose_boundary_cancels_is_empty() {
     assert_eq!(tile(&prepared), (Rung::NoArea, Some(Degradation::Empty)));
 }
 
-/// The batch that replaces a tile whose work panicked joins its neighbours.
 #[test]
-fn a_tile_filled_from_its_edges_alone_closes_its_part() {
-    for name in ["box", "cylinder", "cone", "sphere", "torus"] {
+fn a_panic_costs_the_inside_of_its_tile_or_a_line_and_neither_frame_nor_session() {
+    let options = SessionOptions::DEFAULT.with_workers(3);
+    let frames = |broken: Prepared, plan: &Plan| {
+        let mut session = Session::start(Arc::new(broken), &options).unwrap();
+        [0, 1].map(|_| {
+            let mut sink = MemorySink::default();
+            let report = session.frame(plan.clone(), &mut sink).unwrap();
+            (sink, report)
+        })
+    };
+    for name in ["cylinder", "cone", "sphere", "torus"] {
         let prepared = shape(name);
         let plan = frame::plan(&prepared, &CHORD);
-        let (part, mut scratch) = (PartId(0), Scratch::default());
-        let tiles = prepared.parts[0].tiles.len() as u32;
-        for filled in (0..tiles).map(TileId) {
-            let make = |tile: TileId| {
-                let outcome = if tile == filled {
-                    frame::internals::fill_tile(&prepared, &plan, part, tile, "a test".to_owned())
-                } else {
-                    tessellate_tile(&prepared, &plan, (part, tile), MeshLists::ALL, &mut scratch)
-                };
-                let face = outcome.face;
-                Batch { part, face, tile, worker: 0, mesh: outcome.mesh }
-            };
-            let batches: Vec<Batch> = (0..tiles).map(TileId).map(make).collect();
-            let facts = check_part(&batches);
-            assert!(facts.is_closed(), "{name}, tile {}: {facts}", filled.0);
+        let sound = mesh(&prepared, &plan);
+        // Tiles of planes are made of their edges alone.
+        let is_curved = |&face: &usize| prepared.parts[0].faces[face].kind != SurfaceKind::Plane;
+        for face in (0..prepared.parts[0].faces.len()).filter(is_curved) {
+            // Half of the surface is missing: the boundaries of its tiles are filled, and join their neighbours.
+            let mut broken = Prepared::clone(&prepared);
+            let patches = Arc::make_mut(&mut Arc::make_mut(&mut broken.parts[0]).faces[face].patches);
+            patches.control.truncate(patches.control.len() / 2);
+            for (sink, report) in frames(broken, &plan) {
+                assert!(check_scene(&sink).total.is_closed(), "{name}, face {face}");
+                assert!(!report.degraded.is_empty() && report.lost_lines.is_empty(), "{name}, face {face}");
+                for tile in &report.degraded {
+                    let Degradation::Filled(why) = &tile.degradation else { panic!("{name}: {tile:?}") };
+                    assert!(tile.face == FaceId::new(face) && why.starts_with("internal error: "), "{name}: {why}");
+                }
+                for (made, sound) in sink.batches.iter().zip(&sound.batches) {
+                    let is_filled = report.degraded.iter().any(|tile| tile.tile == made.tile);
+                    assert!(is_filled || made.mesh == sound.mesh, "{name}, face {face}");
+                }
+            }
         }
+    }
+    // A tile whose edges are missing too is lost; an edge without ends has no polyline.
+    let prepared = shape("box");
+    let mut broken = Prepared::clone(&prepared);
+    let part = Arc::make_mut(&mut broken.parts[0]);
+    part.tiles[2].loops[0][0].edge = RowId(99);
+    part.edges[0].breaks.clear();
+    for (sink, report) in frames(broken, &frame::plan(&prepared, &CHORD)) {
+        assert_eq!((report.ladder.count(Rung::Lost), sink.batches.len(), sink.edge_lines.len()), (1, 5, 11));
+        let [lost] = &report.lost_lines[..] else { panic!("{:?}", report.lost_lines) };
+        assert!(lost.edge == EdgeId(0) && lost.why.starts_with("internal error: "), "{lost:?}");
+        let [lost] = &report.degraded[..] else { panic!("{:?}", report.degraded) };
+        let Degradation::Failed(why) = &lost.degradation else { panic!("{lost:?}") };
+        assert!(lost.tile == TileId(2) && why.starts_with("internal error: "), "{lost:?}");
     }
 }
 

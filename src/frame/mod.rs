@@ -41,7 +41,7 @@ pub mod internals {
     pub(crate) use super::plan::output::free;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
     pub use super::plan::rows::PlanRows;
-    pub use super::tile::fill::fill_tile;
+    pub(crate) use super::tile::fill::fill_tile;
     pub use super::tile::job::tessellate_tile;
     pub use super::tile::outcome::TileOutcome;
     pub use super::tile::record::{TileRecord, record_tile};

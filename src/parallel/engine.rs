@@ -11,18 +11,15 @@ use super::options::SessionOptions;
 use super::owners::{Owners, hands, workers_on};
 use super::residency::{Due, Residency};
 use super::seats::Seat;
-use super::worker::{Order, Stages};
+use super::worker::Order;
 use super::writer::Writer;
 use crate::control::{Call, Control, Jobs, map, width};
 use crate::frame::Plan;
-use crate::frame::internals::{
-    Levels, PlacedInstances, Planner, Scratch, TileOutcome, edge_line, fill_tile, free, tessellate_tile,
-};
+use crate::frame::internals::{Levels, PlacedInstances, Planner, free};
 use crate::mesh::{
-    Batch, EdgeLine, MeshLists, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, TileMemory, TileMesh,
-    VertexLayout, successors,
+    Batch, MeshLists, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, TileMemory, VertexLayout, successors,
 };
-use crate::model::{EdgeId, PartId, TileId};
+use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use crate::view::View;
 use glam::DAffine3;
@@ -30,37 +27,6 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Duration;
-
-impl Stages for Prepared {
-    type Plan = Plan;
-    type Scratch = Scratch;
-
-    fn reuse(scratch: &mut Scratch, mesh: TileMesh) {
-        scratch.reuse(mesh);
-    }
-
-    fn tile(
-        &self,
-        plan: &Plan,
-        (part, tile): (PartId, TileId),
-        lists: MeshLists,
-        scratch: &mut Scratch,
-    ) -> TileOutcome {
-        tessellate_tile(self, plan, (part, tile), lists, scratch)
-    }
-
-    fn chord(plan: &Plan, part: PartId, tile: TileId) -> f64 {
-        plan.parts[part.index()].tiles[tile.0 as usize].chord
-    }
-
-    fn fill(&self, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
-        fill_tile(self, plan, part, tile, why)
-    }
-
-    fn edge_line(&self, plan: &Plan, part: PartId, edge: EdgeId) -> EdgeLine {
-        edge_line(self, plan, part, edge)
-    }
-}
 
 /// Workers, and the state between frames.
 pub(super) struct Engine {
@@ -70,7 +36,7 @@ pub(super) struct Engine {
     levels: Levels,
     /// As the frame in progress places them, with the LODs that it selects.
     pub(super) placed: PlacedInstances,
-    crew: Crew<Prepared>,
+    crew: Crew,
     owners: Owners,
     options: SessionOptions,
     /// Writes tiles into the memory of the sink, if it wants that.
@@ -184,7 +150,7 @@ impl Engine {
         let Some((prepared, parts)) = self.levels.grown(&self.prepared) else { return };
         self.prepared = prepared;
         self.placed.add_parts(&self.prepared);
-        self.crew.set_stages(&self.prepared);
+        self.crew.set_prepared(&self.prepared);
         parts.into_iter().for_each(|part| self.owners.add_level(part));
         if let Some(writer) = &mut self.writer {
             Arc::make_mut(writer).set_prepared(&self.prepared);
@@ -444,7 +410,7 @@ fn free_batches(jobs: &dyn Jobs, lists: &mut Vec<Vec<Batch>>) {
 
 /// Makes a whole frame of the parts of `scene`, which are the first ones of `prepared`, and feeds it to the sink.
 pub(super) fn whole_frame(
-    (crew, rows): (&mut Crew<Prepared>, &mut Rows),
+    (crew, rows): (&mut Crew, &mut Rows),
     (jobs, prepared, writer): (&dyn Jobs, &Prepared, Option<&Arc<Writer>>),
     plan: &Arc<Plan>,
     (scene, control): (&Scene, &Control),

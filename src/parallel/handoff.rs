@@ -26,7 +26,7 @@ impl Hand {
 }
 
 /// What workers tell the caller of a frame, and hear from it, between tiles.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub(super) struct Watch {
     control: Control,
     /// Tiles made by all workers, if that is reported.

@@ -4,47 +4,19 @@
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, MadeTile, Watch};
 use super::metrics::{Laps, Processor};
 use super::writer::{Rooms, Writer};
-use crate::frame::Rung;
-use crate::frame::internals::TileOutcome;
-use crate::mesh::{Batch, EdgeLine, MeshLists, NotWritten, SinkError, TileMesh, WrittenTile};
-use crate::model::{EdgeId, PartId, TileId};
+use crate::frame::internals::{Scratch, TileOutcome, edge_line, fill_tile, tessellate_tile};
+use crate::frame::{Plan, Rung};
+use crate::mesh::{Batch, MeshLists, NotWritten, SinkError, TileMesh, WrittenTile};
+use crate::model::{PartId, TileId};
+use crate::prepare::Prepared;
 use crate::prepare::internals::panic_message;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-/// The stages that a worker runs. Implemented by [`Prepared`](crate::prepare::Prepared), and by fakes in tests.
-pub(super) trait Stages: Send + Sync + 'static {
-    /// What the master broadcasts.
-    type Plan: Send + Sync + 'static;
-    /// Work space of a thread. Does not affect results.
-    type Scratch: Default + Send + 'static;
-
-    /// Gives the room of a tile's mesh to the next one.
-    fn reuse(scratch: &mut Self::Scratch, mesh: TileMesh);
-
-    /// Makes one tile, with these lists.
-    fn tile(
-        &self,
-        plan: &Self::Plan,
-        tile: (PartId, TileId),
-        lists: MeshLists,
-        scratch: &mut Self::Scratch,
-    ) -> TileOutcome;
-
-    /// The chord tolerance of a tile, millimetres.
-    fn chord(plan: &Self::Plan, part: PartId, tile: TileId) -> f64;
-
-    /// Fills one tile's boundary, after making it failed for the reason `why`.
-    fn fill(&self, plan: &Self::Plan, part: PartId, tile: TileId, why: String) -> TileOutcome;
-
-    /// Makes one edge's polyline.
-    fn edge_line(&self, plan: &Self::Plan, part: PartId, edge: EdgeId) -> EdgeLine;
-}
-
 /// What all workers are told about a frame.
-pub(super) struct Order<P> {
-    pub(super) plan: Arc<P>,
+pub(super) struct Order {
+    pub(super) plan: Arc<Plan>,
     pub(super) watch: Watch,
     /// Where triangles go, if not into batches.
     pub(super) writer: Option<Arc<Writer>>,
@@ -53,14 +25,14 @@ pub(super) struct Order<P> {
 }
 
 /// A worker at work, in the scratch of the thread that it runs on.
-pub(super) struct Worker<'a, S: Stages> {
+pub(super) struct Worker<'a> {
     /// Its place among the workers.
     pub(super) number: u32,
-    pub(super) stages: &'a S,
-    pub(super) scratch: &'a mut S::Scratch,
+    pub(super) prepared: &'a Prepared,
+    pub(super) scratch: &'a mut Scratch,
 }
 
-impl<S: Stages> Worker<'_, S> {
+impl Worker<'_> {
     /// Makes the tiles and edges of a hand in the first `parts` parts, in ascending order. `timed`: whether to measure
     /// each tile.
     ///
@@ -71,7 +43,7 @@ impl<S: Stages> Worker<'_, S> {
     /// `list`: of the tiles that it wrote last, for its room.
     pub(super) fn make(
         &mut self,
-        order: &Order<S::Plan>,
+        order: &Order,
         (hand, parts): (&Hand, usize),
         timed: bool,
         list: Vec<WrittenTile>,
@@ -93,18 +65,19 @@ impl<S: Stages> Worker<'_, S> {
             }
             let _span = tracing::trace_span!("tile", part = part.0, tile = tile.0, face = face.0).entered();
             let clock = timed.then(Laps::start);
-            let (stages, scratch) = (self.stages, &mut *self.scratch);
-            let outcome = catch_unwind(AssertUnwindSafe(|| stages.tile(plan, (part, tile), *lists, scratch)));
+            let (prepared, scratch) = (self.prepared, &mut *self.scratch);
+            let make = || tessellate_tile(prepared, plan, (part, tile), *lists, scratch);
+            let outcome = catch_unwind(AssertUnwindSafe(make));
             let outcome = outcome.unwrap_or_else(|payload| {
                 // The scratch may be half written, so the next tile gets a new one.
-                *self.scratch = S::Scratch::default();
+                *self.scratch = Scratch::default();
                 let why = format!("internal error: {}", panic_message(&*payload));
-                let fill = || self.stages.fill(plan, part, tile, why.clone());
+                let fill = || fill_tile(prepared, plan, part, tile, why.clone());
                 catch_unwind(AssertUnwindSafe(fill)).unwrap_or_else(|_| TileOutcome::lost(face, why))
             });
             let triangles = outcome.mesh.triangles.len() as u32;
             if let Some(writer) = writer {
-                let chord = S::chord(plan, part, tile);
+                let chord = plan.parts[part.index()].tiles[tile.0 as usize].chord;
                 if !self.write(writer, (part, tile), &outcome, chord, &mut delivery) {
                     return delivery;
                 }
@@ -114,7 +87,7 @@ impl<S: Stages> Worker<'_, S> {
                 delivery.note().bare.push((part, face));
             }
             if writer.is_some() {
-                S::reuse(self.scratch, mesh);
+                self.scratch.reuse(mesh);
             } else {
                 // A sink may keep it for long.
                 mesh.shrink_to_fit();
@@ -131,7 +104,7 @@ impl<S: Stages> Worker<'_, S> {
             if watch.is_cancelled() {
                 return delivery;
             }
-            match catch_unwind(AssertUnwindSafe(|| self.stages.edge_line(plan, part, edge))) {
+            match catch_unwind(AssertUnwindSafe(|| edge_line(self.prepared, plan, part, edge))) {
                 Ok(line) => delivery.note().lines.push(line),
                 Err(payload) => {
                     let why = format!("internal error: {}", panic_message(&*payload));

@@ -19,7 +19,7 @@ use glam::{DVec2, DVec3, Vec2};
 ///
 /// Uses only the points of edges. Normals are averaged from the triangles, parameters are zero.
 #[must_use]
-pub fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
+pub(crate) fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
     let (rows, plan) = (&prepared.parts[part.index()], &plan.parts[part.index()]);
     let tile = &rows.tiles[tile.0 as usize];
     let reversed = rows.face_of(tile).reversed;
