@@ -80,7 +80,8 @@ impl DiagramArgs {
             return usage(format!("--tile {}: the face has {} tiles, numbered from 0", self.tile, row.tiles.len()));
         };
         let tolerance = self.tolerance.resolve(prepared.diagonal);
-        let plan = common.limits.accept(plan_within(prepared, &tolerance, &common.limits.plan()))?;
+        let plan = plan_within(prepared, &tolerance, &common.limits.plan());
+        common.limits.check(plan.shortfall.as_ref())?;
         let record = record_tile(prepared, &plan, PartId::new(part), TileId(id));
         let (nu, nv) = record.lattice.cells();
         if let Some([i, j]) = self.cell

@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use crate::report::Report;
-use trimtess::frame::{Plan, PlanLimits, PlannerOptions, Shortfall};
+use trimtess::frame::{PlanLimits, PlannerOptions, Shortfall};
 use trimtess::import::step::StepOptions;
 use trimtess::parallel::SessionOptions;
 use trimtess::prepare::{PrepareError, PrepareLimits, PrepareOptions};
@@ -74,11 +74,6 @@ impl LimitArgs {
     /// Options of a session with these limits of the mesh.
     pub(crate) fn session(&self) -> SessionOptions {
         SessionOptions::DEFAULT.with_planner(PlannerOptions::DEFAULT.with_limits(self.plan()))
-    }
-
-    /// Returns the plan, or an error if the limits made it coarser without `--coarsen`.
-    pub(crate) fn accept(&self, plan: Plan) -> Result<Plan, Failure> {
-        self.check(plan.shortfall.as_ref()).map(|()| plan)
     }
 
     /// Fails if the limits made a plan coarser without `--coarsen`.

@@ -6,7 +6,6 @@ mod diagram;
 mod fills;
 mod info;
 mod input;
-mod laps;
 mod levels;
 mod limits;
 mod logging;
@@ -128,9 +127,7 @@ impl Command {
             Self::Bench(args) => args.input.as_ref(),
         }
     }
-}
 
-impl Command {
     /// The files that the command line names.
     fn files<'a>(&'a self, common: &'a Common) -> Named<'a> {
         let mut named = match self {

@@ -1,7 +1,7 @@
 //! Stages of long work -> a spinner on standard error if that is a terminal.
 
 use crate::Common;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
 use std::io::{IsTerminal, stderr};
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ impl Progress {
         if common.quiet || common.verbose > 0 || !stderr().is_terminal() {
             return Self(None);
         }
-        let bar = ProgressBar::new_spinner();
+        let bar = ProgressBar::new_spinner().with_finish(ProgressFinish::AndClear);
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
             bar.set_style(style);
         }
@@ -28,14 +28,6 @@ impl Progress {
         tracing::info!("{what}");
         if let Some(bar) = &self.0 {
             bar.set_message(what);
-        }
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.0 {
-            bar.finish_and_clear();
         }
     }
 }

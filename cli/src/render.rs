@@ -1,17 +1,17 @@
 //! `trimtess render`: a file to a picture within a screen-space error.
 
 use crate::input::{self, Input};
-use crate::laps::Laps;
 use crate::limits::unprepared;
 use crate::made::make;
 use crate::outputs::{Named, Outputs};
 use crate::picture::{PictureArgs, require_png};
 use crate::progress::Progress;
-use crate::report::Seconds;
+use crate::report::{Seconds, lap};
 use crate::tessellate::size;
 use crate::{Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Instant;
 use trimtess::control::{Control, Rayon};
 use trimtess::frame;
 use trimtess::mesh::MeshLists;
@@ -53,33 +53,33 @@ impl RenderArgs {
 pub(crate) fn run(args: &RenderArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     require_png(&args.output)?;
     let progress = Progress::start(common);
-    let mut laps = Laps::start();
+    let mut begun = Instant::now();
 
     // First, because it is quick and fails early.
     progress.stage("opening the graphics adapter");
     let renderer = Renderer::new().map_err(Failure::cannot)?;
-    let opened = laps.lap();
+    let opened = lap(&mut begun);
 
     progress.stage(format!("reading {}", args.input.name()));
     let model = args.input.read(&common.limits.step())?;
-    let read = laps.lap();
+    let read = lap(&mut begun);
 
     progress.stage("preparing");
     let prepared = Arc::new(prepare(model, &common.prepare()).map_err(unprepared)?);
-    let prepare = laps.lap();
+    let prepare = lap(&mut begun);
 
     progress.stage("tessellating");
     let camera = aim(args, common, &prepared)?;
     let view = args.picture.view(&camera, args.size);
     let plan = Arc::new(frame::plan_for_view_within(&prepared, &view, &common.limits.plan()));
     let (frame, mut report) = make(&prepared, &plan, (args.picture.edges, MeshLists::ALL), &common.limits)?;
-    let tessellate = laps.lap();
+    let tessellate = lap(&mut begun);
 
     progress.stage("drawing");
     let options = args.picture.options(camera, args.size, prepared.bounds);
     let image = renderer.render(&frame, &options).map_err(Failure::cannot)?;
     outputs.write(&args.output, |file| image.encode(file))?;
-    let write = opened + laps.lap();
+    let write = opened + lap(&mut begun);
     drop(progress);
     tracing::info!("drawn by {}", renderer.adapter());
 
@@ -87,7 +87,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, outputs: &mut Outputs) -> 
     report.output = args.output.display().to_string();
     report.diagonal_mm = prepared.diagonal;
     report.workers = rayon::current_num_threads();
-    report.seconds = Seconds { read, prepare, tessellate, check: None, write, total: laps.total() };
+    report.seconds = Seconds { read, prepare, tessellate, check: None, write, total: 0.0 };
     report.publish(common, args.json, args.report.as_deref(), outputs)
 }
 

@@ -11,6 +11,7 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
+use std::time::Instant;
 use trimtess::audit::{DeviationReport, EconomyReport};
 use trimtess::frame::{Ladder, Rung};
 use trimtess::mesh::{FrameView, MemorySink, Scene, SceneInstance};
@@ -24,7 +25,7 @@ const COARSER: &str = "plan-coarser";
 /// Maximum number of diagnostics printed to standard error without `-v`. The rest is only counted.
 const PRINTED: usize = 12;
 
-/// Seconds per stage, from where the command begins its work. The stages sum to `total`.
+/// Seconds per stage, from where the command begins its work.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Seconds {
     pub(crate) read: f64,
@@ -33,7 +34,14 @@ pub(crate) struct Seconds {
     /// `None` without `--check`.
     pub(crate) check: Option<f64>,
     pub(crate) write: f64,
+    /// Their sum, which [`Report::publish`] sets.
     pub(crate) total: f64,
+}
+
+/// Ends a stage: its seconds since `begun`, when the next one begins.
+pub(crate) fn lap(begun: &mut Instant) -> f64 {
+    let before = std::mem::replace(begun, Instant::now());
+    (*begun - before).as_secs_f64()
 }
 
 /// A reported diagnostic.
@@ -194,6 +202,8 @@ impl Report {
         outputs: &mut Outputs,
     ) -> Result<Done, Failure> {
         self.peak_memory_bytes = peak_memory();
+        let Seconds { read, prepare, tessellate, check, write, .. } = self.seconds;
+        self.seconds.total = read + prepare + tessellate + check.unwrap_or(0.0) + write;
         // Worst first, otherwise in the order of arrival.
         self.diagnostics.sort_by_key(|entry| std::cmp::Reverse(entry.severity));
         let least = match (common.quiet, common.verbose) {

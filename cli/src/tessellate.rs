@@ -1,16 +1,17 @@
 //! `trimtess tessellate`: a CAD file to a mesh file within a chord and angle tolerance.
 
 use crate::input::{self, Input};
-use crate::laps::Laps;
 use crate::levels::{self, Level};
 use crate::limits::unprepared;
 use crate::made::check_mesh;
 use crate::outputs::{Named, Outputs};
 use crate::progress::Progress;
+use crate::report::{Seconds, lap};
 use crate::rounded;
 use crate::{Common, Done, Failure};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Instant;
 use trimtess::control::{Control, Rayon};
 use trimtess::frame::Tolerance;
 use trimtess::mesh::{FrameView, MeshLists};
@@ -148,18 +149,18 @@ pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
 pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let format = args.format()?;
     let progress = Progress::start(common);
-    let mut laps = Laps::start();
+    let mut begun = Instant::now();
 
     progress.stage(format!("reading {}", args.input.name()));
     let model = tracing::info_span!("read").in_scope(|| args.input.read(&common.limits.step()))?;
     let shells: Vec<Shells> = if args.check { model.parts.iter().map(Shells::of).collect() } else { Vec::new() };
-    let read = laps.lap();
+    let read = lap(&mut begun);
 
     progress.stage("preparing");
     let prepared = tracing::info_span!("prepare").in_scope(|| prepare(model, &common.prepare()));
     let prepared = Arc::new(prepared.map_err(unprepared)?);
     let tolerance = args.tolerance.resolve(prepared.diagonal);
-    let prepare = laps.lap();
+    let prepare = lap(&mut begun);
 
     progress.stage("tessellating");
     let lists =
@@ -171,7 +172,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
         }
         levels.push(Level::make(&prepared, &tolerance, number, lists, &common.limits)?);
     }
-    let tessellate = laps.lap();
+    let tessellate = lap(&mut begun);
 
     if args.check {
         progress.stage("checking");
@@ -179,7 +180,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
             check_mesh(&prepared, &shells, frame, tolerance.chord, report);
         }
     }
-    let mut check = laps.lap();
+    let mut check = lap(&mut begun);
 
     progress.stage(format!("writing {}", args.output.display()));
     if args.recenter {
@@ -200,7 +201,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
         rounded::unwritten(&failure, &args.output, (&levels[0].frame.scene, args.recenter), &prepared, &options)
     })?;
     levels.iter_mut().zip(&roundings).for_each(|(level, rounding)| rounded::tell(rounding, &mut level.report));
-    let write = laps.lap();
+    let write = lap(&mut begun);
     // Devices and pipes cannot be read back.
     if args.check && std::fs::metadata(&temporary).is_ok_and(|known| known.is_file()) {
         progress.stage("reading the file back");
@@ -211,7 +212,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
             }),
             Err(error) => levels[0].report.add_error(format!("the file cannot be read back: {error}")),
         }
-        check += laps.lap();
+        check += lap(&mut begun);
     }
     let Level { frame, mut report, .. } = levels.remove(0);
     (1..).zip(levels).for_each(|(number, level)| level.add_to(&mut report, number));
@@ -222,14 +223,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     report.chord_mm = Some(tolerance.chord);
     report.angle_deg = Some(args.tolerance.angle.min(90.0));
     report.workers = rayon::current_num_threads();
-    report.seconds = crate::report::Seconds {
-        read,
-        prepare,
-        tessellate,
-        check: args.check.then_some(check),
-        write,
-        total: laps.total(),
-    };
+    report.seconds = Seconds { read, prepare, tessellate, check: args.check.then_some(check), write, total: 0.0 };
     let done = report.publish(common, args.json, args.report.as_deref(), outputs);
     // The process is about to exit: dropping large structures would only delay it.
     std::mem::forget((prepared, frame));

@@ -37,7 +37,8 @@ pub(super) fn record(prepared: &Prepared, views: &[View], common: &Common) -> Re
     let mut frames = Vec::with_capacity(SAMPLED);
     let all: Vec<(PartId, TileId)> = prepared.tiles().map(|(part, tile, _)| (part, tile)).collect();
     for view in views.iter().step_by(stride) {
-        let plan = common.limits.accept(plan_for_view_within(prepared, view, &common.limits.plan()))?;
+        let plan = plan_for_view_within(prepared, view, &common.limits.plan());
+        common.limits.check(plan.shortfall.as_ref())?;
         frames.push(tiles(prepared, &plan, &all, &mut scratch));
     }
     Ok(Costs { tiles: loads(prepared), stride, frames })

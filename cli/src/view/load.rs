@@ -7,7 +7,6 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 use std::time::Instant;
-use trimtess::frame::Shortfall;
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -38,11 +37,6 @@ pub(super) struct Loading {
 impl Loader {
     pub(super) fn new(common: &Common) -> Self {
         Self { limits: common.limits.clone(), prepare: common.prepare(), threads: common.workers() }
-    }
-
-    /// Says what limits made coarser, unless the caller accepts that.
-    pub(super) fn check(&self, shortfall: Option<&Shortfall>) -> Result<(), String> {
-        self.limits.check(shortfall).map_err(|failure| failure.to_string())
     }
 
     /// Loads a file on this thread and its rayon pool.

@@ -31,18 +31,11 @@ pub(super) enum Action {
     Unpick,
 }
 
-/// View points of keys 1 to 7.
-const SIDES: [&str; 7] = ["front", "back", "left", "right", "top", "bottom", "iso"];
-
-/// Finds a view point in [`ViewPoint::NAMED`].
-fn side(name: &str) -> Option<ViewPoint> {
-    ViewPoint::NAMED.iter().find(|(known, _)| *known == name).map(|(_, point)| *point)
-}
-
 impl Looks {
-    /// The standard view points with their names and keys.
+    /// The standard view points with their names and keys, 1 to 7: "front" first, "iso" last.
     pub(super) fn sides() -> impl Iterator<Item = (&'static str, usize, ViewPoint)> {
-        SIDES.iter().enumerate().filter_map(|(index, name)| Some((*name, index + 1, side(name)?)))
+        let named = ViewPoint::NAMED.iter().cycle().skip(1).zip(1..=ViewPoint::NAMED.len());
+        named.map(|(&(name, from), key)| (name, key, from))
     }
 
     /// Fits the camera to a box.

@@ -13,30 +13,14 @@ pub(super) const WIDTH: f32 = 260.0;
 /// Costs of the last frame that changed something, by stage.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Costs {
-    pub(super) planned: Duration,
-    pub(super) made: Duration,
-    pub(super) committed: Duration,
+    pub(super) frame: FrameReport,
+    /// Bytes of its tiles.
+    pub(super) sent: u64,
     pub(super) drawn: Duration,
     /// Time between two pictures of the window.
     pub(super) between: Duration,
-    pub(super) tiles: usize,
-    /// Bytes of tiles.
-    pub(super) sent: u64,
-    /// Busy time of each worker.
-    pub(super) workers: Vec<Duration>,
     pub(super) drew: DrawStats,
     pub(super) held: DeviceMemory,
-}
-
-impl Costs {
-    /// Stores the costs of a frame. Frames that change nothing keep the previous costs.
-    pub(super) fn tell(&mut self, report: &FrameReport, sent: u64) {
-        if report.batches > 0 {
-            (self.planned, self.made, self.committed) = (report.planned_in, report.made_in, report.committed_in);
-            (self.tiles, self.sent) = (report.tiles, sent);
-            self.workers = report.workers.iter().map(WorkerMetrics::busy).collect();
-        }
-    }
 }
 
 /// Texts shown in the panel.
@@ -143,16 +127,17 @@ fn section(ui: &mut Ui, section: &mut Option<Cut>) {
 /// The table of a frame's costs.
 fn costs(costs: &Costs) -> Vec<(&'static str, String)> {
     let ms = |time: Duration| format!("{:.2} ms", 1e3 * time.as_secs_f64());
-    let busiest = costs.workers.iter().max().copied().unwrap_or_default();
-    let all: Duration = costs.workers.iter().sum();
-    let mean = all.checked_div(costs.workers.len() as u32).unwrap_or_default();
+    let FrameReport { planned_in, made_in, committed_in, tiles, workers, .. } = &costs.frame;
+    let busy = || workers.iter().map(WorkerMetrics::busy);
+    let busiest = busy().max().unwrap_or_default();
+    let mean = busy().sum::<Duration>().checked_div(workers.len() as u32).unwrap_or_default();
     let between = costs.between.as_secs_f64();
     vec![
-        ("plan", ms(costs.planned)),
-        ("tiles made", format!("{} in {}", costs.tiles, ms(costs.made))),
+        ("plan", ms(*planned_in)),
+        ("tiles made", format!("{tiles} in {}", ms(*made_in))),
         ("busiest worker", ms(busiest)),
         ("mean worker", ms(mean)),
-        ("commit", ms(costs.committed)),
+        ("commit", ms(*committed_in)),
         ("draws", format!("{} of {} tiles in {}", costs.drew.draws, costs.drew.tiles, ms(costs.drawn))),
         ("pictures", if between > 0.0 { format!("{:.0} / s", 1.0 / between) } else { "–".to_owned() }),
         ("triangles", thousands(costs.drew.triangles)),

@@ -345,12 +345,14 @@ impl Viewer {
         };
         if let Some(report) = report.map_err(failed)? {
             (model.shown, model.deferred) = (Some(view), report.deferred > 0);
-            self.told.costs.tell(&report, self.scene.uploaded());
-            if let Err(short) = self.loader.check(model.session.shortfall()) {
+            if report.batches > 0 {
+                (self.told.costs.frame, self.told.costs.sent) = (report, self.scene.uploaded());
+            }
+            if let Err(short) = self.loader.limits.check(model.session.shortfall()) {
                 if self.patient {
-                    return Err(short);
+                    return Err(short.to_string());
                 }
-                self.told.trouble = Some(short);
+                self.told.trouble = Some(short.to_string());
             }
         } else {
             model.underway = Some(view);
