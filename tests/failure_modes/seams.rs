@@ -436,9 +436,10 @@ fn a_ring_wound_past_its_start() {
 
 #[test]
 fn circles_around_a_ring_without_period_do_not_close() {
-    // Each ends one turn further than it starts, at the same point of space.
+    // Each ends one turn further than it starts, at the same point of space; or at the end of the surface it leaps back
+    // by a turn.
     let (major, minor) = (20.0, 5.0);
-    for (turns, start) in [(2.0, 0.5), (3.0, 0.5), (3.0, 3.0), (3.0, 5.0)] {
+    for (turns, start) in [(2.0, 0.5), (3.0, 0.5), (3.0, 3.0), (3.0, 5.0), (1.0 + 2.0 / TAU, 0.5)] {
         let (surface, _) = torus(major, minor).to_nurbs((0.0, turns * TAU), (0.0, TAU));
         let mut body = Body::sheet();
         let [low, high] = [-0.5_f64, 0.5].map(|v| {

@@ -1,5 +1,6 @@
 //! Coedges of a loop -> their pcurves on the surface, connected from edge to edge and along poles.
 
+use crate::math::order::larger;
 use crate::model::{Coedge, Edge, Part, Pole, RegionError};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::{UvSample, step_along};
@@ -109,7 +110,8 @@ fn without_spikes<'a>(part: &Part, coedges: &'a [Coedge], projector: &Projector<
     if others.is_empty() { Cow::Borrowed(coedges) } else { Cow::Owned(others) }
 }
 
-/// Traces a loop from its coedge `first`. The second value is the distance in space by which it fails to close.
+/// Traces a loop from its coedge `first`. The second value is the distance in space by which it fails to close, or the
+/// longest leap within an edge.
 fn trace_from(
     part: &Part,
     coedges: &[Coedge],
@@ -120,6 +122,7 @@ fn trace_from(
 ) -> Result<(UvLoop, f64), RegionError> {
     let mut pieces: Vec<Piece> = Vec::with_capacity(coedges.len() + 1);
     let mut jumps = Vec::new();
+    let mut leap = 0.0;
     for c in coedges[first..].iter().chain(&coedges[..first]) {
         for (edge, ends) in stretches(part, c, passages) {
             let runs = edge.range.0 < edge.range.1;
@@ -132,6 +135,7 @@ fn trace_from(
                 return Err(RegionError::NotFinite);
             }
             *gap = gap.max(m.gap);
+            leap = larger(m.leap, leap);
             let mut piece = Piece { along: Along::Edge(c.edge.0), reversed: c.reversed, samples: m.samples };
             if let Some(end) = previous_end {
                 match m.poles[usize::from(c.reversed)] {
@@ -159,7 +163,7 @@ fn trace_from(
         }
         let closing = pole_piece(projector, pole, pieces[last].end(), pieces[0].start());
         pieces.extend(closing);
-        return Ok((UvLoop { pieces, winding: [0, 0] }, 0.0));
+        return Ok((UvLoop { pieces, winding: [0, 0] }, leap));
     }
     let (start, end) = (pieces[0].start(), pieces[pieces.len() - 1].end());
     let mut winding = [0, 0];
@@ -174,7 +178,7 @@ fn trace_from(
             miss[axis] -= k * p;
         }
     }
-    let miss = projector.length(start, miss);
+    let miss = larger(projector.length(start, miss), leap);
     // If there is one jump at a pole, closing the loop determines how far it goes round.
     if let ([jump], true) = (&jumps[..], winding != [0, 0]) {
         turn_at_pole(&mut pieces, *jump, -projector.turns(winding.map(f64::from)), projector);

@@ -93,6 +93,9 @@ pub(crate) struct Marched {
     pub(crate) samples: Vec<UvSample>,
     /// Largest distance between edge and surface, at the samples and in the middles between them.
     pub(crate) gap: f64,
+    /// Longest step of the image in space that the edge does not take: it leaps from one sheet to another. 0 if none is
+    /// longer than a tolerance.
+    pub(crate) leap: f64,
     /// Poles at the ends, in order of the edge's parameter.
     pub(crate) poles: [Option<usize>; 2],
 }
@@ -315,7 +318,7 @@ impl<'a> Projector<'a> {
         let leads = leads(edge, ends, self.tolerance);
         let is_whole = edge.curve.degree == 2 && edge.range == edge.curve.domain() && leads.iter().all(Option::is_none);
         let is_circle = edge.kind == CurveKind::Circle && is_whole;
-        let walk = Walk { projector: self, edge, ends, leads, is_circle };
+        let walk = Walk { projector: self, edge, ends, leads, is_circle, leap: Cell::new(0.0) };
         let order = |pair: [Option<usize>; 2]| if reversed { [pair[1], pair[0]] } else { pair };
         let [first_pole, last_pole] = order(end_poles);
         let mut out: Vec<(UvSample, f64)> = Vec::with_capacity(2 * ts.len());
@@ -346,7 +349,7 @@ impl<'a> Projector<'a> {
             samples.reverse();
         }
         fill_slopes(&mut samples);
-        Marched { samples, gap, poles: end_poles }
+        Marched { samples, gap, leap: walk.leap.get(), poles: end_poles }
     }
 
     /// Moves samples by whole periods next to their predecessors. The first samples of an edge that passes a pole are
@@ -404,6 +407,8 @@ struct Walk<'a> {
     leads: [Option<EndBlend>; 2],
     /// Whether it has the even spans of an arc, of a right angle or less.
     is_circle: bool,
+    /// Longest step in space so far that the edge does not take.
+    leap: Cell<f64>,
 }
 
 impl Walk<'_> {
@@ -515,9 +520,19 @@ impl Walk<'_> {
         self.projector.poles.iter().any(|pole| pole.point.distance(p).min(pole.point.distance(q)) < reach)
     }
 
+    /// Length of the image's step between two samples beyond that of the edge. 0 within a tolerance, or twice the edge's:
+    /// the image of a straight step bends.
+    fn leap_between(&self, a: &UvSample, b: &UvSample) -> f64 {
+        let projector = self.projector;
+        let step = projector.length(a.uv, b.uv - a.uv).min(projector.length(b.uv, b.uv - a.uv));
+        let chord = self.edge.curve.point(a.t).distance(self.edge.curve.point(b.t));
+        if step > 2.0 * chord + projector.tolerance { step } else { 0.0 }
+    }
+
     fn refine(&self, a: &UvSample, b: &UvSample, depth: u32, out: &mut Vec<(UvSample, f64)>) {
         let deep = depth >= MAX_DEPTH && (depth >= MAX_DEPTH_AT_POLE || !self.passes_pole(a, b));
         if deep || out.len() >= MAX_SAMPLES {
+            self.leap.set(larger(self.leap.get(), self.leap_between(a, b)));
             return;
         }
         let t = 0.5 * (a.t + b.t);
