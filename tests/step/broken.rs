@@ -303,6 +303,26 @@ fn a_length_unit_beyond_all_numbers_is_named_and_read_as_millimetres() {
 }
 
 #[test]
+fn a_unit_that_cannot_be_read_is_named() {
+    for (unit, angle) in [
+        ("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILI.,.METRE.))", "#6"),
+        ("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METER.))", "#6"),
+        ("(CONVERSION_BASED_UNIT('INCH',#399)LENGTH_UNIT()NAMED_UNIT(#13))", "#6"),
+        ("(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.))", "#302"),
+    ] {
+        let units = format!(
+            "#301={unit};\n#302=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.DEGREE.));\n\
+             #303=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#301,{angle},#7))\
+             REPRESENTATION_CONTEXT('',''));\n"
+        );
+        let model = model(&(world() + &units + &BALLS.replace("#70),#1)", "#70),#303)")));
+        let told: Vec<_> = model.diagnostics.iter().map(|d| (d.kind.code(), d.severity, d.entity)).collect();
+        let wrong = if angle == "#6" { 301 } else { 302 };
+        assert_eq!(told, [("step-unit-not-read", Severity::Error, wrong)], "{unit}");
+    }
+}
+
+#[test]
 fn coordinates_beyond_all_numbers_in_millimetres_are_named() {
     let line = "#40=LINE('',#31,#41);\n#41=VECTOR('',#22,1.);\n";
     let ends = crate::vertex(30, [0.0; 3]) + "#32=VERTEX_POINT('',#33);\n#33=CARTESIAN_POINT('',(1.E308,0.,0.));\n";

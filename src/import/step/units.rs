@@ -33,6 +33,8 @@ pub(super) struct Contexts {
     pub(super) stated: bool,
     /// The first context whose length unit is out of range, and the unit in millimetres.
     pub(super) out_of_range: Option<(u64, f64)>,
+    /// The first length or angle unit that cannot be read.
+    pub(super) unread: Option<u64>,
 }
 
 /// Length units that are read, in millimetres: powers of coordinates in them are far from the ends of `f64`.
@@ -41,9 +43,9 @@ const LENGTHS: std::ops::RangeInclusive<f64> = 1e-24..=1e24;
 impl Contexts {
     pub(super) fn read(table: &Table) -> Self {
         let mut known = Map::default();
-        let (mut first, mut out_of_range) = (None, None);
+        let (mut first, mut out_of_range, mut unread) = (None, None, None);
         for context in table.of_types(|i| i.is("GLOBAL_UNIT_ASSIGNED_CONTEXT")) {
-            let mut units = units_of(table, context);
+            let mut units = units_of(table, context, &mut unread);
             if let Some(units) = units.as_mut().filter(|units| !LENGTHS.contains(&units.length)) {
                 out_of_range.get_or_insert((context.id, units.length));
                 units.length = Units::DEFAULT.length;
@@ -53,7 +55,7 @@ impl Contexts {
             }
             known.insert(context.id, units.unwrap_or(Units::DEFAULT));
         }
-        Self { known, first: first.unwrap_or(Units::DEFAULT), stated: first.is_some(), out_of_range }
+        Self { known, first: first.unwrap_or(Units::DEFAULT), stated: first.is_some(), out_of_range, unread }
     }
 
     /// Units of a representation's context, else the file's first.
@@ -62,14 +64,18 @@ impl Contexts {
     }
 }
 
-/// Units of a context; `None` if it states no length unit.
-fn units_of(table: &Table, context: Entity<'_>) -> Option<Units> {
+/// Units of a context; `None` if it states no length unit. Sets `unread` to the first unit that it cannot read.
+fn units_of(table: &Table, context: Entity<'_>, unread: &mut Option<u64>) -> Option<Units> {
     let mut units = Units::DEFAULT;
     let mut length = None;
     for unit in context.fields("GLOBAL_UNIT_ASSIGNED_CONTEXT", 2).links(0).ok()? {
         match factor(table, unit, 0) {
             Some((UnitKind::Length, metres)) if length.is_none() => length = Some(1e3 * metres),
             Some((UnitKind::Angle, radians)) if radians.is_normal() => units.angle = radians,
+            Some((UnitKind::Length, _)) => {}
+            _ if table.find(unit).is_some_and(|i| i.is("LENGTH_UNIT") || i.is("PLANE_ANGLE_UNIT")) => {
+                unread.get_or_insert(unit);
+            }
             _ => {}
         }
     }
@@ -121,13 +127,14 @@ fn factor(table: &Table, id: u64, depth: usize) -> Option<(UnitKind, f64)> {
             "RADIAN" => UnitKind::Angle,
             _ => return None,
         };
-        return Some((kind, prefix(si.keyword(0))));
+        return Some((kind, prefix(si.keyword(0))?));
     }
     None
 }
 
-fn prefix(name: &str) -> f64 {
-    match name {
+/// The factor of an SI prefix; 1 for none.
+fn prefix(name: &str) -> Option<f64> {
+    Some(match name {
         "EXA" => 1e18,
         "PETA" => 1e15,
         "TERA" => 1e12,
@@ -144,6 +151,7 @@ fn prefix(name: &str) -> f64 {
         "PICO" => 1e-12,
         "FEMTO" => 1e-15,
         "ATTO" => 1e-18,
-        _ => 1.0,
-    }
+        "" => 1.0,
+        _ => return None,
+    })
 }

@@ -95,6 +95,9 @@ pub enum StepOutcome {
         /// The unit, millimetres.
         unit_mm: f64,
     },
+    /// A unit of lengths or angles cannot be read; millimetres or radians were assumed.
+    #[error("a unit of lengths or angles cannot be read; millimetres or radians assumed")]
+    UnitNotRead,
     /// Colours stated for paths of occurrences are not applied.
     #[error("{count} colours for paths of occurrences are not applied")]
     PathColours {
@@ -268,6 +271,7 @@ codes!(StepOutcome {
     Self::DataSections => "step-data-sections-joined",
     Self::NoUnit => "step-no-unit",
     Self::UnitOutOfRange { .. } => "step-unit-out-of-range",
+    Self::UnitNotRead => "step-unit-not-read",
     Self::PathColours { .. } => "step-path-colours",
     Self::Hidden { .. } => "step-hidden-items",
     Self::NoFaces { .. } => "step-no-faces",
