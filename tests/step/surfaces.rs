@@ -324,6 +324,18 @@ fn offsets_are_exact_where_the_kind_allows_and_close_elsewhere() {
 }
 
 #[test]
+fn an_offset_of_an_offset_closes_like_its_profile() {
+    // The tangents of an approximated profile differ at its ends.
+    let surface = face(
+        "#60=OFFSET_SURFACE('',#61,2.54,.F.);#61=OFFSET_SURFACE('',#62,-2.54,.F.);\
+         #62=OFFSET_SURFACE('',#63,-5.08,.F.);#63=OFFSET_SURFACE('',#64,5.08,.F.);\
+         #64=SURFACE_OF_LINEAR_EXTRUSION('',#65,#66);#65=ELLIPSE('',#20,86.868720,106.974161);#66=VECTOR('',#22,1.);",
+    )
+    .surface;
+    assert!(surface.period()[0].is_some(), "{surface:?}");
+}
+
+#[test]
 fn an_offset_has_one_sheet_even_if_its_profile_narrowly_misses_the_axis() {
     // A circle about (4, y, 0), revolved about z. It meets z twice if y is 0; otherwise rounding has moved it off the
     // axis.

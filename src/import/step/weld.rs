@@ -4,7 +4,7 @@
 //! a border that is nearly a point would be no pole: the loops on it would be read as those of another face.
 
 use super::spline;
-use crate::model::{NurbsCurve3, NurbsSurface};
+use crate::model::{NurbsCurve3, NurbsSurface, Surface};
 use glam::DVec3;
 
 /// Borders that are farther apart than this share of the way between them, over the surface, are two: a strip as narrow
@@ -12,6 +12,18 @@ use glam::DVec3;
 const NEAR: f64 = 1e-4;
 /// Weights within this share of each other are one.
 const SAME_WEIGHT: f64 = 1e-9;
+
+/// Joins what is within `tolerance` in an approximated surface: the ends of a swept curve, or the borders of a spline.
+pub(super) fn surface(surface: Surface, tolerance: f64) -> Surface {
+    match surface {
+        Surface::Extrusion { curve: open, direction } => {
+            Surface::Extrusion { curve: curve(open, tolerance), direction }
+        }
+        Surface::Revolution { curve: open, frame } => Surface::Revolution { curve: curve(open, tolerance), frame },
+        Surface::Nurbs(open) => Surface::Nurbs(net(open, [false; 2], tolerance)),
+        elementary => elementary,
+    }
+}
 
 /// Moves both ends of a curve to their middle if they are within `tolerance` of each other.
 pub(super) fn curve(curve: NurbsCurve3, tolerance: f64) -> NurbsCurve3 {
