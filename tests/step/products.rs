@@ -323,15 +323,40 @@ fn colours_come_from_the_face_then_its_shell_then_its_solid() {
 
 #[test]
 fn hidden_solids_are_read_with_a_note() {
-    let text = world()
-        + &ball(60)
-        + "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60),#1);"
-        + &paint(300, [0.0, 0.0, 1.0])
-        + "#330=STYLED_ITEM('',(#300),#60);#331=STYLED_ITEM('',(#300),#20);#332=INVISIBILITY((#330,#331,#330));";
-    let model = model(&text);
-    let told: Vec<_> = model.diagnostics.iter().map(|d| (d.severity, d.kind.to_string())).collect();
-    let note = "1 bodies, shells or faces are hidden in the file; they are read".to_owned();
-    assert_eq!((model.parts.len(), told), (1, vec![(Severity::Note, note)]));
+    for hidden in [
+        "#332=INVISIBILITY((#330,#331,#330));",
+        "#332=INVISIBILITY((#333));#333=PRESENTATION_LAYER_ASSIGNMENT('','',(#330,#60));",
+        "#332=INVISIBILITY((#50));",
+        "#332=INVISIBILITY((#333));#333=STYLED_ITEM('',(#300),#334);#334=MAPPED_ITEM('',#335,#20);\
+         #335=REPRESENTATION_MAP(#20,#50);",
+    ] {
+        let text = world()
+            + &ball(60)
+            + "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60),#1);"
+            + &paint(300, [0.0, 0.0, 1.0])
+            + "#330=STYLED_ITEM('',(#300),#60);#331=STYLED_ITEM('',(#300),#20);"
+            + hidden;
+        let model = model(&text);
+        let told: Vec<_> = model.diagnostics.iter().map(|d| (d.severity, d.kind.to_string())).collect();
+        let note = "1 bodies, shells or faces are hidden in the file; they are read".to_owned();
+        assert_eq!((model.parts.len(), told), (1, vec![(Severity::Note, note)]), "{hidden}");
+    }
+}
+
+#[test]
+fn a_face_with_a_colour_for_each_side_has_that_of_its_positive_side() {
+    let (blue, red) = (paint(300, [0.0, 0.0, 1.0]), paint(310, [1.0, 0.0, 0.0]));
+    for (front, back, colour) in [("POSITIVE", "NEGATIVE", 0), ("NEGATIVE", "POSITIVE", 1), ("NEGATIVE", "NEGATIVE", 0)]
+    {
+        let text = world()
+            + &ball(60)
+            + "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#60),#1);"
+            + &blue.replace(".BOTH.", &format!(".{front}."))
+            + &red.replace(".BOTH.", &format!(".{back}."))
+            + "#330=STYLED_ITEM('',(#331),#60);#331=PRESENTATION_STYLE_ASSIGNMENT((#301,#311));";
+        let expected = [[0.0, 0.0, 1.0, 1.0], [1.0, 0.0, 0.0, 1.0]][colour];
+        assert_eq!(model(&text).parts[0].faces[0].colour, Some(expected), "{front} {back}");
+    }
 }
 
 #[test]

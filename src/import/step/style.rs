@@ -76,13 +76,27 @@ fn occurrences(table: &Table) -> Map<u64, u64> {
     found
 }
 
-/// Number of bodies, shells and faces that the file hides, by styled items that are invisible.
+/// Number of bodies, shells and faces that the file hides: by themselves, their layer or their representation.
 pub(super) fn hidden(table: &Table) -> usize {
     let lists = table.of_types(|i| i.is("INVISIBILITY")).filter_map(|i| i.fields("INVISIBILITY", 0).links(0).ok());
-    let styled = lists.flatten().filter_map(|id| table.find(id)?.fields("STYLED_ITEM", 1).optional(1));
-    let items: Set<u64> = styled.collect();
-    let has_faces = |i: Entity<'_>| is_body(i) || is_shell(i) || is_face(i);
-    items.into_iter().filter(|id| table.find(*id).is_some_and(has_faces)).count()
+    let mut open: Vec<u64> = lists.flatten().collect();
+    let (mut seen, mut count) = (Set::default(), 0);
+    while let Some(id) = open.pop() {
+        let Some(item) = table.find(id).filter(|_| seen.insert(id)) else { continue };
+        if is_body(item) || is_shell(item) || is_face(item) {
+            count += 1;
+        } else if item.is("PRESENTATION_LAYER_ASSIGNMENT") {
+            open.extend(item.fields("PRESENTATION_LAYER_ASSIGNMENT", 0).links(2).into_iter().flatten());
+        } else if item.is("MAPPED_ITEM") {
+            let map = item.fields("MAPPED_ITEM", 1).optional(0).and_then(|map| table.find(map));
+            open.extend(map.and_then(|map| map.fields("REPRESENTATION_MAP", 0).optional(1)));
+        } else if item.types().any(|name| name.ends_with("STYLED_ITEM")) {
+            open.extend(item.fields("STYLED_ITEM", 1).optional(1));
+        } else if item.types().any(|name| name.ends_with("REPRESENTATION")) {
+            open.extend(item.fields("REPRESENTATION", 0).links(1).into_iter().flatten());
+        }
+    }
+    count
 }
 
 /// Maximum length of the chain from a style assignment to a surface's colour.
@@ -124,8 +138,12 @@ fn follow(table: &Table, instance: Entity<'_>, depth: usize, known: &mut Map<u64
     }
     let mut colour: Option<Colour> = None;
     let mut opacity = None;
-    instance.references(&mut |id| {
-        let Some(next) = table.find(id) else { return };
+    // A face has one colour: that of its positive side, if the file states one.
+    let is_behind = |next: Entity<'_>| next.fields("SURFACE_STYLE_USAGE", 0).keyword(0) == "NEGATIVE";
+    let mut next: Vec<Entity<'_>> = Vec::new();
+    instance.references(&mut |id| next.extend(table.find(id)));
+    next.sort_by_key(|next| next.is("SURFACE_STYLE_USAGE") && is_behind(*next));
+    for next in next {
         if next.is("SURFACE_STYLE_TRANSPARENT") {
             let transparency = next.fields("SURFACE_STYLE_TRANSPARENT", 0).real(0).unwrap_or(0.0);
             #[allow(clippy::cast_possible_truncation, reason = "colours are single precision")]
@@ -139,7 +157,7 @@ fn follow(table: &Table, instance: Entity<'_>, depth: usize, known: &mut Map<u64
             }
             colour = colour.or(found);
         }
-    });
+    }
     colour.map(|[r, g, b, a]: Colour| [r, g, b, opacity.unwrap_or(a)])
 }
 
