@@ -326,13 +326,18 @@ fn offsets_are_exact_where_the_kind_allows_and_close_elsewhere() {
 #[test]
 fn an_offset_of_an_offset_closes_like_its_profile() {
     // The tangents of an approximated profile differ at its ends.
-    let surface = face(
-        "#60=OFFSET_SURFACE('',#61,2.54,.F.);#61=OFFSET_SURFACE('',#62,-2.54,.F.);\
-         #62=OFFSET_SURFACE('',#63,-5.08,.F.);#63=OFFSET_SURFACE('',#64,5.08,.F.);\
-         #64=SURFACE_OF_LINEAR_EXTRUSION('',#65,#66);#65=ELLIPSE('',#20,86.868720,106.974161);#66=VECTOR('',#22,1.);",
-    )
-    .surface;
-    assert!(surface.period()[0].is_some(), "{surface:?}");
+    for way in [1.0, -1.0] {
+        let [first, then] = [5.08 * way, 2.54 * way];
+        let surface = face(&format!(
+            "#60=OFFSET_SURFACE('',#61,{then:?},.F.);#61=OFFSET_SURFACE('',#62,{:?},.F.);\
+             #62=OFFSET_SURFACE('',#63,{:?},.F.);#63=OFFSET_SURFACE('',#64,{first:?},.F.);\
+             #64=SURFACE_OF_LINEAR_EXTRUSION('',#65,#66);#65=ELLIPSE('',#20,86.868720,106.974161);\
+             #66=VECTOR('',#22,1.);",
+            -then, -first
+        ))
+        .surface;
+        assert!(surface.period()[0].is_some(), "{way}: {surface:?}");
+    }
 }
 
 #[test]

@@ -13,13 +13,17 @@ const NEAR: f64 = 1e-4;
 /// Weights within this share of each other are one.
 const SAME_WEIGHT: f64 = 1e-9;
 
-/// Joins what is within `tolerance` in an approximated surface: the ends of a swept curve, or the borders of a spline.
-pub(super) fn surface(surface: Surface, tolerance: f64) -> Surface {
+/// Joins the ends of a swept curve that is approximated, if its original's are joined (`closed`), and the borders of an
+/// approximated spline within `tolerance`.
+pub(super) fn approximated(surface: Surface, closed: [bool; 2], tolerance: f64) -> Surface {
+    let whole = |closed: bool| if closed { f64::INFINITY } else { tolerance };
     match surface {
         Surface::Extrusion { curve: open, direction } => {
-            Surface::Extrusion { curve: curve(open, tolerance), direction }
+            Surface::Extrusion { curve: curve(open, whole(closed[0])), direction }
         }
-        Surface::Revolution { curve: open, frame } => Surface::Revolution { curve: curve(open, tolerance), frame },
+        Surface::Revolution { curve: open, frame } => {
+            Surface::Revolution { curve: curve(open, whole(closed[1])), frame }
+        }
         Surface::Nurbs(open) => Surface::Nurbs(net(open, [false; 2], tolerance)),
         elementary => elementary,
     }
