@@ -28,10 +28,10 @@ pub enum FaceTrouble {
     /// A loop is given twice and was used once.
     #[error("a loop is given twice and was used once")]
     LoopTwice,
-    /// The pcurves of a loop do not close.
-    #[error("the pcurves of a loop miss its start by {gap_mm:.3e} mm")]
+    /// The pcurves of a loop do not close, or one leaps from one sheet of the surface to another.
+    #[error("the pcurves of a loop miss its start, or leap, by {gap_mm:.3e} mm")]
     LoopMissesStart {
-        /// Width of the gap in space, millimetres.
+        /// Width of the gap or leap in space, millimetres.
         gap_mm: f64,
     },
     /// Pcurves crossed where their edges do not; they were moved apart.

@@ -93,8 +93,7 @@ pub(crate) struct Marched {
     pub(crate) samples: Vec<UvSample>,
     /// Largest distance between edge and surface, at the samples and in the middles between them.
     pub(crate) gap: f64,
-    /// Longest step of the image in space that the edge does not take: it leaps from one sheet to another. 0 if none is
-    /// longer than a tolerance.
+    /// Longest leap of the image from one sheet of the surface to another, in space; 0 if there is none.
     pub(crate) leap: f64,
     /// Poles at the ends, in order of the edge's parameter.
     pub(crate) poles: [Option<usize>; 2],
@@ -407,7 +406,7 @@ struct Walk<'a> {
     leads: [Option<EndBlend>; 2],
     /// Whether it has the even spans of an arc, of a right angle or less.
     is_circle: bool,
-    /// Longest step in space so far that the edge does not take.
+    /// Longest leap so far.
     leap: Cell<f64>,
 }
 
@@ -520,13 +519,14 @@ impl Walk<'_> {
         self.projector.poles.iter().any(|pole| pole.point.distance(p).min(pole.point.distance(q)) < reach)
     }
 
-    /// Length of the image's step between two samples beyond that of the edge. 0 within a tolerance, or twice the edge's:
-    /// the image of a straight step bends.
+    /// Length of the image's step between two samples, if it is longer than the edge's step and the distance of its ends
+    /// from the surface explain; else 0.
     fn leap_between(&self, a: &UvSample, b: &UvSample) -> f64 {
         let projector = self.projector;
         let step = projector.length(a.uv, b.uv - a.uv).min(projector.length(b.uv, b.uv - a.uv));
-        let chord = self.edge.curve.point(a.t).distance(self.edge.curve.point(b.t));
-        if step > 2.0 * chord + projector.tolerance { step } else { 0.0 }
+        let [p, q] = [a.t, b.t].map(|t| self.edge.curve.point(t));
+        let explained = p.distance(q) + projector.point(a.uv).distance(p) + projector.point(b.uv).distance(q);
+        if step > 2.0 * explained + projector.tolerance { step } else { 0.0 }
     }
 
     fn refine(&self, a: &UvSample, b: &UvSample, depth: u32, out: &mut Vec<(UvSample, f64)>) {
