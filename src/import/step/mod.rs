@@ -54,10 +54,10 @@ mod parameters;
 mod revolution;
 mod trimmed;
 mod face_part;
+mod weld;
 mod offset;
 mod isoline;
 mod derived;
-mod weld;
 mod surface;
 
 mod kinds;

@@ -4,6 +4,7 @@
 use super::face_location::LocateFace;
 use super::face_part::{Range, face_part};
 use super::revolution::{ON_AXIS, sheet};
+use super::weld;
 use crate::math::boxes::around;
 use crate::model::{FitTrouble, NurbsCurve3, NurbsSurface, Severity, StepOutcome, Surface, breaks, knots_of_pieces};
 use glam::{DVec2, DVec3};
@@ -64,7 +65,9 @@ pub(super) fn offset(
             Surface::Torus { frame: *frame, major: *major, minor: positive(minor + distance)? }
         }
         Surface::Nurbs(net) => {
-            let OffsetFit { surface, worst, bad } = offset_net(base, net, distance, tolerance, reach)?;
+            let OffsetFit { surface: open, worst, bad } = offset_net(base, net, distance, tolerance, reach)?;
+            let surface = weld::net(open.clone(), [false; 2], tolerance);
+            let worst = worst + moved(&open.points, &surface.points);
             // Where normals turn round at once, the offset jumps by twice the distance.
             let at_spots = if bad.spread <= SPOTS && bad.area <= SPOTS_AREA { 2.0 * distance.abs() } else { 0.0 };
             let note = approximated(worst, tolerance, usable(&surface.points).max(at_spots), "the offset surface")?;
@@ -129,13 +132,25 @@ fn offset_point(base: &Surface, u: f64, v: f64, distance: f64) -> Result<DVec3, 
     Ok(base.point(u, v) + normal * distance)
 }
 
+/// The longest way from a point to the one that replaces it.
+fn moved(from: &[DVec3], to: &[DVec3]) -> f64 {
+    from.iter().zip(to).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max)
+}
+
 /// Fits cubic pieces to `at` over the domain and knots of `base`. Returns the curve and what to report.
+///
+/// The tangents of an approximated base differ at both ends, and so do the ends of its offset. Those of a closed base are
+/// joined. How far they move counts as an error.
 fn profile(
     base: &NurbsCurve3,
     tolerance: f64,
     at: impl Fn(f64) -> Result<DVec3, FitTrouble>,
 ) -> Result<(NurbsCurve3, (Severity, StepOutcome)), FitTrouble> {
-    let (curve, error) = closest(&breaks(base.degree, &base.knots), tolerance, at)?;
+    let (open, error) = closest(&breaks(base.degree, &base.knots), tolerance, at)?;
+    let (a, b) = base.domain();
+    let ends = if base.point(a) == base.point(b) { f64::INFINITY } else { tolerance };
+    let curve = weld::curve(open.clone(), ends);
+    let error = error + moved(&open.points, &curve.points);
     let note = approximated(error, tolerance, usable(&curve.points), "the profile of the offset surface")?;
     Ok((curve, note))
 }

@@ -72,9 +72,6 @@ impl Geometry<'_> {
             let distance = if base.turned { -distance } else { distance };
             let (surface, note) = super::offset::offset(&base.surface, distance, self.fit, reach)
                 .map_err(|what| Trouble::new(id, what))?;
-            // The tangents of an approximation differ at both ends by its error, and so does an offset of it.
-            let closed = base.surface.period().map(|period| period.is_some());
-            let surface = weld::approximated(surface, closed, self.fit);
             Ok(Stated { surface, turned: base.turned, note: note.or(base.note) })
         } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
             let own = instance.fields("RECTANGULAR_TRIMMED_SURFACE", 1);

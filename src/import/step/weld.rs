@@ -4,7 +4,7 @@
 //! a border that is nearly a point would be no pole: the loops on it would be read as those of another face.
 
 use super::spline;
-use crate::model::{NurbsCurve3, NurbsSurface, Surface};
+use crate::model::{NurbsCurve3, NurbsSurface};
 use glam::DVec3;
 
 /// Borders that are farther apart than this share of the way between them, over the surface, are two: a strip as narrow
@@ -12,22 +12,6 @@ use glam::DVec3;
 const NEAR: f64 = 1e-4;
 /// Weights within this share of each other are one.
 const SAME_WEIGHT: f64 = 1e-9;
-
-/// Joins the ends of a swept curve that is approximated, if its original's are joined (`closed`), and the borders of an
-/// approximated spline within `tolerance`.
-pub(super) fn approximated(surface: Surface, closed: [bool; 2], tolerance: f64) -> Surface {
-    let whole = |closed: bool| if closed { f64::INFINITY } else { tolerance };
-    match surface {
-        Surface::Extrusion { curve: open, direction } => {
-            Surface::Extrusion { curve: curve(open, whole(closed[0])), direction }
-        }
-        Surface::Revolution { curve: open, frame } => {
-            Surface::Revolution { curve: curve(open, whole(closed[1])), frame }
-        }
-        Surface::Nurbs(open) => Surface::Nurbs(net(open, [false; 2], tolerance)),
-        elementary => elementary,
-    }
-}
 
 /// Moves both ends of a curve to their middle if they are within `tolerance` of each other.
 pub(super) fn curve(curve: NurbsCurve3, tolerance: f64) -> NurbsCurve3 {
