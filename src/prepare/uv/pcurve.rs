@@ -519,11 +519,12 @@ impl Walk<'_> {
         self.projector.poles.iter().any(|pole| pole.point.distance(p).min(pole.point.distance(q)) < reach)
     }
 
-    /// Length of the image's step between two samples, if it is longer than the edge's step and the distance of its ends
-    /// from the surface explain; else 0.
+    /// Length of the image's step between two samples, but for whole periods. 0 if the step of the edge and the distance
+    /// of its ends from the surface explain it.
     fn leap_between(&self, a: &UvSample, b: &UvSample) -> f64 {
         let projector = self.projector;
-        let step = projector.length(a.uv, b.uv - a.uv).min(projector.length(b.uv, b.uv - a.uv));
+        let by = projector.unwrap(b.uv, a.uv) - a.uv;
+        let step = projector.length(a.uv, by).min(projector.length(b.uv, by));
         let [p, q] = [a.t, b.t].map(|t| self.edge.curve.point(t));
         let explained = p.distance(q) + projector.point(a.uv).distance(p) + projector.point(b.uv).distance(q);
         if step > 2.0 * explained + projector.tolerance { step } else { 0.0 }

@@ -3,6 +3,7 @@
 use super::{MAX_STEPS, Projector};
 use crate::model::{CurveKind, Edge, Frame3, NurbsCurve, NurbsCurve3, NurbsSurface, Surface, VertexId};
 use crate::prepare::uv::uv_curve::UvSample;
+use crate::sequence::random::SplitMix;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -235,5 +236,24 @@ fn images_of_circles_are_within_the_tolerance_everywhere() {
                 }
             }
         }
+    }
+}
+
+/// A circle close to a pole turns its image by half a turn within a short way, and the walk may begin on the other side.
+#[test]
+fn images_that_pass_a_pole_do_not_leap() {
+    let surface = Surface::Sphere { frame: Frame3::WORLD, radius: 1.0 };
+    let mut draw = SplitMix(5);
+    for _ in 0..400 {
+        let (off, from) = (draw.range(-0.02, 0.02), draw.range(-3.0, 1.0));
+        let place = Frame3 { origin: off * DVec3::X, x: DVec3::Y, y: DVec3::Z, z: DVec3::X };
+        let radius = (1.0 - off * off).sqrt();
+        let curve = NurbsCurve3::arc(&place, radius, radius, from, from + draw.range(1.0, 4.0));
+        let range = curve.domain();
+        let ends = [curve.point(range.0), curve.point(range.1)];
+        let (start, end, kind) = (VertexId(0), VertexId(1), CurveKind::Circle);
+        let edge = Edge { curve, range, start, end, kind, entity: 0 };
+        let leap = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).leap;
+        assert!(leap == 0.0, "{off} {from} {range:?}: {leap}");
     }
 }
