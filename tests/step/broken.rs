@@ -4,7 +4,7 @@ use crate::{BALLS, faces, file, model, only_part, point, world};
 use std::fs;
 use std::path::Path;
 use trimtess::import::step::{BYTES_PER_BYTE, StepError, StepOptions, read, read_file};
-use trimtess::model::{Model, Severity};
+use trimtess::model::{Model, Severity, Surface};
 
 fn try_read(text: &str) -> Result<Model, StepError> {
     read(text.as_bytes(), &StepOptions::default())
@@ -320,6 +320,23 @@ fn a_unit_that_cannot_be_read_is_named() {
         let wrong = if angle == "#6" { 301 } else { 302 };
         assert_eq!(told, [("step-unit-not-read", Severity::Error, wrong)], "{unit}");
     }
+}
+
+#[test]
+fn an_angle_unit_is_read_beside_a_length_unit_that_is_not() {
+    let units = "#301=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILI.,.METRE.));\n\
+        #302=(CONVERSION_BASED_UNIT('DEGREE',#304)NAMED_UNIT(#13)PLANE_ANGLE_UNIT());\n\
+        #304=PLANE_ANGLE_MEASURE_WITH_UNIT(PLANE_ANGLE_MEASURE(0.017453292519943295),#6);\n\
+        #303=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#301,#302))REPRESENTATION_CONTEXT('',''));\n";
+    let circle = "#310=CIRCLE('',#20,1.);\n#312=EDGE_CURVE('',#30,#30,#310,.T.);\n\
+        #313=ORIENTED_EDGE('',*,*,#312,.T.);\n\
+        #314=EDGE_LOOP('',(#313));\n#315=FACE_OUTER_BOUND('',#314,.T.);\n#316=CONICAL_SURFACE('',#20,1.,45.);\n";
+    let face = crate::shell("ADVANCED_FACE('',(#315),#316,.T.)", 303);
+    let model = crate::model(&(crate::world() + units + &crate::vertex(30, [1.0, 0.0, 0.0]) + circle + &face));
+    assert!(model.diagnostics.iter().any(|d| d.kind.code() == "step-unit-not-read" && d.entity == 301));
+    let surface = &crate::only_face(&model).surface;
+    let Surface::Cone { half_angle, radius, .. } = surface else { panic!("{surface:?}") };
+    assert!((half_angle.to_degrees() - 45.0).abs() < 1e-9 && (radius - 1.0).abs() < 1e-12, "{surface:?}");
 }
 
 #[test]

@@ -183,7 +183,8 @@ fn model_of(
     diagnostics.extend(tree.diagnostics);
     if let Some(unit) = contexts.unread {
         diagnostics.push(Diagnostic { entity: unit, ..Diagnostic::new(Severity::Error, StepOutcome::UnitNotRead) });
-    } else if !contexts.stated && !model.parts.is_empty() {
+    }
+    if !contexts.stated && !model.parts.is_empty() {
         diagnostics.push(of_file(StepOutcome::NoUnit));
     }
     if let Some((context, unit_mm)) = contexts.out_of_range {

@@ -33,7 +33,7 @@ pub(super) struct Contexts {
     pub(super) stated: bool,
     /// The first context whose length unit is out of range, and the unit in millimetres.
     pub(super) out_of_range: Option<(u64, f64)>,
-    /// The first length or angle unit that cannot be read.
+    /// The first unit of lengths or angles that cannot be read, of those that are needed.
     pub(super) unread: Option<u64>,
 }
 
@@ -64,18 +64,21 @@ impl Contexts {
     }
 }
 
-/// Units of a context; `None` if it states no length unit. Sets `unread` to the first unit that it cannot read.
+/// Units of a context; `None` if it states no length unit. Sets `unread` to the first unit that is needed and cannot be
+/// read: that of [`Units::DEFAULT`] is assumed.
 fn units_of(table: &Table, context: Entity<'_>, unread: &mut Option<u64>) -> Option<Units> {
     let mut units = Units::DEFAULT;
     let mut length = None;
+    let is = |unit: u64, name: &str| table.find(unit).is_some_and(|i| i.is(name));
     for unit in context.fields("GLOBAL_UNIT_ASSIGNED_CONTEXT", 2).links(0).ok()? {
         match factor(table, unit, 0) {
-            Some((UnitKind::Length, metres)) if length.is_none() => length = Some(1e3 * metres),
+            Some((UnitKind::Length, metres)) => _ = length.get_or_insert(1e3 * metres),
             Some((UnitKind::Angle, radians)) if radians.is_normal() => units.angle = radians,
-            Some((UnitKind::Length, _)) => {}
-            _ if table.find(unit).is_some_and(|i| i.is("LENGTH_UNIT") || i.is("PLANE_ANGLE_UNIT")) => {
+            _ if length.is_none() && is(unit, "LENGTH_UNIT") => {
+                length = Some(units.length);
                 unread.get_or_insert(unit);
             }
+            _ if is(unit, "PLANE_ANGLE_UNIT") => _ = unread.get_or_insert(unit),
             _ => {}
         }
     }
