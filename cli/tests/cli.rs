@@ -325,6 +325,22 @@ fn every_builtin_can_be_tessellated() {
     }
 }
 
+/// A truncated file is read as far as it goes, or rejected with a message.
+#[test]
+fn truncated_files_are_read_or_rejected() {
+    let folder = folder("truncated");
+    let whole = fs::read(Path::new(CHECKOUT).join(CUBE)).unwrap();
+    let (file, mesh) = (folder.join("cut.step"), folder.join("cut.ply"));
+    for tenths in 0..10 {
+        fs::write(&file, &whole[..whole.len() * tenths / 10]).unwrap();
+        let output = trimtess(&["tessellate", file.to_str().unwrap(), "-o", mesh.to_str().unwrap()]);
+        let stderr = text(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{tenths}: {:?} {stderr}", output.status);
+        assert!(!stderr.contains("internal error"), "{tenths}: {stderr}");
+        assert!(output.status.code() != Some(1) || stderr.contains("cut.step"), "{tenths}: {stderr}");
+    }
+}
+
 /// Exceeding a limit gives one message with the need, the limit and the option, and no file.
 #[test]
 fn limits_are_errors_that_name_the_option() {
