@@ -66,8 +66,8 @@ impl View {
     /// The camera of an engine.
     ///
     /// Args:
-    ///     matrix: Rows of the 4 x 4 matrix, projection times view: `matrix @ (x, y, z, 1)` takes millimetres in the world
-    ///         to clip space, where x points right, y up and w forwards. The row of z is not read.
+    ///     matrix: Rows of the 4 x 4 matrix, projection times view: `matrix @ (x, y, z, 1)` takes millimetres in the
+    ///         world to clip space, where x points right, y up and w forwards. The row of z is not read.
     ///     size: Width and height of the engine's picture, pixels.
     ///     near: Depth of the near plane of a perspective camera, millimetres.
     ///     deviation_px: Largest screen-space error, pixels.

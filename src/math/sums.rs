@@ -13,8 +13,8 @@ pub(crate) fn summed_by<T, K: Ord>(mut all: Vec<T>, key: impl Fn(&T) -> K, add: 
     all
 }
 
-/// [`summed_by`] of items whose keys are pairs, the second number mostly below `count` and with one first number. Cost: a
-/// look-up per item. Only other items are sorted, and the sums if there are several first numbers.
+/// [`summed_by`] of items whose keys are pairs. Cost: a look-up per item where the second number is below `count` and
+/// always comes with the same first number. Other items are sorted, and the sums where first numbers differ.
 pub(crate) fn summed_by_pair<T: Copy>(
     count: usize,
     all: impl IntoIterator<Item = T>,

@@ -43,7 +43,7 @@ pub fn loads(prepared: &Prepared) -> Vec<Load> {
 /// Runs per worker in a window. With 1, a worker that got a run as heavy as a hundred others still gets another one
 /// in each window that follows. With many more, the tiles of one worker would no longer be spread along the curve.
 const WINDOW: usize = 4;
-/// Most tiles of a run. In a large model and on few threads, a small view would load fewer workers with longer ones.
+/// Most tiles of a run. On few threads, a small view of a large model loads only some workers if runs are longer.
 const RUN: usize = 256;
 /// Several tiles are a run only if they weigh no more than a thread's share divided by this,
 const RUNS_PER_THREAD: usize = 16;
