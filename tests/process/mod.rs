@@ -23,7 +23,7 @@ pub(crate) struct Ended {
     pub(crate) peak: u64,
 }
 
-/// Runs a command. Kills it, and says so, once it has taken more processor time than `most`, or 12 times as much by the
+/// Runs a command. Kills it, and says so, once it has taken more processor time than `most`, or 10 times as much by the
 /// clock: machines are busy.
 pub(crate) fn watched(command: &mut Command, most: Duration) -> Result<Ended, String> {
     let words = |error: std::io::Error| error.to_string();
@@ -37,7 +37,7 @@ pub(crate) fn watched(command: &mut Command, most: Duration) -> Result<Ended, St
         if let Some(status) = status {
             return Ok(Ended { status, time: worked.unwrap_or(waited), peak });
         }
-        if worked.unwrap_or(waited) > most || waited > 12 * most {
+        if worked.unwrap_or(waited) > most || waited > 10 * most {
             child.kill().and_then(|()| child.wait()).map_err(words)?;
             return Err(format!("endless: stopped after {waited:.1?}, {worked:?} of work"));
         }
