@@ -87,7 +87,7 @@ pub(crate) fn run(args: &RenderArgs, common: &Common, outputs: &mut Outputs) -> 
     report.output = args.output.display().to_string();
     report.diagonal_mm = prepared.diagonal;
     report.workers = rayon::current_num_threads();
-    report.seconds = Seconds { read, prepare, tessellate, check: None, write, total: 0.0 };
+    report.seconds = Seconds::new([read, prepare, tessellate, write], None);
     report.publish(common, args.json, args.report.as_deref(), outputs)
 }
 

@@ -34,8 +34,15 @@ pub(crate) struct Seconds {
     /// `None` without `--check`.
     pub(crate) check: Option<f64>,
     pub(crate) write: f64,
-    /// Their sum, which [`Report::publish`] sets.
-    pub(crate) total: f64,
+    /// Their sum.
+    total: f64,
+}
+
+impl Seconds {
+    pub(crate) fn new([read, prepare, tessellate, write]: [f64; 4], check: Option<f64>) -> Self {
+        let total = read + prepare + tessellate + check.unwrap_or(0.0) + write;
+        Self { read, prepare, tessellate, check, write, total }
+    }
 }
 
 /// Ends a stage: its seconds since `begun`, when the next one begins.
@@ -202,8 +209,6 @@ impl Report {
         outputs: &mut Outputs,
     ) -> Result<Done, Failure> {
         self.peak_memory_bytes = peak_memory();
-        let Seconds { read, prepare, tessellate, check, write, .. } = self.seconds;
-        self.seconds.total = read + prepare + tessellate + check.unwrap_or(0.0) + write;
         // Worst first, otherwise in the order of arrival.
         self.diagnostics.sort_by_key(|entry| std::cmp::Reverse(entry.severity));
         let least = match (common.quiet, common.verbose) {

@@ -223,7 +223,7 @@ pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs)
     report.chord_mm = Some(tolerance.chord);
     report.angle_deg = Some(args.tolerance.angle.min(90.0));
     report.workers = rayon::current_num_threads();
-    report.seconds = Seconds { read, prepare, tessellate, check: args.check.then_some(check), write, total: 0.0 };
+    report.seconds = Seconds::new([read, prepare, tessellate, write], args.check.then_some(check));
     let done = report.publish(common, args.json, args.report.as_deref(), outputs);
     // The process is about to exit: dropping large structures would only delay it.
     std::mem::forget((prepared, frame));
