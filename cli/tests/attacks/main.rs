@@ -72,7 +72,7 @@ fn ends_well(run: &Run, memory: u64, what: &str) {
 
 /// Tessellates a text with default limits and with `--max-memory 500`. It must end with `status`, and a message that
 /// contains `why`.
-fn answers(name: &str, text: &str, status: i32, why: &str) {
+fn assert_answers(name: &str, text: &str, status: i32, why: &str) {
     let file = folder(name).join("attack.step");
     fs::write(&file, text).unwrap();
     for options in [&[][..], &["--max-memory", "500"]] {
@@ -86,33 +86,38 @@ fn answers(name: &str, text: &str, status: i32, why: &str) {
 
 #[test]
 fn lists_of_lists_are_visited_once_or_name_the_limit() {
-    answers("tessellated sets", &files::tessellated_sets(20), 0, "");
-    answers("composites of 4096", &files::composites(3), 3, "");
-    answers("composites of 10^8", &files::composites(8), 3, "segments of curves are listed more than");
-    answers("composites of 10^20", &files::composites(20), 3, "segments of curves are listed more than");
-    answers("shells", &files::repeated_shells(1000), 0, "");
-    answers("missing elements", &files::missing_elements(3000), 3, "elements of geometric sets are listed more than");
+    assert_answers("tessellated sets", &files::tessellated_sets(20), 0, "");
+    assert_answers("composites of 4096", &files::composites(3), 3, "");
+    assert_answers("composites of 10^8", &files::composites(8), 3, "segments of curves are listed more than");
+    assert_answers("composites of 10^20", &files::composites(20), 3, "segments of curves are listed more than");
+    assert_answers("shells", &files::repeated_shells(1000), 0, "");
+    assert_answers(
+        "missing elements",
+        &files::missing_elements(3000),
+        3,
+        "elements of geometric sets are listed more than",
+    );
     let shared = "items of representations that products share are listed more than";
-    answers("representations", &files::shared_representation(1000), 3, shared);
-    answers("one use of an edge", &files::repeated_use(8000), 0, "7999 uses of edges again");
-    answers("one edge", &files::repeated_edge(8000), 3, "crosses or overlaps itself");
+    assert_answers("representations", &files::shared_representation(1000), 3, shared);
+    assert_answers("one use of an edge", &files::repeated_use(8000), 0, "7999 uses of edges again");
+    assert_answers("one edge", &files::repeated_edge(8000), 3, "crosses or overlaps itself");
 }
 
 #[test]
 fn assemblies_share_names_or_name_the_limit() {
-    answers("names", &files::named_assemblies(5, 20_000), 0, "");
-    answers("assemblies", &files::named_assemblies(6, 10), 1, "assemblies nested in each other place more than");
+    assert_answers("names", &files::named_assemblies(5, 20_000), 0, "");
+    assert_answers("assemblies", &files::named_assemblies(6, 10), 1, "assemblies nested in each other place more than");
 }
 
 #[test]
 fn a_curve_that_many_edges_share_names_the_limit() {
-    answers("curve", &files::shared_curve(200, 300), 3, "points of shared curves are listed more than");
+    assert_answers("curve", &files::shared_curve(200, 300), 3, "points of shared curves are listed more than");
 }
 
 #[test]
 fn extreme_numbers_are_named() {
-    answers("unit", &files::huge_unit(), 3, "out of range; millimetres assumed");
-    answers("far", &files::far_away(), 1, "--recenter moves the scene to the origin");
+    assert_answers("unit", &files::huge_unit(), 3, "out of range; millimetres assumed");
+    assert_answers("far", &files::far_away(), 1, "--recenter moves the scene to the origin");
 }
 
 #[test]

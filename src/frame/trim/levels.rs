@@ -213,7 +213,7 @@ mod tests {
         let rings = [ring(300, 0.9), ring(2_000, 0.9), ring(1_000, 0.3)];
         for loops in discs.into_iter().chain(rings).chain([plate(&mut { hole }), plate(&mut of_any_size)]) {
             let (points, starts) = rounds(&loops);
-            has_delaunay_shapes(&points, &starts);
+            assert_shapes_of_delaunay(&points, &starts);
         }
     }
 
@@ -223,10 +223,10 @@ mod tests {
             let angle = std::f64::consts::TAU * f64::from(k) / 4096.0;
             DVec2::from_angle(angle) * (1.0 + 0.3 * (13.0 * angle).sin())
         };
-        has_delaunay_shapes(&(0..4096).map(point).collect::<Vec<_>>(), &[0]);
+        assert_shapes_of_delaunay(&(0..4096).map(point).collect::<Vec<_>>(), &[0]);
     }
 
-    fn has_delaunay_shapes(points: &[DVec2], starts: &[u32]) {
+    fn assert_shapes_of_delaunay(points: &[DVec2], starts: &[u32]) {
         let ours = proven(points, starts).expect("simple");
         let ends = starts.iter().skip(1).copied().chain([points.len() as u32]);
         let loops = starts
