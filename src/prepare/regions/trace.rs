@@ -40,9 +40,8 @@ fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Stretches<'
 const SAME_DIRECTION: f64 = 0.01;
 
 /// Traces a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. If none closes it,
-/// also from each sheet of the surface at their starts. The second value is that gap, mm, or the longest leap
-/// of a pcurve, if the loop does not close.
-/// Raises `gap` to the largest distance between edge and surface.
+/// also from each sheet of the surface at their starts. The second value is that gap, mm, or the longest leap of
+/// a pcurve, if the loop does not close. Raises `gap` to the largest distance between edge and surface.
 pub(crate) fn trace_loop(
     part: &Part,
     coedges: &[Coedge],

@@ -93,7 +93,7 @@ pub(crate) struct Marched {
     pub(crate) samples: Vec<UvSample>,
     /// Largest distance between edge and surface, at the samples and in the middles between them.
     pub(crate) gap: f64,
-    /// Longest leap of the image from one sheet of the surface to another, in space; 0 if there is none.
+    /// Longest leap of the image, in space: from one sheet of the surface to another. 0 without a leap.
     pub(crate) leap: f64,
     /// Poles at the ends, in order of the edge's parameter.
     pub(crate) poles: [Option<usize>; 2],
