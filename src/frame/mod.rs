@@ -4,13 +4,12 @@
 //! serves moving cameras; meshing for a tolerance does not use it.
 
 mod tolerance;
-pub use tolerance::object_tolerance::Tolerance;
+pub use tolerance::Tolerance;
 
 mod plan;
 pub use plan::damage::DamagedPlan;
-pub use plan::for_view::{plan_for_view, plan_for_view_on, plan_for_view_within};
 pub use plan::limits::{BYTES_PER_TRIANGLE, PlanLimits, Shortfall};
-pub use plan::make::{PlanError, plan, plan_on, plan_within};
+pub use plan::make::{PlanError, plan, plan_for_view, plan_for_view_on, plan_for_view_within, plan_on, plan_within};
 pub use plan::output::Plan;
 
 mod trim;
@@ -20,12 +19,12 @@ mod vertices;
 mod refine;
 
 mod tile;
-pub use tile::ladder::{Ladder, Rung};
 pub use tile::outcome::Degradation;
+pub use tile::outcome::{Ladder, Rung};
 
 mod live;
 pub use live::attributes::Attributes;
-pub use live::options::PlannerOptions;
+pub use live::rates::PlannerOptions;
 
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]
@@ -41,13 +40,11 @@ pub mod internals {
     pub(crate) use super::plan::output::free;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
     pub use super::plan::rows::PlanRows;
-    pub(crate) use super::tile::fill::fill_tile;
+    pub(crate) use super::tile::job::fill_tile;
     pub use super::tile::job::tessellate_tile;
     pub use super::tile::outcome::TileOutcome;
     pub use super::tile::record::{TileRecord, record_tile};
-    pub use super::vertices::boundary::edge_line;
-    pub use super::vertices::scratch::Scratch;
-    pub use super::vertices::{evaluate, lattice};
+    pub use super::vertices::{Scratch, edge_line, evaluate, lattice};
 
     /// Trim triangulation of one tile in cell units.
     pub mod trim {

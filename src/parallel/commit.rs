@@ -3,8 +3,8 @@
 
 use super::error::FrameError;
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, MadeTile, Notes};
+use super::handoff::{Seat, Seats};
 use super::metrics::{Laps, WorkerMetrics};
-use super::seats::{Seat, Seats};
 use super::writer::Writer;
 use crate::control::Control;
 use crate::frame::{Ladder, Rung};

@@ -1,11 +1,12 @@
-//! What workers are asked for, and what they deliver.
+//! What workers are asked for, what they deliver, and the order in which a commit takes their tiles.
 
 use super::metrics::WorkerMetrics;
 use super::writer::Rooms;
 use crate::control::{Control, Counter, Stage};
 use crate::frame::{Degradation, Rung};
-use crate::mesh::{Batch, EdgeLine, NotWritten, WrittenTile};
+use crate::mesh::{Batch, EdgeLine, NotWritten, Scene, WrittenTile};
 use crate::model::{EdgeId, FaceId, PartId, TileId};
+use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -172,4 +173,140 @@ pub struct LostLine {
     pub edge: EdgeId,
     /// What happened to it.
     pub why: String,
+}
+
+/// Where tiles that follow each other in a frame are made, and then found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Seat {
+    pub(super) worker: u32,
+    /// Of the first one in the worker's hand, and in its delivery.
+    first: u32,
+    count: u32,
+}
+
+impl Seat {
+    /// Appends a tile, which `worker` makes as its tile `row`.
+    pub(super) fn push(seats: &mut Vec<Self>, worker: u32, row: u32) {
+        match seats.last_mut() {
+            Some(last) if last.worker == worker && last.first + last.count == row => {
+                last.count += 1;
+            }
+            _ => seats.push(Self { worker, first: row, count: 1 }),
+        }
+    }
+
+    /// Rows of the tiles.
+    pub(super) fn rows(&self) -> Range<usize> {
+        self.first as usize..(self.first + self.count) as usize
+    }
+}
+
+/// All tiles that workers own. Known when they are dealt, so that no frame has to sort what it made.
+#[derive(Debug, Default)]
+pub(super) struct Seats {
+    /// Ascending by (part, tile); none has tiles of two parts.
+    seats: Vec<Seat>,
+    /// By part.
+    parts: Vec<PartSeats>,
+}
+
+#[derive(Debug, Default)]
+struct PartSeats {
+    /// Where its seats end.
+    end: usize,
+    /// Number of the tiles of each face, up to the last one that has any.
+    tiles: Vec<u32>,
+    /// The faces before that which have none.
+    without: Vec<FaceId>,
+}
+
+impl Seats {
+    pub(super) fn of(hands: &[Hand]) -> Self {
+        let tiles = (0..).zip(hands).flat_map(|(worker, hand): (u32, &Hand)| {
+            let rows = (0_u32..).zip(&hand.tiles);
+            rows.map(move |(row, &(part, tile, face))| ((part, tile), face, (worker, row)))
+        });
+        let mut tiles: Vec<_> = tiles.collect();
+        // Hands are ascending: a stable sort merges them.
+        tiles.sort();
+        let mut all = Self::default();
+        for of_part in tiles.chunk_by(|a, b| a.0.0 == b.0.0) {
+            let part = of_part[0].0.0.index();
+            let nothing = || PartSeats { end: all.seats.len(), ..PartSeats::default() };
+            all.parts.resize_with(part, nothing);
+            let (mut seats, mut tiles) = (Vec::new(), Vec::new());
+            for &(_, face, (worker, row)) in of_part {
+                tiles.resize(tiles.len().max(face.index() + 1), 0);
+                tiles[face.index()] += 1;
+                Seat::push(&mut seats, worker, row);
+            }
+            all.seats.append(&mut seats);
+            let without = (0..tiles.len()).filter(|&face| tiles[face] == 0).map(FaceId::new).collect();
+            all.parts.push(PartSeats { end: all.seats.len(), tiles, without });
+        }
+        all
+    }
+
+    /// The seats of the first `parts` parts.
+    pub(super) fn of_first(&self, parts: usize) -> &[Seat] {
+        let known = &self.parts[..parts.min(self.parts.len())];
+        &self.seats[..known.last().map_or(0, |part| part.end)]
+    }
+
+    /// The faces of `scene` without triangles, if these are the faces of all tiles that have none.
+    pub(super) fn without_triangles(&self, scene: &Scene, mut of_bare: Vec<(PartId, FaceId)>) -> Vec<(PartId, FaceId)> {
+        of_bare.sort_unstable();
+        let tiles = |(part, face): (PartId, FaceId)| -> usize {
+            let count = self.parts.get(part.index()).and_then(|of_part| of_part.tiles.get(face.index()));
+            count.map_or(0, |&count| count as usize)
+        };
+        let bare = of_bare.chunk_by(|a, b| a == b).filter(|of_face| of_face.len() == tiles(of_face[0]));
+        let mut faces: Vec<_> = bare.map(|of_face| of_face[0]).collect();
+        for (part, of_scene) in scene.parts.iter().enumerate() {
+            let known = self.parts.get(part);
+            let without = known.map_or(&[][..], |known| &known.without).iter().copied();
+            let beyond = known.map_or(0, |known| known.tiles.len())..of_scene.face_colours.len();
+            faces.extend(without.chain(beyond.map(FaceId::new)).map(|face| (PartId::new(part), face)));
+        }
+        faces
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::ScenePart;
+    use crate::model::TileId;
+
+    #[test]
+    fn seats_are_in_the_order_of_tiles_and_count_those_of_faces() {
+        let row = |part, tile, face| (PartId(part), TileId(tile), FaceId(face));
+        let tiles = [
+            vec![row(0, 1, 0), row(1, 5, 2)],
+            vec![row(0, 0, 0), row(0, 2, 2), row(0, 3, 3), row(1, 3, 0)],
+            vec![],
+            vec![row(1, 4, 2)],
+        ];
+        let hands = tiles.clone().map(|tiles| Hand { tiles, edges: Vec::new() });
+        let seats = Seats::of(&hands);
+        let found = |parts| {
+            let of = |seat: &Seat| &tiles[seat.worker as usize][seat.rows()];
+            seats.of_first(parts).iter().flat_map(of).copied().collect::<Vec<_>>()
+        };
+        let mut all = tiles.concat();
+        all.sort_unstable();
+        assert_eq!(found(9), all);
+        assert_eq!(found(1), all[..4]);
+        assert_eq!(found(0), []);
+        assert_eq!(seats.of_first(9).iter().map(|seat| seat.rows().len()).collect::<Vec<_>>(), [1, 1, 2, 1, 1, 1]);
+
+        let part = |faces| ScenePart { face_colours: vec![None; faces], ..ScenePart::default() };
+        let scene = Scene { parts: vec![part(4), part(4)], ..Scene::default() };
+        let face = |part, face| (PartId(part), FaceId(face));
+        let never = [face(0, 1), face(1, 1), face(1, 3)];
+        let mut bare = seats.without_triangles(&scene, vec![face(1, 2), face(0, 2), face(0, 0)]);
+        bare.sort_unstable();
+        assert_eq!(bare, [vec![never[0], face(0, 2)], never[1..].to_vec()].concat());
+        assert_eq!(seats.without_triangles(&scene, vec![face(1, 2); 2]), [&[face(1, 2)][..], &never].concat());
+    }
 }

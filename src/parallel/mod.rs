@@ -11,8 +11,6 @@ mod writer;
 mod handoff;
 pub use handoff::{DegradedTile, FaceFill, FaceRung, LostLine};
 
-mod seats;
-
 mod scene_keys;
 
 mod error;
@@ -29,27 +27,20 @@ mod residency;
 
 mod owners;
 
-mod options;
-pub use options::SessionOptions;
-
 mod flight;
 
 mod worker;
 
-mod crew;
-
 mod engine;
+pub use engine::SessionOptions;
 
 mod once;
-pub use once::{serial, tessellate_on};
+pub use once::{coarse_points, serial, tessellate_on};
 
 mod session;
 pub use session::Session;
 
 mod placing;
-
-mod coarse_points;
-pub use coarse_points::coarse_points;
 
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]

@@ -1,14 +1,16 @@
-//! Prepared model and a plan -> one frame, without a session.
+//! Prepared model and a plan -> one frame, without a session; points all over the model.
 
 use super::commit::{FrameReport, Rows};
-use super::crew::Crew;
 use super::engine::whole_frame;
 use super::error::FrameError;
 use super::owners::{hands, workers_on};
+use super::worker::Crew;
 use crate::control::{Alone, Control, Jobs, width};
-use crate::frame::Plan;
-use crate::mesh::MeshSink;
+use crate::frame::{self, Plan, PlanLimits, Tolerance};
+use crate::mesh::{MeshSink, PackedFrame};
 use crate::prepare::Prepared;
+use crate::view::View;
+use glam::DVec3;
 use std::sync::Arc;
 
 /// Makes the same frame as [`Session::frame`](super::Session::frame) on the caller's thread alone.
@@ -43,6 +45,32 @@ pub fn tessellate_on(
     let mut crew = Crew::of(prepared, hands(prepared, (workers_on(threads), threads), edge_lines));
     let with = (&mut crew, &mut Rows::default());
     whole_frame(with, (jobs, prepared, None), plan, (&prepared.scene, control), sink)
+}
+
+/// Chord tolerance, as a fraction of the diagonal.
+const CHORD_REL: f64 = 1e-2;
+
+/// The vertices of a coarse mesh of the placed model, millimetres. A camera that is fitted to them sees all of the
+/// model up to a hundredth of its size.
+///
+/// # Errors
+/// When cancelled.
+pub fn coarse_points(
+    jobs: &dyn Jobs,
+    prepared: &Arc<Prepared>,
+    limits: &PlanLimits,
+    control: &Control,
+) -> Result<Vec<DVec3>, FrameError> {
+    let tolerance = Tolerance { chord: CHORD_REL * prepared.diagonal, angle: View::ANGLE, max_edge: None };
+    let plan = Arc::new(frame::plan_on(jobs, prepared, &tolerance, limits, control)?);
+    let mut coarse = PackedFrame::default();
+    tessellate_on(jobs, prepared, &plan, false, control, &mut coarse)?;
+    let mut points = Vec::new();
+    for instance in &coarse.scene.instances {
+        let of_part = coarse.parts.get(instance.part.index()).into_iter().flat_map(|part| &part.positions);
+        points.extend(of_part.map(|&point| instance.transform.transform_point3(point)));
+    }
+    Ok(points)
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use super::distribute::{deal, loads};
 use super::handoff::Hand;
+use super::handoff::Seat;
 use super::residency::Due;
-use super::seats::Seat;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use std::num::NonZeroU32;

@@ -3,12 +3,12 @@
 
 use super::commit::FrameReport;
 use super::edits::{Edited, Edits};
+use super::engine::SessionOptions;
 use super::engine::{Degraded, Engine, FinishedFrame};
 use super::error::{FrameError, Lost};
 use super::flight::{Flight, Orders};
 use super::handoff::DegradedTile;
 use super::metrics::SessionMemory;
-use super::options::SessionOptions;
 use super::scene_keys::SceneKeys;
 use crate::control::{Control, Jobs, StartError, Threads};
 use crate::frame::internals::{InstanceLook, Levels, add_level, completed};

@@ -1,9 +1,10 @@
-//! Own tiles and a plan -> one delivery per frame. A worker owns its tiles and shares no mutable data: no locks, no
-//! messages to other workers.
+//! Own tiles and a plan -> one delivery of each worker per frame, on whichever thread is free. A worker owns its tiles
+//! and shares no mutable data: no locks, no messages to other workers.
 
-use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, MadeTile, Watch};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, Hand, LostLine, MadeTile, Seats, Watch};
 use super::metrics::{Laps, Processor};
 use super::writer::{Rooms, Writer};
+use crate::control::{Jobs, map_with};
 use crate::frame::internals::{Scratch, TileOutcome, edge_line, fill_tile, tessellate_tile};
 use crate::frame::{Plan, Rung};
 use crate::mesh::{Batch, MeshLists, NotWritten, SinkError, TileMesh, WrittenTile};
@@ -11,8 +12,10 @@ use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::panic_message;
 use std::any::Any;
+use std::cmp::Reverse;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// What all workers are told about a frame.
 pub(super) struct Order {
@@ -25,7 +28,7 @@ pub(super) struct Order {
 }
 
 /// A worker at work, in the scratch of the thread that it runs on.
-pub(super) struct Worker<'a> {
+struct Worker<'a> {
     /// Its place among the workers.
     pub(super) number: u32,
     pub(super) prepared: &'a Prepared,
@@ -158,4 +161,96 @@ fn take(delivery: &mut Delivery, part: PartId, tile: TileId, outcome: TileOutcom
         delivery.note().degraded.push(DegradedTile { part, face, tile, degradation });
     }
     mesh
+}
+
+/// What each worker has to make in a frame.
+pub(super) enum Work {
+    /// Everything that it owns of the first `n` parts.
+    All(usize),
+    /// Its hand of these, a subset of what it owns; and whether to measure each tile.
+    Some(Vec<Hand>, bool),
+}
+
+/// The workers of a session.
+pub(super) struct Crew {
+    prepared: Arc<Prepared>,
+    /// What each worker owns.
+    hands: Arc<Vec<Hand>>,
+    /// How long each worker took in the last frame of everything.
+    took: Vec<Duration>,
+    /// Of each thread, whichever workers it runs: what was used last is in its caches.
+    // Boxed: they are large, and move to threads and back.
+    #[allow(clippy::vec_box, reason = "see above")]
+    scratches: Vec<Box<Scratch>>,
+    seats: Seats,
+}
+
+impl Crew {
+    /// One worker per hand.
+    pub(super) fn of(prepared: &Arc<Prepared>, hands: Vec<Hand>) -> Self {
+        Self {
+            prepared: Arc::clone(prepared),
+            took: vec![Duration::ZERO; hands.len()],
+            scratches: Vec::new(),
+            seats: Seats::of(&hands),
+            hands: Arc::new(hands),
+        }
+    }
+
+    /// Replaces the model by the same with more parts.
+    pub(super) fn set_prepared(&mut self, prepared: &Arc<Prepared>) {
+        self.prepared = Arc::clone(prepared);
+    }
+
+    /// Number of workers.
+    pub(super) fn len(&self) -> usize {
+        self.hands.len()
+    }
+
+    /// Where the tiles of a frame of everything are.
+    pub(super) fn seats(&self) -> &Seats {
+        &self.seats
+    }
+
+    /// Makes a frame: a delivery of each worker that has something to do, in any order. When cancelled, deliveries are
+    /// incomplete.
+    ///
+    /// `lists`: by worker, of the tiles that it wrote last. Those of the workers are taken, for their room.
+    pub(super) fn make(
+        &mut self,
+        jobs: &dyn Jobs,
+        order: Order,
+        work: Work,
+        lists: &mut [Vec<WrittenTile>],
+    ) -> Vec<Delivery> {
+        let _span = tracing::trace_span!("tiles").entered();
+        // The longest first: what a thread begins last is short, and all end at about the same time.
+        let (hands, parts, timed, busy) = match work {
+            Work::All(parts) => {
+                let mut busy: Vec<usize> = (0..self.hands.len()).collect();
+                busy.sort_unstable_by_key(|&worker| Reverse(self.took[worker]));
+                (Arc::clone(&self.hands), parts, false, busy)
+            }
+            Work::Some(hands, timed) => {
+                let mut busy: Vec<usize> = (0..hands.len()).filter(|&worker| !hands[worker].is_empty()).collect();
+                busy.sort_unstable_by_key(|&worker| Reverse(hands[worker].tiles.len()));
+                (Arc::new(hands), usize::MAX, timed, busy)
+            }
+        };
+        let is_all = Arc::ptr_eq(&hands, &self.hands);
+        let prepared = Arc::clone(&self.prepared);
+        let with_list = |worker: usize| (worker, lists.get_mut(worker).map(std::mem::take).unwrap_or_default());
+        let busy = busy.into_iter().map(with_list).collect();
+        let make = move |scratch: &mut Box<Scratch>, (worker, list): (usize, Vec<WrittenTile>)| {
+            let mut at_work = Worker { number: worker as u32, prepared: &prepared, scratch };
+            at_work.make(&order, (&hands[worker], parts), timed, list)
+        };
+        let deliveries = map_with(jobs, &mut self.scratches, busy, make);
+        if is_all {
+            // One that stopped early tells no time.
+            let whole = deliveries.iter().map(|delivery| &delivery.metrics).filter(|metrics| !metrics.busy().is_zero());
+            whole.for_each(|metrics| self.took[metrics.worker as usize] = metrics.busy());
+        }
+        deliveries
+    }
 }

@@ -20,7 +20,7 @@ pub struct Attributes {
     ///
     /// Instances that share an LOD share its tiles, which are as fine as the strictest of them needs.
     pub tolerance_scale: f64,
-    /// Factor on the error by which tiles are ordered while a [budget](super::options::PlannerOptions::budget) defers
+    /// Factor on the error by which tiles are ordered while a [budget](super::rates::PlannerOptions::budget) defers
     /// some. Finite and above 0. Those of an instance and its part are multiplied. Instances that share an LOD share
     /// the largest of those in view.
     pub priority: f64,

@@ -6,11 +6,11 @@
 
 use super::draft::WantedRate;
 use crate::control::{Call, map};
-use crate::frame::plan::budget::predicted;
-use crate::frame::plan::output::Plan;
+use crate::frame::plan::output::{PartPlan, Plan, cells};
 use crate::math::BitMix;
 use crate::math::order::ordered;
 use crate::prepare::Prepared;
+use crate::prepare::internals::{EdgeUse, Tile, nanoseconds};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashSet, VecDeque};
 use std::hash::BuildHasherDefault;
@@ -111,6 +111,18 @@ fn place_of(lists: &[Waiting], tile: Pair) -> Option<Pair> {
     Some((list, lists[list].rates.binary_search_by_key(&tile, row).ok()?))
 }
 
+/// Predicted time of a tile in nanoseconds, with its number of cells scaled by `growth` and its boundary tessellants by
+/// √`growth`.
+fn predicted(plan: &PartPlan, tile: &Tile, t: usize, growth: f64) -> f64 {
+    let tessellants = |u: &EdgeUse| {
+        let breaks = &plan.edges[u.edge.index()].breaks;
+        let at = |k: u32| breaks.get(k as usize).copied().unwrap_or(0);
+        f64::from(at(u.from).abs_diff(at(u.to)))
+    };
+    let boundary: f64 = tile.loops.iter().flatten().map(tessellants).sum();
+    nanoseconds(growth * cells(&plan.tiles[t]) as f64, growth.sqrt() * boundary)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,7 +130,7 @@ mod tests {
     use crate::frame::live::rate::Rate;
     use crate::frame::plan::limits::PlanLimits;
     use crate::frame::plan::make::plan_within;
-    use crate::frame::tolerance::object_tolerance::Tolerance;
+    use crate::frame::tolerance::Tolerance;
     use crate::model::{ModelBuilder, shapes};
     use crate::prepare::{PrepareOptions, prepare};
     use crate::sequence::random::SplitMix;

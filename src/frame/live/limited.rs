@@ -2,7 +2,7 @@
 
 use super::rate::steps_of;
 use super::rates::Rates;
-use crate::frame::plan::budget::Budget;
+use crate::frame::plan::limits::Budget;
 use crate::frame::plan::limits::Shortfall;
 use crate::mesh::successors;
 use crate::model::{PartId, RowId, TileId};

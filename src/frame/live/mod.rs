@@ -1,6 +1,5 @@
 //! Plans for moving cameras: culling, levels of detail, hysteresis, budgets.
 
-pub(super) mod options;
 pub(super) mod attributes;
 pub(super) mod culling;
 pub(super) mod placed;

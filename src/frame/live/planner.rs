@@ -12,15 +12,15 @@ use super::draft::{
 };
 use super::first;
 use super::limited::{LimitStep, Limited};
-use super::options::PlannerOptions;
 use super::pages::{NewRows, PlanChanges, PlanPages, renewed};
 use super::placed::{PlacedInstances, Shown};
 use super::rate::{Rate, Terms};
+use super::rates::PlannerOptions;
 use super::rates::{PartRates, Rates, lengthened};
 use super::undo::{Undo, Whole};
 use crate::control::{Alone, Call, Control, Jobs, chunks, map, map_with};
-use crate::frame::plan::budget::cells;
 use crate::frame::plan::lattice::Lattices;
+use crate::frame::plan::output::cells;
 use crate::frame::plan::output::{EdgePolyline, PartPlan, Plan, TileLattice};
 use crate::frame::plan::tessellants::Tessellants;
 use crate::model::{PartId, RowId};

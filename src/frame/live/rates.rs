@@ -6,13 +6,12 @@ use super::draft::{
     BESIDE_NEW, CellsAt, GroupBand, NewLattice, NewTessellants, RateChanges, SeenRange, SeenTiles, Sights,
     TessellantUpdate, UNSEEN, VisibleTiles, WantedRate, pair,
 };
-use super::options::PlannerOptions;
 use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
-use crate::frame::plan::budget::{Budget, cells};
 use crate::frame::plan::lattice::{LatticeRequest, Lattices, is_single, places};
-use crate::frame::plan::output::{EdgePolyline, Plan};
+use crate::frame::plan::limits::{Budget, PlanLimits};
+use crate::frame::plan::output::{EdgePolyline, Plan, cells};
 use crate::frame::plan::tessellants::{Tessellants, is_bare, turns_more_than_bends};
-use crate::frame::tolerance::box_tolerance::BoxTolerances;
+use crate::frame::tolerance::BoxTolerances;
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::math::bits::ones;
 use crate::model::{PartId, RowId, SurfaceKind, TileId};
@@ -20,6 +19,33 @@ use crate::prepare::Prepared;
 use crate::prepare::internals::{BoundingBox, EdgeUse, PreparedFace, PreparedPart, Tile, TileUse};
 use smallvec::SmallVec;
 use std::sync::Arc;
+use std::time::Duration;
+
+/// Options of the plans for frames of views.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct PlannerOptions {
+    /// Limits on the size of a plan.
+    pub limits: PlanLimits,
+    /// Budget for the tiles of a frame, as predicted time of a single worker. Changes beyond it wait for the next
+    /// frame. New tiles are always built, at a coarse level if the budget is spent. `None` disables it.
+    pub budget: Option<Duration>,
+    /// Cull back-facing tiles of closed parts.
+    /// Only valid while no camera is inside a part and the near plane clips none.
+    pub cull_back_faces: bool,
+}
+
+impl PlannerOptions {
+    /// Default limits, no budget, no back-face culling.
+    pub const DEFAULT: Self = Self { limits: PlanLimits::DEFAULT, budget: None, cull_back_faces: false };
+}
+
+options! {
+    PlannerOptions:
+    with_limits(limits: PlanLimits);
+    with_budget(budget: Option<Duration>);
+    with_cull_back_faces(cull_back_faces: bool);
+}
 
 /// Split the level of a tile into per-box levels when they differ by more than this factor. Each of them can trigger a
 /// rebuild: at 1.6 the trimmed teapot has 5 % fewer triangles, and twice as many tiles are rebuilt.

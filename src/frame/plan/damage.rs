@@ -147,7 +147,7 @@ fn check_edge((part, edge): (PartId, RowId), line: &EdgePolyline, of: &PreparedE
 mod tests {
     use super::*;
     use crate::frame::plan::make::plan;
-    use crate::frame::tolerance::object_tolerance::Tolerance;
+    use crate::frame::tolerance::Tolerance;
     use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
 

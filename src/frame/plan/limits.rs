@@ -141,3 +141,17 @@ impl fmt::Display for Shortfall {
 }
 
 impl std::error::Error for Shortfall {}
+
+/// What remains of the limits.
+pub(crate) struct Budget {
+    /// Cells and tessellants.
+    pub(crate) left: u64,
+    pub(crate) cells_per_tile: u64,
+}
+
+impl Budget {
+    /// `held_mib`: memory of the prepared model, MiB.
+    pub(crate) fn of(limits: &PlanLimits, held_mib: u32) -> Self {
+        Self { left: limits.allowed(held_mib) / 2, cells_per_tile: (limits.triangles_per_tile / 2).max(1) }
+    }
+}

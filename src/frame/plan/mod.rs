@@ -3,12 +3,10 @@
 pub(super) mod limits;
 pub(super) mod rows;
 pub(super) mod output;
-pub(super) mod budget;
 pub(super) mod density;
 pub(super) mod directions;
 pub(super) mod lattice;
 pub(super) mod tile_bounds;
 pub(super) mod tessellants;
 pub(super) mod make;
-pub(super) mod for_view;
 pub(super) mod damage;

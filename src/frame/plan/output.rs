@@ -246,6 +246,12 @@ impl Plan {
     }
 }
 
+/// Number of cells of a lattice.
+pub(crate) fn cells(lattice: &TileLattice) -> u64 {
+    let (nu, nv) = lattice.cells();
+    u64::from(nu) * u64::from(nv)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

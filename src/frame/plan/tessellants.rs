@@ -3,8 +3,8 @@
 use super::density::Density;
 use super::output::{CellWalk, EdgePolyline, TileLattice, is_even, most_lines};
 use super::rows::PlanRows;
-use crate::frame::tolerance::box_tolerance::{BoxTolerances, dilate, most_touched};
-use crate::frame::tolerance::object_tolerance::Tolerance;
+use crate::frame::tolerance::Tolerance;
+use crate::frame::tolerance::{BoxTolerances, dilate, most_touched};
 use crate::math::order::{larger, smaller};
 use crate::model::TileId;
 use crate::prepare::internals::EdgeImage;

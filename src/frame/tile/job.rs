@@ -1,7 +1,6 @@
 //! A prepared tile and a plan -> its triangles.
 
-use super::ladder::Rung;
-use super::outcome::{Degradation, TileOutcome};
+use super::outcome::{Degradation, Rung, TileOutcome};
 use crate::frame::plan::output::{PartPlan, Plan, TileLattice};
 use crate::frame::refine::lift::FaceSurface;
 use crate::frame::refine::narrow::narrow;
@@ -9,11 +8,9 @@ use crate::frame::refine::unfold::unfold;
 use crate::frame::refine::web::TriangleShape;
 use crate::frame::trim::climb::{fill_loops, trim_tile};
 use crate::frame::trim::input::{NONE, TrimInput};
-use crate::frame::trim::output::TrimOutcome;
+use crate::frame::trim::output::{TrimOutcome, TrimOutput};
 use crate::frame::trim::reference::trim_tile_reference;
-use crate::frame::vertices::boundary::{cell_size, trace_loops};
-use crate::frame::vertices::places::evaluate_vertices;
-use crate::frame::vertices::scratch::Scratch;
+use crate::frame::vertices::{Scratch, cell_size, evaluate_vertices, trace_loops, trace_use};
 use crate::math::lanes::widest;
 use crate::math::order::smaller;
 use crate::mesh::{MeshLists, Origin, TileMesh};
@@ -361,7 +358,7 @@ fn are_apart(positions: &[DVec3], corners: [u32; 3]) -> bool {
 
 /// A triangle with its corners in the order of its face's outside.
 #[inline(always)]
-pub(super) fn oriented([a, b, c]: [u32; 3], reversed: bool) -> [u32; 3] {
+fn oriented([a, b, c]: [u32; 3], reversed: bool) -> [u32; 3] {
     if reversed { [a, c, b] } else { [a, b, c] }
 }
 
@@ -372,6 +369,40 @@ fn from_cells(lattice: &TileLattice, p: DVec2) -> DVec2 {
         lines[k] + (x - k as f64) * (lines[k + 1] - lines[k])
     };
     DVec2::new(at(&lattice.us, p.x), at(&lattice.vs, p.y))
+}
+
+/// Fills one tile's loops in space, after [`tessellate_tile`](crate::frame::internals::tessellate_tile) panicked. `why`
+/// is the reason to report.
+///
+/// Uses only the points of edges. Normals are averaged from the triangles, parameters are zero.
+#[must_use]
+pub(crate) fn fill_tile(prepared: &Prepared, plan: &Plan, part: PartId, tile: TileId, why: String) -> TileOutcome {
+    let (rows, plan) = (&prepared.parts[part.index()], &plan.parts[part.index()]);
+    let tile = &rows.tiles[tile.0 as usize];
+    let reversed = rows.face_of(tile).reversed;
+    let mut mesh = TileMesh::default();
+    let (mut loop_starts, mut ts) = (vec![0], Vec::new());
+    for l in &tile.loops {
+        for used in l {
+            trace_use((rows, plan), used, &mut ts, (&mut mesh.positions, &mut mesh.origins));
+        }
+        loop_starts.push(mesh.positions.len() as u32);
+    }
+    let points = vec![DVec2::ZERO; mesh.positions.len()];
+    let input = TrimInput { cells: (1, 1), points: &points, loop_starts: &loop_starts, places: &mesh.positions };
+    let mut filled = TrimOutput::default();
+    fill_loops(&input, &mut filled);
+    mesh.triangles = filled.closing.iter().map(|&corners| oriented(corners, reversed)).collect();
+    mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];
+    let mut normals = vec![DVec3::ZERO; mesh.positions.len()];
+    for corners in &mesh.triangles {
+        let [a, b, c] = corners.map(|v| mesh.positions[v as usize]);
+        corners.iter().for_each(|&v| normals[v as usize] += (b - a).cross(c - a));
+    }
+    mesh.normals = normals.iter().map(|n| n.normalize_or(DVec3::Z).as_vec3()).collect();
+    let slivers = mesh.triangles.len() as u32;
+    let degradation = Some(Degradation::Filled(why));
+    TileOutcome { face: tile.face, mesh, rung: Rung::Filled, degradation, slivers, rewound: 0.0 }
 }
 
 #[cfg(test)]

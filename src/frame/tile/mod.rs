@@ -1,7 +1,5 @@
 //! One tile and a plan -> its triangles, and the rung that they needed.
 
-pub(super) mod ladder;
 pub(super) mod outcome;
 pub(super) mod job;
-pub(super) mod fill;
 pub(super) mod record;
