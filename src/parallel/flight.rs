@@ -9,42 +9,25 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// What has become of work. The lock of one is held for as long as it takes to look, never while work runs.
-enum Stage<W, T> {
-    Unclaimed(W),
+enum Stage<T> {
+    Unclaimed(Box<dyn FnOnce() -> T + Send>),
     Running,
     /// With the message of a panic instead, if it panicked.
     Landed(Result<T, String>),
 }
 
-/// Work and its result, in one allocation.
-struct Slot<W, T> {
-    stage: Mutex<Stage<W, T>>,
+/// Work and its result.
+struct Slot<T> {
+    stage: Mutex<Stage<T>>,
     landed: Condvar,
 }
 
-/// A [`Slot`] for any work.
-trait Work<T>: Send + Sync {
-    /// Does the work, if nobody has begun it.
-    fn claim(&self);
-    fn is_unclaimed(&self) -> bool;
-    fn has_landed(&self) -> bool;
-    /// Waits at most so long for the result.
-    fn lands_within(&self, at_most: Duration) -> bool;
-    /// Waits for the result, which is there once.
-    fn take(&self) -> Result<T, String>;
-}
-
-impl<W, T> Slot<W, T> {
-    fn lock(&self) -> MutexGuard<'_, Stage<W, T>> {
+impl<T> Slot<T> {
+    fn lock(&self) -> MutexGuard<'_, Stage<T>> {
         self.stage.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
 
-fn is_awaited<W, T>(stage: &mut Stage<W, T>) -> bool {
-    !matches!(stage, Stage::Landed(_))
-}
-
-impl<W: FnOnce() -> T + Send, T: Send> Work<T> for Slot<W, T> {
+    /// Does the work, if nobody has begun it.
     fn claim(&self) {
         let mut stage = self.lock();
         if !matches!(*stage, Stage::Unclaimed(_)) {
@@ -59,19 +42,7 @@ impl<W: FnOnce() -> T + Send, T: Send> Work<T> for Slot<W, T> {
         }
     }
 
-    fn is_unclaimed(&self) -> bool {
-        matches!(*self.lock(), Stage::Unclaimed(_))
-    }
-
-    fn has_landed(&self) -> bool {
-        !is_awaited(&mut self.lock())
-    }
-
-    fn lands_within(&self, at_most: Duration) -> bool {
-        let waited = self.landed.wait_timeout_while(self.lock(), at_most, is_awaited);
-        !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
-    }
-
+    /// Waits for the result, which is there once.
     fn take(&self) -> Result<T, String> {
         let stage = self.landed.wait_while(self.lock(), is_awaited);
         let mut stage = stage.unwrap_or_else(PoisonError::into_inner);
@@ -82,13 +53,18 @@ impl<W: FnOnce() -> T + Send, T: Send> Work<T> for Slot<W, T> {
     }
 }
 
+fn is_awaited<T>(stage: &mut Stage<T>) -> bool {
+    !matches!(stage, Stage::Landed(_))
+}
+
 /// Work on its way.
-pub(super) struct Flight<T>(Arc<dyn Work<T>>);
+pub(super) struct Flight<T>(Arc<Slot<T>>);
 
 impl<T: Send + 'static> Flight<T> {
     /// Starts `work` on `jobs`.
     pub(super) fn start(jobs: &dyn Jobs, work: impl FnOnce() -> T + Send + 'static) -> Self {
-        let flight = Self(Arc::new(Slot { stage: Mutex::new(Stage::Unclaimed(work)), landed: Condvar::new() }));
+        let flight =
+            Self(Arc::new(Slot { stage: Mutex::new(Stage::Unclaimed(Box::new(work))), landed: Condvar::new() }));
         flight.spawn(jobs);
         flight
     }
@@ -101,15 +77,18 @@ impl<T: Send + 'static> Flight<T> {
     /// Whether [`land`](Self::land) would return at once. Spawns the work again if `jobs` have dropped it: whoever only
     /// asks would wait for ever.
     pub(super) fn has_landed(&self, jobs: &dyn Jobs) -> bool {
-        if Arc::strong_count(&self.0) == 1 && self.0.is_unclaimed() {
+        if Arc::strong_count(&self.0) == 1 && matches!(*self.0.lock(), Stage::Unclaimed(_)) {
             self.spawn(jobs);
         }
-        self.0.has_landed()
+        !is_awaited(&mut self.0.lock())
     }
 
     /// As [`has_landed`](Self::has_landed), after waiting at most so long. Does no work.
     pub(super) fn lands_within(&self, jobs: &dyn Jobs, at_most: Duration) -> bool {
-        self.has_landed(jobs) || self.0.lands_within(at_most)
+        self.has_landed(jobs) || {
+            let waited = self.0.landed.wait_timeout_while(self.0.lock(), at_most, is_awaited);
+            !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
+        }
     }
 
     /// The result. Does the work here if no thread has begun it, else waits. The message of a panic instead, if it
