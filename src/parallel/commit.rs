@@ -2,8 +2,7 @@
 //! its own memory by worker.
 
 use super::error::FrameError;
-use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, MadeTile, Notes};
-use super::handoff::{Seat, Seats};
+use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, MadeTile, Notes, Seat, Seats};
 use super::metrics::{Laps, WorkerMetrics};
 use super::writer::Writer;
 use crate::control::Control;
