@@ -1,7 +1,7 @@
 //! Point and starting parameters -> nearest point of a surface or a curve, by Newton's method held to the parameter box
 //! (Piegl & Tiller, The NURBS Book, §6.1).
 
-use crate::math::least_squares::solve_symmetric;
+use crate::math::solve::solve_symmetric;
 use crate::model::{CurveDerivatives, SurfaceDerivatives};
 use crate::prepare::internals::{BezierPatches, BezierSpline3};
 use glam::{DVec2, DVec3};

@@ -113,8 +113,7 @@ impl<'a> Call<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::jobs::{Alone, Job, Priority};
-    use super::super::threads::{Rayon, Threads};
+    use super::super::jobs::{Alone, Job, Priority, Rayon, Threads};
     use super::*;
     use std::sync::Arc;
     use std::thread;

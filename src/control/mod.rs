@@ -2,13 +2,10 @@
 
 mod jobs;
 pub(crate) use jobs::width;
-pub use jobs::{Alone, Job, Jobs, Priority};
+pub use jobs::{Alone, Job, Jobs, Priority, Rayon, StartError, Threads};
 
 mod map;
 pub(crate) use map::{chunks, drop_later, map, map_with};
-
-mod threads;
-pub use threads::{Rayon, StartError, Threads};
 
 mod progress;
 pub(crate) use progress::Counter;

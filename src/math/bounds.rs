@@ -12,8 +12,7 @@
 
 use super::bernstein::binomials;
 use super::fitted_bounds;
-use super::lanes::widest;
-use super::order::larger;
+use super::lanes::{larger, widest};
 use glam::{DVec3, DVec4};
 use smallvec::{SmallVec, smallvec};
 

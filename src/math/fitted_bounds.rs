@@ -5,8 +5,7 @@
 //! each times its factor is added. Each term is then one quotient by `W`, and the largest ratio of Bernstein coefficients
 //! bounds it (mediant inequality; needs positive weights).
 
-use super::lanes::widest;
-use super::order::larger;
+use super::lanes::{larger, widest};
 use glam::DVec4;
 use smallvec::SmallVec;
 

@@ -8,7 +8,7 @@
 //! Tiles of a run have edges in common, which are in the caches of whoever makes them, and their results are next to
 //! each other when a frame is committed.
 
-use crate::math::hilbert;
+use crate::math::sphere_tree::along_curve;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::Tile;
@@ -61,7 +61,7 @@ pub fn deal(loads: &[Load], workers: usize, threads: usize) -> Vec<Vec<usize>> {
     let runs = runs(loads, heaviest_run(loads, workers, threads));
     let weights: Vec<f64> = runs.iter().map(|run| weight(&loads[run.clone()])).collect();
     let centre = |run: &Range<usize>| loads[run.clone()].iter().map(|l| l.centre).sum::<DVec3>() / run.len() as f64;
-    let curve = hilbert::along_curve(runs.iter().map(centre));
+    let curve = along_curve(runs.iter().map(centre));
     let mut hands = vec![Vec::with_capacity(loads.len().div_ceil(workers)); workers];
     let mut sums = vec![0.0_f64; workers];
     let mut window: Vec<usize> = Vec::with_capacity(WINDOW * workers);

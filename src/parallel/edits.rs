@@ -3,7 +3,7 @@
 use super::error::EditError;
 use super::scene_keys::SceneKeys;
 use crate::frame::Attributes;
-use crate::math::rows::take_rows;
+use crate::math::keyed::take_rows;
 use crate::mesh::{InstanceKey, Scene, SceneInstance};
 use crate::model::{PartId, bad_colour};
 use glam::DAffine3;

@@ -1,6 +1,6 @@
 //! Keys of a session's instances and parts, and what of its scene the sink does not know yet.
 
-use crate::math::rows::take_rows;
+use crate::math::keyed::take_rows;
 use crate::mesh::{InstanceKey, PartKey, Scene, SceneChanges, SceneInstance, ScenePart};
 use crate::model::PartId;
 use slotmap::{DefaultKey, SlotMap};

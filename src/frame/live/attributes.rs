@@ -1,6 +1,6 @@
 //! What a caller says of parts and instances -> what frames of views make of each instance.
 
-use crate::math::rows::take_rows;
+use crate::math::keyed::take_rows;
 use crate::model::{Colour, PartId};
 use std::collections::BTreeMap;
 

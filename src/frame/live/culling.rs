@@ -4,7 +4,7 @@
 use crate::frame::plan::lattice::strips_under;
 use crate::frame::plan::tile_bounds::surface_box;
 use crate::frame::tolerance::part_camera::{PartCamera, PartEye, PixelScale};
-use crate::math::hilbert;
+use crate::math::sphere_tree::along_curve;
 use crate::prepare::internals::{BoundingBox, PreparedFace, PreparedPart, Tile};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
@@ -73,7 +73,7 @@ impl RangeBoxes {
     pub(super) fn of(part: &PreparedPart, range: usize, may_cull: bool) -> Self {
         let rows = &part.tiles[RANGE * range..part.tiles.len().min(RANGE * (range + 1))];
         let tiles: Vec<BoundingBox> = rows.iter().map(|tile| tile_box(part.face_of(tile), tile)).collect();
-        let members = hilbert::along_curve(tiles.iter().map(|tile| 0.5 * (tile.low + tile.high)));
+        let members = along_curve(tiles.iter().map(|tile| 0.5 * (tile.low + tile.high)));
         let group = |members: &[usize]| {
             let place = members.iter().fold(BoundingBox::EMPTY, |all, &tile| all.with(&tiles[tile]));
             let is_full = members.iter().all(|&tile| tiles[tile].low.cmple(tiles[tile].high).all());

@@ -8,7 +8,7 @@ use super::draft::WantedRate;
 use crate::control::{Call, map};
 use crate::frame::plan::output::{PartPlan, Plan, cells};
 use crate::math::BitMix;
-use crate::math::order::ordered;
+use crate::math::bits::ordered;
 use crate::prepare::Prepared;
 use crate::prepare::internals::{EdgeUse, Tile, nanoseconds};
 use std::cmp::Reverse;

@@ -8,8 +8,7 @@
 
 use super::culling::InstanceSight;
 use super::placed::{PlacedInstances, Shown};
-use crate::math::matching::matched;
-use crate::math::rows::take_rows;
+use crate::math::keyed::{matched, take_rows};
 use crate::model::PartId;
 use crate::prepare::Prepared;
 use smallvec::SmallVec;

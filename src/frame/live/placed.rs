@@ -3,7 +3,7 @@
 use super::attributes::{AttributeTable, Attributes};
 use super::culling::{InstanceSight, box_of_part};
 use crate::frame::tolerance::part_camera::{PixelScale, sphere_around};
-use crate::math::rows::take_rows;
+use crate::math::keyed::take_rows;
 use crate::math::sphere_tree::{Sphere, SphereTree};
 use crate::mesh::SceneInstance;
 use crate::model::{Colour, PartId};

@@ -1,6 +1,6 @@
 //! A density of lines along a parameter -> the fewest lines that meet it, spaced as evenly as it allows.
 
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller};
 use std::ops::Range;
 
 /// A piecewise constant density of lines along one parameter.

@@ -8,7 +8,7 @@
 
 use super::density::Density;
 use super::output::MAX_LINES;
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller};
 use crate::prepare::internals::{Bend, BoxBounds};
 use smallvec::SmallVec;
 

@@ -4,7 +4,7 @@ use super::density::Density;
 use super::directions::{Directions, Strip};
 use super::output::{LINES_OF_TILE, TileLattice, most_lines};
 use crate::frame::tolerance::{BoxTolerances, dilate, is_steep, most_touched};
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller};
 use crate::model::SurfaceKind;
 use crate::prepare::internals::{Bend, BoundingBox, PreparedFace, Tile};
 use smallvec::SmallVec;

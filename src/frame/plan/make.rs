@@ -8,7 +8,7 @@ use super::tessellants::{Tessellants, bare, bare_within};
 use crate::control::{Call, Control, Jobs, Rayon, drop_later, map, width};
 use crate::frame::tolerance::part_camera::PartCamera;
 use crate::frame::tolerance::{BoxTolerances, PartTolerance, Tolerance};
-use crate::math::buckets::Buckets;
+use crate::math::keyed::Buckets;
 use crate::mesh::{DrawnTiles, Scene, ScenePart};
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;

@@ -5,7 +5,7 @@ use super::output::{CellWalk, EdgePolyline, TileLattice, is_even, most_lines};
 use super::rows::PlanRows;
 use crate::frame::tolerance::Tolerance;
 use crate::frame::tolerance::{BoxTolerances, dilate, most_touched};
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller};
 use crate::model::TileId;
 use crate::prepare::internals::EdgeImage;
 use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};

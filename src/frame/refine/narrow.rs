@@ -7,7 +7,7 @@
 
 use super::lift::FaceSurface;
 use super::web::{Change, TriangleShape, Web};
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller};
 use crate::mesh::{Origin, TileMesh};
 use glam::DVec2;
 

@@ -2,8 +2,8 @@
 
 use crate::frame::trim::chain::same_boundary;
 use crate::math::bits;
-use crate::math::buckets::Buckets;
-use crate::math::order::larger;
+use crate::math::keyed::Buckets;
+use crate::math::lanes::larger;
 use crate::math::{BitMix, Seeded};
 use crate::mesh::{Origin, TileMesh};
 use glam::{DVec2, DVec3, Vec3};

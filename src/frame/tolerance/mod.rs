@@ -2,7 +2,7 @@
 
 pub(super) mod part_camera;
 
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller};
 use crate::prepare::internals::BoundingBox;
 use glam::DVec3;
 use part_camera::{PartCamera, PixelScale};

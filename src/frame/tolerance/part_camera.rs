@@ -5,7 +5,7 @@
 //! the Jacobian is 1/(z cos θ). Over a box it is at most the value at the box's least depth and widest angle. Boxes
 //! are convex, so two points of a box are at most that factor times their distance apart in the image.
 
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller};
 use crate::math::sphere_tree::Sphere;
 use crate::mesh::SceneInstance;
 use crate::prepare::internals::BoundingBox;

@@ -5,8 +5,7 @@
 //! what its rounding could change. So each one is a true step towards the Delaunay triangulation, which ends.
 
 use super::input::NONE;
-use crate::math::lanes::widest;
-use crate::math::order::larger;
+use crate::math::lanes::{larger, widest};
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 use std::ops::Range;

@@ -15,7 +15,7 @@
 use super::flip::{BORDER, Mesh};
 use super::input::NONE;
 use super::runs::{Place, Runs};
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller};
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 use std::cmp::Ordering;

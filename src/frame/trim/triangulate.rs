@@ -6,7 +6,7 @@
 use super::flip::in_circle;
 use super::input::TrimInput;
 use super::levels::Levels;
-use crate::math::order::smaller;
+use crate::math::lanes::smaller;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 

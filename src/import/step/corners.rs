@@ -3,7 +3,7 @@
 use super::draft::EdgeDraft;
 use super::loops::VertexKey;
 use super::values::Map;
-use crate::math::sets::DisjointSets;
+use crate::math::graph::DisjointSets;
 use glam::DVec3;
 
 /// Merges vertices that are one: those with the same number in the file, and coincident ones of neighbours in a loop.

@@ -1,7 +1,7 @@
 //! A surface and points of a face's boundary -> the part of the surface's domain in which the face lies.
 
 use super::face_location::extent;
-use crate::math::least_squares::least_squares;
+use crate::math::solve::least_squares;
 use crate::model::Surface;
 use glam::DVec3;
 

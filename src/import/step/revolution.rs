@@ -4,7 +4,7 @@
 use super::curve::Carrier;
 use super::face_location::{FaceLocation, Stated, extent, reaching, widened};
 use super::spline;
-use crate::math::bisection::bisected;
+use crate::math::solve::bisected;
 use crate::model::{Frame3, NurbsCurve3, Surface};
 use glam::{DVec2, DVec3};
 use std::cell::OnceCell;

@@ -2,7 +2,7 @@
 //! rule; degrees are raised per Bézier piece.
 
 use crate::math::boxes::{around, distance_squared};
-use crate::math::foot::foot;
+use crate::math::solve::foot;
 use crate::model::{NurbsCurve3, NurbsSurface, euclidean, homogeneous, of_pieces, to_bezier};
 use glam::{DVec3, DVec4};
 use smallvec::SmallVec;

@@ -6,7 +6,7 @@
 //! run the wrong way. And no face lies on its neighbours along all its edges.
 
 use super::chains::{Sum, TurnedFace, sums};
-use crate::math::buckets::Buckets;
+use crate::math::keyed::Buckets;
 use crate::model::{
     Coedge, EdgeId, Face, FaceError, Frame3, Loop, Part, Severity, ShellKind, Surface, SurfaceKind, WireTrouble,
 };

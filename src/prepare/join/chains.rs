@@ -3,7 +3,7 @@
 //! A chain counts for each edge the uses along its direction minus those against it. A mesh is closed because the
 //! chains of its faces cancel, whatever its loops do in (u,v).
 
-use crate::math::sums::summed_by_pair;
+use crate::math::keyed::summed_by_pair;
 use crate::model::EdgeId;
 use crate::prepare::regions::boundary::sign;
 use crate::prepare::wires::chain::Chain;

@@ -5,7 +5,7 @@
 
 use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, Tile};
 use crate::math::bits::of_point;
-use crate::math::links::Links;
+use crate::math::graph::Links;
 use crate::model::{NurbsCurve3, RowId};
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;

@@ -4,7 +4,7 @@
 //! need not be simple, disjoint, or on a surface.
 
 use crate::math::boxes::around;
-use crate::math::stops::equal_pieces;
+use crate::math::solve::equal_pieces;
 use crate::model::{CurveKind, EdgeId, Frame3, NurbsCurve3, Part, Surface};
 use crate::prepare::regions::boundary::of_boundary;
 use crate::prepare::surface::arc_bounds;

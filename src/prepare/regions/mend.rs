@@ -4,7 +4,7 @@
 //! corners lie on the edge. So of two edges that share a vertex, one follows the other side by side up to where they
 //! separate, and an edge that meets itself is straightened.
 
-use crate::math::bisection::bisected;
+use crate::math::solve::bisected;
 use crate::model::{CurveKind, Part, VertexId};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::UvSample;

@@ -1,6 +1,6 @@
 //! Coedges of a loop -> their pcurves on the surface, connected from edge to edge and along poles.
 
-use crate::math::order::larger;
+use crate::math::lanes::larger;
 use crate::model::{Coedge, Edge, Part, Pole, RegionError};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::uv_curve::{UvSample, step_along};

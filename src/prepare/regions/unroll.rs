@@ -5,7 +5,7 @@
 //! are bounded, does the file's orientation decide.
 
 use super::trace::{pole_piece, turn_at_pole};
-use crate::math::box_tree::BoxTree;
+use crate::math::boxes::BoxTree;
 use crate::model::{MOST_TURNS, MOST_TURNS_BOTH_WAYS, RegionError};
 use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;

@@ -5,10 +5,8 @@
 //! coincide if points of each have feet on the other that are near, inside, and in order. Curves with the same control
 //! points need no feet: they are nowhere further apart than their control points.
 
-use crate::math::boxes::{Aabb, around, distance_squared};
-use crate::math::foot::foot;
-use crate::math::stops::equal_pieces;
-use crate::math::tree::Tree;
+use crate::math::boxes::{Aabb, Tree, around, distance_squared};
+use crate::math::solve::{equal_pieces, foot};
 use crate::model::{Edge, NurbsCurve3};
 use crate::prepare::surface::decompose::BezierSpline3;
 use glam::{DVec3, DVec4};

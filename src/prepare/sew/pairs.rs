@@ -4,8 +4,7 @@
 //! as many separate edges.
 
 use super::candidate::Candidate;
-use crate::math::box_tree::BoxTree;
-use crate::math::boxes::{Aabb, around};
+use crate::math::boxes::{Aabb, BoxTree, around};
 use crate::model::{Edge, Part};
 use glam::DVec3;
 use std::cmp::Ordering;

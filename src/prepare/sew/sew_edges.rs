@@ -11,7 +11,7 @@ use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
 use super::slivers::SliverCheck;
 use super::uses::{EdgeInUse, uses};
 use crate::control::Call;
-use crate::math::sets::DisjointSets;
+use crate::math::graph::DisjointSets;
 use crate::model::{
     BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId, of_pieces,
 };

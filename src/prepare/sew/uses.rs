@@ -1,6 +1,6 @@
 //! Loops of faces -> the edges in use, with counts per shell.
 
-use crate::math::sums::summed_by_pair;
+use crate::math::keyed::summed_by_pair;
 use crate::model::Part;
 use crate::prepare::trims::free_faces::FreeFaces;
 use crate::prepare::uv::uv_loop::{Along, Piece};

@@ -7,7 +7,7 @@
 
 use super::decompose::BezierPatches;
 use super::tables::{Bend, BoundingBox, BoxBounds, StripBounds, SurfaceBounds};
-use crate::math::stops::equal_pieces;
+use crate::math::solve::equal_pieces;
 use crate::model::{AxisMap, Surface};
 use glam::DVec4;
 use smallvec::{SmallVec, smallvec};

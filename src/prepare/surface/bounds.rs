@@ -12,7 +12,7 @@ use super::samples::{Sampler, sample_rows, tangent_turning};
 use super::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
-use crate::math::order::larger;
+use crate::math::lanes::larger;
 use glam::DVec4;
 use smallvec::{SmallVec, smallvec};
 use std::cell::LazyCell;

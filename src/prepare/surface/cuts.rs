@@ -7,8 +7,7 @@
 
 use super::decompose::{BezierPatches, BezierSpline3};
 use crate::math::bernstein;
-use crate::math::lanes::widest;
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller, widest};
 use glam::DVec4;
 use smallvec::SmallVec;
 

@@ -1,7 +1,7 @@
 //! Tables of bounds over the sub-boxes of a surface and the strips of a curve.
 
 use super::decompose::BezierPatches;
-use crate::math::order::{larger, smaller};
+use crate::math::lanes::{larger, smaller};
 use glam::{DVec3, DVec4};
 use smallvec::SmallVec;
 

@@ -7,8 +7,8 @@
 
 use super::grid::{Grid, LineCrossing};
 use super::windings::Windings;
-use crate::math::bisection::bisected;
-use crate::math::links::Links;
+use crate::math::graph::Links;
+use crate::math::solve::bisected;
 use crate::prepare::regions::unroll::pole_sides;
 use crate::prepare::report::refusals::Tangled;
 use crate::prepare::uv::pcurve::Projector;

@@ -5,7 +5,7 @@ use super::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftTile, Dra
 use super::extent::Patched;
 use super::grid::{Grid, LineCrossing};
 use super::traced::Traced;
-use crate::math::bisection::bisected;
+use crate::math::solve::bisected;
 use crate::model::AxisMap;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
 use crate::prepare::uv::uv_loop::Along;

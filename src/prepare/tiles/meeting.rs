@@ -5,7 +5,7 @@
 use super::arcs::ArcSpan;
 use super::draft::{DraftTile, DraftUse};
 use crate::math;
-use crate::math::bisection::bisected;
+use crate::math::solve::bisected;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample, newton_meeting};
 use crate::prepare::uv::uv_loop::winding_about;
 use glam::DVec2;
@@ -159,7 +159,7 @@ fn tangency(uses: [&DraftUse; 2], scale: DVec2, ranges: [[f64; 2]; 2], guess: [f
         let other = 1 - k;
         let [from, to] = limits[other];
         let (p, d) = at(k, t);
-        let s = math::foot::foot(guess[other], (from, to), SAME_SHARE * (to - from), |s| {
+        let s = math::solve::foot(guess[other], (from, to), SAME_SHARE * (to - from), |s| {
             let (q, e) = at(other, s);
             let square = e.length_squared();
             [(q - p).dot(e), square, square]

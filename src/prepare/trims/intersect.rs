@@ -12,7 +12,7 @@
 use super::spans::{Span, UvDomain, spans};
 use crate::control::Call;
 use crate::math;
-use crate::math::box_tree::BoxTree;
+use crate::math::boxes::BoxTree;
 use crate::model::TrimCurve;
 use crate::prepare::uv::uv_curve::{UvSample, newton_meeting};
 use glam::{DMat2, DVec2, DVec3};
@@ -125,7 +125,7 @@ fn foot(span: &Span, p: DVec2) -> (f64, f64) {
         x if x >= high[axis] => f64::from(u8::from(rising)),
         x => span.at(axis, x),
     };
-    let s = math::foot::foot(start, (0.0, 1.0), STILL, |s| {
+    let s = math::solve::foot(start, (0.0, 1.0), STILL, |s| {
         let [q, d1, d2] = span.derivatives(s);
         let square = d1.length_squared();
         [(q - p).dot(d1), square + (q - p).dot(d2), square]

@@ -5,7 +5,7 @@
 //! of the derivatives' numerators, isolated by the signs of their Bernstein coefficients (Descartes' rule).
 
 use crate::math::bernstein;
-use crate::math::bisection::bisected;
+use crate::math::solve::bisected;
 use crate::model::{TrimCurve, TrimPiece, to_bezier};
 use glam::{DVec2, DVec3, DVec4};
 

@@ -1,6 +1,6 @@
 //! Foot points of a projection, and what a step in space is in (u,v) there.
 
-use crate::math::least_squares::solve_symmetric;
+use crate::math::solve::solve_symmetric;
 use crate::model::SurfaceDerivatives;
 use glam::{DVec2, DVec3};
 

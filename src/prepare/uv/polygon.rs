@@ -1,8 +1,7 @@
 //! A closed polygon and a point -> whether the polygon winds around it. Polygons with many sides use a tree.
 
 use super::uv_loop::{crossed, winding_about};
-use crate::math::box_tree::BoxTree;
-use crate::math::boxes::around;
+use crate::math::boxes::{BoxTree, around};
 use glam::DVec2;
 use std::cell::{Cell, OnceCell};
 

@@ -3,7 +3,7 @@
 
 use super::{extent, weight};
 use crate::control::{Call, Control, Jobs, Rayon};
-use crate::math::matching::matched;
+use crate::math::keyed::matched;
 use crate::mesh::{Scene, SceneInstance, ScenePart};
 use crate::model::{Diagnostic, DiagnosticKind, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;

@@ -1,6 +1,6 @@
 //! Integer chains of edges: forward uses minus reversed uses of each edge.
 
-use crate::math::sums::sums_by_key;
+use crate::math::keyed::sums_by_key;
 
 /// Edges with their forward uses minus reversed uses, ascending by edge. No entry is 0.
 pub(crate) type Chain = Vec<(u32, i32)>;

@@ -7,7 +7,7 @@
 
 use super::ends::{ends, ends_of_all};
 use super::order::in_order;
-use crate::math::sets::DisjointSets;
+use crate::math::graph::DisjointSets;
 use crate::model::{
     Coedge, CurveKind, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, Surface, VertexId, WireTrouble,
     knots_of_pieces,

@@ -1,7 +1,7 @@
 //! A wire's edges as listed -> wires that close, in another order or without seams of periodic surfaces.
 
 use super::ends::ends_of_all;
-use crate::math::links::Links;
+use crate::math::graph::Links;
 use crate::model::{Coedge, EdgeId, Face, Loop, Part, VertexId};
 use std::collections::{BTreeMap, HashSet};
 

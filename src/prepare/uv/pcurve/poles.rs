@@ -1,8 +1,8 @@
 //! The poles of a face's surface: which vertices they are, and which edges pass through them.
 
 use super::Projector;
-use crate::math::bisection::bisected;
 use crate::math::boxes::around;
+use crate::math::solve::bisected;
 use crate::model::{Edge, Pole};
 use glam::DVec3;
 use smallvec::SmallVec;
