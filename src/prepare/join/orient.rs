@@ -11,7 +11,7 @@ use crate::model::{Part, ShellKind};
 use crate::prepare::regions::boundary::sign;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
-use crate::prepare::uv::inside::area;
+use crate::prepare::uv::polygon::area;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 use std::cell::Cell;

@@ -1,7 +1,7 @@
 //! Loops of a tile before breaks are numbered -> polygons.
 
 use crate::prepare::tiles::draft::{DraftTile, DraftUse, FaceDraft};
-use crate::prepare::uv::inside::{TileRegion, points_along};
+use crate::prepare::uv::polygon::{TileRegion, points_along};
 use glam::DVec2;
 
 /// Points along a loop in (u,v), at most `most` per use; one where it is straight, if `flat`.

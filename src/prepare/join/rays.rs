@@ -12,7 +12,7 @@ use crate::math::boxes::{Aabb, around};
 use crate::prepare::regions::boundary::sign;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::FaceDraft;
-use crate::prepare::uv::inside::TileRegion;
+use crate::prepare::uv::polygon::TileRegion;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 use std::cell::{Cell, OnceCell};

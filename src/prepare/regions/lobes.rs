@@ -4,10 +4,10 @@
 //! loops without crossings, with the same winding numbers. A figure eight becomes its two lobes, in opposite
 //! directions. A star becomes its outline and its core, in the same direction.
 
-use crate::prepare::uv::pcurve::Projector;
-use crate::prepare::uv::region::Region;
+use crate::prepare::uv::polygon::winding_about;
+use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvSample, newton_meeting};
-use crate::prepare::uv::uv_loop::{Along, LoopPlace, Passed, Piece, UvLoop, winding_about};
+use crate::prepare::uv::uv_loop::{Along, LoopPlace, Passed, Piece, Region, UvLoop};
 use glam::DVec2;
 
 /// A loop with more segments stays as it is: every pair of segments whose boxes overlap is tested.

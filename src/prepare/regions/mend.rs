@@ -6,7 +6,7 @@
 
 use crate::math::solve::bisected;
 use crate::model::{CurveKind, Part, VertexId};
-use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, UvLoop};
 use glam::DVec2;

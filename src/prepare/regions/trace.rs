@@ -2,7 +2,7 @@
 
 use crate::math::lanes::larger;
 use crate::model::{Coedge, Edge, Part, Pole, RegionError};
-use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_curve::{UvSample, step_along};
 use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::{DVec2, DVec3};

@@ -7,11 +7,10 @@
 use super::trace::{pole_piece, turn_at_pole};
 use crate::math::boxes::BoxTree;
 use crate::model::{MOST_TURNS, MOST_TURNS_BOTH_WAYS, RegionError};
-use crate::prepare::uv::pcurve::Projector;
 use crate::prepare::uv::polygon::Polygon;
-use crate::prepare::uv::region::{Region, loops_box};
+use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_curve::step_along;
-use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
+use crate::prepare::uv::uv_loop::{Along, Piece, Region, UvLoop, loops_box};
 use glam::DVec2;
 use std::collections::HashMap;
 
@@ -457,8 +456,8 @@ pub(crate) fn pole_sides(region: &Region, projector: &Projector<'_>) -> [[Option
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prepare::uv::polygon::winding_about;
     use crate::prepare::uv::uv_curve::UvSample;
-    use crate::prepare::uv::uv_loop::winding_about;
     use crate::sequence::random::SplitMix;
 
     /// The polygon as a loop of one piece, forwards or backwards.

@@ -6,8 +6,7 @@
 
 use super::grid::Grid;
 use crate::model::Surface;
-use crate::prepare::uv::region::Region;
-use crate::prepare::uv::uv_loop::Along;
+use crate::prepare::uv::uv_loop::{Along, Region};
 use glam::DVec3;
 use std::cell::LazyCell;
 use std::f64::consts::FRAC_PI_2;

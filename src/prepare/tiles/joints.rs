@@ -4,7 +4,7 @@ use super::draft::{DraftAlong, DraftTile};
 use super::meeting::Meeting;
 use crate::model::Part;
 use crate::prepare::regions::lobes::LobeCut;
-use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_curve::SAME_SHARE;
 use glam::DVec3;
 

@@ -7,7 +7,7 @@ use crate::prepare::regions::unroll::are_holes;
 use crate::prepare::report::room::Room;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::trims::free_faces::FreeFace;
-use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_loop::UvLoop;
 use glam::DVec3;
 

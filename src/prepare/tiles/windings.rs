@@ -5,8 +5,8 @@
 use super::grid::{Grid, LineCrossing};
 use crate::math::boxes::around;
 use crate::prepare::report::refusals::Tangled;
-use crate::prepare::uv::region::Region;
-use crate::prepare::uv::uv_loop::{UvLoop, winding_about};
+use crate::prepare::uv::polygon::winding_about;
+use crate::prepare::uv::uv_loop::{Region, UvLoop};
 use glam::DVec2;
 use std::collections::BTreeMap;
 

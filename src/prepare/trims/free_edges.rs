@@ -17,9 +17,8 @@ use crate::model::{
 };
 use crate::prepare::report::finding::Finding;
 use crate::prepare::report::guard::guarded;
-use crate::prepare::uv::region::{Region, loops_box};
 use crate::prepare::uv::uv_curve::{SampledCurve, UvSample};
-use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
+use crate::prepare::uv::uv_loop::{Along, Piece, Region, UvLoop, loops_box};
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 use std::collections::BTreeMap;

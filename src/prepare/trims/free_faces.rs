@@ -2,7 +2,7 @@
 
 use crate::model::{FaceError, FaceTrouble};
 use crate::prepare::report::finding::Finding;
-use crate::prepare::uv::region::Region;
+use crate::prepare::uv::uv_loop::Region;
 
 /// A face's region, with notes and repairs to report.
 #[derive(Clone, Debug)]

@@ -3,10 +3,7 @@
 pub(super) mod uv_curve;
 pub(super) mod uv_loop;
 pub(super) mod polygon;
-pub(super) mod region;
-pub(super) mod inside;
 pub(super) mod foot;
 pub(super) mod lead;
-mod seeds;
-mod halves;
-pub(super) mod pcurve;
+pub(super) mod projector;
+mod pcurve;

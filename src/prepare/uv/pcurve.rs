@@ -4,17 +4,14 @@
 //! one sheet of a folded or periodic surface. Samples carry derivatives and are joined by cubic Hermite pieces, which
 //! are refined until the fit stays within a tolerance of the projection.
 
-use super::foot::{Foot, jacobian_solve, newton_step};
-use super::halves::halves_fit;
-use super::lead::{EndBlend, before_breaks, leads, only_neighbour};
-use super::seeds::Seeds;
+use super::foot::{Foot, jacobian_solve};
+use super::lead::{EndBlend, first_parameters, leads, only_neighbour};
+use super::projector::{FAR_OFF, Projector};
 use super::uv_curve::UvSample;
 use crate::math::lanes::larger;
-use crate::math::solve::{equal_pieces, least_squares};
-use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
+use crate::model::{CurveKind, Edge, Pole, Surface};
 use glam::{DVec2, DVec3};
-use smallvec::{SmallVec, smallvec};
-use std::cell::{Cell, OnceCell};
+use std::cell::Cell;
 
 /// Depth of bisection below the first samples of a pcurve. Ten levels turn 8 samples into 8 000. An edge that needs
 /// more is noise, and its gap is reported.
@@ -28,21 +25,6 @@ const MAX_DEPTH_AT_POLE: u32 = 24;
 /// seconds.
 const MAX_SAMPLES: usize = 20_000;
 
-/// Steps of one projection, halved ones included. Quadratic convergence takes 3–5 from a good seed, slow tangential
-/// convergence about 30.
-const MAX_STEPS: u32 = 80;
-
-/// Steps by first derivatives before second ones are used. Points on the surface are found by then.
-const FIRST_STEPS: u32 = 4;
-
-/// Consecutive searches of the whole surface that may fail to improve a projection. After that the march of this edge
-/// goes on without searches: the edge lies off the surface.
-const MAX_VAIN: u32 = 8;
-
-/// Distance between an edge and the surface, in tolerances, beyond which the image is refined only to a share of that
-/// distance. The edges of sound files lie nearer.
-const FAR_OFF: f64 = 3e3;
-
 /// Accuracy of the image beyond [`FAR_OFF`], as a share of the distance.
 const SHARE_OF_GAP: f64 = 0.2;
 
@@ -53,38 +35,12 @@ const ODD: f64 = 0.01;
 /// first piece of 64 mirrored spans takes six levels.
 const ODD_DEPTH: u32 = 6;
 
-/// Length of the last step of a projection from beyond [`FAR_OFF`], as a share of the distance.
-const FAR_ENOUGH: f64 = 0.005;
+/// How many times nearer the cubics of both halves are, at least: 10.6, and 16 in the limit. The piece is of half a span of
+/// an arc or less, from an end or the middle of the span.
+const BY_HALVING: f64 = 10.0;
 
-/// Projects points onto one surface.
-pub(crate) struct Projector<'a> {
-    surface: &'a Surface,
-    /// Periods in u and v.
-    pub(crate) period: [Option<f64>; 2],
-    /// Natural domain; infinite where the surface is.
-    pub(crate) domain: [(f64, f64); 2],
-    /// Whether tangents are continuous, and do not vanish on a line.
-    smooth: bool,
-    /// Whether tangents may jump at a line.
-    may_jump: bool,
-    /// Whether its speed may be odd about the middle of a piece: a spline of several spans or of degree 3, or swept from
-    /// one.
-    is_uneven: bool,
-    /// Distance from the surface, in tolerances, beyond which a projection is tried from elsewhere. It may stop at a
-    /// crease between straight spans, next to the tooth where the point is.
-    enough: f64,
-    /// Parameter lines that collapse to a point. The points are those of B-rep vertices there, once adopted.
-    pub(crate) poles: Vec<Pole>,
-    /// The surface's own point at each pole.
-    tips: SmallVec<[DVec3; 2]>,
-    /// Distance from each pole within which points are the pole: ten tolerances, or less where edges go round it.
-    reaches: SmallVec<[f64; 2]>,
-    /// Points of this face closer than this are one.
-    pub(crate) tolerance: f64,
-    seeds: OnceCell<Seeds>,
-    /// Searches without improvement since the last one that improved, or since the edge began.
-    vain: Cell<u32>,
-}
+/// Largest change of a parameter that counts as constant, as a share of the tolerance.
+const STEADY: f64 = 0.05;
 
 /// The image of one edge in one face.
 pub(crate) struct Marched {
@@ -98,216 +54,13 @@ pub(crate) struct Marched {
     pub(crate) poles: [Option<usize>; 2],
 }
 
-impl<'a> Projector<'a> {
-    pub(crate) fn new(surface: &'a Surface, tolerance: f64) -> Self {
-        let (period, poles) = (surface.period(), surface.poles());
-        let may_jump = !surface.is_smooth(period);
-        let is_faceted = |axis| surface.knots(axis).is_some_and(|(degree, knots)| degree == 1 && knots.len() > 4);
-        let is_uneven = |axis| surface.knots(axis).is_some_and(|(degree, knots)| degree > 2 || knots.len() > 6);
-        Self {
-            surface,
-            period,
-            domain: surface.natural_domain(),
-            smooth: poles.is_empty() && !may_jump,
-            may_jump,
-            is_uneven: is_uneven(0) || is_uneven(1),
-            enough: if is_faceted(0) || is_faceted(1) { 10.0 } else { 1e3 },
-            reaches: smallvec![poles::NEAR * tolerance; poles.len()],
-            tips: poles.iter().map(|pole| pole.point).collect(),
-            poles,
-            tolerance,
-            seeds: OnceCell::new(),
-            vain: Cell::new(0),
-        }
-    }
-
-    /// Length in space of a small step in (u,v), to first order.
-    pub(crate) fn length(&self, at: DVec2, step: DVec2) -> f64 {
-        self.lengths(at)(step)
-    }
-
-    /// Lengths in space of small steps from one place.
-    pub(crate) fn lengths(&self, at: DVec2) -> impl Fn(DVec2) -> f64 {
-        let [_, du, dv] = self.tangents(at);
-        move |step| (du * step.x + dv * step.y).length()
-    }
-
-    /// Area in space per area in (u,v).
-    pub(crate) fn area(&self, at: DVec2) -> f64 {
-        let [_, du, dv] = self.tangents(at);
-        du.cross(dv).length()
-    }
-
-    /// The surface's point. Periodic parameters may lie outside the domain.
-    pub(crate) fn point(&self, at: DVec2) -> DVec3 {
-        let w = self.wrap(at);
-        self.surface.point(w.x, w.y)
-    }
-
-    /// The surface's point and its derivative along `step`. Periodic parameters may lie outside the domain.
-    pub(crate) fn along(&self, at: DVec2, step: DVec2) -> (DVec3, DVec3) {
-        let [point, du, dv] = self.tangents(at);
-        (point, du * step.x + dv * step.y)
-    }
-
-    /// The surface's point and its derivatives by u and v. Periodic parameters may lie outside the domain.
-    fn tangents(&self, at: DVec2) -> [DVec3; 3] {
-        let w = self.wrap(at);
-        self.surface.tangents(w.x, w.y)
-    }
-
-    fn derivatives(&self, at: DVec2) -> SurfaceDerivatives {
-        let w = self.wrap(at);
-        self.surface.derivatives(w.x, w.y)
-    }
-
-    /// Moves `uv` by whole periods as close to `near` as possible.
-    pub(crate) fn unwrap(&self, mut uv: DVec2, near: DVec2) -> DVec2 {
-        for axis in 0..2 {
-            if let Some(p) = self.period[axis] {
-                uv[axis] += p * ((near[axis] - uv[axis]) / p).round();
-            }
-        }
-        uv
-    }
-
-    /// So many periods in u and in v; nothing in a direction without one.
-    pub(crate) fn turns(&self, counts: [f64; 2]) -> DVec2 {
-        DVec2::from_array(counts) * DVec2::from_array(self.period.map(|period| period.unwrap_or(0.0)))
-    }
-
-    /// Parameters of the surface point nearest to `p`; on the sheet of `seed`, if given.
-    pub(crate) fn project(&self, p: DVec3, seed: Option<DVec2>) -> DVec2 {
-        self.foot(p, seed).uv
-    }
-
-    fn foot(&self, p: DVec3, seed: Option<DVec2>) -> Foot {
-        if let Some(uv) = self.surface.invert(p) {
-            return self.foot_at(seed.map_or(uv, |s| self.unwrap(uv, s)), p);
-        }
-        let Some(s) = seed else { return self.search(p) };
-        let near = self.newton(p, s);
-        if near.off <= self.near() || self.vain.get() >= MAX_VAIN {
-            return near;
-        }
-        let far = self.search(p);
-        let found = far.off < 0.5 * near.off;
-        self.vain.set(if found { 0 } else { self.vain.get() + 1 });
-        if found { Foot { uv: self.unwrap(far.uv, s), ..far } } else { near }
-    }
-
-    /// Distance from the surface within which a point is on it.
-    fn near(&self) -> f64 {
-        self.enough * self.tolerance
-    }
-
-    fn foot_at(&self, uv: DVec2, p: DVec3) -> Foot {
-        Foot::new(uv, p, self.tangents(uv))
-    }
-
-    /// Moves parameters into the domain: by whole periods, or clamped where the surface is not periodic.
-    fn wrap(&self, uv: DVec2) -> DVec2 {
-        let mut uv = self.clamp(uv);
-        if self.period == [None, None] {
-            return uv;
-        }
-        for axis in 0..2 {
-            let (lo, hi) = self.domain[axis];
-            if let Some(p) = self.period[axis]
-                && lo.is_finite()
-                && (uv[axis] < lo || uv[axis] > hi)
-            {
-                uv[axis] = lo + (uv[axis] - lo).rem_euclid(p);
-            }
-        }
-        uv
-    }
-
-    /// Clamps parameters to the domain where the surface is not periodic.
-    #[inline]
-    fn clamp(&self, mut uv: DVec2) -> DVec2 {
-        for axis in 0..2 {
-            if self.period[axis].is_none() {
-                uv[axis] = uv[axis].clamp(self.domain[axis].0, self.domain[axis].1);
-            }
-        }
-        uv
-    }
-
-    /// The foot point of `p`: by first derivatives (Gauss–Newton), and where these converge slowly, because `p` is off
-    /// the surface, by second ones too (Newton). The first steps may swing. Later ones start at the nearest point so far
-    /// and are halved until the distance falls.
-    fn newton(&self, p: DVec3, start: DVec2) -> Foot {
-        let mut uv = self.clamp(start);
-        let mut best = Foot::none(uv);
-        for step in 0..MAX_STEPS {
-            let mut second = (step >= FIRST_STEPS).then(|| self.derivatives(uv));
-            let mut here = second.map_or_else(|| self.foot_at(uv, p), |s| Foot::new(uv, p, [s.point, s.du, s.dv]));
-            let off = best.off.min(here.off);
-            let is_far = off > FAR_OFF * self.tolerance && self.vain.get() >= MAX_VAIN;
-            let enough = if is_far { FAR_ENOUGH * off } else { 1e-4 * self.tolerance };
-            let length = |step: DVec2, [_, du, dv]: [DVec3; 3]| du.length() * step.x.abs() + dv.length() * step.y.abs();
-            if here.off < best.off {
-                best = here;
-            } else if step == FIRST_STEPS {
-                (uv, here, second) = (best.uv, best, Some(self.derivatives(best.uv)));
-            } else if step > FIRST_STEPS {
-                if length(uv - best.uv, best.tangents) <= enough {
-                    return best;
-                }
-                uv = 0.5 * (uv + best.uv);
-                continue;
-            }
-            let next = self.next_step(&here, p, second.as_ref());
-            if length(next - uv, here.tangents) <= enough {
-                // The step is too short for point and tangents to differ, unless the surface has a crease or a pole.
-                let next = if self.smooth && !is_far { Foot { uv: next, ..here } } else { self.foot_at(next, p) };
-                return if next.off <= best.off { next } else { best };
-            }
-            uv = next;
-        }
-        best
-    }
-
-    /// Where a step from `here` leads, within the domain: by second derivatives if they are given and the distance is
-    /// convex, else by first ones.
-    fn next_step(&self, here: &Foot, p: DVec3, second: Option<&SurfaceDerivatives>) -> DVec2 {
-        let Foot { uv, tangents: [point, du, dv], .. } = *here;
-        let r = p - point;
-        let bent = second.and_then(|second| newton_step(second, r));
-        let mut next = uv + bent.unwrap_or_else(|| least_squares(du, dv, r));
-        for axis in 0..2 {
-            let (lo, hi) = self.domain[axis];
-            if self.period[axis].is_none() && (next[axis] < lo || next[axis] > hi) {
-                next[axis] = next[axis].clamp(lo, hi);
-                // Solve the other coordinate along the border.
-                let other = 1 - axis;
-                let (along, fixed) = if other == 0 { (du, dv) } else { (dv, du) };
-                let rest = r - fixed * (next[axis] - uv[axis]);
-                let g = along.length_squared();
-                let bend =
-                    second.filter(|_| bent.is_some()).map_or(0.0, |s| rest.dot(if other == 0 { s.duu } else { s.dvv }));
-                if g > 0.0 {
-                    next[other] = uv[other] + rest.dot(along) / if g - bend > 1e-3 * g { g - bend } else { g };
-                }
-            }
-        }
-        // After the borders: where one is a pole, the step along it is as long as rounding makes it.
-        for axis in 0..2 {
-            if let Some(period) = self.period[axis] {
-                let limit = 0.25 * period;
-                next[axis] = uv[axis] + (next[axis] - uv[axis]).clamp(-limit, limit);
-            }
-        }
-        self.clamp(next)
-    }
-
+impl Projector<'_> {
     /// Marches the image of `edge` in loop direction from `seed`. `ends` are the edge's vertices.
     pub(crate) fn march(&self, edge: &Edge, ends: [DVec3; 2], reversed: bool, seed: Option<DVec2>) -> Marched {
         let (t0, t1) = edge.range;
         self.vain.set(0);
         let end_poles = [self.pole_at(ends[0]), self.pole_at(ends[1])];
-        let mut ts = self.first_parameters(edge);
+        let mut ts = first_parameters(edge, self.is_exact(edge));
         if reversed {
             ts.reverse();
         }
@@ -366,34 +119,6 @@ impl<'a> Projector<'a> {
                 by -= jump;
             }
         }
-    }
-
-    /// Whether two samples are exact: a straight edge in a plane.
-    fn is_exact(&self, edge: &Edge) -> bool {
-        edge.kind == CurveKind::Line && matches!(self.surface, Surface::Plane { .. })
-    }
-
-    fn first_parameters(&self, edge: &Edge) -> Vec<f64> {
-        let (t0, t1) = edge.range;
-        let margin = 1e-9 * (t1 - t0);
-        let knots = edge.curve.knots.iter().copied().filter(|&k| k > t0 + margin && k < t1 - margin);
-        let mut ts: SmallVec<[f64; 16]> = std::iter::once(t0).chain(knots).chain([t1]).collect();
-        ts.dedup();
-        let pieces = match edge.kind {
-            CurveKind::Line if self.is_exact(edge) => 1,
-            CurveKind::Line | CurveKind::Circle | CurveKind::Conic => 2,
-            CurveKind::Polyline => 1,
-            CurveKind::Spline if ts.len() > 32 => 1,
-            CurveKind::Spline => (8 / (ts.len() - 1).max(1)).max(2),
-        };
-        let mut fine = Vec::with_capacity(pieces * (ts.len() - 1) + 1);
-        fine.extend(equal_pieces(&ts, pieces));
-        if matches!(edge.kind, CurveKind::Spline | CurveKind::Polyline) {
-            fine.extend(before_breaks(edge));
-            fine.sort_by(f64::total_cmp);
-        }
-        fine.push(t1);
-        fine
     }
 }
 
@@ -581,7 +306,23 @@ fn fill_slopes(samples: &mut [UvSample]) {
     }
 }
 
-mod poles;
-mod search;
+/// Whether the halves of a piece between two samples of a circle's image fit within `tolerance`, where the whole misses
+/// the middle sample by `off`. `speeds`: lengths of the surface's derivatives there.
+///
+/// Known for circles in planes, and where one parameter is constant and the other an angle. Not next to a pole, where
+/// slopes are NaN.
+fn halves_fit(surface: &Surface, samples: [&UvSample; 3], speeds: DVec2, off: f64, tolerance: f64) -> bool {
+    let [a, _, b] = samples;
+    let moves = |s: &UvSample, axis: usize| (s.uv - a.uv)[axis].abs() + (s.d[axis] * (b.t - a.t)).abs();
+    let is_steady = |axis: usize| samples.iter().all(|s| speeds[axis] * moves(s, axis) <= STEADY * tolerance);
+    off <= BY_HALVING * tolerance
+        && match surface {
+            Surface::Plane { .. } => true,
+            Surface::Cylinder { .. } | Surface::Cone { .. } => is_steady(1),
+            Surface::Sphere { .. } | Surface::Torus { .. } => is_steady(0) || is_steady(1),
+            Surface::Extrusion { .. } | Surface::Revolution { .. } | Surface::Nurbs(_) => false,
+        }
+}
+
 #[cfg(test)]
 mod tests;

@@ -1,4 +1,5 @@
-//! The pcurves of a loop, end to end -> a closed curve in the unrolled plane, with its area and winding numbers.
+//! The pcurves of a loop, end to end -> a closed curve in the unrolled plane, with its area; loops -> the region that
+//! they bound.
 
 use super::uv_curve::UvSample;
 use glam::DVec2;
@@ -150,28 +151,38 @@ impl UvLoop {
     }
 }
 
-/// Winding number of a closed polygon about `q`.
-pub(crate) fn winding_about(p: &[DVec2], q: DVec2) -> i32 {
-    let Some(&last) = p.last() else { return 0 };
-    let (mut before, mut below, mut winding) = (last, last.y <= q.y, 0);
-    for &corner in p {
-        let is_below = corner.y <= q.y;
-        if is_below != below {
-            winding += crossed([before, corner], q);
-        }
-        (before, below) = (corner, is_below);
-    }
-    winding
+/// The part of the unrolled plane that a face covers.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    pub(crate) loops: Vec<UvLoop>,
+    /// Directions in which it spans a whole period and has to be cut open.
+    pub(crate) wraps: [bool; 2],
+    /// Its box. In a direction that wraps: one period, from any start.
+    pub(crate) bounds: [(f64, f64); 2],
+    /// Winding number where the loops add nothing: beyond the low end of the box in a direction that does not wrap.
+    /// Loops of a region that wraps both ways are counted from it.
+    pub(crate) base: i32,
+    /// Direction and parameter of the border of the surface that bounds the region where no loop does. Not a pole.
+    pub(crate) unbounded: Option<(usize, f64)>,
 }
 
-/// The contribution of a side to the winding number about `q`: 1 if it passes upwards to the right of `q`, -1 if
-/// downwards.
-pub(crate) fn crossed([a, b]: [DVec2; 2], q: DVec2) -> i32 {
-    if (a.y <= q.y) == (b.y <= q.y) {
-        return 0;
+/// Exact bounding box of the loops' pcurves, including the extremes of every Hermite piece.
+pub(crate) fn loops_box(loops: &[UvLoop]) -> [(f64, f64); 2] {
+    let mut b = [(f64::INFINITY, f64::NEG_INFINITY); 2];
+    let mut add = |p: DVec2| {
+        for (range, x) in b.iter_mut().zip(p.to_array()) {
+            *range = (if x < range.0 { x } else { range.0 }, if x > range.1 { x } else { range.1 });
+        }
+    };
+    for samples in loops.iter().flat_map(|l| &l.pieces).map(|p| &p.samples) {
+        samples.iter().for_each(|s| add(s.uv));
+        for w in samples.windows(2) {
+            for axis in 0..2 {
+                UvSample::extremes(&w[0], &w[1], axis, |t| add(UvSample::interpolate(&w[0], &w[1], t)));
+            }
+        }
     }
-    let left = (b - a).perp_dot(q - a);
-    if a.y <= q.y { i32::from(left > 0.0) } else { -i32::from(left < 0.0) }
+    b
 }
 
 #[cfg(test)]

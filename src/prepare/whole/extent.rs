@@ -6,7 +6,7 @@ use crate::math::lanes::widest;
 use crate::mesh::SceneInstance;
 use crate::prepare::join::prepared::{EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::BoxBounds;
-use crate::prepare::uv::inside::{TileRegion, points_along};
+use crate::prepare::uv::polygon::{TileRegion, points_along};
 use glam::{DVec2, DVec3, DVec4};
 use std::cell::LazyCell;
 use std::sync::Arc;

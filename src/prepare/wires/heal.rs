@@ -14,7 +14,7 @@ use crate::model::{
 };
 use crate::prepare::report::finding::Finding;
 use crate::prepare::uv::lead::curve_end;
-use crate::prepare::uv::pcurve::Projector;
+use crate::prepare::uv::projector::Projector;
 use glam::DVec3;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
