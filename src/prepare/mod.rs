@@ -7,7 +7,7 @@ mod surface;
 mod uv;
 
 mod report;
-pub use report::refusals::NoRegion;
+pub use report::NoRegion;
 
 mod trims;
 pub use trims::free_region::{FreeRegion, TrimNote};
@@ -22,8 +22,7 @@ mod regions;
 mod tiles;
 
 mod join;
-pub use join::limits::{PrepareError, PrepareLimits};
-pub use join::memory::PreparedMemory;
+pub use join::memory::{PrepareError, PrepareLimits, PreparedMemory};
 pub use join::prepared::{FaceFacts, Prepared};
 pub use join::shells::Shells;
 
@@ -33,12 +32,11 @@ pub use whole::prepare::{PrepareOptions, prepare, prepare_on};
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]
 pub mod internals {
-    pub(crate) use super::join::images::EdgeImage;
-    pub use super::join::images::EdgeImages;
+    pub(crate) use super::join::prepared::EdgeImage;
     pub use super::join::prepared::{
-        Break, EdgeShape, EdgeUse, OpenEdges, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse,
+        Break, EdgeImages, EdgeShape, EdgeUse, OpenEdges, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse,
     };
-    pub(crate) use super::report::guard::panic_message;
+    pub(crate) use super::report::panic_message;
     pub use super::surface::decompose::{self, BezierPatches, BezierSpline3};
     pub use super::surface::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
     pub(crate) use super::uv::foot::newton_step;

@@ -10,11 +10,10 @@ use crate::math::keyed::Buckets;
 use crate::model::{
     Coedge, EdgeId, Face, FaceError, Frame3, Loop, Part, Severity, ShellKind, Surface, SurfaceKind, WireTrouble,
 };
-use crate::prepare::regions::boundary::{boundary, of_boundary};
-use crate::prepare::report::finding::Finding;
+use crate::prepare::report::Finding;
 use crate::prepare::tiles::draft::FaceDraft;
-use crate::prepare::trims::free_faces::FreeFaces;
-use crate::prepare::wires::chain::Chain;
+use crate::prepare::trims::free_edges::{FreeFaces, free_face};
+use crate::prepare::wires::boundary::{Chain, boundary, of_boundary};
 use crate::prepare::wires::heal::Healing;
 use glam::DVec3;
 use std::borrow::Cow;
@@ -88,9 +87,9 @@ pub(crate) fn take_other_sides(
 
 /// Faces whose wires run the wrong way, and what tells it.
 fn wrong_faces(part: &Part, free: &FreeFaces) -> Vec<(usize, WireTrouble)> {
-    let free_face = |face: usize| free.get(face)?.as_ref()?.as_ref().ok();
-    let chain =
-        |(k, face): (usize, &Face)| if face.lost { Chain::new() } else { of_boundary(&boundary(face, free_face(k))) };
+    let chain = |(k, face): (usize, &Face)| {
+        if face.lost { Chain::new() } else { of_boundary(&boundary(face, free_face(free, k))) }
+    };
     let chains: Vec<Chain> = part.faces.iter().enumerate().map(chain).collect();
     let faces = part.faces.iter().zip(&chains).enumerate();
     let turned = faces.map(|(face, (f, chain))| TurnedFace { face, shell: f.shell, reversed: f.reversed, chain });

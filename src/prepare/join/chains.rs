@@ -5,8 +5,7 @@
 
 use crate::math::keyed::summed_by_pair;
 use crate::model::EdgeId;
-use crate::prepare::regions::boundary::sign;
-use crate::prepare::wires::chain::Chain;
+use crate::prepare::wires::boundary::{Chain, sign};
 
 /// The sum of a shell's chains on one edge.
 #[derive(Clone, Copy, Debug)]

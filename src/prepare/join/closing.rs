@@ -10,7 +10,7 @@ use crate::model::{NurbsCurve3, RowId};
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
-use crate::prepare::wires::chain::Chain;
+use crate::prepare::wires::boundary::Chain;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 

@@ -6,13 +6,13 @@
 use crate::math::boxes::around;
 use crate::math::solve::equal_pieces;
 use crate::model::{CurveKind, EdgeId, Frame3, NurbsCurve3, Part, Surface};
-use crate::prepare::regions::boundary::of_boundary;
 use crate::prepare::surface::arc_bounds;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use crate::prepare::tiles::extent::Patched;
 use crate::prepare::uv::uv_curve::{UvCurve, UvSample};
-use crate::prepare::wires::ends::ends;
+use crate::prepare::wires::boundary::of_boundary;
+use crate::prepare::wires::heal::ends;
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 use std::sync::Arc;

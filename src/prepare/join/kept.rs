@@ -105,7 +105,7 @@ fn ascending(mut ids: Vec<u32>) -> Vec<u32> {
 mod tests {
     use super::*;
     use crate::model::{CurveKind, Frame3, Surface, shapes};
-    use crate::prepare::wires::repeats::shared_edges;
+    use crate::prepare::wires::boundary::shared_edges;
 
     fn hash(part: &Part, face: usize) -> ContentHash {
         let free: Vec<_> = part.faces.iter().map(|_| None).collect();

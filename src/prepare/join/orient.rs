@@ -3,15 +3,14 @@
 //! Neighbours that run along their common edge in opposite directions are oriented alike. That determines each
 //! connected group up to a sign. The volume decides the sign of groups that bound a solid, the file that of others.
 
-use super::outline::{plane_polygon, region};
-use super::rays::{self, RayBody, RayFace};
+use super::rays::{self, RayBody, RayFace, plane_polygon, region};
 use super::shells::connected;
 use crate::control::Call;
 use crate::model::{Part, ShellKind};
-use crate::prepare::regions::boundary::sign;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::tiles::draft::{DraftAlong, DraftTile, DraftUse, FaceDraft};
 use crate::prepare::uv::polygon::area;
+use crate::prepare::wires::boundary::sign;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 use std::cell::Cell;
@@ -316,9 +315,9 @@ fn flux(draft: &FaceDraft, origin: DVec3, samples: Sampling) -> [f64; 2] {
 mod tests {
     use super::*;
     use crate::model::{Surface, shapes};
-    use crate::prepare::report::room::Room;
+    use crate::prepare::report::Room;
     use crate::prepare::tiles::face;
-    use crate::prepare::wires::repeats::shared_edges;
+    use crate::prepare::wires::boundary::shared_edges;
 
     #[test]
     fn lobes_of_negative_winding_count_against_the_volume() {

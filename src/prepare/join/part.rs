@@ -4,7 +4,7 @@ use super::against::{take_other_sides, unsure_faces, with_turned_wires};
 use super::chains::{Closedness, Sum, TurnedFace};
 use super::closing::Closure;
 use super::kept::{FaceContent, KeptFace, KeptFaces};
-use super::limits::PrepareBudget;
+use super::memory::PrepareBudget;
 use super::orient::{self, Fault, orient, wanted_sign, wrong_volume};
 use super::prepared::{PartCost, PartFacts, PreparedPart};
 use super::topology::{self, ClosingOutcome, Unclosed};
@@ -14,19 +14,15 @@ use crate::model::{
     BorderTrouble, Diagnostic, EdgeId, Face, FaceError, FaceId, FaceTrouble, Part, PartId, Severity, ShellKind,
     ShellTrouble, WireTrouble,
 };
-use crate::prepare::regions::boundary::{self, Boundary, boundary, is_closed, of_boundary, sign};
-use crate::prepare::report::finding::Finding;
-use crate::prepare::report::guard::{guarded, panic_message};
+use crate::prepare::report::{Finding, guarded, panic_message};
 use crate::prepare::sew::sew_edges::{SewSummary, sew};
 use crate::prepare::tiles::draft::FaceDraft;
-use crate::prepare::tiles::face;
-use crate::prepare::tiles::traced;
-use crate::prepare::trims::free_edges;
-use crate::prepare::trims::free_faces::FreeFaces;
-use crate::prepare::wires::chain::{Chain, summed};
-use crate::prepare::wires::heal;
-use crate::prepare::wires::heal::Healing;
-use crate::prepare::wires::repeats::{shared_edges, without_repeats, without_slits};
+use crate::prepare::tiles::{face, traced};
+use crate::prepare::trims::free_edges::{self, FreeFaces, free_face};
+use crate::prepare::wires::boundary::{
+    self, Boundary, Chain, boundary, is_closed, of_boundary, shared_edges, sign, summed, without_repeats, without_slits,
+};
+use crate::prepare::wires::heal::{self, Healing};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -218,7 +214,7 @@ impl PartPreparation<'_> {
 
     /// A face's loops as edges.
     fn boundary(&self, face: usize) -> Boundary {
-        boundary(&self.part.faces[face], self.free[face].as_ref().and_then(|free| free.as_ref().ok()))
+        boundary(&self.part.faces[face], free_face(&self.free, face))
     }
 
     /// Fills a face in space, with its loops as stated, or each reversed where it runs against `chain`.
@@ -290,9 +286,7 @@ impl PartPreparation<'_> {
         let mut loops_close = true;
         for (k, face) in self.part.faces.iter().enumerate() {
             let whole = faces.drafts[k].is_some() || faces.causes.get(&k).is_some_and(|cause| cause.harmless);
-            loops_close &= whole
-                && !face.lost
-                && is_closed(&self.part, face, self.free[k].as_ref().and_then(|free| free.as_ref().ok()));
+            loops_close &= whole && !face.lost && is_closed(&self.part, face, free_face(&self.free, k));
         }
         let open: BTreeSet<u32> = sums.iter().map(|s| s.shell).collect();
         for (face, draft) in self.part.faces.iter().zip(&mut faces.drafts) {

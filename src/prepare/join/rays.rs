@@ -5,17 +5,31 @@
 //! looks outwards. That is sharp however thin the body is, where volumes from samples are a small difference of large
 //! numbers. Crossings are found on the exact surfaces; a line that meets an edge, or touches a face, does not count.
 
-use super::outline::region;
 use crate::control::Call;
 use crate::math::bernstein::{basis_with_derivatives, restrict, restrict_rows, with_rows};
 use crate::math::boxes::{Aabb, around};
-use crate::prepare::regions::boundary::sign;
 use crate::prepare::surface::decompose::BezierPatches;
-use crate::prepare::tiles::draft::FaceDraft;
-use crate::prepare::uv::polygon::TileRegion;
+use crate::prepare::tiles::draft::{DraftTile, DraftUse, FaceDraft};
+use crate::prepare::uv::polygon::{TileRegion, points_along};
+use crate::prepare::wires::boundary::sign;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
 use std::cell::{Cell, OnceCell};
+
+/// Points along a loop in (u,v), at most `most` per use; one where it is straight, if `flat`.
+pub(super) fn plane_polygon(uses: &[DraftUse], most: usize, flat: bool) -> Vec<DVec2> {
+    let mut out = Vec::with_capacity(2 * uses.len());
+    for u in uses {
+        points_along(&u.uv, (u.from, u.to), most, flat, &mut out);
+    }
+    out
+}
+
+/// The region of a tile, with at most `most` points per use.
+pub(super) fn region<'a>(draft: &'a FaceDraft, tile: &DraftTile, most: usize) -> TileRegion<'a> {
+    let loops = tile.loops.iter().map(|l| plane_polygon(l, most, true)).collect();
+    TileRegion { patches: &draft.surface.patches, min: tile.min, max: tile.max, loops }
+}
 
 /// Lines that are tried.
 const LINES: usize = 24;

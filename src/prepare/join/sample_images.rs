@@ -1,7 +1,6 @@
 //! Edges and their pcurves -> samples along the pcurves, which every plan compares with its lattices.
 
-use super::images::{EdgeImages, ImageSpan};
-use super::prepared::{PreparedEdge, Tile};
+use super::prepared::{EdgeImages, ImageSpan, PreparedEdge, Tile};
 use crate::control::Call;
 use crate::prepare::uv::uv_curve::UvCurve;
 use smallvec::SmallVec;

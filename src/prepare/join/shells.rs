@@ -1,10 +1,9 @@
 //! Shells -> the sums of their loops on each edge: which shells are closed.
 
 use crate::model::{Face, Loop, Part, ShellKind};
-use crate::prepare::regions::boundary::{boundary, sign};
-use crate::prepare::sew::uses::{EdgeInUse, uses};
-use crate::prepare::trims::free_faces::FreeFaces;
-use crate::prepare::wires::repeats::{without_repeats, without_slits};
+use crate::prepare::sew::pairs::{EdgeInUse, uses};
+use crate::prepare::trims::free_edges::FreeFaces;
+use crate::prepare::wires::boundary::{boundary, sign, without_repeats, without_slits};
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashSet};
 

@@ -5,13 +5,13 @@ use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, Pre
 use super::sample_images;
 use crate::control::Call;
 use crate::model::{CurveKind, Edge, FaceError, FaceId, Part, RowId, SurfaceKind, TileId};
-use crate::prepare::report::guard::guarded;
+use crate::prepare::report::guarded;
 use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
 use crate::prepare::tiles::extent::Patched;
 use crate::prepare::uv::uv_curve::SAME_SHARE;
-use crate::prepare::wires::chain::Chain;
+use crate::prepare::wires::boundary::Chain;
 use glam::{DVec2, DVec3};
 
 /// Edges that a thread takes at a time: a few microseconds each.

@@ -1,6 +1,5 @@
 //! A face's loops -> a region of its unrolled parameter plane.
 
-pub(super) mod boundary;
 pub(super) mod trace;
 pub(super) mod unroll;
 pub(super) mod lobes;

@@ -1,14 +1,103 @@
-//! Edges that may coincide -> the pairs of them that are worth a comparison.
+//! Loops of faces -> the edges in use, with counts per shell; edges that may coincide -> the pairs of them that are worth
+//! a comparison; pairs that coincide -> whether they may merge.
 //!
 //! Boxes find edges that are close. Identical edges are found by sorting, so that any number of them costs no more than
 //! as many separate edges.
+//!
+//! Two edges of one face stay apart if the face is a sliver. The two edges of a seam coincide as well. But then the face
+//! extends far from the seam, and parts of its boundary have no other edge as near.
 
-use super::candidate::Candidate;
+use super::overlap::CurveQuery;
 use crate::math::boxes::{Aabb, BoxTree, around};
+use crate::math::keyed::summed_by_pair;
 use crate::model::{Edge, Part};
+use crate::prepare::trims::free_edges::{FreeFaces, free_face};
+use crate::prepare::uv::uv_loop::{Along, Piece};
 use glam::DVec3;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+
+/// The uses of an edge by the faces of a shell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EdgeInUse {
+    pub(crate) shell: u32,
+    pub(crate) edge: u32,
+    /// Number of uses.
+    pub(crate) count: usize,
+    /// The first face that uses it.
+    pub(crate) face: usize,
+    /// Whether it bounds a face without topology, whose edges were made for it.
+    pub(crate) untold: bool,
+    /// Whether it lies along a side of such a face's domain.
+    pub(crate) side: bool,
+    /// Whether a face, seen from outside, has it in reverse.
+    pub(crate) against: bool,
+}
+
+/// The edges in use, sorted by shell and edge.
+pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
+    let mut uses = Vec::new();
+    let mut add = |face: usize, (edge, against): (u32, bool), untold: bool, side: bool| {
+        uses.push(EdgeInUse { shell: part.faces[face].shell, edge, count: 1, face, untold, side, against });
+    };
+    for (face, f) in part.faces.iter().enumerate() {
+        f.wires().flatten().for_each(|c| add(face, (c.edge.0, c.reversed != f.reversed), false, false));
+    }
+    for (face, made) in free.iter().enumerate() {
+        let Some(Ok(made)) = made else { continue };
+        let domain = part.faces[face].surface.natural_domain();
+        let on_side = |piece: &Piece| {
+            let first = piece.samples[0].uv;
+            let on_line = |axis: usize| piece.samples.iter().all(|s| s.uv[axis] == first[axis]);
+            (0..2).any(|axis| (first[axis] == domain[axis].0 || first[axis] == domain[axis].1) && on_line(axis))
+        };
+        for piece in made.region.loops.iter().flat_map(|l| &l.pieces) {
+            if let Along::Edge(edge) = piece.along {
+                add(face, (edge, false), true, on_side(piece));
+            }
+        }
+    }
+    let add = |sum: &mut EdgeInUse, next: &EdgeInUse| {
+        sum.count += next.count;
+        sum.face = sum.face.min(next.face);
+        sum.untold |= next.untold;
+        sum.side |= next.side;
+        sum.against |= next.against;
+    };
+    summed_by_pair(part.edges.len(), uses, |used| (used.shell, used.edge), add)
+}
+
+/// An edge that may coincide with another.
+pub(crate) struct Candidate {
+    pub(crate) edge: u32,
+    pub(crate) shell: u32,
+    pub(crate) tolerance: f64,
+    /// A face that uses it.
+    pub(crate) face: usize,
+    /// Whether it bounds a face without topology, and runs along a side of that face's domain.
+    pub(crate) untold: bool,
+    pub(crate) side: bool,
+    /// Of a face with topology in an open shell: whether the face, seen from outside, has the edge in reverse.
+    pub(crate) against: Option<bool>,
+}
+
+impl Candidate {
+    /// Whether its face may have a common edge with that of another. Faces of an open shell, which nothing orients,
+    /// need opposite directions there: sheets on top of each other would become a closed body, and one would be turned
+    /// over.
+    pub(crate) fn may_adjoin(&self, other: &Self, same_direction: bool) -> bool {
+        let (Some(one), Some(other)) = (self.against, other.against) else { return true };
+        (one == other) != same_direction
+    }
+}
+
+/// Whether an edge has a valid curve, range and vertices.
+pub(crate) fn is_sound(part: &Part, e: &Edge) -> bool {
+    let stated = e.range.0 < e.range.1 && e.curve.check().is_ok();
+    let (low, high) = e.curve.domain();
+    let ends = [e.start, e.end].map(|v| part.vertices.get(v.index()));
+    stated && e.range.0 >= low && e.range.1 <= high && ends.iter().all(|p| p.is_some_and(|p| p.is_finite()))
+}
 
 /// An edge with so many partners is only compared with edges that have fewer.
 pub(crate) const MOST_PARTNERS: usize = 64;
@@ -110,4 +199,78 @@ fn statement_order(a: &Edge, b: &Edge) -> Ordering {
         .then_with(|| or_equal(a.range.partial_cmp(&b.range)))
         .then_with(|| or_equal(a.curve.knots.partial_cmp(&b.curve.knots)))
         .then_with(|| or_equal(a.curve.weights.partial_cmp(&b.curve.weights)))
+}
+
+/// Distance, in tolerances, that a face must extend from two of its edges to be more than a sliver between them.
+const FAR: f64 = 8.0;
+
+/// Two edges within this share of their length have nothing between them.
+const ROUNDING: f64 = 1e-9;
+
+/// Decides for the faces of a part. The boundary of a face is sampled on first use.
+pub(crate) struct SliverCheck<'a> {
+    part: &'a Part,
+    free: &'a FreeFaces,
+    rims: BTreeMap<usize, Rim>,
+    /// Faces whose edges stay apart, with the tolerance.
+    pub(crate) kept: BTreeMap<usize, f64>,
+}
+
+/// A face's boundary.
+struct Rim {
+    edges: Vec<(u32, CurveQuery)>,
+    /// Whether another edge is near everywhere along it.
+    thin: bool,
+}
+
+impl<'a> SliverCheck<'a> {
+    pub(crate) fn new(part: &'a Part, free: &'a FreeFaces) -> Self {
+        Self { part, free, rims: BTreeMap::new(), kept: BTreeMap::new() }
+    }
+
+    /// Whether two edges of a face, at most `width` apart, may merge.
+    ///
+    /// Cost: feet of one edge's points on all others; for thin faces, of all edges' points.
+    pub(crate) fn may_join(&mut self, face: usize, pair: [u32; 2], width: f64, tolerance: f64) -> bool {
+        let reach = FAR * tolerance;
+        let (part, free) = (self.part, self.free);
+        let rim = self.rims.entry(face).or_insert_with(|| Rim::new(part, free, face, reach));
+        let of_pair = || rim.edges.iter().filter(|e| pair.contains(&e.0)).map(|e| &e.1);
+        let coincide = of_pair().all(|course| width <= ROUNDING * course.length());
+        let goes_away = || {
+            let others = rim.edges.iter().filter(|e| !pair.contains(&e.0));
+            others.flat_map(|e| e.1.samples()).any(|p| of_pair().all(|course| course.foot(p).1 > reach))
+        };
+        let may = coincide || !rim.thin && goes_away();
+        if !may {
+            self.kept.insert(face, tolerance);
+        }
+        may
+    }
+}
+
+impl Rim {
+    fn new(part: &Part, free: &FreeFaces, face: usize, reach: f64) -> Self {
+        let of_pieces = free_face(free, face).into_iter().flat_map(|made| made.region.edges());
+        let mut numbers: Vec<u32> = part.faces[face].wires().flatten().map(|c| c.edge.0).chain(of_pieces).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let course = |number: u32| {
+            let edge = part.edges.get(number as usize).filter(|e| is_sound(part, e))?;
+            Some((number, CurveQuery::new(edge)))
+        };
+        let edges: Vec<(u32, CurveQuery)> = numbers.into_iter().filter_map(course).collect();
+        // Try the edge that was near the previous point first.
+        let mut last = 0;
+        let mut near = |k: usize, p| {
+            let beside = |j: usize| j != k && edges[j].1.foot(p).1 <= reach;
+            if !beside(last) {
+                let Some(found) = (0..edges.len()).find(|&j| beside(j)) else { return false };
+                last = found;
+            }
+            true
+        };
+        let thin = (0..edges.len()).all(|k| edges[k].1.samples().all(|p| near(k, p)));
+        Self { edges, thin }
+    }
 }

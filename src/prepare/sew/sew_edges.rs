@@ -4,20 +4,16 @@
 //! one shell that coincide within the tolerance, in whole or in part, are cut into pieces that match piece by piece.
 //! Matching pieces become one edge: the first one's curve, with a pcurve on each face. Their vertices merge, too.
 
-use super::candidate::{Candidate, is_sound};
-use super::carry::carry;
-use super::overlap::{CurveQuery, Overlap};
-use super::pairs::{LeftOut, MOST_PARTNERS, pairs};
-use super::slivers::SliverCheck;
-use super::uses::{EdgeInUse, uses};
+use super::overlap::{CurveQuery, Overlap, carry};
+use super::pairs::{Candidate, EdgeInUse, LeftOut, MOST_PARTNERS, SliverCheck, is_sound, pairs, uses};
 use crate::control::Call;
 use crate::math::graph::DisjointSets;
 use crate::model::{
     BorderTrouble, Coedge, Edge, EdgeId, Face, Loop, NurbsCurve3, Part, Severity, ShellKind, VertexId, of_pieces,
 };
-use crate::prepare::report::finding::Finding;
+use crate::prepare::report::Finding;
 use crate::prepare::surface::decompose::BezierSpline3;
-use crate::prepare::trims::free_faces::FreeFaces;
+use crate::prepare::trims::free_edges::FreeFaces;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use crate::prepare::wires::heal::Healing;

@@ -15,7 +15,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Strips per span of an arc. φ' varies by 17 % along a span of a quarter turn. It is symmetric about the middle, so
 /// both halves have the same bounds of φ' and |φ''|: they differ in their angles only.
-pub(crate) const PARTS: usize = 2;
+const PARTS: usize = 2;
 
 /// Bounds on the angle φ of a unit arc as a function of the parameter, over one strip.
 #[derive(Clone, Copy, Debug)]

@@ -6,4 +6,4 @@ pub(super) mod tables;
 pub(super) mod arc_bounds;
 mod cuts;
 mod samples;
-pub(super) mod bounds;
+mod bounds;

@@ -10,7 +10,7 @@ use super::windings::Windings;
 use crate::math::graph::Links;
 use crate::math::solve::bisected;
 use crate::prepare::regions::unroll::pole_sides;
-use crate::prepare::report::refusals::Tangled;
+use crate::prepare::report::Tangled;
 use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, LoopPlace, Piece, Region, UvLoop};

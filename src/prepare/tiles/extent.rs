@@ -1,9 +1,9 @@
 //! A surface and the box of its tiles -> Bézier patches over it, their bounds and creases.
 
 use super::arrangement::ArrangedTile;
-use super::cuts::spans;
+use super::grid::spans;
 use crate::model::{AxisMap, FaceError, NurbsSurface, Surface};
-use crate::prepare::report::room::Room;
+use crate::prepare::report::Room;
 use crate::prepare::surface::arc_bounds;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::surface::tables::SurfaceBounds;

@@ -1,25 +1,21 @@
 //! One face of a model to patches, tiles and borders: everything that needs no other face.
 
 use super::arrangement::{Arrangement, arrange};
-use super::borders;
-use super::crossings::Crossings;
-use super::cuts::{coarse_grids, grid_for};
-use super::draft::FaceDraft;
+use super::crossings::{Crossings, common_point};
+use super::draft::{FaceDraft, borders, tiles};
 use super::extent::Patched;
-use super::grid::Grid;
-use super::joints::common_point;
+use super::grid::{Grid, coarse_grids, grid_for};
 use super::traced::{self, Traced};
 use crate::model::{Coedge, Face, FaceError, FaceTrouble, Part, Surface};
 use crate::prepare::regions::mend::{MAX_TANGLES, Tangle, Way};
 use crate::prepare::regions::unroll::region;
-use crate::prepare::regions::{boundary, lobes, mend};
-use crate::prepare::report::finding::Finding;
-use crate::prepare::report::room::Room;
-use crate::prepare::trims::free_faces::FreeFace;
+use crate::prepare::regions::{lobes, mend};
+use crate::prepare::report::{Finding, Room};
+use crate::prepare::trims::free_edges::FreeFace;
 use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_loop::{Region, UvLoop};
-use crate::prepare::wires::chain::Chain;
-use crate::prepare::wires::order::without_seams;
+use crate::prepare::wires::boundary::{self, Chain};
+use crate::prepare::wires::heal::without_seams;
 use glam::DVec3;
 
 /// Share of a face's size by which its edges may miss its surface without a diagnostic. Files print six to fifteen
@@ -228,9 +224,9 @@ fn draft_traced(traced: &Traced<'_>, way: Loops<'_>) -> Result<FaceDraft, FaceEr
     // The images are in the tiles now: where a boundary runs along itself thousands of times, copies count.
     drop(std::mem::take(&mut outline.region.loops));
     let surface = Patched::over(&face.surface, &arranged.tiles, traced.room)?;
-    let borders = borders::borders(traced, &surface, &grid, &arranged);
+    let borders = borders(traced, &surface, &grid, &arranged);
     outline.breaks.extend(arranged.crossings.iter().filter_map(|c| Some((c.along.edge()?, c.t))));
-    let mut tiles = borders::tiles(arranged, &surface.maps);
+    let mut tiles = tiles(arranged, &surface.maps);
     // Not where free trims end on the edges of other faces, which are as good as those are.
     let exact = traced.free.is_some() && outline.gap == 0.0;
     let found = Crossings::of(traced, &mut tiles, exact, &surface.maps);

@@ -4,9 +4,9 @@ use crate::math::boxes::around;
 use crate::model::{Coedge, EdgeId, Face, FaceError, FaceTrouble, Loop, Part, RegionError, Surface};
 use crate::prepare::regions::trace::{Passages, trace_loop};
 use crate::prepare::regions::unroll::are_holes;
-use crate::prepare::report::room::Room;
+use crate::prepare::report::Room;
 use crate::prepare::surface::decompose::BezierSpline3;
-use crate::prepare::trims::free_faces::FreeFace;
+use crate::prepare::trims::free_edges::FreeFace;
 use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_loop::UvLoop;
 use glam::DVec3;
@@ -79,8 +79,7 @@ impl<'a> Traced<'a> {
             projector.adopt(boundary_points(part, face), part.tolerance);
         }
         if let Some(Ok(free)) = free {
-            let pieces = free.region.loops.iter().flat_map(|l| &l.pieces);
-            let edges = pieces.filter_map(|piece| piece.along.edge()).map(|edge| &part.edges[edge as usize]);
+            let edges = free.region.edges().map(|edge| &part.edges[edge as usize]);
             projector.adopt(edges.flat_map(|e| [e.start, e.end]).map(|v| part.vertices[v.index()]), 0.0);
         }
         projector.adopt(passages.values().flatten().map(|p| p.1), 0.0);

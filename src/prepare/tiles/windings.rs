@@ -4,7 +4,7 @@
 
 use super::grid::{Grid, LineCrossing};
 use crate::math::boxes::around;
-use crate::prepare::report::refusals::Tangled;
+use crate::prepare::report::Tangled;
 use crate::prepare::uv::polygon::winding_about;
 use crate::prepare::uv::uv_loop::{Region, UvLoop};
 use glam::DVec2;

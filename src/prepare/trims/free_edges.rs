@@ -6,17 +6,15 @@
 //! surface by cubic Hermite pieces, halved until they are within [`FIT`]. (The exact composition has degree p(m + n),
 //! 18 for cubics on bicubics: too costly.)
 
-use super::free_faces::{FreeFace, FreeFaces};
+use super::chains::StretchPart;
 use super::free_region::{BORDER, FreeArc, FreeRegion, TrimNote};
 use super::spans::{Span, UvDomain};
-use super::stretches::StretchPart;
 use crate::control::Call;
 use crate::model::{
     CurveKind, Edge, EdgeId, Face, FaceError, FaceTrouble, FreeTrims, NurbsCurve3, Part, Pole, Surface, VertexId,
     knots_of_pieces,
 };
-use crate::prepare::report::finding::Finding;
-use crate::prepare::report::guard::guarded;
+use crate::prepare::report::{Finding, guarded};
 use crate::prepare::uv::uv_curve::{SampledCurve, UvSample};
 use crate::prepare::uv::uv_loop::{Along, Piece, Region, UvLoop, loops_box};
 use glam::{DVec2, DVec3};
@@ -28,6 +26,24 @@ const FIT: f64 = 1e-8;
 
 /// Halvings of one arc, for at most 4096 pieces. Curves that need more have unbounded derivatives.
 const MAX_DEPTH: u32 = 12;
+
+/// A face's region, with notes and repairs to report.
+#[derive(Clone, Debug)]
+pub(crate) struct FreeFace {
+    pub(crate) region: Region,
+    /// Largest distance of its edges from the surface. Shared edges may be curves of another face.
+    pub(crate) gap: f64,
+    pub(crate) notes: Vec<FaceTrouble>,
+    pub(crate) repairs: Vec<Finding>,
+}
+
+/// The region or error of each face; `None` for a face without free trims.
+pub(crate) type FreeFaces = Vec<Option<Result<FreeFace, FaceError>>>;
+
+/// What was made of a face's free trims; `None` without free trims, or if it failed.
+pub(crate) fn free_face(free: &FreeFaces, face: usize) -> Option<&FreeFace> {
+    free.get(face)?.as_ref()?.as_ref().ok()
+}
 
 /// Adds vertices and edges for the free trims of a part's faces. `size` is the size of the part.
 pub(crate) fn free_faces<'a>(call: Call<'_>, part: &'a Part, size: f64) -> (Cow<'a, Part>, FreeFaces) {

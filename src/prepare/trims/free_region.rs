@@ -5,15 +5,14 @@
 //! bounds nothing and is dropped. This removes redundant loops, and stretches that two curves run in opposite
 //! directions. The other arcs are linked to loops with the region on their left.
 
-use super::intersect::{SAME, SpanChain, SpanPlace, TOUCH, meetings};
+use super::chains::{SpanChain, SpanPlace, StretchPart, TOUCH, copies, green, stretch, whole};
+use super::intersect::{SAME, meetings};
 use super::spans::{Span, UvDomain};
-use super::stretches::{StretchPart, green, stretch, whole};
-use super::wraps::copies;
 use crate::control::{Call, Control, Rayon};
 use crate::math::boxes::BoxTree;
 use crate::math::keyed::sums_by_key;
 use crate::model::{FreeTrims, TrimRule, TrimTrouble};
-use crate::prepare::report::refusals::NoRegion;
+use crate::prepare::report::NoRegion;
 use glam::DVec2;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;

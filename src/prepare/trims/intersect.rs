@@ -9,17 +9,13 @@
 //!   & Meyers, "Loop detection in surface patch intersections", CAGD 5, 1988).
 //! * Halves that are straight within the tolerance, and still undecided, touch where they are parallel and nearest.
 
-use super::spans::{Span, UvDomain, spans};
+use super::chains::{SpanChain, SpanPlace, TOUCH};
+use super::spans::Span;
 use crate::control::Call;
 use crate::math;
 use crate::math::boxes::BoxTree;
-use crate::model::TrimCurve;
 use crate::prepare::uv::uv_curve::{UvSample, newton_meeting};
 use glam::{DMat2, DVec2, DVec3};
-
-/// Distance in the unit square below which points are one. Curves are stated with twelve digits or more, and a sliver
-/// of a billionth of a domain has no triangles.
-pub(crate) const TOUCH: f64 = 1e-9;
 
 /// Distance below which two meetings are one.
 pub(crate) const SAME: f64 = 10.0 * TOUCH;
@@ -31,42 +27,6 @@ const SHARE: usize = 16;
 
 /// A crossing below this sine of the angle may belong to a touch.
 const SHALLOW: f64 = 1e-3;
-
-/// Spans end to end.
-#[derive(Clone, Debug)]
-pub(crate) struct SpanChain {
-    pub(crate) spans: Vec<Span>,
-    pub(crate) closed: bool,
-}
-
-impl SpanChain {
-    pub(crate) fn of(curve: &TrimCurve, domain: &UvDomain) -> Self {
-        let mut spans = spans(curve, domain);
-        let closed = spans.len() > 1 && curve.is_closed();
-        if closed {
-            let start = spans[0].ends[0];
-            if let Some(last) = spans.last_mut() {
-                last.ends[1] = start;
-            }
-        }
-        Self { spans, closed }
-    }
-
-    /// The ends that two spans of the chain share because one follows the other.
-    fn joint(&self, a: usize, b: usize) -> impl Iterator<Item = DVec2> + use<'_> {
-        let follows = |a: usize, b: usize| a + 1 == b || (self.closed && a + 1 == self.spans.len() && b == 0);
-        let of_pair = [(a, b), (b, a)];
-        of_pair.into_iter().filter(move |&(a, b)| follows(a, b)).map(|(a, _)| self.spans[a].ends[1])
-    }
-}
-
-/// A place on a chain.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SpanPlace {
-    pub(crate) chain: usize,
-    pub(crate) span: usize,
-    pub(crate) s: f64,
-}
 
 /// A point that two spans have in common.
 #[derive(Clone, Copy, Debug)]

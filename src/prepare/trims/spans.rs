@@ -27,7 +27,7 @@ impl UvDomain {
         Self { low, high, periodic: [false; 2] }
     }
 
-    pub(crate) fn to_unit(self, p: DVec2) -> DVec2 {
+    fn to_unit(self, p: DVec2) -> DVec2 {
         let q = (p - self.low) / (self.high - self.low);
         // Rounding of the quotient must not move points off the border.
         DVec2::select(p.cmpeq(self.high), DVec2::ONE, q)

@@ -166,6 +166,13 @@ pub(crate) struct Region {
     pub(crate) unbounded: Option<(usize, f64)>,
 }
 
+impl Region {
+    /// The B-rep edges along its loops, piece by piece.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = u32> {
+        self.loops.iter().flat_map(|l| &l.pieces).filter_map(|piece| piece.along.edge())
+    }
+}
+
 /// Exact bounding box of the loops' pcurves, including the extremes of every Hermite piece.
 pub(crate) fn loops_box(loops: &[UvLoop]) -> [(f64, f64); 2] {
     let mut b = [(f64::INFINITY, f64::NEG_INFINITY); 2];

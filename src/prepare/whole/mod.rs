@@ -1,6 +1,6 @@
 //! Prepared parts -> the whole model: its box, its scene and the expected cost of its tiles.
 
-pub(super) mod extent;
+mod extent;
 pub(super) mod weight;
 
 pub(super) mod prepare;

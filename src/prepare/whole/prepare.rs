@@ -9,7 +9,7 @@ use crate::model::{Diagnostic, DiagnosticKind, Model, Part, PartId, Severity};
 use crate::prepare::join::chains::Closedness;
 use crate::prepare::join::content::{ContentHash, entities};
 use crate::prepare::join::kept;
-use crate::prepare::join::limits::{PrepareBudget, PrepareError, PrepareLimits};
+use crate::prepare::join::memory::{PrepareBudget, PrepareError, PrepareLimits};
 use crate::prepare::join::part::prepare_part;
 use crate::prepare::join::prepared::{PartFacts, Prepared, PreparedPart};
 use std::sync::Arc;

@@ -1,7 +1,4 @@
 //! Wires that have gaps, are out of order or given twice -> wires that close and bound something.
 
-pub(super) mod chain;
-pub(super) mod ends;
-pub(super) mod order;
 pub(super) mod heal;
-pub(super) mod repeats;
+pub(super) mod boundary;

@@ -1,6 +1,6 @@
 //! What panics cost, which no file can cause: the tests cause them, or call what follows.
 
-use super::super::limits::PrepareLimits;
+use super::super::memory::PrepareLimits;
 use super::*;
 use crate::control::{Alone, Control};
 use crate::model::shapes;

@@ -6,7 +6,8 @@ mod implicit;
 
 use super::*;
 use crate::control::{Alone, Control};
-use crate::model::{NurbsCurve2, TrimPiece};
+use crate::model::{NurbsCurve2, TrimCurve, TrimPiece};
+use crate::prepare::trims::spans::UvDomain;
 use crate::sequence::random::SplitMix;
 use implicit::by_eigenvalues;
 use std::f64::consts::TAU;

@@ -1,11 +1,11 @@
 //! Images of edges, against samples of the edges.
 
-use crate::model::{CurveKind, Edge, Frame3, NurbsCurve, NurbsCurve3, Surface, VertexId};
+use crate::model::{CurveKind, Edge, Frame3, NurbsCurve, NurbsCurve3, NurbsSurface, Surface, VertexId};
 use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::sequence::random::SplitMix;
-use glam::{DVec2, DVec3};
-use std::f64::consts::TAU;
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// A straight edge along a sheet of two mirrored spans or of one, each almost at rest at both of its ends: the curve in
 /// parameters is odd about the middles of pieces.
