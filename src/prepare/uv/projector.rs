@@ -264,6 +264,10 @@ impl<'a> Projector<'a> {
         self.clamp(next)
     }
 
+    fn seeds(&self) -> &Seeds {
+        self.seeds.get_or_init(|| Seeds::of(self.surface, self.domain, self.period))
+    }
+
     /// The foot of `p` nearest to it, or the first one found on the surface.
     fn search(&self, p: DVec3) -> Foot {
         if let (Surface::Nurbs(net), [None, None], []) = (self.surface, self.period, &self.poles[..]) {
@@ -274,9 +278,8 @@ impl<'a> Projector<'a> {
                 return found;
             }
         }
-        let seeds = self.seeds.get_or_init(|| Seeds::of(self.surface, self.domain, self.period));
         let mut answer = Foot::none(DVec2::ZERO);
-        for start in seeds.starts(p) {
+        for start in self.seeds().starts(p) {
             let found = self.newton(p, start);
             if found.off < answer.off {
                 answer = found;
@@ -291,8 +294,7 @@ impl<'a> Projector<'a> {
     /// Parameters of the surface points at `p`, one on each sheet that passes there.
     pub(crate) fn sheets_at(&self, p: DVec3) -> SmallVec<[DVec2; 2]> {
         let mut sheets: SmallVec<[Foot; 2]> = SmallVec::new();
-        let seeds = self.seeds.get_or_init(|| Seeds::of(self.surface, self.domain, self.period));
-        for start in seeds.starts(p) {
+        for start in self.seeds().starts(p) {
             let found = self.newton(p, start);
             let is_same = |foot: &Foot| self.length(foot.uv, self.unwrap(found.uv, foot.uv) - foot.uv) <= self.near();
             if found.off <= self.near() && !sheets.iter().any(is_same) {

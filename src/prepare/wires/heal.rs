@@ -4,7 +4,7 @@
 //! First, wires that close in another order of their edges are reordered. Then a gap within the part's tolerance, or
 //! within the distance by which an edge may miss its vertex, is closed by merging its two vertices for all faces. A
 //! wider gap gets one new edge for all faces that have it. Its curve lies on the surface of one of them, over the
-//! straight line in (u,v).
+//! straight line in (u,v). Seams of periodic surfaces, which bound nothing, can be left out ([`without_seams`]).
 
 use crate::math::graph::{DisjointSets, Links};
 use crate::model::{
