@@ -1,4 +1,4 @@
-//! Typed indices into the tables of one [`Part`](crate::model::Part) or [`Model`](crate::model::Model).
+//! Typed indices into the tables of one [`Part`](crate::model::Part) or [`Model`](crate::model::Model), and colours.
 
 macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
@@ -53,3 +53,11 @@ id!(
     /// An edge of a prepared part: first the part's edges in the order of [`EdgeId`], then the borders between tiles.
     RowId
 );
+
+/// Red, green, blue (sRGB) and opacity, each 0..1.
+pub type Colour = [f32; 4];
+
+/// The colour, if a share of it is not from 0 to 1.
+pub(crate) fn bad_colour(colour: Option<Colour>) -> Option<Colour> {
+    colour.filter(|colour| !colour.iter().all(|share| (0.0..=1.0).contains(share)))
+}

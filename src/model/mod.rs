@@ -1,14 +1,8 @@
 //! The input model: parts (B-reps) made of faces, edges and vertices, and their placed instances.
 
 mod ids;
-pub use ids::{EdgeId, FaceId, InstanceId, PartId, RowId, TileId, VertexId};
-
-mod colour;
-pub use colour::Colour;
-pub(crate) use colour::bad_colour;
-
-mod frame3;
-pub use frame3::Frame3;
+pub(crate) use ids::bad_colour;
+pub use ids::{Colour, EdgeId, FaceId, InstanceId, PartId, RowId, TileId, VertexId};
 
 mod knots;
 #[cfg(feature = "step")]
@@ -16,7 +10,7 @@ pub(crate) use knots::breaks;
 pub(crate) use knots::{MOST_TURNS, MOST_TURNS_BOTH_WAYS, knots_of_pieces, to_bezier};
 
 mod curve;
-pub use curve::{ControlPoint, CurveDerivatives, NurbsCurve, NurbsCurve2, NurbsCurve3};
+pub use curve::{ControlPoint, CurveDerivatives, Frame3, NurbsCurve, NurbsCurve2, NurbsCurve3};
 
 mod surface;
 pub use surface::{NurbsSurface, Surface, SurfaceKind};
@@ -48,15 +42,16 @@ mod error;
 pub(crate) use error::transform_fault;
 pub use error::{ModelError, PartError};
 
+#[macro_use]
 mod trouble;
 pub use trouble::{
-    BodyRefusal, BorderTrouble, CurveTrouble, DiagnosticKind, FaceError, FaceTrouble, FitTrouble, PlacementTrouble,
-    RegionError, ShellTrouble, SolidTrouble, StepCause, StepOutcome, StepTrouble, SyntaxCut, SyntaxError, SyntaxFault,
-    SyntaxRepair, TileTrouble, TrimTrouble, WireTrouble,
+    BodyRefusal, BorderTrouble, CurveTrouble, FaceError, FaceTrouble, FitTrouble, PlacementTrouble, RegionError,
+    ShellTrouble, SolidTrouble, StepCause, StepOutcome, StepTrouble, SyntaxCut, SyntaxError, SyntaxFault, SyntaxRepair,
+    TileTrouble, TrimTrouble, WireTrouble,
 };
 
 mod diagnostic;
-pub use diagnostic::{Diagnostic, Severity};
+pub use diagnostic::{Diagnostic, DiagnosticKind, Severity};
 
 mod part;
 pub use part::{Assembly, Coedge, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};

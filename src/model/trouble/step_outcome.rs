@@ -1,7 +1,6 @@
 //! What the STEP reader left out, repaired or reinterpreted.
 
-use super::syntax::{SyntaxError, SyntaxRepair};
-use super::trouble::{StepCause, StepTrouble};
+use super::step::{StepCause, StepTrouble, SyntaxError, SyntaxRepair};
 use crate::model::PartError;
 use std::collections::BTreeMap;
 
