@@ -2,8 +2,7 @@
 
 use super::edges;
 use super::foot::{parameter_box, search_surface, walk_surface};
-use super::report::{DeviationReport, EdgePlace, Place};
-use super::tally::Tally;
+use super::report::{DeviationReport, EdgePlace, Place, Tally};
 use crate::mesh::{BatchView, FrameView, Origin, TileView};
 use crate::model::{FaceId, PartId, SurfaceKind};
 use crate::prepare::Prepared;

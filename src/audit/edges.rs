@@ -1,8 +1,7 @@
 //! Edge polylines -> distances to the exact curves, and of the curves to them.
 
 use super::foot::{search_curve, walk_curve};
-use super::report::EdgePlace;
-use super::tally::Tally;
+use super::report::{EdgePlace, Tally};
 use crate::mesh::FrameView;
 use crate::prepare::Prepared;
 use crate::prepare::internals::{BezierSpline3, EdgeShape, PreparedEdge};

@@ -5,14 +5,8 @@
 
 mod foot;
 
-mod tally;
-pub use tally::Spread;
-
 mod report;
-pub use report::{DeviationReport, EdgePlace, Place};
-
-mod faults;
-pub use faults::mesh_faults;
+pub use report::{DeviationReport, EdgePlace, Place, Spread, mesh_faults};
 
 mod edges;
 

@@ -9,8 +9,6 @@
 //!
 #![doc = include_str!("../../docs/figures/cell.svg")]
 
-mod path;
-
 mod page;
 
 mod region;

@@ -2,8 +2,7 @@
 //!
 //! The paper's Figure 2, but with u to the right and v up. Shades the loops from [`FreeRegion`].
 
-use super::page::{Entry, Panel, Style, Symbol, UNIT, page};
-use super::path::Path;
+use super::page::{Entry, Panel, Path, Style, Symbol, UNIT, page};
 use crate::model::{FreeTrims, TrimCurve, TrimPiece};
 use crate::prepare::{FreeRegion, NoRegion, UvDomain};
 use glam::DVec2;

@@ -3,8 +3,7 @@
 //! Colours show the class of things, the legend their number. Each class is one path, so a lattice of ten thousand
 //! cells takes some hundred kilobytes.
 
-use super::page::{Entry, Panel, Style, Symbol, UNIT, page};
-use super::path::Path;
+use super::page::{Entry, Panel, Path, Style, Symbol, UNIT, page};
 use crate::frame::internals::TileRecord;
 use crate::mesh::Origin;
 use glam::DVec2;

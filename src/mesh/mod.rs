@@ -7,17 +7,8 @@ mod drawn;
 pub use drawn::DrawnTiles;
 pub(crate) use drawn::tiles_of_word;
 
-mod keys;
-pub use keys::{InstanceKey, PartKey};
-
 mod scene;
-pub use scene::{Scene, SceneInstance, ScenePart};
-
-mod scene_changes;
-pub use scene_changes::SceneChanges;
-
-mod sink_error;
-pub use sink_error::SinkError;
+pub use scene::{InstanceKey, PartKey, Scene, SceneChanges, SceneInstance, ScenePart};
 
 mod vertex_layout;
 #[cfg(any(feature = "glb", feature = "wgpu"))]
@@ -32,22 +23,14 @@ pub(crate) use written::{NotWritten, PartGrid};
 
 mod sink;
 pub(crate) use sink::successors;
-pub use sink::{MemorySink, MeshSink};
+pub use sink::{MemorySink, MeshSink, SinkError};
 
 mod frame_view;
 pub use frame_view::{BatchView, FrameView, TileView, Triangles};
 
 mod packed;
-pub use packed::{PackedFrame, PartMesh};
-
-mod placement;
-pub(crate) use placement::Placement;
-
-mod flat;
-pub use flat::{FlatMesh, TooManyVertices};
-
-mod cause;
-pub use cause::Cause;
+pub(crate) use packed::Placement;
+pub use packed::{FlatMesh, PackedFrame, PartMesh, TooManyVertices};
 
 mod check;
-pub use check::{BadEdge, MeshFacts, SceneFacts, check_part, check_scene};
+pub use check::{BadEdge, Cause, MeshFacts, SceneFacts, check_part, check_scene};

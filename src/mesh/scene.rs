@@ -1,9 +1,62 @@
-//! What a sink needs besides triangles: parts, instances, names, colours.
+//! The scene: parts with their colours and open edges, placed instances, the keys that name both, and what an update
+//! changed.
 
-use super::{InstanceKey, PartKey};
 use crate::model::{Assembly, Colour, EdgeId, FaceId, Instance, PartId};
 use glam::{DAffine3, DVec3};
+use slotmap::{DefaultKey, Key, KeyData};
+use std::fmt;
+use std::num::NonZeroU64;
 use std::sync::Arc;
+
+/// Names an instance of a session. Stays the same when other instances come and go. Once the instance is removed, its
+/// key names none, also after others were added; a key is given again only after 2³¹ instances had its place.
+///
+/// Means nothing to other sessions.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct InstanceKey(pub(crate) DefaultKey);
+
+impl InstanceKey {
+    /// The key as a number, for other languages. Never 0.
+    #[must_use]
+    pub fn to_bits(self) -> u64 {
+        self.0.data().as_ffi()
+    }
+
+    /// The key that this number stands for. Any number is allowed: most name no instance.
+    #[must_use]
+    pub fn from_bits(bits: u64) -> Self {
+        let key = KeyData::from_ffi(bits);
+        Self(if key.as_ffi() == bits { key.into() } else { DefaultKey::null() })
+    }
+}
+
+/// Place and generation.
+impl fmt::Debug for InstanceKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.data().fmt(f)
+    }
+}
+
+/// Names a part of a session's scene, or one of its LODs: the same as long as the session has the part's content, also
+/// after an [update](crate::parallel::Session::update) that gives it another row. It is not given twice.
+///
+/// Means nothing to other sessions.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub struct PartKey(pub(crate) NonZeroU64);
+
+impl PartKey {
+    /// The key as a number, for other languages. Never 0.
+    #[must_use]
+    pub fn to_bits(self) -> u64 {
+        self.0.get()
+    }
+
+    /// The key that this number stands for; `None` for 0. Most others name no part.
+    #[must_use]
+    pub fn from_bits(bits: u64) -> Option<Self> {
+        NonZeroU64::new(bits).map(Self)
+    }
+}
 
 /// A part, as sinks see it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -142,6 +195,46 @@ impl Scene {
         }
         let usable = |scale: f64| if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
         scales.into_iter().map(usable).collect()
+    }
+}
+
+/// What differs between a scene and that of the last completed frame, however many frames were cancelled in between.
+/// The default is for a sink that has nothing: all is new.
+///
+/// Instances that both scenes have are in the same order. New ones follow them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SceneChanges<'a> {
+    /// Keys of instances that are gone, each once.
+    pub removed: &'a [InstanceKey],
+    /// Rows of instances that both scenes have and whose LOD, transform, colour or visibility may differ. Ascending. The
+    /// numbers of first faces differ after removed ones, too; these are not listed.
+    pub changed: &'a [usize],
+    /// Row of the first new instance. All rows from there on are new, and no others.
+    pub first_instance: usize,
+    /// First new part; 0 after an update to another model.
+    pub first_part: usize,
+}
+
+impl SceneChanges<'_> {
+    /// Whether the instances of `scene` are those of the last frame, and look the same.
+    #[must_use]
+    pub fn keep_instances(&self, scene: &Scene) -> bool {
+        self.removed.is_empty() && self.changed.is_empty() && self.first_instance == scene.instances.len()
+    }
+
+    /// Brings a list that has `row(instance)` of each instance of the last frame up to date. Cost: a call for each
+    /// instance that is new or has changed; for all of them if any were removed, as rows shift then.
+    pub fn apply<T>(&self, scene: &Scene, list: &mut Vec<T>, row: impl Fn(&SceneInstance) -> T) {
+        let Self { removed, changed, first_instance, .. } = *self;
+        if !removed.is_empty() {
+            list.clear();
+        }
+        let kept = list.len().min(first_instance);
+        list.truncate(kept);
+        for &changed in changed.iter().take_while(|changed| **changed < kept) {
+            list[changed] = row(&scene.instances[changed]);
+        }
+        list.extend(scene.instances[kept..].iter().map(row));
     }
 }
 

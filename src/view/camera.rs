@@ -160,3 +160,9 @@ impl View {
     /// of interpolating them.
     pub const ANGLE: f64 = 30.0_f64.to_radians();
 }
+
+/// The corners of a box from its least and its greatest one: x changes first, z last.
+#[must_use]
+pub fn box_corners(bounds: [DVec3; 2]) -> [DVec3; 8] {
+    std::array::from_fn(|k| DVec3::from([0, 1, 2].map(|axis| bounds[k >> axis & 1][axis])))
+}

@@ -1,11 +1,8 @@
 //! Cameras: where they are and how they project, what they fit, how a pointer moves them, and the screen-space error
 //! that their pictures may have.
 
-mod box_corners;
-pub use box_corners::box_corners;
-
 mod camera;
-pub use camera::{Camera, Projection, View};
+pub use camera::{Camera, Projection, View, box_corners};
 
 mod invalid_view;
 pub use invalid_view::InvalidView;
