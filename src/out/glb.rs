@@ -6,18 +6,13 @@
 //! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge. Each node may have coarser nodes
 //! (MSFT_lod), and the share of the screen below which each replaces it.
 
-use super::colour;
-use super::glb_buffers::Buffers;
-use super::glb_levels::Detail;
+use super::format::GlbOptions;
+use super::glb_buffers::{Buffers, Stream};
 use super::glb_numbers::{Group, Numbers, bytes, numbers};
-use super::glb_options::GlbOptions;
-use super::glb_stream::Stream;
-use super::levels::MeshLevel;
-use super::making::{Making, Pieces, Text};
+use super::making::{Making, MeshLevel, Pieces, SaveError, Text, counted};
 use super::node_place::{NodeGroup, NodePlace, PointNumbers, Turn, groups};
-use super::placed::instance_name;
+use super::placed::{DEFAULT_COLOUR, instance_name, linear};
 use super::rounding::{Rounding, RoundingCount};
-use super::save_error::{SaveError, counted};
 use crate::control::Call;
 use crate::mesh::{BatchView, EdgeLine, ScenePart};
 use crate::model::Colour;
@@ -28,7 +23,40 @@ use gltf_json::scene::UnitQuaternion;
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Asset, Index, Material, Mesh, Node, Root, Scene, Value};
 use std::collections::{BTreeMap, HashMap};
+use std::f64::consts::FRAC_PI_4;
 use std::io;
+
+/// Pixels of the screen on which a level is drawn as soon as its chord tolerance is a pixel or less.
+const SCREEN: f64 = 1920.0 * 1080.0;
+
+/// The nodes of the coarser levels of a node, and when they are drawn.
+#[derive(Debug, Default)]
+struct Detail {
+    /// Indices of nodes, finest first.
+    nodes: Vec<u32>,
+    /// The share of the screen below which each node replaces the level before it.
+    shares: Vec<f32>,
+}
+
+impl Detail {
+    /// Adds a node with a mesh of this chord tolerance, for a part whose sphere has this diameter, both millimetres.
+    pub(super) fn add(&mut self, node: u32, diameter: f64, chord: f64) {
+        let pixels = diameter / chord;
+        self.nodes.push(node);
+        self.shares.push((FRAC_PI_4 * pixels * pixels / SCREEN).min(1.0) as f32);
+    }
+
+    /// The node's extension, if there are levels.
+    pub(super) fn extension(&self) -> Option<String> {
+        (!self.nodes.is_empty()).then(|| format!(r#""MSFT_lod":{{"ids":{:?}}}"#, self.nodes))
+    }
+
+    /// What goes with the extension.
+    fn extra(&self) -> Option<String> {
+        let shares = self.shares.iter().map(|share| format!("{share},"));
+        (!self.nodes.is_empty()).then(|| format!(r#""MSFT_screencoverage":[{}0]"#, shares.collect::<String>()))
+    }
+}
 
 /// Rotation from +Z up to +Y up, by columns.
 const Y_UP: [f32; 16] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
@@ -278,7 +306,7 @@ impl Glb {
     fn material(&mut self, colour: Colour) -> Index<Material> {
         let Self { root, materials, .. } = self;
         *materials.entry(colour.map(f32::to_bits)).or_insert_with(|| {
-            let linear = colour::linear(colour);
+            let linear = linear(colour);
             root.push(Material {
                 alpha_mode: Valid(if linear[3] < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque }),
                 double_sided: true, // sheets show both sides, and files may contain reversed faces
@@ -297,7 +325,7 @@ impl Glb {
     fn mesh(&mut self, part: &ScenePart, shape: &PartShape, colour: Option<Colour>) -> Option<Index<Mesh>> {
         let mut primitives = Vec::new();
         for (own, primitive) in &shape.faces {
-            let material = self.material(colour.or(*own).unwrap_or(colour::DEFAULT));
+            let material = self.material(colour.or(*own).unwrap_or(DEFAULT_COLOUR));
             primitives.push(Primitive { material: Some(material), ..primitive.clone() });
         }
         if let Some(edges) = &shape.edges {

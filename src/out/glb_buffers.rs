@@ -1,18 +1,111 @@
-//! Numbers of a GLB to accessors, views and the bytes of its binary chunk, compressed if asked for.
+//! Numbers to the buffers, views and accessors of a GLB: one view for each kind of numbers, compressed if asked for
+//! (EXT_meshopt_compression).
 
-#[cfg(feature = "meshopt")]
-use super::glb_compress::compress;
-use super::glb_options::GlbOptions;
-use super::glb_stream::Stream;
-use super::making::{Making, Pieces};
-use super::save_error::SaveError;
-use gltf_json::accessor::GenericComponentType;
+use super::format::GlbOptions;
+use super::making::{Making, Pieces, SaveError};
+use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf_json::buffer::{Stride, Target, View};
 use gltf_json::validation::Checked::Valid;
 use gltf_json::validation::USize64;
 use gltf_json::{Accessor, Buffer, Index, Root, extensions};
+#[cfg(feature = "meshopt")]
+use meshopt::{encode_filter_oct, encode_index_buffer, encode_index_sequence, encode_vertex_buffer_level};
 use std::collections::BTreeMap;
 use std::io;
+
+/// Kinds of numbers, each in one view, in the order of the file. This order keeps every view aligned: those of two bytes
+/// come last.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(super) enum Stream {
+    /// Positions and normals, three floats.
+    Vectors,
+    /// Positions, three integers and a gap.
+    ShortVectors,
+    /// Normals, three integers and a gap.
+    ShortNormals,
+    /// Ids, a float.
+    Features,
+    /// Ids, two bytes and a gap.
+    ShortFeatures,
+    /// Of instances, three floats.
+    Translations,
+    /// Of instances, four floats.
+    Rotations,
+    /// Of instances, three floats.
+    Scales,
+    LongIndices,
+    LongLines,
+    ShortIndices,
+    ShortLines,
+}
+
+impl Stream {
+    /// Component and type of its accessors, and bytes from one value to the next.
+    pub(super) fn layout(self) -> (ComponentType, Type, usize) {
+        match self {
+            Self::Vectors | Self::Translations | Self::Scales => (ComponentType::F32, Type::Vec3, 12),
+            Self::ShortVectors | Self::ShortNormals => (ComponentType::I16, Type::Vec3, 8),
+            Self::Features => (ComponentType::F32, Type::Scalar, 4),
+            Self::ShortFeatures => (ComponentType::U16, Type::Scalar, 4),
+            Self::Rotations => (ComponentType::F32, Type::Vec4, 16),
+            Self::LongIndices | Self::LongLines => (ComponentType::U32, Type::Scalar, 4),
+            Self::ShortIndices | Self::ShortLines => (ComponentType::U16, Type::Scalar, 2),
+        }
+    }
+
+    pub(super) fn target(self) -> Option<Target> {
+        match self {
+            Self::Translations | Self::Rotations | Self::Scales => None,
+            Self::LongIndices | Self::LongLines | Self::ShortIndices | Self::ShortLines => {
+                Some(Target::ElementArrayBuffer)
+            }
+            _ => Some(Target::ArrayBuffer),
+        }
+    }
+}
+
+/// Bits of a compressed normal's octahedral coordinates: off by less than 0.04 degrees.
+#[cfg(feature = "meshopt")]
+const NORMAL_BITS: i32 = 12;
+/// The version of the vertex codec that the extension has. Its levels do not apply.
+#[cfg(feature = "meshopt")]
+const VERSION: Option<i32> = Some(0);
+
+/// Normals as the stream [`Stream::ShortNormals`] has them once it is compressed.
+#[cfg(feature = "meshopt")]
+pub(super) fn filtered(normals: impl Iterator<Item = [f32; 3]>) -> Vec<[i16; 4]> {
+    let normals: Vec<[f32; 4]> = normals.map(|[x, y, z]| [x, y, z, 0.0]).collect();
+    encode_filter_oct(&normals, NORMAL_BITS)
+}
+
+/// Compresses a stream. Also returns the members of its view's extension that tell how.
+#[cfg(feature = "meshopt")]
+fn compress(stream: Stream, bytes: &[u8], stride: usize) -> io::Result<(Vec<u8>, String)> {
+    let words: Vec<u32> = match stride {
+        2 => bytes.chunks_exact(2).map(|b| u32::from(u16::from_le_bytes([b[0], b[1]]))).collect(),
+        _ => bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect(),
+    };
+    let vertices = || words.iter().max().map_or(0, |last| *last as usize + 1);
+    let (encoded, mode) = match stream {
+        Stream::LongIndices | Stream::ShortIndices => (encode_index_buffer(&words, vertices()), "TRIANGLES"),
+        Stream::LongLines | Stream::ShortLines => (encode_index_sequence(&words, vertices()), "INDICES"),
+        _ => (attributes(bytes, stride), "ATTRIBUTES"),
+    };
+    let filter = if stream == Stream::ShortNormals { r#","filter":"OCTAHEDRAL""# } else { "" };
+    let count = bytes.len() / stride;
+    let how = format!(r#""byteStride":{stride},"count":{count},"mode":"{mode}"{filter}"#);
+    Ok((encoded.map_err(io::Error::other)?, how))
+}
+
+#[cfg(feature = "meshopt")]
+fn attributes(bytes: &[u8], stride: usize) -> meshopt::Result<Vec<u8>> {
+    match stride {
+        4 => encode_vertex_buffer_level(bytes.as_chunks::<4>().0, 2, VERSION),
+        8 => encode_vertex_buffer_level(bytes.as_chunks::<8>().0, 2, VERSION),
+        12 => encode_vertex_buffer_level(bytes.as_chunks::<12>().0, 2, VERSION),
+        _ => encode_vertex_buffer_level(bytes.as_chunks::<16>().0, 2, VERSION),
+    }
+}
 
 #[derive(Default)]
 struct Pool {

@@ -1,13 +1,12 @@
 //! Faces of one colour, and edges, of parts -> the numbers of their primitives in a GLB, made in runs on all threads.
 
+use super::format::GlbOptions;
 #[cfg(feature = "meshopt")]
-use super::glb_compress::filtered;
-use super::glb_options::GlbOptions;
+use super::glb_buffers::filtered;
 use super::making::Making;
 use super::node_place::PointNumbers;
-use super::placed::{cut, distinct};
+use super::placed::{BeyondSingle, cut, distinct};
 use super::rounding::RoundingCount;
-use super::single::BeyondSingle;
 use crate::control::Call;
 use crate::mesh::{BatchView, EdgeLine, SHORT_VERTICES, ScenePart};
 use crate::model::Colour;

@@ -7,17 +7,12 @@ mod pending;
 pub use pending::{Outputs, remove_temporaries, target_of, write_whole};
 
 mod placed;
+pub use placed::BeyondSingle;
 
-mod single;
-pub use single::BeyondSingle;
-
-#[cfg(any(feature = "glb", feature = "wgpu"))]
-mod colour;
-
+mod format;
 #[cfg(feature = "glb")]
-mod glb_options;
-#[cfg(feature = "glb")]
-pub use glb_options::GlbOptions;
+pub use format::GlbOptions;
+pub use format::{Format, SaveOptions, UnknownFormat};
 
 #[cfg(feature = "glb")]
 mod node_place;
@@ -25,29 +20,10 @@ mod node_place;
 mod rounding;
 pub use rounding::{RoundedTooFar, Rounding};
 
-mod levels;
-pub use levels::{MeshLevel, UnfitLevel};
-
-mod save_error;
-pub use save_error::SaveError;
-
 mod making;
+pub use making::{MeshLevel, SaveError, UnfitLevel};
 
 mod plain;
-
-mod ply;
-
-mod stl;
-
-mod obj;
-
-mod bytes;
-
-#[cfg(feature = "glb")]
-mod glb_stream;
-
-#[cfg(feature = "meshopt")]
-mod glb_compress;
 
 #[cfg(feature = "glb")]
 mod glb_buffers;
@@ -56,16 +32,12 @@ mod glb_buffers;
 mod glb_numbers;
 
 #[cfg(feature = "glb")]
-mod glb_levels;
-
-#[cfg(feature = "glb")]
 mod glb;
-
-mod format;
-pub use format::{Format, SaveOptions, UnknownFormat};
 
 mod save;
 pub use save::{Saved, save, save_on, write, write_on};
+
+mod read_plain;
 
 #[cfg(feature = "glb")]
 mod read_glb;

@@ -1,8 +1,8 @@
 //! Instances to nodes of glTF, points of parts to their numbers in it: metres about the centres of parts, and what
 //! rounding to these numbers costs.
 
-use super::glb_options::GlbOptions;
-use super::single::{BeyondSingle, single};
+use super::format::GlbOptions;
+use super::placed::{BeyondSingle, single};
 use crate::control::Call;
 use crate::mesh::{FrameView, SceneInstance, ScenePart};
 use crate::model::PartId;

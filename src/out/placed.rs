@@ -1,7 +1,38 @@
-//! A frame's batches to placed batches: each instance's triangles in world coordinates.
+//! What files and pictures share: each instance's triangles in world coordinates, positions in single precision or an error
+//! where they overflow, and colours in the linear light of glTF and shaders.
 
 pub(super) use crate::mesh::Placement;
 use crate::mesh::{BatchView, FrameView, SceneInstance, TileView};
+#[cfg(any(feature = "glb", feature = "wgpu"))]
+use crate::model::Colour;
+use glam::{DVec3, Vec3};
+use std::io;
+
+/// A position that overflows single precision (3.4e38).
+#[derive(Clone, Copy, PartialEq, Debug, thiserror::Error)]
+#[error(
+    "the position ({:e}, {:e}, {:e}) overflows the file format's single precision (up to {:e})",
+    .position.x, .position.y, .position.z, f32::MAX
+)]
+pub struct BeyondSingle {
+    /// The position, in the file's units and axes.
+    pub position: DVec3,
+}
+
+impl From<BeyondSingle> for io::Error {
+    fn from(beyond: BeyondSingle) -> Self {
+        Self::new(io::ErrorKind::InvalidData, beyond)
+    }
+}
+
+/// Rounds to the nearest position in single precision. Never -0.0.
+///
+/// # Errors
+/// If a coordinate is not finite before or after rounding.
+pub(super) fn single(position: DVec3) -> Result<Vec3, BeyondSingle> {
+    let rounded = position.as_vec3() + Vec3::ZERO;
+    if rounded.is_finite() { Ok(rounded) } else { Err(BeyondSingle { position }) }
+}
 
 /// Vertices of a run.
 const RUN: usize = 1 << 13;
@@ -53,4 +84,26 @@ pub(super) fn cut<T>(items: &[T], vertices: impl Fn(&T) -> usize) -> impl Iterat
         rest = after;
         (!run.is_empty()).then_some(run)
     })
+}
+
+/// Colour of faces without one: a light grey that leaves room for highlights.
+#[cfg(any(feature = "glb", feature = "wgpu"))]
+pub(super) const DEFAULT_COLOUR: Colour = [0.76, 0.78, 0.81, 1.0];
+
+/// Converts red, green and blue from sRGB to linear (IEC 61966-2-1) and keeps alpha. Values are clamped to 0..1; non-finite values
+/// become 1.
+#[cfg(any(feature = "glb", feature = "wgpu"))]
+pub(super) fn linear(colour: Colour) -> Colour {
+    let [r, g, b, alpha] = colour.map(|value| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 });
+    let decode = |value: f32| if value <= 0.04045 { value / 12.92 } else { libm::powf((value + 0.055) / 1.055, 2.4) };
+    [decode(r), decode(g), decode(b), alpha]
+}
+
+/// The inverse of [`linear`].
+#[cfg(feature = "wgpu")]
+pub(super) fn srgb(colour: Colour) -> Colour {
+    let [r, g, b, alpha] = colour.map(|value| value.clamp(0.0, 1.0));
+    let encode =
+        |value: f32| if value <= 0.003_130_8 { 12.92 * value } else { 1.055 * libm::powf(value, 1.0 / 2.4) - 0.055 };
+    [encode(r), encode(g), encode(b), alpha]
 }

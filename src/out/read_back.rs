@@ -2,15 +2,14 @@
 //!
 //! Reads the layouts that this folder writes, not formats in general.
 
-use super::bytes::{FileTriangle, bad, bytes_at, vector};
 #[cfg(feature = "glb")]
-use super::glb_options::GlbOptions;
+use super::format::GlbOptions;
 #[cfg(feature = "glb")]
 use super::node_place::PointNumbers;
-use super::placed::{distinct, placed};
+use super::placed::{distinct, placed, single};
 #[cfg(feature = "glb")]
 use super::read_glb::{GlbFile, Numbers};
-use super::single::single;
+use super::read_plain::{FileTriangle, bad, obj, ply, stl};
 use super::{Format, SaveOptions};
 use crate::mesh::{BatchView, FrameView};
 use glam::{DVec3, Vec3};
@@ -191,68 +190,4 @@ fn unbalanced(triangles: &[FileTriangle]) -> u64 {
         }
     }
     sums.values().filter(|&&sum| sum != 0).count() as u64
-}
-
-fn stl(bytes: &[u8]) -> io::Result<Vec<FileTriangle>> {
-    let count = u32::from_le_bytes(bytes_at(bytes, 80)?) as usize;
-    if bytes.len() != 84 + 50 * count {
-        return Err(bad("an STL of another length than its header says"));
-    }
-    let corner = |row: usize, corner: usize| vector(bytes, 84 + 50 * row + 12 * (corner + 1)).map(|p| p.as_dvec3());
-    let triangle =
-        |row: usize| Ok(FileTriangle { face: 0, corners: [corner(row, 0)?, corner(row, 1)?, corner(row, 2)?] });
-    (0..count).map(triangle).collect()
-}
-
-fn ply(bytes: &[u8]) -> io::Result<Vec<FileTriangle>> {
-    const END: &[u8] = b"end_header\n";
-    const VERTEX: usize = 3 * 8 + 3 * 4;
-    const FACE: usize = 1 + 3 * 4 + 4;
-    let head =
-        bytes.windows(END.len()).position(|window| window == END).ok_or_else(|| bad("a PLY without a header"))?;
-    let header = String::from_utf8_lossy(&bytes[..head]);
-    let count = |element: &str| {
-        let line = header.lines().find_map(|line| line.strip_prefix(element));
-        line.and_then(|number| number.trim().parse::<usize>().ok()).ok_or_else(|| bad("a PLY without counts"))
-    };
-    let (vertices, faces) = (count("element vertex ")?, count("element face ")?);
-    let start = head + END.len();
-    if bytes.len() != start + VERTEX * vertices + FACE * faces {
-        return Err(bad("a PLY of another length than its header says"));
-    }
-    let position = |index: u32| {
-        let at = start + VERTEX * index as usize;
-        let number = |axis: usize| bytes_at(bytes, at + 8 * axis).map(f64::from_le_bytes);
-        if index as usize >= vertices {
-            return Err(bad("a PLY with an index out of range"));
-        }
-        Ok(DVec3::new(number(0)?, number(1)?, number(2)?))
-    };
-    let triangle = |row: usize| {
-        let at = start + VERTEX * vertices + FACE * row + 1;
-        let word = |k: usize| bytes_at(bytes, at + 4 * k).map(u32::from_le_bytes);
-        let corners = [position(word(0)?)?, position(word(1)?)?, position(word(2)?)?];
-        Ok(FileTriangle { face: word(3)?, corners })
-    };
-    (0..faces).map(triangle).collect()
-}
-
-fn obj(bytes: &[u8]) -> io::Result<Vec<FileTriangle>> {
-    let text = std::str::from_utf8(bytes).map_err(|_| bad("an OBJ that is not UTF-8"))?;
-    let (mut points, mut out, mut face) = (Vec::new(), Vec::new(), 0);
-    let broken = || bad("an OBJ with a broken line");
-    for line in text.lines() {
-        if let Some(row) = line.strip_prefix("v ") {
-            let numbers: Vec<f64> = row.split(' ').filter_map(|number| number.parse().ok()).collect();
-            points.push(DVec3::from_array(numbers.try_into().map_err(|_| broken())?));
-        } else if let Some(number) = line.strip_prefix("g face_") {
-            face = number.parse().map_err(|_| broken())?;
-        } else if let Some(row) = line.strip_prefix("f ") {
-            let index = |corner: &str| corner.split('/').next().and_then(|index| index.parse::<usize>().ok());
-            let point = |corner| points.get(index(corner)?.checked_sub(1)?).copied();
-            let corners: Vec<DVec3> = row.split(' ').filter_map(point).collect();
-            out.push(FileTriangle { face, corners: corners.try_into().map_err(|_| broken())? });
-        }
-    }
-    Ok(out)
 }

@@ -1,10 +1,8 @@
 //! A GLB that [`save_on`](super::save_on) wrote, back to triangles in millimetres and +Z up.
 
-use super::bytes::{FileTriangle, bad, bytes_at};
-#[cfg(feature = "meshopt")]
-use super::glb_compress::decompress;
-use super::glb_options::GlbOptions;
+use super::format::GlbOptions;
 use super::node_place::groups;
+use super::read_plain::{FileTriangle, bad, bytes_at};
 use crate::control::{Alone, Call, Control};
 use crate::mesh::{FrameView, SceneInstance};
 use crate::model::FaceId;
@@ -14,6 +12,8 @@ use gltf_json::buffer::View;
 use gltf_json::mesh::{Mode, Semantic};
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Index, Mesh, Node, Root, Value};
+#[cfg(feature = "meshopt")]
+use meshopt::{decode_filter_oct, decode_index_buffer, decode_index_sequence, decode_vertex_buffer};
 use std::borrow::Cow;
 use std::io;
 
@@ -225,4 +225,42 @@ impl Values<'_> {
     fn vector(&self, k: usize) -> io::Result<DVec3> {
         Ok(DVec3::new(self.number(k, 0)?, self.number(k, 1)?, self.number(k, 2)?))
     }
+}
+
+/// Decompresses what a view's extension describes.
+#[cfg(feature = "meshopt")]
+fn decompress(extension: &Value, data: &[u8]) -> io::Result<Vec<u8>> {
+    let number = |name: &str| extension[name].as_u64().map_or(0, |number| number as usize);
+    let (offset, length, stride, count) =
+        (number("byteOffset"), number("byteLength"), number("byteStride"), number("count"));
+    let encoded = offset.checked_add(length).and_then(|end| data.get(offset..end));
+    let encoded = encoded.ok_or_else(|| bad("a GLB with a view beyond its data"))?;
+    let decoded = match (extension["mode"].as_str(), stride) {
+        (Some("TRIANGLES"), 2) => decode_index_buffer::<u16>(encoded, count).map(short),
+        (Some("TRIANGLES"), _) => decode_index_buffer::<u32>(encoded, count).map(long),
+        (Some("INDICES"), 2) => decode_index_sequence::<u16>(encoded, count).map(short),
+        (Some("INDICES"), _) => decode_index_sequence::<u32>(encoded, count).map(long),
+        (_, 4) => decode_vertex_buffer::<[u8; 4]>(encoded, count).map(|rows| rows.as_flattened().to_vec()),
+        (_, 8) if extension["filter"] == "OCTAHEDRAL" => decode_vertex_buffer::<[i16; 4]>(encoded, count).map(normals),
+        (_, 8) => decode_vertex_buffer::<[u8; 8]>(encoded, count).map(|rows| rows.as_flattened().to_vec()),
+        (_, 12) => decode_vertex_buffer::<[u8; 12]>(encoded, count).map(|rows| rows.as_flattened().to_vec()),
+        _ => decode_vertex_buffer::<[u8; 16]>(encoded, count).map(|rows| rows.as_flattened().to_vec()),
+    };
+    decoded.map_err(|_| bad("a GLB with a view that cannot be decompressed"))
+}
+
+#[cfg(feature = "meshopt")]
+fn short(words: Vec<u16>) -> Vec<u8> {
+    words.into_iter().flat_map(u16::to_le_bytes).collect()
+}
+
+#[cfg(feature = "meshopt")]
+fn long(words: Vec<u32>) -> Vec<u8> {
+    words.into_iter().flat_map(u32::to_le_bytes).collect()
+}
+
+#[cfg(feature = "meshopt")]
+fn normals(mut rows: Vec<[i16; 4]>) -> Vec<u8> {
+    decode_filter_oct(&mut rows);
+    rows.into_iter().flatten().flat_map(i16::to_le_bytes).collect()
 }

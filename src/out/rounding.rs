@@ -4,12 +4,12 @@
 //! takes two uses of an edge with it that cancel.
 
 #[cfg(feature = "glb")]
-use super::glb_options::GlbOptions;
+use super::format::GlbOptions;
 #[cfg(feature = "glb")]
 use super::node_place::NodePlace;
-use super::placed::Placement;
 #[cfg(feature = "glb")]
-use super::single::BeyondSingle;
+use super::placed::BeyondSingle;
+use super::placed::Placement;
 #[cfg(feature = "glb")]
 use crate::control::Call;
 #[cfg(feature = "glb")]

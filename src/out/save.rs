@@ -2,17 +2,12 @@
 
 #[cfg(feature = "glb")]
 use super::glb::{glb, tiles as glb_tiles};
-use super::levels::{MeshLevel, UnfitLevel, checked};
-use super::making::{Making, Pieces};
+use super::making::{Making, MeshLevel, Pieces, SaveError, UnfitLevel, checked};
 #[cfg(feature = "glb")]
 use super::node_place::NodePlace;
-use super::obj::obj;
 use super::pending::{Outputs, cannot_write};
-use super::plain::tiles;
-use super::ply::ply;
+use super::plain::{obj, ply, stl, tiles};
 use super::rounding::Rounding;
-use super::save_error::SaveError;
-use super::stl::stl;
 use super::{Format, SaveOptions};
 use crate::control::{Call, Control, Jobs, Rayon};
 use crate::mesh::{FrameView, Scene, SceneInstance};

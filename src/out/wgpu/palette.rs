@@ -3,7 +3,7 @@
 use super::ColourBy;
 use crate::mesh::{Batch, Origin};
 use crate::model::Colour;
-use crate::out::colour;
+use crate::out::placed::{DEFAULT_COLOUR, srgb};
 
 /// An 8-bit sRGB colour and its opacity.
 pub(super) type Srgb = [u8; 4];
@@ -51,7 +51,7 @@ impl Palette {
 
     pub(super) fn of(&self, painted: &TileColours) -> Srgb {
         match self.by {
-            ColourBy::Model => bytes(painted.own.unwrap_or(colour::DEFAULT)),
+            ColourBy::Model => bytes(painted.own.unwrap_or(DEFAULT_COLOUR)),
             ColourBy::Part => hue(painted.part),
             ColourBy::Face => hue(painted.face),
             // Neighbouring parts start at different hues.
@@ -92,7 +92,7 @@ fn hue(number: u32) -> Srgb {
     let l = (lightness + 0.396_337_78 * a + 0.215_803_76 * b).powi(3);
     let m = (lightness - 0.105_561_346 * a - 0.063_854_17 * b).powi(3);
     let s = (lightness - 0.089_484_18 * a - 1.291_485_5 * b).powi(3);
-    bytes(colour::srgb([
+    bytes(srgb([
         4.076_741_7 * l - 3.307_711_6 * m + 0.230_969_94 * s,
         -1.268_438 * l + 2.609_757_4 * m - 0.341_319_4 * s,
         -0.004_196_086_3 * l - 0.703_418_6 * m + 1.707_614_7 * s,

@@ -7,7 +7,7 @@ use super::device_scene::DeviceScene;
 use super::record_rows::RecordRows;
 use super::rows::{Rows, bind};
 use super::texels::Texels;
-use crate::out::colour;
+use crate::out::placed::linear;
 use crate::view::{Camera, Projection, box_corners};
 use ::wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
 use bytemuck::{Pod, Zeroable};
@@ -176,7 +176,7 @@ fn uniforms(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (Sce
     }
     let [right, up, back] = [view.row(0), view.row(1), view.row(2)].map(|row| row.truncate().as_vec3());
     let key: Vec3 = (0.75 * up + 0.65 * back - 0.55 * right).normalize_or_zero();
-    let [top, bottom] = options.background.map(colour::linear);
+    let [top, bottom] = options.background.map(linear);
     let scene_view = SceneView {
         clip: clip.as_mat4().to_cols_array(),
         eye: back.extend(parallel).to_array(),
