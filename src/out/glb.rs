@@ -40,14 +40,14 @@ struct Detail {
 
 impl Detail {
     /// Adds a node with a mesh of this chord tolerance, for a part whose sphere has this diameter, both millimetres.
-    pub(super) fn add(&mut self, node: u32, diameter: f64, chord: f64) {
+    fn add(&mut self, node: u32, diameter: f64, chord: f64) {
         let pixels = diameter / chord;
         self.nodes.push(node);
         self.shares.push((FRAC_PI_4 * pixels * pixels / SCREEN).min(1.0) as f32);
     }
 
     /// The node's extension, if there are levels.
-    pub(super) fn extension(&self) -> Option<String> {
+    fn extension(&self) -> Option<String> {
         (!self.nodes.is_empty()).then(|| format!(r#""MSFT_lod":{{"ids":{:?}}}"#, self.nodes))
     }
 

@@ -5,32 +5,17 @@ pub use options::{BadColourBy, ColourBy, RenderOptions, Section};
 
 mod palette;
 
-mod error;
-pub use error::{NoAdapter, RenderError};
-
-mod formats;
-
-mod layout;
-
-mod surface_input;
-pub use surface_input::SurfaceInput;
-
 mod pipelines;
-
-mod scopes;
+pub use pipelines::SurfaceInput;
 
 mod gpu;
-
-#[cfg(not(target_arch = "wasm32"))]
-mod adapter;
-
-mod target;
-
-mod live;
-pub use live::{DeviceMemory, DrawCall, DrawStats, LiveScene, PickHit, Picking, SceneInPass, SurfaceDraw};
+pub use gpu::{NoAdapter, RenderError};
 
 mod image;
 pub use image::{Image, ImageReading};
+
+mod live;
+pub use live::{DeviceMemory, DrawCall, DrawStats, LiveScene, PickHit, Picking, SceneInPass, SurfaceDraw};
 
 #[cfg(not(target_arch = "wasm32"))]
 mod renderer;

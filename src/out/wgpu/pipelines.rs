@@ -1,12 +1,115 @@
-//! The shader to pipelines: backdrop, surfaces, lattice lines, wireframe, B-rep edges, picking.
+//! The shader to pipelines: backdrop, surfaces, lattice lines, wireframe, B-rep edges, picking; the layouts of vertex buffers
+//! and the texture formats that they and their targets agree on, and what the caller's pipelines need.
 
-use super::formats::{DEPTH_FORMAT, PICK_FORMAT, SAMPLES};
-use super::layout::{CELLS, RECORDS, VERTICES};
-use super::surface_input::SurfaceInput;
 use ::wgpu::{
     BindGroupLayout, BindingType, BufferBindingType, ColorTargetState, CompareFunction, PrimitiveTopology,
-    ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension, VertexBufferLayout,
+    ShaderStages, TextureFormat, TextureSampleType, TextureViewDimension, VertexAttribute, VertexBufferLayout,
+    VertexStepMode, vertex_attr_array,
 };
+use bytemuck::{Pod, Zeroable};
+
+/// Format of pictures that are read back. Shaders write linear light; the target encodes it to sRGB.
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) const COLOUR_FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
+/// Floating point, because with reversed depth its precision matches perspective.
+pub(super) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
+/// A record number and a distance per pixel, for picking. Of the formats of integers, OpenGL ES reads back only those
+/// of four channels.
+pub(super) const PICK_FORMAT: TextureFormat = TextureFormat::Rgba32Uint;
+/// A row of a placement, or a point of an edge. Every device reads it in vertex shaders, where some read no buffers.
+pub(super) const ROW_FORMAT: TextureFormat = TextureFormat::Rgba32Float;
+/// Colour and face of a tile of an instance.
+pub(super) const RECORD_FORMAT: TextureFormat = TextureFormat::Rg32Uint;
+/// What is known of an instance.
+pub(super) const INSTANCE_FORMAT: TextureFormat = TextureFormat::Rgba32Uint;
+/// Samples per pixel. Every adapter supports 4, which suffices for smooth edges.
+pub(super) const SAMPLES: u32 = 4;
+
+/// Position of a vertex in its tile's lattice, in (fractional) cells from the first u-line and the first v-line.
+pub(super) type CellPlace = [f32; 2];
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct Vertex {
+    /// Relative to the part's centre, millimetres.
+    pub(super) position: [f32; 3],
+    /// Octahedral encoding, -32767 to 32767.
+    pub(super) normal: [i16; 2],
+}
+
+/// Number of a vertex's tile within its part. On devices that merge tiles only.
+pub(super) type TileOfVertex = u32;
+
+/// Per-draw data of one tile of one instance, in a vertex buffer indexed by the draw's instance number.
+#[repr(C)]
+#[derive(Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub(super) struct Record {
+    /// First index. The top bit is set if indices have four bytes.
+    pub(super) first_index: u32,
+    pub(super) base_vertex: u32,
+    pub(super) place: u32,
+    pub(super) colour: [u8; 4],
+    /// The face within the part.
+    pub(super) face: u32,
+}
+
+const VERTEX: [VertexAttribute; 2] = vertex_attr_array![0 => Float32x3, 1 => Snorm16x2];
+const RECORD: [VertexAttribute; 5] =
+    vertex_attr_array![5 => Uint32, 6 => Uint32, 2 => Uint32, 3 => Unorm8x4, 4 => Uint32];
+/// Without what only lines read.
+const RECORD_OF_SURFACE: [VertexAttribute; 3] = [RECORD[2], RECORD[3], RECORD[4]];
+const TILE: [VertexAttribute; 1] = vertex_attr_array![2 => Uint32];
+const CELL: [VertexAttribute; 1] = vertex_attr_array![7 => Float32x2];
+
+/// Layout of a page of vertices.
+const VERTICES: VertexBufferLayout<'static> = per_vertex(size_of::<Vertex>(), &VERTEX);
+/// Layout of the records.
+const RECORDS: VertexBufferLayout<'static> =
+    VertexBufferLayout { step_mode: VertexStepMode::Instance, ..per_vertex(size_of::<Record>(), &RECORD) };
+/// Layout of the records where surfaces are drawn.
+const SURFACE_RECORDS: VertexBufferLayout<'static> =
+    VertexBufferLayout { step_mode: VertexStepMode::Instance, ..per_vertex(size_of::<Record>(), &RECORD_OF_SURFACE) };
+/// Layout of the numbers of tiles next to a page of vertices.
+const TILES: VertexBufferLayout<'static> = per_vertex(size_of::<TileOfVertex>(), &TILE);
+/// Layout of the places in the lattice next to a page of vertices.
+const CELLS: VertexBufferLayout<'static> = per_vertex(size_of::<CellPlace>(), &CELL);
+
+const fn per_vertex(bytes: usize, attributes: &'static [VertexAttribute]) -> VertexBufferLayout<'static> {
+    VertexBufferLayout { array_stride: bytes as u64, step_mode: VertexStepMode::Vertex, attributes }
+}
+
+/// What the caller's pipeline needs to draw a [`LiveScene`](super::LiveScene): shader text, vertex buffers, and
+/// bind group 0. Scenes on one device have the same.
+///
+/// The pipeline draws lists of triangles, which are counter-clockwise seen from outside, clockwise where an instance is
+/// mirrored. Colour targets, depth format and comparison, samples, and bind groups from 1 on are the caller's.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SurfaceInput {
+    /// WGSL to put before the caller's, which may name what it declares: `SceneVertex`, the input of a vertex function;
+    /// `scene_surface`, which turns it into a `SceneSurface`: position relative to the eye and in clip space, normal,
+    /// linear colour, numbers of instance, part, face and tile; `scene_view`, the camera; `scene_to_eye` and
+    /// `scene_linear`. All its names begin with `scene`, `Scene` or `SCENE`. It depends on the device. The scene's own pipelines
+    /// have the same text.
+    pub wgsl: &'static str,
+    /// Layout of bind group 0: camera, placements and records, for vertex and fragment shaders.
+    pub bind_group: BindGroupLayout,
+    /// Layouts of vertex buffers 0 and 1, of the locations that `SceneVertex` has.
+    pub vertex_buffers: [Option<VertexBufferLayout<'static>>; 2],
+}
+
+impl SurfaceInput {
+    /// That of a device that reads draws from buffers (`indirect`), or of one that merges tiles.
+    pub(super) fn new(bind_group: &BindGroupLayout, indirect: bool) -> Self {
+        let wgsl = if indirect {
+            concat!(include_str!("scene.wgsl"), include_str!("scene_per_tile.wgsl"))
+        } else {
+            concat!(include_str!("scene.wgsl"), include_str!("scene_merged.wgsl"))
+        };
+        let vertex_buffers = [Some(VERTICES), Some(if indirect { SURFACE_RECORDS } else { TILES })];
+        Self { wgsl, bind_group: bind_group.clone(), vertex_buffers }
+    }
+}
 
 /// The render pipelines. Bind group 0 is the view in all of them.
 #[derive(Clone, Debug)]

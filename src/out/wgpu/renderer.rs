@@ -1,11 +1,9 @@
 //! A frame in memory to an image: upload, draw, read back.
 
-use super::adapter;
-use super::error::{NoAdapter, RenderError};
-use super::formats::COLOUR_FORMAT;
-use super::gpu::Gpu;
+use super::gpu::{Gpu, NoAdapter, RenderError, open_adapter};
+use super::image::{texture, whole};
 use super::live::{DrawStats, LiveScene};
-use super::target::{texture, whole};
+use super::pipelines::COLOUR_FORMAT;
 use super::{Image, RenderOptions};
 use crate::mesh::{DrawnTiles, FrameView, MemorySink, MeshSink, SinkError};
 use crate::out::placed::placed;
@@ -25,7 +23,7 @@ impl Renderer {
     /// # Errors
     /// If no adapter is usable. The message says what to install.
     pub fn new() -> Result<Self, NoAdapter> {
-        let (gpu, info) = adapter::open()?;
+        let (gpu, info) = open_adapter()?;
         Ok(Self { gpu, info })
     }
 

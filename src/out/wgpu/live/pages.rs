@@ -1,7 +1,6 @@
 //! Requested units to ranges of buffers: pages that never move, sub-allocated by Aaltonen's two-level bins.
 
-use super::super::error::RenderError;
-use super::super::gpu::Gpu;
+use super::super::gpu::{Gpu, RenderError};
 use ::wgpu::{Buffer, BufferDescriptor, BufferUsages};
 use offset_allocator::{Allocation, Allocator};
 

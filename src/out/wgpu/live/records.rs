@@ -1,16 +1,20 @@
 //! Tiles of instances to per-draw records: range of indices, placement, colour.
 
 use super::super::ColourBy;
-use super::super::layout::Record;
+use super::super::gpu::Gpu;
 use super::super::palette::{MARKED, Palette, TileColours};
+use super::super::pipelines::{INSTANCE_FORMAT, RECORD_FORMAT, Record};
 use super::device_scene::DeviceScene;
+use super::rows::{Rows, Texels};
 use crate::model::{FaceId, InstanceId};
+use ::wgpu::{Buffer, BufferUsages, TextureView};
+use std::ops::Range;
 
 /// The top bit of [`Record::first_index`].
 const WIDE: u32 = 1 << 31;
 
 /// What is known of an instance: its number in the scene, its part's in the model, its first record, and nothing.
-pub(super) type InstanceRow = [u32; 4];
+type InstanceRow = [u32; 4];
 
 /// Which number of an [`InstanceRow`] is the first record.
 const FIRST: usize = 2;
@@ -153,5 +157,74 @@ impl Records {
             colour: if marked { MARKED } else { self.palette.of(&painted) },
             face: tile.face.0,
         }
+    }
+}
+
+/// Records on the device, and what is known of instances.
+pub(super) struct RecordRows {
+    rows: RowsOfTiles,
+    instances: Texels,
+    /// [`Records::layout`] that `instances` has; `None` before the first.
+    layout: Option<u64>,
+}
+
+enum RowsOfTiles {
+    /// Read as an attribute of the draw.
+    PerDraw(Rows),
+    /// Colours and faces, read by the instance's first row and the tile of the vertex.
+    Merged(Texels),
+}
+
+impl RecordRows {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let rows = if gpu.indirect {
+            RowsOfTiles::PerDraw(Rows::new(BufferUsages::VERTEX))
+        } else {
+            RowsOfTiles::Merged(Texels::new(RECORD_FORMAT))
+        };
+        Self { rows, instances: Texels::new(INSTANCE_FORMAT), layout: None }
+    }
+
+    /// Uploads the `changed` records, and instances if any changed. Returns the number of bytes uploaded.
+    pub(super) fn write(&mut self, gpu: &Gpu, records: &Records, changed: Range<usize>) -> u64 {
+        let mut bytes = 0;
+        if self.layout.replace(records.layout) != Some(records.layout) {
+            bytes += self.instances.write(gpu, &records.instances, 0..records.instances.len());
+        }
+        bytes += match &mut self.rows {
+            RowsOfTiles::PerDraw(rows) => rows.write(gpu, &records.rows, changed),
+            RowsOfTiles::Merged(texels) if changed.is_empty() && texels.view().is_some() => 0,
+            RowsOfTiles::Merged(texels) => {
+                let row = |record: &Record| [u32::from_le_bytes(record.colour), record.face];
+                let rows: Vec<[u32; 2]> = records.rows.iter().map(row).collect();
+                texels.write(gpu, &rows, changed)
+            }
+        };
+        bytes
+    }
+
+    /// The records of draws, a vertex buffer. `None` where tiles are merged.
+    pub(super) fn buffer(&self) -> Option<&Buffer> {
+        match &self.rows {
+            RowsOfTiles::PerDraw(rows) => rows.buffer(),
+            RowsOfTiles::Merged(_) => None,
+        }
+    }
+
+    /// What is bound: instances, and records where tiles are merged.
+    pub(super) fn views(&self) -> impl Iterator<Item = &TextureView> {
+        let records = match &self.rows {
+            RowsOfTiles::PerDraw(_) => None,
+            RowsOfTiles::Merged(texels) => texels.view(),
+        };
+        self.instances.view().into_iter().chain(records)
+    }
+
+    pub(super) fn bytes(&self) -> u64 {
+        let rows = match &self.rows {
+            RowsOfTiles::PerDraw(rows) => rows.bytes(),
+            RowsOfTiles::Merged(texels) => texels.bytes(),
+        };
+        rows + self.instances.bytes()
     }
 }

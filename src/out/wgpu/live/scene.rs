@@ -1,21 +1,14 @@
 //! Frames to a scene on the graphics device, and to its pictures.
 
-use super::super::error::RenderError;
-use super::super::formats::{DEPTH_FORMAT, SAMPLES};
-use super::super::gpu::Gpu;
-use super::super::layout::CellPlace;
+use super::super::gpu::{Gpu, RenderError};
+use super::super::image::{SampleTargets, begin_pass};
 use super::super::options::RenderOptions;
-use super::super::surface_input::SurfaceInput;
-use super::super::target::{SampleTargets, begin_pass};
-use super::device_scene::DeviceScene;
-use super::edges::Edges;
-use super::lists::Tiles;
+use super::super::pipelines::{CellPlace, DEPTH_FORMAT, SAMPLES, SurfaceInput};
+use super::device_scene::{DeviceScene, Pending};
+use super::draws::{Edges, SurfaceDraw, Tiles, encode_all};
 use super::pages::Companion;
-use super::pending::Pending;
-use super::record_rows::RecordRows;
-use super::records::Records;
+use super::records::{RecordRows, Records};
 use super::store::Store;
-use super::surface_draw::{SurfaceDraw, encode_all};
 use super::uniforms::{Aim, Lease, Sights, UploadedSight};
 use crate::model::{FaceId, InstanceId};
 use crate::view::{Camera, ViewPoint};

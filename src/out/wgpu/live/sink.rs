@@ -1,9 +1,8 @@
 //! Frames of triangles to the device: each is uploaded next to the one that is drawn and replaces it when it ends.
 
-use super::super::error::RenderError;
-use super::device_scene::{DeviceScene, look_like};
+use super::super::gpu::RenderError;
+use super::device_scene::{Base, DeviceScene, Pending, look_like};
 use super::pages::Companion;
-use super::pending::{Base, Pending};
 use super::records::Stale;
 use super::scene::LiveScene;
 use super::store::line as encoded_line;

@@ -1,12 +1,11 @@
 //! A camera to uniforms and placements relative to the eye, subtracted in f64 so that large worlds do not jitter.
 
-use super::super::formats::ROW_FORMAT;
 use super::super::gpu::Gpu;
+use super::super::pipelines::ROW_FORMAT;
 use super::super::{RenderOptions, Section};
 use super::device_scene::DeviceScene;
-use super::record_rows::RecordRows;
-use super::rows::{Rows, bind};
-use super::texels::Texels;
+use super::records::RecordRows;
+use super::rows::{Rows, Texels, bind};
 use crate::out::placed::linear;
 use crate::view::{Camera, Projection, box_corners};
 use ::wgpu::{BindGroup, BindingResource, Buffer, BufferUsages};
