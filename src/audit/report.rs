@@ -1,5 +1,5 @@
-//! The report of the deviation audit: percentiles of many ratios in constant memory, as data, as a table, and as faults in
-//! words.
+//! The report of the deviation audit, as data, as a table, and as faults in words. Percentiles are taken from a
+//! logarithmic histogram, in constant memory.
 
 use crate::mesh::{MeshFacts, Scene, SceneFacts, ScenePart};
 use crate::model::{EdgeId, FaceId, PartId, SurfaceKind, TileId};

@@ -1,8 +1,8 @@
 //! Batches -> facts: whether a mesh is closed, consistently oriented and finite, and its size.
 //!
-//! Half-edge pairing: directed edge uses are summed over vertices welded by their exact bits, never by distance. An edge
-//! whose uses do not cancel is a free edge of the file, one that cannot be oriented, or a defect. Tests, `--check` and the
-//! examples share this check.
+//! Half-edge pairing: directed edge uses are summed over vertices welded by their exact bits, never by distance. Where
+//! uses do not cancel, the cause is a free edge of the file, a non-orientable edge, or a defect of the mesh. Tests,
+//! `--check` and the examples share this check.
 
 use super::packed::lines_of;
 use super::{Batch, BatchView, EdgeLine, FrameView, SceneInstance, ScenePart};

@@ -1,4 +1,5 @@
-//! A frame in flat arrays: per part, in its coordinates, and whole, with every instance in the world.
+//! A frame to flat arrays: one per part, in its coordinates, or one for the whole scene, with every instance in the
+//! world.
 
 use super::frame_view::{BatchView, FrameView, TileView};
 use super::{Batch, EdgeLine, MeshSink, Origin, Scene, SinkError, TileMesh};

@@ -1,4 +1,4 @@
-//! The scene: parts with their colours and open edges, placed instances, the keys that name both, and what an update
+//! The scene: parts with their colours and open edges, placed instances, the keys that name them, and what an update
 //! changed.
 
 use crate::model::{Assembly, Colour, EdgeId, FaceId, Instance, PartId};

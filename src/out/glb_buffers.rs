@@ -1,4 +1,4 @@
-//! Numbers to the buffers, views and accessors of a GLB: one view for each kind of numbers, compressed if asked for
+//! Numbers to the buffers, views and accessors of a GLB: one view per kind of numbers, compressed if asked for
 //! (EXT_meshopt_compression).
 
 use super::format::GlbOptions;

@@ -1,5 +1,5 @@
-//! The making of a file: the levels of detail that it is made of, its bytes in pieces, progress and requests to stop, and why
-//! it is not written.
+//! The making of a file: its levels of detail, its bytes in pieces, progress and requests to stop, and why it is not
+//! written.
 
 use super::placed::BeyondSingle;
 use super::rounding::RoundedTooFar;

@@ -1,5 +1,5 @@
-//! What files and pictures share: each instance's triangles in world coordinates, positions in single precision or an error
-//! where they overflow, and colours in the linear light of glTF and shaders.
+//! What files and pictures share: each instance's triangles in world coordinates, positions in single precision, or an
+//! error where they overflow, and colours in linear light.
 
 pub(super) use crate::mesh::Placement;
 use crate::mesh::{BatchView, FrameView, SceneInstance, TileView};

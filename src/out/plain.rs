@@ -1,4 +1,5 @@
-//! A frame to PLY, STL and OBJ: every instance in world coordinates, made in runs on all threads, and what rounding costs.
+//! A frame to STL, PLY and OBJ: every instance in world coordinates, made in runs on all threads, and what rounding
+//! costs.
 
 use super::making::{Making, Pieces, SaveError, counted};
 use super::placed::{BeyondSingle, Placement, cut, distinct, instance_name, placed, single};

@@ -1,8 +1,8 @@
 //! Solids without explicit faces (primitives, sweeps, triangulations) -> faces and edges of a part.
 
 use super::contents::{BodyUse, PartContents, ShellUse, Source};
+use super::face_surface::Reader;
 use super::kinds::BodyKind;
-use super::reader::Reader;
 use super::table::{Read, Trouble};
 use super::{csg, sweep, tessellated};
 use crate::model::{

@@ -1,19 +1,19 @@
 //! Curves of ISO 10303-42 -> NURBS, either as the carrier of an edge between two vertices or as a bounded curve.
 //!
-//! Conics become rational quadratics (the model's arcs, and `conic`). B-splines stay as they are. Curves that only wrap
-//! another one (surface curves, trimmed curves) are unwrapped.
+//! Conics become rational quadratics (the model's arcs, and those of `spline`). B-splines stay as they are. Curves that
+//! only wrap another one (surface curves, trimmed curves) are unwrapped. Segments of composite curves are joined to one
+//! spline; composites may share segments, and be segments themselves.
 
-use super::conic::{hyperbolic_arc, parabolic_arc};
-use super::ends::{Ends, ROUNDING, rounding};
 use super::place::Geometry;
-use super::spline;
+use super::spline::{self, hyperbolic_arc, parabolic_arc};
+use super::stated_spline::{Form, check_degree, check_weights, drop_breaks, knots_of};
 use super::table::{Entity, MAX_DEPTH, Read, Trouble, missing, out_of_range};
-use super::values::{Attribute, List};
+use super::units::{Ends, ROUNDING, rounding};
+use super::values::{Attribute, List, Map};
 use crate::math::boxes::around;
-use crate::model::{CurveKind, CurveTrouble, Frame3, MAX_DEGREE, NurbsCurve3, SplineError, StepTrouble};
+use crate::model::{CurveKind, CurveTrouble, Frame3, NurbsCurve3, StepTrouble};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
-use std::iter::repeat_n;
 
 /// Ends of a spline closer than this are one point; millimetres.
 const SAME_PLACE: f64 = 1e-6;
@@ -401,7 +401,7 @@ fn increasing(from: f64, to: f64, id: u64) -> Read<(f64, f64)> {
     if from < to && (to - from).is_finite() { Ok((from, to)) } else { Err(Trouble::new(id, CurveTrouble::WrongOrder)) }
 }
 
-pub(super) fn polyline(points: Vec<DVec3>, id: u64) -> Read<NurbsCurve3> {
+fn polyline(points: Vec<DVec3>, id: u64) -> Read<NurbsCurve3> {
     if points.len() < 2 {
         return Err(Trouble::new(id, CurveTrouble::OnePoint));
     }
@@ -410,113 +410,6 @@ pub(super) fn polyline(points: Vec<DVec3>, id: u64) -> Read<NurbsCurve3> {
     knots.extend((0..points.len()).map(|i| i as f64));
     knots.push(last);
     Ok(NurbsCurve3 { degree: 1, knots, points, weights: Vec::new() })
-}
-
-/// Implied knot vectors of B-splines that state none.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Form {
-    /// Clamped, inner knots equally spaced and single.
-    QuasiUniform,
-    /// All knots equally spaced and single.
-    Uniform,
-    /// Clamped, inner knots of multiplicity `degree`.
-    Bezier,
-}
-
-impl Form {
-    /// The form of a curve or surface; `what` is `CURVE` or `SURFACE`.
-    pub(super) fn of(instance: Entity<'_>, what: &str) -> Self {
-        let is = |form: &str| instance.types().any(|name| name.strip_suffix(what) == Some(form));
-        if is("UNIFORM_") {
-            Self::Uniform
-        } else if is("BEZIER_") {
-            Self::Bezier
-        } else {
-            Self::QuasiUniform
-        }
-    }
-}
-
-/// The stated knots, repeated by multiplicity, else those that the form implies.
-pub(super) fn knots_of(
-    stated: Option<(Vec<usize>, Vec<f64>)>,
-    form: Form,
-    count: usize,
-    degree: usize,
-    id: u64,
-) -> Read<Vec<f64>> {
-    if let Some((multiplicities, values)) = stated {
-        if let Some(index) = (1..values.len()).find(|&k| values[k] < values[k - 1]) {
-            let error = SplineError::Decreasing { index, before: values[index - 1], knot: values[index] };
-            return Err(Trouble::new(id, error));
-        }
-        if multiplicities.len() != values.len() {
-            return Err(Trouble::new(id, StepTrouble::Layout { what: "multiplicities", wanted: "one per knot" }));
-        }
-        let total = multiplicities.iter().fold(0, |sum: usize, times| sum.saturating_add(*times));
-        if total != count + degree + 1 {
-            return Err(Trouble::new(id, SplineError::Count { degree, knots: total, points: count }));
-        }
-        let knots: Vec<f64> = values.iter().zip(multiplicities).flat_map(|(v, times)| repeat_n(*v, times)).collect();
-        if knots[degree] >= knots[count] {
-            return Err(Trouble::new(id, SplineError::Empty { at: knots[count] }));
-        }
-        return Ok(knots);
-    }
-    let clamped = |inner: &mut dyn Iterator<Item = f64>, last: f64| -> Vec<f64> {
-        let ends = |value: f64| repeat_n(value, degree + 1);
-        ends(0.0).chain(inner).chain(ends(last)).collect()
-    };
-    match form {
-        Form::Uniform => Ok((0..=count + degree).map(|i| i as f64 - degree as f64).collect()),
-        Form::QuasiUniform => {
-            let spans = count - degree;
-            Ok(clamped(&mut (1..spans).map(|i| i as f64), spans as f64))
-        }
-        Form::Bezier if (count - 1).is_multiple_of(degree) => {
-            let spans = (count - 1) / degree;
-            let mut inner = (1..spans).flat_map(|i| repeat_n(i as f64, degree));
-            Ok(clamped(&mut inner, spans as f64))
-        }
-        Form::Bezier => Err(Trouble::new(id, SplineError::Chain { degree, points: count })),
-    }
-}
-
-pub(super) fn check_degree(degree: usize, count: usize, id: u64) -> Read<()> {
-    if !(1..=MAX_DEGREE).contains(&degree) {
-        return Err(Trouble::new(id, SplineError::Degree { degree }));
-    }
-    if count <= degree {
-        return Err(Trouble::new(id, SplineError::Points { degree, points: count }));
-    }
-    Ok(())
-}
-
-/// Checks weights; drops them if all are equal.
-pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Vec<f64>> {
-    if weights.len() != count {
-        return Err(Trouble::new(id, SplineError::Weights { weights: weights.len(), points: count }));
-    }
-    if let Some(index) = weights.iter().position(|w| *w <= 0.0) {
-        return Err(Trouble::new(id, SplineError::Weight { index, weight: weights[index] }));
-    }
-    let equal = weights.windows(2).all(|pair| pair[0] == pair[1]);
-    Ok(if equal { Vec::new() } else { weights })
-}
-
-/// Removes knots of too high multiplicity where both sides of the break meet in one point.
-fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> Read<()> {
-    let joins = |a: usize, b: usize| curve.points[a].distance(curve.points[b]) <= tolerance;
-    let left = spline::without_breaks(&curve.knots, curve.degree, joins)
-        .map_err(|knot| Trouble::new(id, SplineError::Jump { knot }))?;
-    if let Some((points, knots)) = left {
-        curve.points = points.iter().map(|i| curve.points[*i]).collect();
-        if !curve.weights.is_empty() {
-            curve.weights = points.iter().map(|i| curve.weights[*i]).collect();
-        }
-        curve.knots = knots;
-    }
-    Ok(())
 }
 
 /// The part of a spline between two vertices, forward; on a closed curve, possibly across its seam. Its ends are one
@@ -574,4 +467,42 @@ fn cut(
     let moved = spline::restart(&curve, from);
     let (start, end) = moved.domain();
     Some((moved, (start, (to + (b - a)).min(end))))
+}
+
+impl Geometry<'_> {
+    /// The segments of a `COMPOSITE_CURVE`, joined. Single points among them join nothing.
+    fn composite(&self, instance: Entity<'_>, depth: usize) -> Read<NurbsCurve3> {
+        let limit = self.table.budget.max_visits();
+        if self.visits(instance, 0, &mut Map::default()) > limit {
+            return Err(Trouble::new(instance.id, StepTrouble::TooManyVisits { what: "segments of curves", limit }));
+        }
+        let (mut pieces, mut point) = (Vec::new(), None);
+        for segment in instance.fields("COMPOSITE_CURVE", 1).links(0)? {
+            let fields = self.get(segment)?.fields("COMPOSITE_CURVE_SEGMENT", 0);
+            match self.bounded(fields.reference(2)?, depth + 1) {
+                Ok(piece) => pieces.push(if fields.flag(1, true) { piece } else { piece.reversed() }),
+                Err(trouble) if trouble.is_point() => point = Some(trouble),
+                Err(trouble) => return Err(trouble),
+            }
+        }
+        let empty = || point.unwrap_or_else(|| Trouble::new(instance.id, missing("a composite curve", "segments")));
+        spline::join(&pieces).ok_or_else(empty)
+    }
+
+    /// Number of instances that reading a curve visits, each as often as lists lead to it. `known`: what is counted.
+    fn visits(&self, curve: Entity<'_>, depth: usize, known: &mut Map<u64, usize>) -> usize {
+        if let Some(count) = known.get(&curve.id) {
+            return *count;
+        }
+        // Curves that contain themselves are refused when they are read.
+        known.insert(curve.id, 1);
+        let mut count = 1_usize;
+        curve.references(&mut |id| {
+            let is_curve = |i: &Entity<'_>| i.types().any(|name| name.contains("CURVE") || name == "POLYLINE");
+            let inner = self.table.find(id).filter(|inner| depth < MAX_DEPTH && is_curve(inner));
+            count = count.saturating_add(inner.map_or(1, |inner| self.visits(inner, depth + 1, known)));
+        });
+        known.insert(curve.id, count);
+        count
+    }
 }

@@ -1,14 +1,18 @@
-//! Edges before their vertices have ids: ends and the piece of the curve between them.
+//! Edges before their vertices have ids: ends, the piece of the curve between them, and the corners that ends share.
+//!
+//! Boundary curves of curve-bounded surfaces are edges, too. Their segments are often unbounded curves in space, whose
+//! ends only the parameter curve states.
 
-use super::curve::BoundedCurve;
-use super::ends::{Ends, rounding};
+use super::curve::{BoundedCurve, WRAPPERS};
 use super::loops::{EdgeKey, VertexKey};
-use super::table::{Read, Trouble};
-use super::units::Units;
+use super::place::Geometry;
+use super::table::{Entity, Read, Trouble, missing};
+use super::units::{Ends, Units, Whole, rounding};
 use super::values::Map;
 use crate::control::Call;
 use crate::math::boxes::around;
-use crate::model::{EdgeId, StepCause, StepTrouble};
+use crate::math::graph::DisjointSets;
+use crate::model::{CurveKind, EdgeId, StepCause, StepTrouble};
 use glam::DVec3;
 
 /// A curve up to this share of the part's size may be a single point. Some files state a tolerance above the size of
@@ -130,5 +134,131 @@ impl EdgeDraft {
             let steps = STEPS * curve.points.len();
             (0..=steps).map(move |i| curve.point(a + (b - a) * i as f64 / steps as f64))
         })
+    }
+}
+
+/// Merges vertices that are one: those with the same number in the file, and coincident ones of neighbours in a loop.
+#[derive(Default)]
+pub(super) struct Corners {
+    index: Map<VertexKey, usize>,
+    merged: DisjointSets,
+    pub(super) points: Vec<DVec3>,
+}
+
+impl Corners {
+    pub(super) fn of(&mut self, key: VertexKey, point: DVec3) -> usize {
+        let fresh = self.merged.len();
+        let at = *self.index.entry(key).or_insert(fresh);
+        if at == fresh {
+            self.merged.push();
+            self.points.push(point);
+        }
+        self.root(at)
+    }
+
+    /// The corner of a vertex that an edge ends at.
+    pub(super) fn find(&mut self, key: VertexKey) -> Option<usize> {
+        let at = *self.index.get(&key)?;
+        Some(self.root(at))
+    }
+
+    pub(super) fn root(&mut self, at: usize) -> usize {
+        self.merged.root(at as u32) as usize
+    }
+
+    /// Merges two corners; the one that comes first in the file stays.
+    pub(super) fn unite(&mut self, a: usize, b: usize) {
+        self.merged.join(a as u32, b as u32);
+    }
+
+    /// The two corners of a coedge, in loop order.
+    pub(super) fn ends(&mut self, edge: &mut EdgeDraft, reversed: bool) -> (usize, usize) {
+        let known = edge.corners.unwrap_or_else(|| [0, 1].map(|i| self.of(edge.ends[i], edge.points[i])));
+        edge.corners = Some(known);
+        let [a, b] = known.map(|at| self.root(at));
+        if reversed { (b, a) } else { (a, b) }
+    }
+}
+
+/// Which edges of a loop, given by their corners, must be reversed to run head to tail, given whether the first is.
+/// `None` if the loop is open then.
+pub(super) fn head_to_tail(ends: &[(usize, usize)], first: bool) -> Option<Vec<bool>> {
+    let Some(&(tail, head)) = ends.first() else { return Some(Vec::new()) };
+    let (start, mut at) = if first { (head, tail) } else { (tail, head) };
+    let mut turned = Vec::with_capacity(ends.len());
+    turned.push(first);
+    for &(tail, head) in &ends[1..] {
+        turned.push(tail != at);
+        at = match at {
+            _ if at == tail => head,
+            _ if at == head => tail,
+            _ => return None,
+        };
+    }
+    (at == start).then_some(turned)
+}
+
+impl Geometry<'_> {
+    /// The curve of a `COMPOSITE_CURVE_SEGMENT` on the boundary of surface `bounded`, in the curve's own direction.
+    pub(super) fn segment(&self, id: u64, bounded: u64) -> Read<(Ends, BoundedCurve)> {
+        let parent = self.get(id)?.fields("COMPOSITE_CURVE_SEGMENT", 0).reference(2)?;
+        let instance = self.get(parent)?;
+        let base = self.get(bounded)?.fields("CURVE_BOUNDED_SURFACE", 1).reference(0)?;
+        let pcurve = self.pcurve_on(instance, base);
+        let trouble = match self.bounded(parent, 0) {
+            Ok(curve) => {
+                // A circle is bounded by itself. Only the parameter curve shows if the segment is an arc of it.
+                let whole = self.is_conic(parent);
+                let ends = whole.then(|| self.pcurve_ends(pcurve.clone().ok()??).ok()).flatten();
+                if let Some((start, end)) = ends.filter(|(start, end)| start.distance(*end) > self.units.tolerance) {
+                    let ends = Ends { start, end, whole: Whole::Never };
+                    if let Some(arc) = self.between_ends(parent, ends, true)? {
+                        return Ok((ends, arc));
+                    }
+                }
+                let range = curve.domain();
+                let (start, end) = (curve.point(range.0), curve.point(range.1));
+                let whole = self.whole_between(start, end);
+                let kind = if curve.points.len() == 2 { CurveKind::Line } else { CurveKind::Spline };
+                return Ok((Ends { start, end, whole }, BoundedCurve { curve, range, kind }));
+            }
+            Err(trouble) => trouble,
+        };
+        let pcurve = pcurve?.ok_or(trouble)?;
+        let (start, end) = self.pcurve_ends(pcurve)?;
+        let ends = Ends { start, end, whole: self.whole_between(start, end) };
+        let between = self.between_ends(parent, ends, true)?;
+        let curve = between.ok_or_else(|| Trouble::new(id, missing("a boundary segment", "length")))?;
+        Ok((ends, curve))
+    }
+
+    /// A boundary segment has no vertices. It is closed if its ends meet within the tolerance.
+    fn whole_between(&self, start: DVec3, end: DVec3) -> Whole {
+        if start.distance(end) <= self.units.tolerance { Whole::OneVertex } else { Whole::Never }
+    }
+
+    /// The pcurve of a surface curve that lies on `surface`.
+    fn pcurve_on(&self, curve: Entity<'_>, surface: u64) -> Read<Option<Entity<'_>>> {
+        if !WRAPPERS.into_iter().any(|kind| curve.is(kind)) {
+            return Ok(None);
+        }
+        for id in curve.fields("SURFACE_CURVE", 1).links(1)? {
+            let pcurve = self.get(id)?;
+            if pcurve.is("PCURVE") && pcurve.fields("PCURVE", 1).optional(0) == Some(surface) {
+                return Ok(Some(pcurve));
+            }
+        }
+        Ok(None)
+    }
+
+    /// First and last point of a pcurve in space.
+    fn pcurve_ends(&self, pcurve: Entity<'_>) -> Read<(DVec3, DVec3)> {
+        let (on, curve) = self.parameter_curve(pcurve, "PCURVE", 0)?;
+        let at = |t: f64| {
+            let p = curve.point(t);
+            on.point(p.x, p.y)
+        };
+        let (a, b) = curve.domain();
+        Ok((at(a), at(b)))
     }
 }

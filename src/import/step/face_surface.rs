@@ -1,21 +1,88 @@
 //! Stated faces and their edges -> the surface of each face. Faces with a common surface share the result.
+//!
+//! Edges are placed by their curves in space. Only where sheets of a surface coincide does the shape not tell which one
+//! the face is on; parameter curves that the file states do.
 
 use super::budget::Net;
 use super::contents::{ShellUse, Source};
-use super::curve::BoundedCurve;
+use super::curve::{BoundedCurve, WRAPPERS};
 use super::draft::EdgeDrafts;
 use super::face_location::{FaceLocation, Stated};
-use super::loops::{Bound, StatedFace, StatedUse};
+use super::loops::{Bound, EdgeKey, StatedFace, StatedUse};
+use super::options::StepOptions;
 use super::place::Geometry;
-use super::reader::Reader;
 use super::revolution::one_sheet;
 use super::spline;
-use super::table::{Read, Trouble};
+use super::style::Styles;
+use super::table::{Read, Table, Trouble};
+use super::units::Units;
 use super::values::Map;
+use crate::control::Call;
 use crate::math::boxes::around;
-use crate::model::{Frame3, Severity, StepOutcome, StepTrouble, Surface};
+use crate::model::{Colour, Frame3, Severity, StepOutcome, StepTrouble, Surface};
 use glam::DVec3;
 use std::cell::Cell;
+
+/// Context shared by all parts of a file.
+#[derive(Clone, Copy)]
+pub(super) struct Reader<'a> {
+    pub(super) call: Call<'a>,
+    pub(super) table: &'a Table,
+    pub(super) styles: &'a Styles,
+    /// Colours for faces without one, from copies of them.
+    pub(super) colours_of_copies: &'a Map<u64, Colour>,
+    pub(super) options: &'a StepOptions,
+}
+
+impl Reader<'_> {
+    /// The colour of a face, else that of a copy of it.
+    pub(super) fn colour(&self, face: u64) -> Option<Colour> {
+        self.styles.of(face).or_else(|| self.colours_of_copies.get(&face).copied())
+    }
+
+    /// Access to geometry in `units`.
+    pub(super) fn geometry(&self, units: Units) -> Geometry<'_> {
+        Geometry::new(self.table, units, self.options.fit_tolerance)
+    }
+}
+
+/// Steps between points per parameter curve; its ends are left out.
+const STEPS: usize = 8;
+
+impl Geometry<'_> {
+    /// Profile parameters of points on a face's boundary, as the parameter curves of its edges on its surface of
+    /// revolution state them. Empty if the file has none that can be read.
+    fn profile_parameters(&self, face: &StatedFace) -> Vec<f64> {
+        let edges = face.bounds.iter().flat_map(|bound| match bound {
+            Bound::Edges(uses) => uses.as_slice(),
+            Bound::Vertex(_) => &[],
+        });
+        let curves = edges.filter_map(|edge| match edge.edge {
+            EdgeKey::Curve(id) => Some(self.edge_curve(id).ok()?.0),
+            EdgeKey::Side(..) | EdgeKey::Segment(_) => None,
+        });
+        let mut stated = Vec::new();
+        for pcurve in curves.flat_map(|curve| self.pcurves(curve)).filter_map(|id| self.get(id).ok()) {
+            let on = pcurve.is("PCURVE").then(|| pcurve.fields("PCURVE", 1).reference(0));
+            if !matches!(on, Some(Ok(surface)) if surface == face.surface) {
+                continue;
+            }
+            let Ok((on, curve)) = self.parameter_curve(pcurve, "PCURVE", 0) else { continue };
+            let (a, b) = curve.domain();
+            let points = (1..STEPS).map(|i| curve.point(a + (b - a) * i as f64 / STEPS as f64));
+            stated.extend(points.map(|p| on.natural(p.x, p.y)[1]));
+        }
+        stated
+    }
+
+    /// The parameter curves that are stated with a curve in space.
+    fn pcurves(&self, curve: u64) -> Vec<u64> {
+        let Ok(curve) = self.get(curve) else { return Vec::new() };
+        let Some(kind) = WRAPPERS.into_iter().find(|kind| curve.is(kind)) else { return Vec::new() };
+        let declared = if curve.is("SURFACE_CURVE") { "SURFACE_CURVE" } else { kind };
+        curve.fields(declared, 1).links(1).map_or_else(|_| Vec::new(), Iterator::collect)
+    }
+}
 
 /// A face to read: its shell's index, the use of the shell, the face, and whether the use flips it.
 pub(super) type FaceJob<'a> = (u32, &'a ShellUse, Source, bool);

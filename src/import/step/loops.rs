@@ -1,10 +1,10 @@
 //! Faces -> their bounds as stated in the file: edges in order, with directions.
 
 use super::contents::Source;
-use super::ends::{Ends, Whole};
 use super::kinds::is_face;
 use super::place::Geometry;
 use super::table::{MAX_DEPTH, Read, Trouble, missing};
+use super::units::{Ends, Whole};
 use super::values::{Attribute, Set};
 use crate::model::StepTrouble;
 use foldhash::fast::RandomState;

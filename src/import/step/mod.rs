@@ -40,23 +40,17 @@ mod table;
 mod text;
 mod units;
 mod place;
-mod ends;
 
-mod conic;
 mod spline;
-mod composite;
+mod stated_spline;
 mod curve;
 mod replica;
-mod boundary;
 
 mod face_location;
-mod parameters;
 mod revolution;
-mod trimmed;
-mod face_part;
+mod parameters;
 mod weld;
 mod offset;
-mod isoline;
 mod derived;
 mod surface;
 
@@ -64,16 +58,12 @@ mod kinds;
 mod contents;
 mod style;
 mod product;
-mod copies;
 mod shells;
 mod tree;
 
 mod csg;
 mod loops;
 mod draft;
-mod corners;
-mod reader;
-mod stated_profile;
 mod face_surface;
 mod sweep;
 mod tessellated;

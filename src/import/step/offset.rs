@@ -1,8 +1,7 @@
 //! Surfaces -> offset surfaces. Exact where the offset is of the same kind, else cubic pieces, refined until sampled
 //! errors are within the tolerance.
 
-use super::face_location::LocateFace;
-use super::face_part::{Range, face_part};
+use super::face_location::{LocateFace, Range, face_part};
 use super::revolution::{ON_AXIS, sheet};
 use super::weld;
 use crate::math::boxes::around;

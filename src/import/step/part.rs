@@ -4,18 +4,15 @@
 use super::body::append;
 use super::budget::Net;
 use super::contents::{PartContents, ShellUse, Source, merge_loose_shells};
-use super::corners::{Corners, head_to_tail};
 use super::curve::{BoundedCurve, Carrier, straight};
-use super::draft::{EdgeDraft, EdgeDrafts};
-use super::ends::{Ends, Whole};
+use super::draft::{Corners, EdgeDraft, EdgeDrafts, head_to_tail};
 use super::face_location::Stated;
-use super::face_surface::FaceJob;
+use super::face_surface::{FaceJob, Reader};
 use super::loops::{Bound, EdgeKey, StatedFace, StatedUse, VertexKey};
 use super::place::Geometry;
-use super::reader::Reader;
 use super::spline;
 use super::table::{Read, Trouble, missing};
-use super::units::Units;
+use super::units::{Ends, Units, Whole};
 use super::values::{Map, Set};
 use crate::control::Call;
 use crate::model::{

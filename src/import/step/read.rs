@@ -1,9 +1,9 @@
 //! A file's bytes -> a model, by the steps of this folder.
 
+use super::face_surface::Reader;
 use super::options::{BYTES_PER_BYTE, StepError, StepOptions, proceed};
 use super::pieces::piece;
 use super::product::StructureBuilder;
-use super::reader::Reader;
 use super::style::{Styles, hidden};
 use super::table::Table;
 use super::text;

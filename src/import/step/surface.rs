@@ -1,11 +1,12 @@
 //! Surfaces of ISO 10303-42 -> the model's surfaces in natural parameters.
 
-use super::curve::{Carrier, Form, check_degree, check_weights, knots_of};
+use super::curve::Carrier;
 use super::face_location::{FaceLocation, LocateFace, Stated, reaching};
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::revolution::{self, spindle};
 use super::spline;
+use super::stated_spline::{Form, check_degree, check_weights, knots_of};
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::Attribute;
 use super::weld;

@@ -1,4 +1,4 @@
-//! Faces, their free trimming curves and their tiles: why they cannot be meshed as stated, and what was repaired.
+//! Why faces and tiles cannot be meshed as stated, and how faces and their free trimming curves were repaired.
 
 use super::step::StepCause;
 use crate::model::{EdgeId, PartId, SurfaceError, TrimError};

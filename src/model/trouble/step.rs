@@ -1,4 +1,4 @@
-//! Why the STEP reader refuses text, instances, and bodies.
+//! Why the STEP reader refuses text, curves, bodies, placements and other instances.
 
 use crate::model::{PartError, SplineError, SurfaceError};
 use std::borrow::Cow;

@@ -1,4 +1,4 @@
-//! Wires, edges that lie together, and shells: what is wrong with them, and what was repaired.
+//! Defects and repairs of wires, of edges that lie together, and of shells.
 
 use crate::model::{EdgeId, FaceId};
 

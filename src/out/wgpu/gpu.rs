@@ -1,5 +1,5 @@
-//! A graphics device, owned or the caller's, with the pipelines that all drawing on it shares: adapters to a device on the
-//! best usable one, and errors of the device to errors of the calls that caused them.
+//! A graphics device, the caller's or that of the best adapter, with the pipelines that all drawing on it shares, and
+//! its errors as those of the calls that caused them.
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::pipelines::COLOUR_FORMAT;

@@ -1,5 +1,5 @@
-//! The shader to pipelines: backdrop, surfaces, lattice lines, wireframe, B-rep edges, picking; the layouts of vertex buffers
-//! and the texture formats that they and their targets agree on, and what the caller's pipelines need.
+//! The shader to pipelines: backdrop, surfaces, lattice lines, wireframe, B-rep edges, picking. The formats and layouts
+//! that they have in common with targets, buffers and the caller's pipelines.
 
 use ::wgpu::{
     BindGroupLayout, BindingType, BufferBindingType, ColorTargetState, CompareFunction, PrimitiveTopology,

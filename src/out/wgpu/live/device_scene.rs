@@ -1,5 +1,5 @@
-//! A scene description to the scene on the device: parts with their tiles, instances sorted by part; and a frame that is being
-//! uploaded.
+//! A scene description to the scene on the device: parts with their tiles, instances sorted by part. The frame that is
+//! being uploaded.
 
 use super::store::{Line, StoredTile};
 use crate::mesh::{DrawnTiles, Scene, SceneChanges, SceneInstance};

@@ -1,5 +1,5 @@
-//! Tiles of a view to draws: one per tile of each instance where the device reads draws from a buffer, else one per part and
-//! page of vertices. Polylines of edges to draws, the same in every view: one per part for all its instances.
+//! Tiles of a view to draws: one per tile of each instance where the device reads draws from a buffer, else one per
+//! part and page of vertices. Polylines of edges to draws, the same in every view: one per part for all its instances.
 
 use super::super::gpu::Gpu;
 use super::super::pipelines::ROW_FORMAT;

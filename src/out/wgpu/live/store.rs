@@ -1,5 +1,5 @@
-//! Tiles to bytes, and to ranges of buffers on the device: 16 bytes per vertex (octahedral normals, Meyer et al.), 2 per index
-//! in tiles of up to 65535 vertices, else 4. Small writes to many buffers are one upload and copies on the device.
+//! Tiles to bytes, and to ranges of buffers on the device. A vertex has 16 bytes (octahedral normals, Meyer et al.), an
+//! index 2 in tiles of up to 65535 vertices, else 4. Small writes to many buffers are gathered to one upload.
 
 use super::super::gpu::{Gpu, RenderError};
 use super::super::palette::rate;
