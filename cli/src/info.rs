@@ -3,9 +3,9 @@
 use crate::diagram::{DiagramArgs, Drawn};
 use crate::input::{self, Input};
 use crate::limits::unprepared;
+use crate::logging::Progress;
 use crate::outputs::{Named, Outputs};
 use crate::patches::{Patches, stated_trims};
-use crate::progress::Progress;
 use crate::report::{by_name, counted, millimetres, subject};
 use crate::{Common, Done, Failure};
 use serde::Serialize;

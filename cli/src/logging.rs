@@ -1,10 +1,12 @@
-//! `-v`, `-q`, `RUST_LOG`, `--trace` -> the log on standard error and a timeline file.
+//! `-v`, `-q`, `RUST_LOG`, `--trace` -> the log or a spinner on standard error, and a timeline file.
 
 use crate::outputs::Outputs;
 use crate::{Common, Failure};
+use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
 use std::io::{IsTerminal, Write, stderr};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 use tracing_chrome::{ChromeLayerBuilder, FlushGuard};
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
@@ -80,4 +82,31 @@ pub(crate) fn report_panics_as_errors() {
         let what = text.unwrap_or("no message");
         tracing::error!("internal error at {place}: {what}");
     }));
+}
+
+/// A spinner, or nothing.
+pub(crate) struct Progress(Option<ProgressBar>);
+
+impl Progress {
+    /// Starts a spinner. Shows nothing with `-q`, with `-v` (which logs the stages) and without a terminal.
+    pub(crate) fn start(common: &Common) -> Self {
+        if common.quiet || common.verbose > 0 || !stderr().is_terminal() {
+            return Self(None);
+        }
+        let bar = ProgressBar::new_spinner().with_finish(ProgressFinish::AndClear);
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(Duration::from_millis(120));
+        Self(Some(bar))
+    }
+
+    /// Shows and logs the start of a stage.
+    pub(crate) fn stage(&self, what: impl Into<String>) {
+        let what = what.into();
+        tracing::info!("{what}");
+        if let Some(bar) = &self.0 {
+            bar.set_message(what);
+        }
+    }
 }

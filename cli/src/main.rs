@@ -3,24 +3,18 @@
 mod bench;
 mod closedness;
 mod diagram;
-mod fills;
 mod info;
 mod input;
 mod levels;
 mod limits;
 mod logging;
 mod made;
-mod memory;
 mod outputs;
 mod patches;
-#[cfg(feature = "wgpu")]
-mod picture;
-mod progress;
 #[cfg(feature = "wgpu")]
 mod render;
 mod report;
 mod rounded;
-mod signals;
 mod tessellate;
 #[cfg(feature = "view")]
 mod view;

@@ -1,6 +1,7 @@
-//! The files of one run: refused before reading where two are the same, written together or not at all.
+//! The files of one run: refused before reading where two are the same, written together or not at all. Where a signal
+//! ends the process, no temporary file stays.
 
-use crate::{Failure, signals};
+use crate::Failure;
 use serde::Serialize;
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -41,7 +42,7 @@ impl Outputs {
     /// thread for that would only compete with the work.
     pub(crate) fn files(&mut self) -> &mut out::Outputs {
         if !self.is_watched {
-            signals::watch();
+            watch_signals();
             self.is_watched = true;
         }
         &mut self.files
@@ -139,3 +140,25 @@ fn require_folder(output: &Path) -> Result<(), Failure> {
         _ => Ok(()),
     }
 }
+
+/// Starts a thread that waits for signals. Without one, killed runs leave temporary files, and nothing else is wrong.
+#[cfg(unix)]
+pub(crate) fn watch_signals() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+    use signal_hook::low_level::emulate_default_handler;
+    // Not SIGHUP: a handler would undo nohup.
+    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else { return };
+    let wait = move || {
+        for signal in signals.forever() {
+            trimtess::out::remove_temporaries(|| {
+                let _ = emulate_default_handler(signal);
+            });
+        }
+    };
+    let _ = std::thread::Builder::new().name("signals".to_owned()).spawn(wait);
+}
+
+/// Elsewhere the system removes nothing, and there are no such signals.
+#[cfg(not(unix))]
+pub(crate) fn watch_signals() {}

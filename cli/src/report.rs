@@ -1,9 +1,8 @@
 //! A finished frame -> the report: counts per instance, diagnostics per placed face, seconds, memory.
 
-use crate::closedness::{self, Closedness};
-use crate::fills::{self, Fill};
+use crate::closedness::{self, Closedness, Fill, placed_fills};
 use crate::levels::LevelRow;
-use crate::memory::peak_memory;
+use crate::limits::peak_memory;
 use crate::outputs::Outputs;
 use crate::rounded::{ReadBackRow, words};
 use crate::{Common, Done, Failure};
@@ -160,7 +159,7 @@ impl Report {
             report.ladder.add(Rung::Normal, normal);
         }
         report.diagnostics = placed(&made.diagnostics(&view, prepared), scene);
-        report.fills = fills::placed(made, scene);
+        report.fills = placed_fills(made, scene);
         report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
         report
     }

@@ -3,12 +3,11 @@
 use crate::input::{self, Input};
 use crate::levels::{self, Level};
 use crate::limits::unprepared;
+use crate::logging::Progress;
 use crate::made::check_mesh;
 use crate::outputs::{Named, Outputs};
-use crate::progress::Progress;
 use crate::report::{Seconds, lap};
-use crate::rounded;
-use crate::{Common, Done, Failure};
+use crate::{Common, Done, Failure, rounded};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;

@@ -152,11 +152,11 @@ pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure>
                 flight.made[k] = made;
             }
             if round == 0 && k == 0 {
-                flight.resident[0] = crate::memory::resident_memory();
+                flight.resident[0] = crate::limits::resident_memory();
             }
         }
     }
-    flight.resident[1] = crate::memory::resident_memory();
+    flight.resident[1] = crate::limits::resident_memory();
     flight.seconds = start.elapsed().as_secs_f64();
     Ok(flight)
 }

@@ -15,8 +15,8 @@ mod uploads;
 
 use crate::input::{self, Input};
 use crate::limits::unprepared;
+use crate::logging::Progress;
 use crate::outputs::{Named, Outputs};
-use crate::progress::Progress;
 use crate::tessellate::{positive, size};
 use crate::{Common, Done, Failure, MOST_WORKERS, name_of};
 use costs::Costs;

@@ -2,14 +2,13 @@
 //! frames, and larger models on more threads.
 
 use super::flight::{Coherence, Flight, Order, Times, fly, ms};
-use super::hash;
-use super::plot;
 use super::steps::{Replayed, replay};
 use super::summary::Machine;
+use super::{hash, plot};
 use crate::input::Input;
 use crate::limits::unprepared;
+use crate::logging::Progress;
 use crate::outputs::Outputs;
-use crate::progress::Progress;
 use crate::{Common, Done, Failure};
 use plotters::prelude::*;
 use serde::Serialize;

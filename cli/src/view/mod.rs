@@ -1,21 +1,24 @@
-//! `trimtess view`: a file in a window, or a screenshot of the window.
+//! `trimtess view`: a file, loaded by a thread of its own, in a window, or a screenshot of the window.
 
-mod load;
-mod looks;
 mod paint;
 mod panel;
-mod screenshot;
 mod viewer;
 mod window;
 
 use crate::input::{self, Input};
+use crate::limits::{LimitArgs, unprepared};
 use crate::outputs::{Named, Outputs};
-use crate::picture::PictureArgs;
+use crate::render::PictureArgs;
 use crate::tessellate::size;
 use crate::{Common, Done, Failure};
-use load::Loader;
-use looks::Looks;
+use panel::Looks;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread;
+use std::time::Instant;
+use trimtess::parallel::{Session, SessionOptions};
+use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
 /// Show a file in a window: orbit, zoom, pick faces. Files dropped onto the window are opened.
 #[derive(clap::Args)]
@@ -64,10 +67,84 @@ pub(crate) fn run(args: &ViewArgs, common: &Common, outputs: &mut Outputs) -> Re
     let loader = Loader::new(common);
     match (&args.screenshot, &args.input) {
         (Some(output), Some(input)) => {
-            let image = screenshot::draw(output, input, args, loader, looks)?;
+            let image = window::screenshot(output, input, args, loader, looks)?;
             outputs.write(output, |file| image.encode(file))?;
         }
         _ => window::run(args.input.clone(), args.size, loader, looks)?,
     }
     Ok(Done::Clean)
+}
+
+/// Loads files.
+#[derive(Clone)]
+struct Loader {
+    limits: LimitArgs,
+    prepare: PrepareOptions,
+    /// Number of threads; 0 for one per core.
+    threads: usize,
+}
+
+/// A loaded model.
+struct Loaded {
+    name: String,
+    prepared: Arc<Prepared>,
+    session: Session,
+    seconds: f64,
+}
+
+/// A file that is being loaded.
+struct Loading {
+    name: String,
+    since: Instant,
+    result: Receiver<Result<Loaded, String>>,
+}
+
+impl Loader {
+    fn new(common: &Common) -> Self {
+        Self { limits: common.limits.clone(), prepare: common.prepare(), threads: common.workers() }
+    }
+
+    /// Loads a file on this thread and its rayon pool.
+    fn load(&self, input: &Input, session: &SessionOptions) -> Result<Loaded, Failure> {
+        let start = Instant::now();
+        let model = input.read(&self.limits.step())?;
+        let prepared = Arc::new(prepare(model, &self.prepare).map_err(unprepared)?);
+        let session = Session::start(Arc::clone(&prepared), session).map_err(Failure::cannot)?;
+        Ok(Loaded { name: input.name(), prepared, session, seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// Starts loading a file on another thread.
+    fn start(&self, input: Input, session: &SessionOptions) -> Loading {
+        let (sender, result) = channel();
+        let refused = sender.clone();
+        let (loader, session, name) = (self.clone(), session.clone(), input.name());
+        let work = move || {
+            // A separate pool: the window's thread is a worker of the global one.
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(loader.threads).build();
+            let loaded = match pool {
+                Ok(pool) => pool.install(|| loader.load(&input, &session)).map_err(|failure| failure.to_string()),
+                Err(error) => Err(error.to_string()),
+            };
+            // Fails if the window was closed meanwhile.
+            let _ = sender.send(loaded);
+        };
+        if let Err(error) = thread::Builder::new().name("trimtess-load".into()).spawn(work) {
+            // Cannot fail: the receiver is here.
+            let _ = refused.send(Err(format!("cannot start a thread: {error}")));
+        }
+        Loading { name, since: Instant::now(), result }
+    }
+}
+
+impl Loading {
+    /// The result, once loading has ended.
+    fn poll(&self) -> Option<Result<Loaded, String>> {
+        match self.result.try_recv() {
+            Ok(loaded) => Some(loaded),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                Some(Err("internal error while reading the file; see the terminal".into()))
+            }
+        }
+    }
 }

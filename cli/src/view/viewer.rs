@@ -1,9 +1,8 @@
 //! Input to the next picture of the window: requests a frame from the session, draws the scene, paints the panel.
 
-use super::load::{Loaded, Loader, Loading};
-use super::looks::{Action, Looks};
 use super::paint::{Canvas, PICTURE, Painter, texture};
-use super::panel::{self, PanelText};
+use super::panel::{self, Action, Looks, PanelText};
+use super::{Loaded, Loader, Loading};
 use crate::Failure;
 use crate::input::Input;
 use std::sync::Arc;
@@ -394,7 +393,7 @@ impl Viewer {
 mod tests {
     use super::*;
     use crate::Common;
-    use crate::picture::PictureArgs;
+    use crate::render::PictureArgs;
     use clap::Parser;
     use std::path::PathBuf;
     use trimtess::out::wgpu::Renderer;
