@@ -8,8 +8,6 @@ mod foot;
 mod report;
 pub use report::{DeviationReport, EdgePlace, Place, Spread, mesh_faults};
 
-mod edges;
-
 mod deviation;
 pub use deviation::deviation;
 

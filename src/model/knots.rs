@@ -134,7 +134,7 @@ fn piece(degree: usize, around: &[f64]) -> Option<(f64, f64)> {
 /// `Σ_i m[j · (degree + 1) + i] · c[span - degree + i]`.
 ///
 /// Row `j` holds the blossom of every basis function at `degree - j` times `a` and `j` times `b`.
-pub(crate) fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f64, matrix: &mut Vec<f64>) {
+fn extraction(degree: usize, knots: &[f64], span: usize, a: f64, b: f64, matrix: &mut Vec<f64>) {
     let n = degree + 1;
     matrix.clear();
     matrix.resize(n * n, 0.0);

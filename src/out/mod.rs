@@ -37,7 +37,7 @@ mod glb;
 mod save;
 pub use save::{Saved, save, save_on, write, write_on};
 
-mod read_plain;
+mod file_triangles;
 
 #[cfg(feature = "glb")]
 mod read_glb;

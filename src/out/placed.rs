@@ -1,8 +1,7 @@
 //! What files and pictures share: each instance's triangles in world coordinates, positions in single precision, or an
 //! error where they overflow, and colours in linear light.
 
-pub(super) use crate::mesh::Placement;
-use crate::mesh::{BatchView, FrameView, SceneInstance, TileView};
+use crate::mesh::{BatchView, FrameView, Placement, SceneInstance, TileView};
 #[cfg(any(feature = "glb", feature = "wgpu"))]
 use crate::model::Colour;
 use glam::{DVec3, Vec3};

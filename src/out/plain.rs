@@ -2,10 +2,10 @@
 //! costs.
 
 use super::making::{Making, Pieces, SaveError, counted};
-use super::placed::{BeyondSingle, Placement, cut, distinct, instance_name, placed, single};
+use super::placed::{BeyondSingle, cut, distinct, instance_name, placed, single};
 use super::rounding::{Rounding, RoundingCount};
 use crate::control::Call;
-use crate::mesh::{BatchView, FrameView, Scene, SceneInstance};
+use crate::mesh::{BatchView, FrameView, Placement, Scene, SceneInstance};
 use crate::model::FaceId;
 use glam::{DAffine3, DVec3, Vec3};
 use std::fmt::Write as _;

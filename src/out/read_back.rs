@@ -2,6 +2,7 @@
 //!
 //! Reads the layouts that this folder writes, not formats in general.
 
+use super::file_triangles::{FileTriangle, bad, by_face, moved, obj, ply, stl, unbalanced};
 #[cfg(feature = "glb")]
 use super::format::GlbOptions;
 #[cfg(feature = "glb")]
@@ -9,11 +10,9 @@ use super::node_place::PointNumbers;
 use super::placed::{distinct, placed, single};
 #[cfg(feature = "glb")]
 use super::read_glb::{GlbFile, Numbers};
-use super::read_plain::{FileTriangle, bad, obj, ply, stl};
 use super::{Format, SaveOptions};
 use crate::mesh::{BatchView, FrameView};
 use glam::{DVec3, Vec3};
-use std::collections::HashMap;
 use std::io;
 use std::path::Path;
 
@@ -133,22 +132,6 @@ fn compare(found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<Re
     Ok(ReadBack { triangles: expected.len() as u64, moved, unbalanced_edges })
 }
 
-/// Largest distance between a corner and where it is expected. `expected` is sorted by face where formats store it.
-fn moved(mut found: Vec<FileTriangle>, expected: &[FileTriangle]) -> io::Result<f64> {
-    if found.len() != expected.len() {
-        return Err(bad(&format!("{} triangles, and not {}", found.len(), expected.len())));
-    }
-    found = by_face(found);
-    // NaN must not pass as near.
-    let worse = |most: f64, distance: f64| if distance.is_nan() { f64::INFINITY } else { most.max(distance) };
-    let off = |(a, b): (&FileTriangle, &FileTriangle)| {
-        // Compression may begin a triangle with another corner.
-        let from = |first: usize| (0..3).map(|k| a.corners[(first + k) % 3].distance(b.corners[k])).fold(0.0, worse);
-        (0..3).map(from).fold(f64::INFINITY, f64::min)
-    };
-    Ok(found.iter().zip(expected).map(off).fold(0.0, worse))
-}
-
 /// The frame's triangles in the order of writing, with unrounded corners. `kept` returns those of a batch whose corners
 /// stay apart after rounding, given its placed points.
 fn expected(
@@ -169,25 +152,4 @@ fn expected(
         }
     }
     Ok(out)
-}
-
-/// Sorts triangles as formats that store faces do.
-fn by_face(mut triangles: Vec<FileTriangle>) -> Vec<FileTriangle> {
-    triangles.sort_by_key(|triangle| triangle.face);
-    triangles
-}
-
-/// Number of edges whose directed uses do not cancel.
-fn unbalanced(triangles: &[FileTriangle]) -> u64 {
-    let bits = |point: DVec3| point.to_array().map(f64::to_bits);
-    let mut sums: HashMap<[[u64; 3]; 2], i64> = HashMap::new();
-    for triangle in triangles {
-        let [a, b, c] = triangle.corners.map(bits);
-        // Corners that stay apart about their part's centre may coincide far from the origin. Skip such sides.
-        for (from, to) in [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to) {
-            let (key, use_of) = if from < to { ([from, to], 1) } else { ([to, from], -1) };
-            *sums.entry(key).or_insert(0) += use_of;
-        }
-    }
-    sums.values().filter(|&&sum| sum != 0).count() as u64
 }

@@ -1,8 +1,8 @@
 //! A GLB that [`save_on`](super::save_on) wrote, back to triangles in millimetres and +Z up.
 
+use super::file_triangles::{FileTriangle, bad, bytes_at};
 use super::format::GlbOptions;
 use super::node_place::groups;
-use super::read_plain::{FileTriangle, bad, bytes_at};
 use crate::control::{Alone, Call, Control};
 use crate::mesh::{FrameView, SceneInstance};
 use crate::model::FaceId;

@@ -9,12 +9,11 @@ use super::format::GlbOptions;
 use super::node_place::NodePlace;
 #[cfg(feature = "glb")]
 use super::placed::BeyondSingle;
-use super::placed::Placement;
 #[cfg(feature = "glb")]
 use crate::control::Call;
 #[cfg(feature = "glb")]
 use crate::mesh::FrameView;
-use crate::mesh::SceneInstance;
+use crate::mesh::{Placement, SceneInstance};
 use crate::model::FaceId;
 use glam::DVec3;
 

@@ -54,12 +54,12 @@ pub struct LiveScene {
     /// Counts frames that change edges.
     pub(super) edges_version: u64,
     pub(super) records: Records,
-    pub(super) record_rows: RecordRows,
+    record_rows: RecordRows,
     /// By view.
     pub(super) tiles: Vec<Tiles>,
-    pub(super) edges: Edges,
-    pub(super) sights: Sights,
-    pub(super) samples: Option<SampleTargets>,
+    edges: Edges,
+    sights: Sights,
+    samples: Option<SampleTargets>,
     pub(super) uploaded: u64,
 }
 
