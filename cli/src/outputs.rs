@@ -143,7 +143,7 @@ fn require_folder(output: &Path) -> Result<(), Failure> {
 
 /// Starts a thread that waits for signals. Without one, killed runs leave temporary files, and nothing else is wrong.
 #[cfg(unix)]
-pub(crate) fn watch_signals() {
+fn watch_signals() {
     use signal_hook::consts::{SIGINT, SIGTERM};
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::emulate_default_handler;
@@ -161,4 +161,4 @@ pub(crate) fn watch_signals() {
 
 /// Elsewhere the system removes nothing, and there are no such signals.
 #[cfg(not(unix))]
-pub(crate) fn watch_signals() {}
+fn watch_signals() {}

@@ -34,7 +34,7 @@ struct ExpectedUnbalanced(HashMap<[[u64; 3]; 2], Cause, Seeded>);
 
 impl ExpectedUnbalanced {
     /// `lines` are the part's edge lines, ascending by edge. An edge without a line excuses nothing.
-    pub(super) fn of(part: &ScenePart, lines: &[EdgeLine]) -> Self {
+    fn of(part: &ScenePart, lines: &[EdgeLine]) -> Self {
         let mut segments = HashMap::default();
         let free = part.free_edges.iter().map(|&edge| Cause::FreeEdge(edge));
         for cause in free.chain(part.not_orientable.iter().map(|&edge| Cause::NotOrientable(edge))) {
@@ -47,7 +47,7 @@ impl ExpectedUnbalanced {
         Self(segments)
     }
 
-    pub(super) fn cause(&self, from: DVec3, to: DVec3) -> Cause {
+    fn cause(&self, from: DVec3, to: DVec3) -> Cause {
         if self.0.is_empty() {
             return Cause::Defect;
         }

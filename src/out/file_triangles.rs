@@ -24,7 +24,7 @@ pub(super) fn bytes_at<const N: usize>(bytes: &[u8], at: usize) -> io::Result<[u
 }
 
 /// Three single-precision numbers at `at`.
-pub(super) fn vector(bytes: &[u8], at: usize) -> io::Result<Vec3> {
+fn vector(bytes: &[u8], at: usize) -> io::Result<Vec3> {
     let number = |axis: usize| bytes_at(bytes, at + 4 * axis).map(f32::from_le_bytes);
     Ok(Vec3::new(number(0)?, number(1)?, number(2)?))
 }

@@ -11,21 +11,21 @@ use glam::{DAffine3, DVec3, Vec3};
 use std::fmt::Write as _;
 
 /// Batches of an instance that follow each other.
-pub(super) struct Run<'a> {
+struct Run<'a> {
     call: Call<'a>,
-    pub(super) instance: &'a SceneInstance,
-    pub(super) placement: Placement,
+    instance: &'a SceneInstance,
+    placement: Placement,
     batches: &'a [&'a BatchView<'a>],
     /// The face of the batch before these, of the same instance.
-    pub(super) before: Option<FaceId>,
+    before: Option<FaceId>,
     /// Number of vertices in the file before these.
-    pub(super) first: u64,
+    first: u64,
 }
 
 impl Run<'_> {
     /// Rounds the positions of each batch by `round`, which also returns the distance, and passes them to `write` with
     /// the triangles whose corners stay apart, all of which it takes. Passes fewer, once cancelled.
-    pub(super) fn round<P: PartialEq>(
+    fn round<P: PartialEq>(
         &self,
         round: impl Fn(DVec3) -> Result<(P, f64), BeyondSingle>,
         mut write: impl FnMut(&BatchView<'_>, &[P], &mut dyn Iterator<Item = [u32; 3]>),
@@ -56,7 +56,7 @@ pub(super) fn tiles(frame: &FrameView<'_>) -> usize {
 
 /// Calls `piece` with each run, and returns its results in order, with what rounding costs: none once cancelled. An
 /// instance without batches has a run without any: there are files that name it.
-pub(super) fn pieces<T: Default + Send>(
+fn pieces<T: Default + Send>(
     making: &Making<'_>,
     frame: &FrameView<'_>,
     piece: impl Fn(&Run<'_>) -> Result<(T, RoundingCount), BeyondSingle> + Sync,

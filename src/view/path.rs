@@ -212,7 +212,7 @@ mod tests {
     fn an_orbit_shows_the_whole_box_and_a_walk_stays_within_it() {
         let bounds = boxes()[0];
         for view in CameraPath::Orbit.views(bounds, FRAMES, &PICTURE) {
-            for corner in crate::view::camera(bounds) {
+            for corner in crate::view::box_corners(bounds) {
                 let off = (corner - view.camera.eye).angle_between(view.camera.forward);
                 assert!(off <= 0.5 * FOV_Y + 1e-9, "{corner} is {off} off the axis of {view:?}");
             }

@@ -1,9 +1,9 @@
 //! STEP files (ISO 10303-21 text of AP203, AP214, AP242, …) -> a [`Model`](crate::model::Model).
 //!
-//! The files of this folder are the steps: `token` and `escape` read tokens and strings, `records` instances, `sections`
-//! what lies around them, `pieces` a text on all threads, `text` all of it within its limits. `table` gives typed
-//! access to the `values` of instances, `units` and `place` convert numbers to millimetres and frames, `curve` and
-//! `surface` read geometry, `loops`, `shells` and `part` topology, `face_surface` the surface of each face, `style`
+//! The files of this folder are the steps: `token` reads tokens and strings, `records` instances, `sections` what lies
+//! around them, `text` all of it, within its limits and on all threads. `table` gives typed access to the `values` of
+//! instances, `units` and `place` convert numbers to millimetres and frames, `stated_spline`, `curve` and `surface`
+//! read geometry, `loops`, `draft`, `shells` and `part` topology, `face_surface` the surface of each face, `style`
 //! colours, `product` the assembly.
 //!
 //! Rare forms and how they are read. A diagnostic names each refused instance; a refused face keeps its index and is
@@ -31,11 +31,9 @@ pub use options::{BYTES_PER_BYTE, StepError, StepOptions};
 
 mod budget;
 mod token;
-mod escape;
 mod values;
 mod records;
 mod sections;
-mod pieces;
 mod table;
 mod text;
 mod units;

@@ -21,11 +21,11 @@ const TURN: AxisMap = AxisMap::Arc { start: 0.0, step: FRAC_PI_2, spans: 4 };
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct StatedAxis {
     /// Where the stated parameter is 0.
-    pub(super) start: f64,
+    start: f64,
     /// Millimetres, radians or parameters per unit of the stated one.
     pub(super) factor: f64,
     /// From there to the parameter of an arc.
-    pub(super) arc: AxisMap,
+    arc: AxisMap,
 }
 
 impl StatedAxis {
@@ -35,7 +35,7 @@ impl StatedAxis {
         Self { start: 0.0, factor, arc: AxisMap::Identity }
     }
 
-    pub(super) fn natural(&self, stated: f64) -> f64 {
+    fn natural(&self, stated: f64) -> f64 {
         let t = self.start + self.factor * stated;
         let AxisMap::Arc { start, step, spans } = self.arc else { return t };
         // Only a whole turn goes on beyond its ends.

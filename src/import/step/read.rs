@@ -2,11 +2,10 @@
 
 use super::face_surface::Reader;
 use super::options::{BYTES_PER_BYTE, StepError, StepOptions, proceed};
-use super::pieces::piece;
 use super::product::StructureBuilder;
 use super::style::{Styles, hidden};
 use super::table::Table;
-use super::text;
+use super::text::{self, piece};
 use super::tree::Tree;
 use super::units::Contexts;
 use crate::control::{Alone, Call, Control, Counter, Jobs, Rayon, Stage, width};

@@ -1,8 +1,7 @@
 //! The records of a data section -> instances. Recursive descent over tokens; a record that breaks the syntax is cut
 //! out, and parsing goes on at the next one.
 
-use super::escape::decode;
-use super::token::{Parse, Token, Tokens, has_word, next_ink};
+use super::token::{Parse, Token, Tokens, decode, has_word, next_ink};
 use super::values::{COMPLEX, Row, Stretch, Types, Value, Values};
 use crate::model::{SyntaxCut, SyntaxFault, SyntaxRepair};
 use std::ops::Range;

@@ -1,8 +1,9 @@
-//! What a file states of a B-spline -> its degree, knots and weights, checked.
+//! What a file states of a B-spline curve or surface -> its degrees, knots and weights, checked, without breaks where
+//! both sides meet.
 
 use super::spline;
 use super::table::{Entity, Read, Trouble};
-use crate::model::{MAX_DEGREE, NurbsCurve3, SplineError, StepTrouble};
+use crate::model::{MAX_DEGREE, NurbsCurve3, NurbsSurface, SplineError, StepTrouble};
 use std::iter::repeat_n;
 
 /// Implied knot vectors of B-splines that state none.
@@ -109,5 +110,28 @@ pub(super) fn drop_breaks(curve: &mut NurbsCurve3, tolerance: f64, id: u64) -> R
         }
         curve.knots = knots;
     }
+    Ok(())
+}
+
+/// Removes knots of too high multiplicity, with their rows and columns, where both sides of the break coincide.
+pub(super) fn drop_net_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
+    let (count_u, count_v) = (net.count_u(), net.count_v());
+    let near = |a: usize, b: usize| net.points[a].distance(net.points[b]) <= tolerance;
+    let rows = |a: usize, b: usize| (0..count_v).all(|j| near(a * count_v + j, b * count_v + j));
+    let columns = |a: usize, b: usize| (0..count_u).all(|i| near(i * count_v + a, i * count_v + b));
+    let jump = |knot| Trouble::new(id, SplineError::Jump { knot });
+    let u = spline::without_breaks(&net.knots_u, net.degree_u, rows).map_err(jump)?;
+    let v = spline::without_breaks(&net.knots_v, net.degree_v, columns).map_err(jump)?;
+    if u.is_none() && v.is_none() {
+        return Ok(());
+    }
+    let (rows, knots_u) = u.unwrap_or_else(|| ((0..count_u).collect(), net.knots_u.clone()));
+    let (columns, knots_v) = v.unwrap_or_else(|| ((0..count_v).collect(), net.knots_v.clone()));
+    let kept = || rows.iter().flat_map(|i| columns.iter().map(move |j| i * count_v + j));
+    net.points = kept().map(|k| net.points[k]).collect();
+    if !net.weights.is_empty() {
+        net.weights = kept().map(|k| net.weights[k]).collect();
+    }
+    (net.knots_u, net.knots_v) = (knots_u, knots_v);
     Ok(())
 }

@@ -5,12 +5,11 @@ use super::face_location::{FaceLocation, LocateFace, Stated, reaching};
 use super::place::Geometry;
 use super::replica::Similarity;
 use super::revolution::{self, spindle};
-use super::spline;
-use super::stated_spline::{Form, check_degree, check_weights, knots_of};
+use super::stated_spline::{Form, check_degree, check_weights, drop_net_breaks, knots_of};
 use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing, out_of_range};
 use super::values::Attribute;
 use super::weld;
-use crate::model::{CurveTrouble, Frame3, NurbsSurface, Severity, SplineError, StepOutcome, StepTrouble, Surface};
+use crate::model::{CurveTrouble, Frame3, NurbsSurface, Severity, StepOutcome, StepTrouble, Surface};
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
@@ -206,31 +205,8 @@ impl Geometry<'_> {
             Vec::new()
         };
         let mut net = NurbsSurface { degree_u, degree_v, knots_u, knots_v, points, weights };
-        drop_breaks(&mut net, self.units.tolerance, id)?;
+        drop_net_breaks(&mut net, self.units.tolerance, id)?;
         // Writers that do not know whether a surface is closed state `.U.`.
         Ok(weld::net(net, [shape.flag(4, true), shape.flag(5, true)], self.units.tolerance))
     }
-}
-
-/// Removes knots of too high multiplicity, with their rows and columns, where both sides of the break coincide.
-fn drop_breaks(net: &mut NurbsSurface, tolerance: f64, id: u64) -> Read<()> {
-    let (count_u, count_v) = (net.count_u(), net.count_v());
-    let near = |a: usize, b: usize| net.points[a].distance(net.points[b]) <= tolerance;
-    let rows = |a: usize, b: usize| (0..count_v).all(|j| near(a * count_v + j, b * count_v + j));
-    let columns = |a: usize, b: usize| (0..count_u).all(|i| near(i * count_v + a, i * count_v + b));
-    let jump = |knot| Trouble::new(id, SplineError::Jump { knot });
-    let u = spline::without_breaks(&net.knots_u, net.degree_u, rows).map_err(jump)?;
-    let v = spline::without_breaks(&net.knots_v, net.degree_v, columns).map_err(jump)?;
-    if u.is_none() && v.is_none() {
-        return Ok(());
-    }
-    let (rows, knots_u) = u.unwrap_or_else(|| ((0..count_u).collect(), net.knots_u.clone()));
-    let (columns, knots_v) = v.unwrap_or_else(|| ((0..count_v).collect(), net.knots_v.clone()));
-    let kept = || rows.iter().flat_map(|i| columns.iter().map(move |j| i * count_v + j));
-    net.points = kept().map(|k| net.points[k]).collect();
-    if !net.weights.is_empty() {
-        net.weights = kept().map(|k| net.weights[k]).collect();
-    }
-    (net.knots_u, net.knots_v) = (knots_u, knots_v);
-    Ok(())
 }

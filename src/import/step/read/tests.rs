@@ -1,7 +1,7 @@
 //! The length of the pieces in which the syntax is parsed, and the number of threads, change nothing.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use super::super::pieces::PIECE;
+use super::super::text::PIECE;
 use super::{read, read_in_pieces};
 use crate::control::{Alone, Call, Control, Threads, assert_each_cancels};
 use crate::import::step::{StepError, StepOptions};

@@ -99,12 +99,12 @@ struct Wires {
 }
 
 impl TileDraws {
-    pub(super) fn new() -> Self {
+    fn new() -> Self {
         Self { groups: Vec::new(), draws: Vec::new(), rows: Rows::new(BufferUsages::INDIRECT), wires: None }
     }
 
     /// Rebuilds the list. Returns the number of bytes uploaded.
-    pub(super) fn refresh<'a>(
+    fn refresh<'a>(
         &mut self,
         gpu: &Gpu,
         tiles: impl Iterator<Item = (u32, u32, &'a StoredTile)>,
@@ -132,7 +132,7 @@ impl TileDraws {
         self.rows.write(gpu, &self.draws, 0..self.draws.len())
     }
 
-    pub(super) fn refresh_wires(&mut self, gpu: &Gpu, store: &Store) -> u64 {
+    fn refresh_wires(&mut self, gpu: &Gpu, store: &Store) -> u64 {
         if self.wires.is_some() {
             return 0;
         }
@@ -156,12 +156,12 @@ impl TileDraws {
     }
 
     /// Number of calls.
-    pub(super) fn calls(&self) -> usize {
+    fn calls(&self) -> usize {
         self.groups.len()
     }
 
     /// The calls. Vertex buffer 1 has the records.
-    pub(super) fn draws<'a>(&'a self, store: &'a Store, records: &'a Buffer) -> impl Iterator<Item = SurfaceDraw<'a>> {
+    fn draws<'a>(&'a self, store: &'a Store, records: &'a Buffer) -> impl Iterator<Item = SurfaceDraw<'a>> {
         let rows = self.rows.buffer();
         self.groups.iter().filter_map(move |((vertices, indices, wide), range)| {
             Some(SurfaceDraw {
@@ -178,7 +178,7 @@ impl TileDraws {
         })
     }
 
-    pub(super) fn draw_wires(&self, pass: &mut RenderPass<'_>) {
+    fn draw_wires(&self, pass: &mut RenderPass<'_>) {
         let Some(wires) = &self.wires else { return };
         let Some(rows) = wires.rows.buffer() else { return };
         for ((_, range), group) in self.groups.iter().zip(&wires.groups) {
@@ -188,7 +188,7 @@ impl TileDraws {
         }
     }
 
-    pub(super) fn bytes(&self) -> u64 {
+    fn bytes(&self) -> u64 {
         self.rows.bytes() + self.wires.as_ref().map_or(0, |wires| wires.rows.bytes())
     }
 }
@@ -235,12 +235,12 @@ fn alike<'a>(tiles: impl Iterator<Item = (u32, u32, &'a StoredTile)>) -> Vec<Ali
 }
 
 impl MergedDraws {
-    pub(super) fn new() -> Self {
+    fn new() -> Self {
         Self { draws: Vec::new(), indices: Vec::new(), rows: Rows::new(BufferUsages::INDEX), sides: None }
     }
 
     /// Rebuilds the list from tiles sorted by place. Returns the number of bytes uploaded.
-    pub(super) fn refresh<'a>(&mut self, gpu: &Gpu, tiles: impl Iterator<Item = (u32, u32, &'a StoredTile)>) -> u64 {
+    fn refresh<'a>(&mut self, gpu: &Gpu, tiles: impl Iterator<Item = (u32, u32, &'a StoredTile)>) -> u64 {
         self.sides = None;
         let mut pages: BTreeMap<u32, (Vec<u32>, Vec<Draw>)> = BTreeMap::new();
         for (places, tiles) in alike(tiles) {
@@ -268,7 +268,7 @@ impl MergedDraws {
         self.rows.write(gpu, &self.indices, 0..self.indices.len())
     }
 
-    pub(super) fn refresh_wires(&mut self, gpu: &Gpu) -> u64 {
+    fn refresh_wires(&mut self, gpu: &Gpu) -> u64 {
         if self.sides.is_some() {
             return 0;
         }
@@ -278,16 +278,16 @@ impl MergedDraws {
     }
 
     /// Number of calls.
-    pub(super) fn calls(&self) -> usize {
+    fn calls(&self) -> usize {
         self.draws.len()
     }
 
     /// The calls. Vertex buffer 1 has the number of each vertex's tile.
-    pub(super) fn draws<'a>(&'a self, store: &'a Store) -> impl Iterator<Item = SurfaceDraw<'a>> {
+    fn draws<'a>(&'a self, store: &'a Store) -> impl Iterator<Item = SurfaceDraw<'a>> {
         self.rows.buffer().into_iter().flat_map(|rows| self.draws_from(store, rows, 1))
     }
 
-    pub(super) fn draw_wires(&self, pass: &mut RenderPass<'_>, store: &Store) {
+    fn draw_wires(&self, pass: &mut RenderPass<'_>, store: &Store) {
         if let Some(sides) = self.sides.as_ref().and_then(Rows::buffer) {
             encode_all(pass, self.draws_from(store, sides, 2));
         }
@@ -317,7 +317,7 @@ impl MergedDraws {
         })
     }
 
-    pub(super) fn bytes(&self) -> u64 {
+    fn bytes(&self) -> u64 {
         self.rows.bytes() + self.sides.as_ref().map_or(0, Rows::bytes)
     }
 }

@@ -13,19 +13,19 @@ use glam::DVec3;
 /// Encoded tile. The buffers are reused.
 #[derive(Default)]
 struct Encoded {
-    pub(super) vertices: Vec<Vertex>,
+    vertices: Vec<Vertex>,
     /// Pairs of two-byte indices, the first in the lower half (the last upper half may be unused), or indices of four
     /// bytes.
-    pub(super) indices: Vec<u32>,
-    pub(super) triangles: u32,
+    indices: Vec<u32>,
+    triangles: u32,
     /// Whether indices have four bytes.
-    pub(super) wide: bool,
+    wide: bool,
 }
 
 impl Encoded {
     /// Encodes `mesh` with positions relative to `centre`. Triangles with a missing vertex are skipped. Indices are in
     /// `pairs` where they fit.
-    pub(super) fn tile(&mut self, mesh: &TileMesh, centre: DVec3, pairs: bool) {
+    fn tile(&mut self, mesh: &TileMesh, centre: DVec3, pairs: bool) {
         let count = mesh.positions.len();
         self.vertices.clear();
         self.vertices.extend(mesh.positions.iter().enumerate().map(|(index, &position)| Vertex {
@@ -52,7 +52,7 @@ impl Encoded {
 }
 
 /// Lattice positions of a tile's vertices; all zero if the tile has no lattice.
-pub(super) fn cells(mesh: &TileMesh) -> impl Iterator<Item = CellPlace> {
+fn cells(mesh: &TileMesh) -> impl Iterator<Item = CellPlace> {
     let at = |lines: &[f32], x: f32| {
         let upwards = lines.first() <= lines.last();
         let below = lines.partition_point(|&line| if upwards { line <= x } else { line >= x });
