@@ -18,12 +18,12 @@ pub(crate) use vertex_layout::octahedral;
 pub use vertex_layout::{IndexFormat, NormalFormat, PositionFormat, VertexLayout};
 
 mod written;
-pub use written::{GridTooCoarse, TileGrid, TileMemory, WrittenTile};
+pub use written::{GridTooCoarse, SinkError, TileGrid, TileMemory, WrittenTile};
 pub(crate) use written::{NotWritten, PartGrid};
 
 mod sink;
 pub(crate) use sink::successors;
-pub use sink::{MemorySink, MeshSink, SinkError};
+pub use sink::{MemorySink, MeshSink};
 
 mod frame_view;
 pub use frame_view::{BatchView, FrameView, TileView, Triangles};
