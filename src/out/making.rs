@@ -101,7 +101,7 @@ pub enum SaveError {
     /// A file cannot be created, written or renamed.
     #[error(transparent)]
     File(#[from] SinkError),
-    /// The caller's [`Write`](std::io::Write) refused.
+    /// The caller's [`Write`] refused.
     #[error("cannot write: {0}")]
     Io(io::Error),
 }
