@@ -89,8 +89,8 @@ pub(super) fn cut<T>(items: &[T], vertices: impl Fn(&T) -> usize) -> impl Iterat
 #[cfg(any(feature = "glb", feature = "wgpu"))]
 pub(super) const DEFAULT_COLOUR: Colour = [0.76, 0.78, 0.81, 1.0];
 
-/// Converts red, green and blue from sRGB to linear (IEC 61966-2-1) and keeps alpha. Values are clamped to 0..1; non-finite values
-/// become 1.
+/// Converts red, green and blue from sRGB to linear (IEC 61966-2-1) and keeps alpha. Values are clamped to 0..1;
+/// non-finite values become 1.
 #[cfg(any(feature = "glb", feature = "wgpu"))]
 pub(super) fn linear(colour: Colour) -> Colour {
     let [r, g, b, alpha] = colour.map(|value| if value.is_finite() { value.clamp(0.0, 1.0) } else { 1.0 });

@@ -2,8 +2,8 @@
 //!
 //! `Display` alone writes the messages. Codes are stable; `docs/diagnostics.md` lists them all.
 
-/// Implements `code` and `codes`: a stable code for each variant, and the list of all. Neither can miss one. Variants that wrap another such enum pass on its
-/// code; they follow the semicolon, with the type that they wrap.
+/// Implements `code` and `codes`: a stable code for each variant, and the list of all. Neither can miss one. Variants
+/// that wrap another such enum pass on its code; they follow the semicolon, with the type that they wrap.
 macro_rules! codes {
     ($of:ident { $($pattern:pat => $code:literal),* $(; $($inner:ident in $outer:pat => $held:expr),*)? }) => {
         impl $of {
