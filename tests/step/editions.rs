@@ -59,6 +59,18 @@ fn an_instance_of_another_file_costs_what_uses_it() {
 }
 
 #[test]
+fn files_of_components_are_told() {
+    let document = |id: u32, name: &str| format!("#{id}=DOCUMENT_FILE('{name}','','',#99,'',$);\n");
+    let documents = document(100, "Wheel.STP") + &document(101, "axle.step") + &document(102, "axle.step");
+    let model =
+        model(&sound().replace("DATA;\n", &("DATA;\n".to_owned() + &documents + &document(103, "drawing.pdf"))));
+    let first = vec!["Wheel.STP".to_owned(), "axle.step".to_owned()];
+    let files = StepOutcome::ForeignFiles { count: 2, first };
+    assert_eq!(files.to_string(), "2 other STEP files are referred to; they are not read: Wheel.STP, axle.step");
+    assert_eq!(told(&model, Severity::Warning), [(0, files.into())]);
+}
+
+#[test]
 fn signatures_are_not_verified() {
     for body in ["MIIBcAYJKoZIhvcNAQcC+/oIIB==\n", "'", "", "'ISO-10303-21;\n#60=A();"] {
         let model = model(&(sound() + "SIGNATURE;\n" + body + "ENDSEC;\nSIGNATURE;\nAA==\nENDSEC;\n"));

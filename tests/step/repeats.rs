@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "writing to a string does not fail")]
 
-use crate::{attacks, file, is, model, model_of_file, only_part, world};
+use crate::{attacks, faces, file, is, model, model_of_file, only_part, world};
 use std::fmt::Write as _;
 use trimtess::control::{Alone, Control, Jobs, Threads};
 use trimtess::import::step::{StepError, StepOptions, read, read_on};
@@ -43,16 +43,46 @@ fn tessellated_sets_at_too_many_places_name_the_limit() {
     assert!(model.diagnostics.iter().any(|d| told(&d) || inside(&d)), "{:?}", model.diagnostics);
 }
 
+/// A solid as #60, of the shell #61 of the face #62.
+const SOLID: &str = "#60=MANIFOLD_SOLID_BREP('',#61);#61=CLOSED_SHELL('',(#62));#62=ADVANCED_FACE('',(),#63,.T.);\
+    #63=SPHERICAL_SURFACE('',#20,1.);";
+
 #[test]
 fn a_shell_that_only_lists_faces_of_solids_again_is_no_part() {
-    let solid = "#60=MANIFOLD_SOLID_BREP('',#61);#61=CLOSED_SHELL('',(#62));#62=ADVANCED_FACE('',(),#63,.T.);\
-                 #63=SPHERICAL_SURFACE('',#20,1.);#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#20,#60),#1);";
-    for shell in ["OPEN_SHELL('',(#62))", "CLOSED_SHELL('',(#62))", "CONNECTED_FACE_SET('',(#62))"] {
-        let model = model(&(world() + solid + &crate::products::product(100, "ball", 50) + "#70=" + shell + ";"));
-        assert_eq!((model.parts.len(), model.instances.len()), (1, 1), "{shell}");
-        let told: Vec<_> = model.diagnostics.iter().map(|d| d.kind.code()).collect();
-        assert_eq!(told, ["step-faces-listed-again"], "{shell}");
+    let product = crate::products::product(100, "ball", 50);
+    let shells = ["OPEN_SHELL('',(#62))", "CLOSED_SHELL('',(#62))", "CONNECTED_FACE_SET('',(#62))"];
+    let users = [
+        "",
+        "#71=SHAPE_REPRESENTATION('',(#70),#1);",
+        "#71=SHELL_BASED_SURFACE_MODEL('',(#70,#61));",
+        "#71=SHAPE_REPRESENTATION('',(#72),#1);#72=SHELL_BASED_SURFACE_MODEL('',(#70,#70));",
+    ];
+    for (shell, user) in shells.into_iter().flat_map(|shell| users.map(|user| (shell, user))) {
+        for of_product in ["#60", "#60,#70", "#70,#60"] {
+            let shape = format!("#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#20,{of_product}),#1);");
+            let model = model(&(world() + SOLID + &shape + &product + "#70=" + shell + ";" + user));
+            let case = format!("{shell} {user} {of_product}");
+            assert_eq!((model.parts.len(), model.instances.len(), faces(&model)), (1, 1, 1), "{case}");
+            let told: Vec<_> = model.diagnostics.iter().map(|d| d.kind.code()).collect();
+            assert_eq!(told, ["step-faces-listed-again"], "{case}");
+        }
     }
+}
+
+#[test]
+fn representations_that_are_placed_may_share_a_solid() {
+    let text = world()
+        + SOLID
+        + &crate::placement(30, [5.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
+        + "#40=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#20,#60),#1);#41=REPRESENTATION_MAP(#20,#40);\
+           #42=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#20,#60),#1);#43=REPRESENTATION_MAP(#20,#42);\
+           #44=MAPPED_ITEM('',#41,#20);#45=MAPPED_ITEM('',#43,#30);#50=SHAPE_REPRESENTATION('',(#44,#45),#1);"
+        + &crate::products::product(100, "balls", 50);
+    let model = model(&text);
+    let mut places: Vec<f64> = model.instances.iter().map(|i| i.transform.translation.x).collect();
+    places.sort_by(f64::total_cmp);
+    assert_eq!(places, [0.0, 5.0]);
+    crate::clean(&model);
 }
 
 #[test]

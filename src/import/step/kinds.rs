@@ -66,6 +66,11 @@ pub(super) fn is_shell(instance: Entity<'_>) -> bool {
     ["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET"].into_iter().any(|n| instance.is(n))
 }
 
+/// The type of a model of shells.
+pub(super) fn shell_model(instance: Entity<'_>) -> Option<&'static str> {
+    ["SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"].into_iter().find(|name| instance.is(name))
+}
+
 /// Whether an instance is a face, with a surface or in the plane of its bounds.
 pub(super) fn is_face(instance: Entity<'_>) -> bool {
     let of_others = || instance.is("ORIENTED_FACE") || instance.is("SUBFACE");

@@ -12,6 +12,7 @@ use crate::control::{Alone, Call, Control, Counter, Jobs, Rayon, Stage, width};
 use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -193,6 +194,7 @@ fn model_of(
     if styles.along_paths > 0 {
         diagnostics.push(of_file(StepOutcome::PathColours { count: styles.along_paths }));
     }
+    diagnostics.extend(foreign_files(table));
     let items = hidden(table);
     if items > 0 {
         diagnostics.push(Diagnostic::new(Severity::Note, StepOutcome::Hidden { items }));
@@ -203,6 +205,19 @@ fn model_of(
     }
     model.diagnostics = diagnostics;
     Ok(model)
+}
+
+/// A warning of the STEP files that the file names as documents, as assemblies do for components without a shape.
+fn foreign_files(table: &Table) -> Option<Diagnostic> {
+    /// Maximum number of files to name.
+    const NAMED: usize = 5;
+    let ends = [".stp", ".step", ".p21", ".stpz", ".stp.gz"];
+    let is_step = |name: &str| ends.into_iter().any(|end| name.to_ascii_lowercase().ends_with(end));
+    let documents = table.of_types(|i| i.is("DOCUMENT_FILE")).map(|i| i.fields("DOCUMENT", 0));
+    let found = documents.filter_map(|own| [own.text(0), own.text(1)].into_iter().find(|name| is_step(name)));
+    let names: BTreeSet<&str> = found.collect();
+    let first = names.iter().take(NAMED).map(|&name| name.to_owned()).collect();
+    (!names.is_empty()).then(|| of_file(StepOutcome::ForeignFiles { count: names.len(), first }))
 }
 
 /// Moves a part further than [`FAR`] from the origin to it, with what was said of it, and reports that. Returns where its

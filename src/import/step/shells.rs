@@ -7,12 +7,12 @@
 use super::contents::{BodyUse, PartContents, ShellUse, Source};
 use super::kinds::{
     BodyKind, has_parts, is_body, is_bounded, is_endless, is_face, is_shapeless, is_shell, is_solid, is_surface,
-    parts_of, profile, refused, stands_for,
+    parts_of, profile, refused, shell_model, stands_for,
 };
 use super::style::Styles;
 use super::table::{Entity, MAX_DEPTH, Read, Table, Trouble};
 use super::units::Units;
-use super::values::{Map, Set};
+use super::values::{List, Map, Set};
 use crate::model::{Colour, ShellKind, StepTrouble};
 use std::collections::BTreeMap;
 use std::collections::hash_map::Entry;
@@ -193,9 +193,7 @@ impl<'a> Gather<'a> {
                     self.beside_others(read, units)?;
                 }
             }
-        } else if let Some(model) =
-            ["SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"].into_iter().find(|name| item.is(name))
-        {
+        } else if let Some(model) = shell_model(item) {
             if !self.take(item.id, into) {
                 return Ok(());
             }
@@ -397,20 +395,57 @@ impl<'a> Gather<'a> {
         Ok(())
     }
 
-    /// Takes the shells whose faces are all taken: files list faces again to annotate them, or by layer.
+    /// Takes what [`Self::repeats`].
     pub(super) fn take_repeats(&mut self) {
-        for shell in self.table.of_types(is_shell) {
-            if self.taken.contains(&shell.id) {
-                continue;
-            }
-            let Ok(mut faces) = shell.fields("CONNECTED_FACE_SET", 1).links(0) else { continue };
-            let is_taken = |face| self.taken.contains(&self.face(face).0);
-            let count = faces.try_fold(0, |count, face| is_taken(face).then_some(count + 1)).unwrap_or(0);
-            if count > 0 {
-                self.taken.insert(shell.id);
-                self.again.get_or_insert((shell.id, 0)).1 += count;
-            }
+        for item in self.table.of_types(|i| is_shell(i) || shell_model(i).is_some()) {
+            self.repeats(item.id);
         }
+    }
+
+    /// Whether an item is taken, or is a shell or a model of shells that lists only taken faces: files list faces again
+    /// to annotate them, or by layer. Takes it then.
+    pub(super) fn repeats(&mut self, id: u64) -> bool {
+        if self.taken.contains(&id) {
+            return true;
+        }
+        let Some(item) = self.table.find(id) else { return false };
+        let shells: Set<u64> = match shell_model(item) {
+            Some(model) => item.fields(model, 1).links(0).map(Iterator::collect).unwrap_or_default(),
+            None => Set::from_iter([id]),
+        };
+        let counts: Option<Vec<usize>> = shells.iter().map(|&shell| self.faces_again(shell)).collect();
+        let count = counts.map_or(0, |counts| counts.iter().sum());
+        if count > 0 {
+            self.taken.extend(shells);
+            self.taken.insert(id);
+            self.again.get_or_insert((id, 0)).1 += count;
+        }
+        count > 0
+    }
+
+    /// How many faces a shell lists, if it is taken, or all of them are.
+    fn faces_again(&self, shell: u64) -> Option<usize> {
+        let own = self.table.find(shell).filter(|item| is_shell(*item))?.fields("CONNECTED_FACE_SET", 1);
+        let is_taken = |face| self.taken.contains(&self.face(face).0);
+        let again = self.taken.contains(&shell) || own.links(0).ok()?.all(is_taken);
+        again.then(|| own.list(0).map_or(0, List::len))
+    }
+
+    /// Removes the sheets of a part that list only faces of its solids.
+    pub(super) fn drop_sheets(&mut self, of: &mut PartContents) {
+        let is_sheet = |shell: &ShellUse| shell.kind == ShellKind::Open;
+        if !of.shells.iter().any(is_sheet) {
+            return;
+        }
+        let solid: Set<u64> =
+            of.shells.iter().filter(|s| !is_sheet(s)).flat_map(|s| &s.faces).map(|(face, _)| face.id()).collect();
+        of.shells.retain(|shell| {
+            let again = is_sheet(shell) && shell.faces.iter().all(|(face, _)| solid.contains(&face.id()));
+            if again {
+                self.again.get_or_insert((shell.entity, 0)).1 += shell.faces.len();
+            }
+            !again
+        });
     }
 
     /// Gathers bodies, then shells, then faces that are not taken, without those that copy faces of shapes: `shown`,

@@ -226,6 +226,7 @@ impl<'a> Tree<'a> {
         }
         let mut gathered = PartContents::default();
         let colour = self.gather_group(group, &mut gathered);
+        self.gather.drop_sheets(&mut gathered);
         let repeated = self.gather.repeated(&mut gathered);
         if repeated > 0 {
             let what = StepOutcome::Repeated { items: repeated, name: self.groups[group].name.to_string() };
@@ -256,8 +257,8 @@ impl<'a> Tree<'a> {
                     self.gather.put_aside(item);
                     continue;
                 }
-                // A representation without a product may only repeat items of a product.
-                if self.groups[group].product || !self.gather.taken.contains(&item) {
+                // A representation without a product that nothing places may only repeat items of a product.
+                if self.groups[group].product || self.groups[group].placed || !self.gather.repeats(item) {
                     self.gather.item(item, units, gathered);
                 }
             }

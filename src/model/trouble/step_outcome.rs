@@ -47,6 +47,14 @@ pub enum StepOutcome {
         /// How many.
         count: usize,
     },
+    /// The file names other STEP files as documents: those of components of an assembly. They are not read.
+    #[error("{count} other STEP files are referred to; they are not read: {}", names(.first, *.count))]
+    ForeignFiles {
+        /// How many.
+        count: usize,
+        /// Names of the first ones, sorted.
+        first: Vec<String>,
+    },
     /// Values defined outside the data sections were read as unset.
     #[error("{count} values defined elsewhere ({form}) were read as unset")]
     ForeignValues {
@@ -251,6 +259,11 @@ pub enum StepOutcome {
     PartUnsound(PartError),
 }
 
+/// The first of `count` names.
+fn names(first: &[String], count: usize) -> String {
+    first.join(", ") + if first.len() < count { ", …" } else { "" }
+}
+
 /// What became of supplemental geometry: so many items of each type.
 fn supplemental(is_left_out: bool, counts: &BTreeMap<String, usize>) -> String {
     let counts: Vec<String> = counts.iter().map(|(keyword, count)| format!("{count} {keyword}")).collect();
@@ -262,6 +275,7 @@ codes!(StepOutcome {
     Self::Signature => "step-signature",
     Self::Sections { .. } => "step-sections-skipped",
     Self::ForeignInstances { .. } => "step-foreign-instances",
+    Self::ForeignFiles { .. } => "step-foreign-files",
     Self::ForeignValues { .. } => "step-foreign-values",
     Self::SyntaxRepaired { .. } => "step-syntax-repaired",
     Self::MoreRepairs { .. } => "step-more-syntax-repairs",
