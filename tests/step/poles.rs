@@ -195,3 +195,27 @@ fn a_torus_that_touches_its_axis_ends_there_unless_an_edge_comes_there() {
         }
     }
 }
+
+/// A circle rotated about a chord sweeps an outer and an inner sheet, which meet in two points. Its writer drops the ends
+/// of the arc that it rotated.
+#[test]
+fn a_vertex_and_the_sense_of_a_face_tell_which_sheet_of_a_rotated_circle_it_is() {
+    for (sense, volume) in [("T", 57.2996), ("F", 1537.74)] {
+        for tip in [4.0, -4.0] {
+            let text = world()
+                + &vertex(30, [0.0, 0.0, tip])
+                + &point(40, [-3.0, 0.0, 0.0])
+                + &format!(
+                    "#41=DIRECTION('',(0.,-1.,0.));#42=AXIS2_PLACEMENT_3D('',#40,#41,$);#43=CIRCLE('',#42,5.);\
+                    #44=AXIS1_PLACEMENT('',#21,$);#45=SURFACE_OF_REVOLUTION('',#43,#44);#46=VERTEX_LOOP('',#30);\
+                    #47=FACE_BOUND('',#46,.T.);#80=ADVANCED_FACE('',(#47),#45,.{sense}.);\
+                    #90=CLOSED_SHELL('',(#80));#93=MANIFOLD_SOLID_BREP('',#90);\
+                    #92=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#93),#1);"
+                );
+            let model = model(&text);
+            clean(&model);
+            let facts = facts(model);
+            assert!((facts.volume - volume).abs() < 2e-3 * volume, "{sense} {tip}: {}", facts.volume);
+        }
+    }
+}

@@ -168,7 +168,7 @@ fn settled(
 ) -> Read<Stated> {
     let is_outwards = |centre, to_pole| Some(is_outwards(face, edges, centre, to_pole)? == face.same_sense);
     let meets = |p| meets(face, edges, p);
-    let stated = one_sheet(surface?, on, || geometry.profile_parameters(face), is_outwards, meets);
+    let stated = one_sheet(surface?, on, || geometry.profile_parameters(face), is_outwards, meets, face.same_sense);
     match stated.surface.check() {
         Ok(()) => Ok(stated),
         Err(error) => Err(Trouble::new(face.surface, error)),

@@ -250,6 +250,13 @@ impl<'a> Meridian<'a> {
         })
     }
 
+    /// Whether the normal of the surface of a profile between two points of the axis leads outwards: the sign of the
+    /// volume in it.
+    fn leads_outwards(&self) -> bool {
+        let square = |a: f64, b: f64| a * a + a * b + b * b;
+        self.points().0.windows(2).map(|w| square(w[0].x, w[1].x) * (w[1].y - w[0].y)).sum::<f64>() > 0.0
+    }
+
     /// The point at this share of the parameters.
     fn at(&self, share: f64) -> DVec2 {
         let (a, b) = self.curve.domain();
@@ -330,7 +337,12 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// from the centre and the way to a pole: whether the surface's normal leads away from the centre. Else the face is on
 /// the sheet of the profile's start.
 ///
-/// Keeps all sheets if the boundary lies on several, or if there is no boundary. Those of a circle become a torus.
+/// Of sheets between which the boundary is only points of the axis, such as the inner and the outer one of a torus that
+/// meets its axis, the face is on the first whose normal leads outwards if `same_sense`, else inwards: sheets on both
+/// sides of such a point differ in that.
+///
+/// Keeps all sheets if the boundary lies on several otherwise, or if there is no boundary. Those of a circle become a
+/// torus.
 ///
 /// A torus that touches its axis ends there, at both sides, unless an edge comes to that point (`meets`; `None` for a
 /// face without edges): such an edge may go on at the other side.
@@ -340,6 +352,7 @@ pub(super) fn one_sheet(
     along: impl FnOnce() -> Vec<f64>,
     is_outwards: impl FnOnce(DVec3, DVec3) -> Option<bool>,
     meets: impl FnOnce(DVec3) -> Option<bool>,
+    same_sense: bool,
 ) -> Stated {
     let stated = horn(stated);
     if let Surface::Torus { frame, major, minor } = &stated.surface
@@ -376,6 +389,9 @@ pub(super) fn one_sheet(
     let chosen = match held.as_slice() {
         [] => None,
         [only] => Some(*only),
+        [_, ..] if !on.is_empty() && on.iter().all(|p| p.x <= same) && spheres.iter().all(Option::is_none) => {
+            held.iter().copied().find(|&k| profiles[k].leads_outwards() == (same_sense != stated.turned))
+        }
         [first, others @ ..] => {
             others.iter().all(|&other| is_along(*first, other) && is_along(other, *first)).then(|| {
                 let (a, b) = curve.domain();
