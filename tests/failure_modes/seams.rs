@@ -117,6 +117,22 @@ fn caps_through_the_pole_and_near_it() {
 }
 
 #[test]
+fn thin_belts_past_both_poles() {
+    let radius: f64 = 10.0;
+    for (half, x) in [(0.05, DVec3::Z), (0.005, DVec3::Z), (0.002, DVec3::X)] {
+        let mut body = Body::solid();
+        let rim = (radius * radius - half * half).sqrt();
+        let [low, high] = [-half, half].map(|y| body.circle(&frame(DVec3::Y * y, DVec3::Y, x), rim));
+        body.face(sphere(radius), vec![vec![low.along()], vec![high.against()]], false);
+        body.flat(frame(DVec3::Y * half, DVec3::Y, x), vec![vec![high.along()]]);
+        body.flat(frame(DVec3::Y * -half, DVec3::NEG_Y, x), vec![vec![low.against()]]);
+        let volume = TAU * half * (radius * radius - half * half / 3.0);
+        let area = 2.0 * TAU * radius * half + TAU * rim * rim;
+        Ladder::solid(body.finish(), volume, area).named((half, x)).chord(1e-3 * radius).climb();
+    }
+}
+
+#[test]
 fn antipodal_holes_over_the_poles_across_the_seam_and_oblique() {
     let (radius, bore): (f64, f64) = (5.0, 2.0);
     let h = (radius * radius - bore * bore).sqrt();
@@ -247,6 +263,28 @@ fn closed_surfaces_cut_along_one_circle_have_a_loop_for_each_side() {
             body.face(surface.clone(), loops, false);
             let ladder = Ladder::solid(body.finish(), volume, area).pieces(1).named((name, swapped));
             ladder.told(&["edges-run-both-ways"]).climb();
+        }
+    }
+}
+
+#[test]
+fn closed_surfaces_cut_open_along_an_arc_are_whole() {
+    let (radius, major, minor) = (5.0, 20.0, 5.0);
+    for turn in [1.0, PI] {
+        for z in [DVec3::Z, DVec3::ONE.normalize()] {
+            let mut body = Body::solid();
+            let arc = body.arc(&frame(DVec3::ZERO, z, z.any_orthonormal_vector()), radius, 0.2, 0.2 + turn);
+            body.face(sphere(radius), vec![vec![arc.along(), arc.against()]], false);
+            let ladder = Ladder::solid(body.finish(), ball(radius), 4.0 * PI * radius * radius);
+            ladder.named((z, turn)).chord(0.05 * radius).climb();
+        }
+        let tube = Frame3 { origin: major * DVec3::X, x: DVec3::X, y: DVec3::Z, z: -DVec3::Y };
+        for (circle, radius) in [(Frame3::WORLD, major + minor), (tube, minor)] {
+            let mut body = Body::solid();
+            let arc = body.arc(&circle, radius, 0.2, 0.2 + turn);
+            body.face(torus(major, minor), vec![vec![arc.along(), arc.against()]], false);
+            let (volume, area) = (TAU * PI * major * minor * minor, TAU * TAU * major * minor);
+            Ladder::solid(body.finish(), volume, area).named((radius, turn)).chord(0.2 * minor).climb();
         }
     }
 }

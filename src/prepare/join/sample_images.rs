@@ -113,14 +113,31 @@ pub(crate) fn sample(call: Call<'_>, edges: &mut [PreparedEdge], tiles: &[Tile])
     });
 }
 
-/// Ends of an edge's strips, refined where an image turns within a strip; empty if none does. Close to a pole, an image
-/// crosses half a lattice in a thousandth of the edge, and only there segments have to be short.
+/// Ends of an edge's strips, refined where an image turns within a strip, or is fast in a small part of one; empty if none
+/// is. Close to a pole, an image crosses half a lattice in a thousandth of the edge, and only there segments have to be
+/// short.
 fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
     /// A strip is cut at each sample of an image if it holds at least so many. Ordinary edges have two to eight.
     const MANY: usize = 16;
+    /// Tiles that an image may cross in the rest of a strip, at its speed in the part that it has. Rates are for whole
+    /// strips.
+    const TILES: f64 = 16.0;
     let breaks = &edge.bounds.breaks;
     let mut cuts: Vec<f64> = Vec::new();
     for place in &edge.uses {
+        let (tile, used) = (&tiles[place.tile.index()], place.of(tiles));
+        let ends = [used.from, used.to].map(|at| edge.breaks[at as usize].t);
+        let (ends, mut hint) = ([ends[0].min(ends[1]), ends[0].max(ends[1])], used.piece as usize);
+        for strip in breaks[last_before(breaks, ends[0])..].windows(2).take_while(|strip| strip[0] < ends[1]) {
+            let part = [strip[0].max(ends[0]), strip[1].min(ends[1])];
+            if part != strip[..] {
+                let [from, to] = part.map(|t| used.uv.point(t, &mut hint) / (tile.max - tile.min));
+                let crossed = (to - from).abs().max_element();
+                if crossed * (strip[1] - strip[0]) > TILES * (part[1] - part[0]) {
+                    cuts.extend(part);
+                }
+            }
+        }
         let UvCurve::Hermite(samples) = &place.of(tiles).uv else { continue };
         if samples.len() < MANY {
             continue;
