@@ -14,7 +14,7 @@ use std::f64::consts::FRAC_PI_2;
 pub(super) fn primitive(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Part> {
     let id = item.id;
     let unread = || Trouble::new(id, StepTrouble::Unread { what: "the primitive" });
-    let name = PRIMITIVES.into_iter().find(|kind| item.is(kind)).ok_or_else(unread)?;
+    let name = item.first_of(PRIMITIVES).ok_or_else(unread)?;
     let own = item.fields(name, 1);
     let size = |index: usize| -> Read<f64> {
         let value = geometry.length(own.real(index)?, id)?;

@@ -105,6 +105,7 @@ pub(super) fn straight(ends: Ends) -> Option<BoundedCurve> {
 const COMPOSITES: [&str; 4] =
     ["COMPOSITE_CURVE", "COMPOSITE_CURVE_ON_SURFACE", "BOUNDARY_CURVE", "OUTER_BOUNDARY_CURVE"];
 
+/// Curves that only add pcurves to another curve. A complex instance declares both in the first, whatever its subtype.
 pub(super) const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSECTION_CURVE", "BOUNDED_SURFACE_CURVE"];
 
 impl Geometry<'_> {
@@ -196,10 +197,9 @@ impl Geometry<'_> {
             let points = curve.fields("POLYLINE", 1).links(0).and_then(|links| self.points(links));
             return points.is_ok_and(|points| points.windows(2).any(|pair| pair[0] == pair[1]));
         }
-        let kind = ["TRIMMED_CURVE", "CURVE_REPLICA", "OFFSET_CURVE_3D"].into_iter().find(|kind| curve.is(kind));
+        let kind = curve.first_of(["TRIMMED_CURVE", "CURVE_REPLICA", "OFFSET_CURVE_3D"]);
         let parent = kind.and_then(|kind| curve.fields(kind, 1).optional(0)).filter(|_| depth < MAX_DEPTH);
-        COMPOSITES.into_iter().any(|kind| curve.is(kind))
-            || parent.is_some_and(|parent| self.has_other_parameters(parent, depth + 1))
+        curve.is_any(COMPOSITES) || parent.is_some_and(|parent| self.has_other_parameters(parent, depth + 1))
     }
 
     /// A curve with ends of its own, in its own direction. Circles and ellipses count as bounded: one turn from angle
@@ -232,10 +232,8 @@ impl Geometry<'_> {
     pub(super) fn unwrap(&self, id: u64, depth: usize) -> Read<Entity<'_>> {
         let mut instance = self.get(id)?;
         for _ in depth..MAX_DEPTH {
-            let Some(kind) = WRAPPERS.into_iter().find(|kind| instance.is(kind)) else { return Ok(instance) };
-            // A complex instance declares the curve in SURFACE_CURVE, whatever its subtype.
-            let declared = if instance.is("SURFACE_CURVE") { "SURFACE_CURVE" } else { kind };
-            instance = self.get(instance.fields(declared, 1).reference(0)?)?;
+            let Some(kind) = instance.first_of(WRAPPERS) else { return Ok(instance) };
+            instance = self.get(instance.fields(kind, 1).reference(0)?)?;
         }
         Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }))
     }
@@ -284,9 +282,9 @@ impl Geometry<'_> {
             let mut points = self.points(instance.fields("POLYLINE", 1).links(0)?)?;
             points.dedup();
             Carrier::Spline { curve: polyline(points, id)?, kind: CurveKind::Polyline }
-        } else if COMPOSITES.into_iter().any(|kind| instance.is(kind)) {
+        } else if instance.is_any(COMPOSITES) {
             Carrier::Spline { curve: self.composite(instance, depth)?, kind: CurveKind::Spline }
-        } else if SPLINES.into_iter().any(|kind| instance.is(kind)) {
+        } else if instance.is_any(SPLINES) {
             Carrier::Spline { curve: self.b_spline(instance)?, kind: CurveKind::Spline }
         } else {
             return Err(instance.not_read("curves"));

@@ -239,7 +239,7 @@ impl Geometry<'_> {
     pub(super) fn derived_point(&self, instance: Entity<'_>) -> Read<Option<DVec3>> {
         const KINDS: [&str; 5] =
             ["POINT_REPLICA", "POINT_ON_CURVE", "POINT_ON_SURFACE", "DEGENERATE_PCURVE", "EVALUATED_DEGENERATE_PCURVE"];
-        if !KINDS.into_iter().any(|kind| instance.is(kind)) {
+        if !instance.is_any(KINDS) {
             return Ok(None);
         }
         if self.nesting >= MAX_NESTING {

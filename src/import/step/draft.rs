@@ -239,7 +239,7 @@ impl Geometry<'_> {
 
     /// The pcurve of a surface curve that lies on `surface`.
     fn pcurve_on(&self, curve: Entity<'_>, surface: u64) -> Read<Option<Entity<'_>>> {
-        if !WRAPPERS.into_iter().any(|kind| curve.is(kind)) {
+        if !curve.is_any(WRAPPERS) {
             return Ok(None);
         }
         for id in curve.fields("SURFACE_CURVE", 1).links(1)? {

@@ -78,9 +78,8 @@ impl Geometry<'_> {
     /// The parameter curves that are stated with a curve in space.
     fn pcurves(&self, curve: u64) -> Vec<u64> {
         let Ok(curve) = self.get(curve) else { return Vec::new() };
-        let Some(kind) = WRAPPERS.into_iter().find(|kind| curve.is(kind)) else { return Vec::new() };
-        let declared = if curve.is("SURFACE_CURVE") { "SURFACE_CURVE" } else { kind };
-        curve.fields(declared, 1).links(1).map_or_else(|_| Vec::new(), Iterator::collect)
+        let Some(kind) = curve.first_of(WRAPPERS) else { return Vec::new() };
+        curve.fields(kind, 1).links(1).map_or_else(|_| Vec::new(), Iterator::collect)
     }
 }
 

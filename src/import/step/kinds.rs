@@ -46,24 +46,21 @@ const BOOLEANS: [&str; 2] = ["BOOLEAN_RESULT", "BOOLEAN_CLIPPING_RESULT"];
 
 /// Whether an instance is composed of other bodies or faces.
 pub(super) fn has_parts(instance: Entity<'_>) -> bool {
-    let replicas = ["CSG_SOLID", "SOLID_REPLICA"];
-    BOOLEANS.into_iter().chain(HOLDERS).chain(replicas).any(|name| instance.is(name))
+    instance.is_any(BOOLEANS) || instance.is_any(HOLDERS) || instance.is_any(["CSG_SOLID", "SOLID_REPLICA"])
 }
 
 /// The bodies or faces of which an instance is composed.
 pub(super) fn parts_of(instance: Entity<'_>) -> impl Iterator<Item = u64> {
-    let boolean = BOOLEANS.into_iter().any(|name| instance.is(name));
-    let held =
-        HOLDERS.into_iter().find(|name| instance.is(name)).and_then(|name| instance.fields(name, 1).links(0).ok());
+    let held = instance.first_of(HOLDERS).and_then(|name| instance.fields(name, 1).links(0).ok());
     let root = instance.is("CSG_SOLID").then(|| instance.fields("CSG_SOLID", 1).optional(0)).flatten();
     let parent = instance.is("SOLID_REPLICA").then(|| instance.fields("SOLID_REPLICA", 1).optional(0)).flatten();
-    let operands = boolean.then(|| instance.fields("BOOLEAN_RESULT", 1));
+    let operands = instance.is_any(BOOLEANS).then(|| instance.fields("BOOLEAN_RESULT", 1));
     let operands = operands.into_iter().flat_map(|own| [own.optional(1), own.optional(2)]).flatten();
     operands.chain(root).chain(parent).chain(held.into_iter().flatten())
 }
 
 pub(super) fn is_shell(instance: Entity<'_>) -> bool {
-    ["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET"].into_iter().any(|n| instance.is(n))
+    instance.is_any(["CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET"])
 }
 
 /// The type of a model of shells.
@@ -87,7 +84,7 @@ pub(super) fn is_surface(instance: Entity<'_>) -> bool {
 
 /// Whether an instance is an analytic surface without bounds.
 pub(super) fn is_endless(instance: Entity<'_>) -> bool {
-    ["PLANE", "CYLINDRICAL_SURFACE", "CONICAL_SURFACE"].into_iter().any(|name| instance.is(name))
+    instance.is_any(["PLANE", "CYLINDRICAL_SURFACE", "CONICAL_SURFACE"])
 }
 
 /// Whether a surface is bounded by itself. Files list others next to shapes for reference.
@@ -101,7 +98,7 @@ pub(super) fn is_bounded(surface: Entity<'_>) -> bool {
         "OFFSET_SURFACE",
         "SURFACE_REPLICA",
     ];
-    !UNBOUNDED.into_iter().any(|name| surface.is(name))
+    !surface.is_any(UNBOUNDED)
 }
 
 /// Whether an item is known not to be a shape: placements, points, curves, wires, annotations, values. Unknown types
@@ -185,13 +182,13 @@ pub(super) enum BodyKind {
 
 impl BodyKind {
     pub(super) fn of(item: Entity<'_>) -> Option<Self> {
-        let any = |kinds: &[&str]| kinds.iter().any(|kind| item.is(kind));
-        if any(&PRIMITIVES) {
+        if item.is_any(PRIMITIVES) {
             Some(Self::Primitive)
-        } else if any(&SWEEPS) {
+        } else if item.is_any(SWEEPS) {
             Some(Self::Sweep)
         } else {
-            let is_tessellated = any(&HOLDERS) || any(&TRIANGULATED) || any(&["REPOSITIONED_TESSELLATED_ITEM"]);
+            let is_tessellated =
+                item.is_any(HOLDERS) || item.is_any(TRIANGULATED) || item.is("REPOSITIONED_TESSELLATED_ITEM");
             is_tessellated.then_some(Self::Tessellated)
         }
     }
@@ -199,32 +196,30 @@ impl BodyKind {
 
 /// Why bodies of this type are not read; `None` if they are.
 pub(super) fn refused(item: Entity<'_>) -> Option<BodyRefusal> {
-    const INTERSECTS: BodyRefusal = BodyRefusal::Intersects;
-    const UNBOUNDED: BodyRefusal = BodyRefusal::Unbounded;
-    const NOT_EXACT: BodyRefusal = BodyRefusal::NotExact;
+    use BodyRefusal::{Intersects, NotExact, Unbounded};
     const REFUSED: [(&str, BodyRefusal); 15] = [
-        ("BOOLEAN_RESULT", INTERSECTS),
-        ("BOOLEAN_CLIPPING_RESULT", INTERSECTS),
-        ("HALF_SPACE_SOLID", UNBOUNDED),
-        ("BOXED_HALF_SPACE", UNBOUNDED),
-        ("POLYGONAL_BOUNDED_HALF_SPACE", UNBOUNDED),
-        ("SWEPT_DISK_SOLID", NOT_EXACT),
-        ("SURFACE_CURVE_SWEPT_AREA_SOLID", NOT_EXACT),
-        ("SURFACE_CURVE_SWEPT_FACE_SOLID", NOT_EXACT),
-        ("ECCENTRIC_CONE", NOT_EXACT),
-        ("ECCENTRIC_CONICAL_VOLUME", NOT_EXACT),
-        ("ELLIPSOID", NOT_EXACT),
-        ("CYCLIDE_SEGMENT_SOLID", NOT_EXACT),
-        ("TRIMMED_VOLUME", NOT_EXACT),
-        ("B_SPLINE_VOLUME", NOT_EXACT),
-        ("CUBIC_BEZIER_TRIANGULATED_FACE", NOT_EXACT),
+        ("BOOLEAN_RESULT", Intersects),
+        ("BOOLEAN_CLIPPING_RESULT", Intersects),
+        ("HALF_SPACE_SOLID", Unbounded),
+        ("BOXED_HALF_SPACE", Unbounded),
+        ("POLYGONAL_BOUNDED_HALF_SPACE", Unbounded),
+        ("SWEPT_DISK_SOLID", NotExact),
+        ("SURFACE_CURVE_SWEPT_AREA_SOLID", NotExact),
+        ("SURFACE_CURVE_SWEPT_FACE_SOLID", NotExact),
+        ("ECCENTRIC_CONE", NotExact),
+        ("ECCENTRIC_CONICAL_VOLUME", NotExact),
+        ("ELLIPSOID", NotExact),
+        ("CYCLIDE_SEGMENT_SOLID", NotExact),
+        ("TRIMMED_VOLUME", NotExact),
+        ("B_SPLINE_VOLUME", NotExact),
+        ("CUBIC_BEZIER_TRIANGULATED_FACE", NotExact),
     ];
     REFUSED.into_iter().find(|(name, _)| item.is(name)).map(|(_, why)| why)
 }
 
 /// The area or face that a body sweeps.
 pub(super) fn profile(item: Entity<'_>) -> Option<u64> {
-    let name = SWEEPS.into_iter().find(|kind| item.is(kind))?;
+    let name = item.first_of(SWEEPS)?;
     // The supertype declares name and profile.
     let swept = if name.contains("AREA") { "SWEPT_AREA_SOLID" } else { "SWEPT_FACE_SOLID" };
     item.fields(swept, 1).optional(0)
@@ -232,10 +227,10 @@ pub(super) fn profile(item: Entity<'_>) -> Option<u64> {
 
 /// The exact solid, shell or face that a tessellated one repeats.
 pub(super) fn stands_for(item: Entity<'_>) -> Option<u64> {
-    if let Some(name) = ["TESSELLATED_SOLID", "TESSELLATED_SHELL"].into_iter().find(|name| item.is(name)) {
+    if let Some(name) = item.first_of(["TESSELLATED_SOLID", "TESSELLATED_SHELL"]) {
         return item.fields(name, 1).optional(1);
     }
-    let face = item.is("TRIANGULATED_FACE") || item.is("COMPLEX_TRIANGULATED_FACE");
+    let face = item.is_any(["TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE"]);
     face.then(|| item.fields("TESSELLATED_FACE", 1).optional(3)).flatten()
 }
 

@@ -198,7 +198,7 @@ impl Geometry<'_> {
         let (mut edge, mut reversed) = (self.get(id)?, false);
         for _ in 0..MAX_DEPTH {
             // An edge without a curve becomes straight, with a diagnostic.
-            if edge.is("EDGE_CURVE") || edge.is("SUBEDGE") || edge.is("EDGE") {
+            if edge.is_any(["EDGE_CURVE", "SUBEDGE", "EDGE"]) {
                 return Ok(StatedUse { edge: EdgeKey::Curve(edge.id), reversed });
             }
             // A seam edge only selects one of the seam's two parameter curves.

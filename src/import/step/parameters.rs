@@ -147,10 +147,8 @@ impl Geometry<'_> {
             Err(Trouble::new(id, StepTrouble::TooDeep { what: "surfaces" }))
         } else if instance.is("SURFACE_REPLICA") {
             Err(Trouble::new(id, StepTrouble::ReplicaParameters))
-        } else if instance.is("OFFSET_SURFACE") {
-            inner("OFFSET_SURFACE")
-        } else if instance.is("CURVE_BOUNDED_SURFACE") {
-            inner("CURVE_BOUNDED_SURFACE")
+        } else if let Some(name) = instance.first_of(["OFFSET_SURFACE", "CURVE_BOUNDED_SURFACE"]) {
+            inner(name)
         } else if instance.is("RECTANGULAR_TRIMMED_SURFACE") {
             let trims = own("RECTANGULAR_TRIMMED_SURFACE");
             let ([u, v], along) = ([trims.real(1)?, trims.real(3)?], [5, 6].map(|i| trims.flag(i, true)));
@@ -199,20 +197,17 @@ impl Geometry<'_> {
     /// Maps the parameter of a curve with ends to that of [`bounded`](Self::bounded).
     fn stated_axis(&self, id: u64, depth: usize) -> Read<StatedAxis> {
         let instance = self.unwrap(id, depth)?;
-        let inner = |name: &'static str| self.stated_axis(instance.fields(name, 1).reference(0)?, depth + 1);
         if depth >= MAX_DEPTH {
             Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }))
         } else if self.has_other_parameters(id, depth) {
             Err(Trouble::new(id, CurveTrouble::OnComposite))
         } else if instance.is("CIRCLE") || instance.is("ELLIPSE") {
             Ok(StatedAxis { start: 0.0, factor: self.units.angle, arc: TURN })
-        } else if instance.is("CURVE_REPLICA") {
-            inner("CURVE_REPLICA")
-        } else if instance.is("OFFSET_CURVE_3D") {
-            inner("OFFSET_CURVE_3D")
+        } else if let Some(name) = instance.first_of(["CURVE_REPLICA", "OFFSET_CURVE_3D"]) {
+            self.stated_axis(instance.fields(name, 1).reference(0)?, depth + 1)
         } else if instance.is("TRIMMED_CURVE") {
             self.trimmed_axis(instance, depth)
-        } else if instance.is("POLYLINE") || SPLINES.into_iter().any(|kind| instance.is(kind)) {
+        } else if instance.is("POLYLINE") || instance.is_any(SPLINES) {
             Ok(StatedAxis::SAME)
         } else {
             Err(instance.not_read(PARAMETERS))

@@ -553,8 +553,7 @@ impl Relations {
                 relations.placements.insert(occurrence, (relation, shape.id));
             }
         }
-        let kinds = ["SHAPE_REPRESENTATION_RELATIONSHIP", MOVED, SUPPLEMENTS];
-        for relation in table.of_types(|i| kinds.into_iter().any(|kind| i.is(kind))) {
+        for relation in table.of_types(|i| i.is_any(["SHAPE_REPRESENTATION_RELATIONSHIP", MOVED, SUPPLEMENTS])) {
             let own = relation.fields("REPRESENTATION_RELATIONSHIP", 0);
             let (Some(first), Some(second)) = (own.optional(2), own.optional(3)) else { continue };
             if relation.is(MOVED) {

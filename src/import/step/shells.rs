@@ -180,7 +180,7 @@ impl<'a> Gather<'a> {
 
     fn try_item(&mut self, item: Entity<'_>, units: Units, into: &mut PartContents) -> Read<()> {
         let colour = self.styles.of(item.id);
-        if item.is("MANIFOLD_SOLID_BREP") || item.is("BREP_WITH_VOIDS") || item.is("FACETED_BREP") {
+        if item.is_any(["MANIFOLD_SOLID_BREP", "BREP_WITH_VOIDS", "FACETED_BREP"]) {
             if !self.take(item.id, into) {
                 return Ok(());
             }
@@ -308,8 +308,7 @@ impl<'a> Gather<'a> {
         let (mut shell, mut turned) = (self.table.get(id)?, false);
         let mut colour = self.styles.of(id).or(colour);
         for _ in 0..MAX_DEPTH {
-            let oriented = ["ORIENTED_CLOSED_SHELL", "ORIENTED_OPEN_SHELL"].into_iter().find(|name| shell.is(name));
-            let Some(oriented) = oriented else { break };
+            let Some(oriented) = shell.first_of(["ORIENTED_CLOSED_SHELL", "ORIENTED_OPEN_SHELL"]) else { break };
             // name, (the faces, derived), shell, orientation
             let own = shell.fields(oriented, 2);
             turned ^= !own.flag(1, true);

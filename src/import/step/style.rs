@@ -124,7 +124,7 @@ fn surface_colour(
 fn follow(table: &Table, instance: Entity<'_>, depth: usize, known: &mut Map<u64, Option<Colour>>) -> Option<Colour> {
     const SKIPPED: [&str; 5] =
         ["CURVE_STYLE", "POINT_STYLE", "TEXT_STYLE", "SURFACE_STYLE_BOUNDARY", "SURFACE_STYLE_PARAMETER_LINE"];
-    if depth > MAX_CHAIN || SKIPPED.into_iter().any(|name| instance.is(name)) {
+    if depth > MAX_CHAIN || instance.is_any(SKIPPED) {
         return None;
     }
     if instance.is("COLOUR_RGB") {

@@ -62,7 +62,7 @@ impl Geometry<'_> {
             self.extrusion(instance, reach, depth)
         } else if instance.is("SURFACE_OF_REVOLUTION") {
             self.revolution(instance, reach, depth)
-        } else if SPLINES.into_iter().any(|kind| instance.is(kind)) {
+        } else if instance.is_any(SPLINES) {
             Ok(Stated::exact(Surface::Nurbs(self.b_spline_surface(instance)?)))
         } else if instance.is("OFFSET_SURFACE") {
             let own = instance.fields("OFFSET_SURFACE", 1);

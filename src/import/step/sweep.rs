@@ -39,7 +39,7 @@ enum Motion {
 impl Sweep {
     pub(super) fn read(geometry: &Geometry<'_>, item: Entity<'_>) -> Read<Self> {
         let entity = item.id;
-        let name = SWEEPS.into_iter().find(|kind| item.is(kind)).unwrap_or_default();
+        let name = item.first_of(SWEEPS).unwrap_or_default();
         let profile = profile(item).ok_or_else(|| Trouble::new(entity, missing(format!("a {name}"), "profile")))?;
         let profile = if name.contains("AREA") { Source::Surface(profile) } else { Source::Face(profile) };
         let own = item.fields(name, 2);

@@ -305,6 +305,15 @@ impl<'a> Entity<'a> {
         self.kind.map_or_else(|| self.types().any(|of| of == name), |kind| kind == name)
     }
 
+    /// The first of these names that [is](Self::is) its type, or one of its types.
+    pub(super) fn first_of<const N: usize>(&self, names: [&'static str; N]) -> Option<&'static str> {
+        names.into_iter().find(|name| self.is(name))
+    }
+
+    pub(super) fn is_any<const N: usize>(&self, names: [&'static str; N]) -> bool {
+        self.first_of(names).is_some()
+    }
+
     /// Its type name; all names joined by `+` if it is complex.
     pub(super) fn keyword(&self) -> String {
         self.types().collect::<Vec<_>>().join("+")

@@ -86,12 +86,10 @@ impl Mesh {
 
     /// Adds what a holder lists, or the triangles of a single face.
     fn held(&mut self, geometry: &Geometry<'_>, item: Entity<'_>, place: &DAffine3, depth: usize) -> Read<()> {
-        let Some(name) = HOLDERS.into_iter().find(|name| item.is(name)) else {
-            return self.face(geometry, item, place);
-        };
+        let Some(name) = item.first_of(HOLDERS) else { return self.face(geometry, item, place) };
         for id in item.fields(name, 1).links(0)? {
             let read = geometry.get(id).and_then(|face| {
-                if TRIANGULATED.into_iter().chain(HOLDERS).any(|kind| face.is(kind)) {
+                if face.is_any(TRIANGULATED) || face.is_any(HOLDERS) {
                     self.holder(geometry, face, place, depth + 1)
                 } else if is_shapeless(face) {
                     // Holders may list curves and points, too.
@@ -121,13 +119,13 @@ impl Mesh {
     }
 
     fn face(&mut self, geometry: &Geometry<'_>, face: Entity<'_>, place: &DAffine3) -> Read<()> {
-        let set = face.is("TRIANGULATED_SURFACE_SET") || face.is("COMPLEX_TRIANGULATED_SURFACE_SET");
+        let set = face.is_any(["TRIANGULATED_SURFACE_SET", "COMPLEX_TRIANGULATED_SURFACE_SET"]);
         let (base, inherited) = if set { ("TESSELLATED_SURFACE_SET", 4) } else { ("TESSELLATED_FACE", 5) };
         let list = face.fields(base, 1).reference(0)?;
         if let Entry::Vacant(fresh) = self.lists.entry(list) {
             fresh.insert(coordinates(geometry, list, place)?);
         }
-        let name = TRIANGULATED.into_iter().find(|kind| face.is(kind)).unwrap_or_default();
+        let name = face.first_of(TRIANGULATED).unwrap_or_default();
         let own = face.fields(name, inherited);
         // Corners are indices into the face's list of points, or into the coordinates if it has none.
         let used = own.counts(0)?;
