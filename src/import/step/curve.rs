@@ -7,7 +7,7 @@
 use super::place::Geometry;
 use super::spline::{self, hyperbolic_arc, parabolic_arc};
 use super::stated_spline::{Form, check_degree, check_weights, drop_breaks, knots_of};
-use super::table::{Entity, MAX_DEPTH, Read, Trouble, missing, out_of_range};
+use super::table::{Entity, MAX_DEPTH, Read, Trouble, check_depth, missing, out_of_range};
 use super::units::{Ends, ROUNDING, rounding};
 use super::values::{Attribute, List, Map};
 use crate::math::boxes::around;
@@ -47,6 +47,10 @@ pub(super) enum Carrier {
 }
 
 impl Carrier {
+    pub(super) fn spline(curve: NurbsCurve3) -> Self {
+        Self::Spline { curve, kind: CurveKind::Spline }
+    }
+
     /// The parameter of the foot of `p`; an angle on circles and ellipses.
     pub(super) fn parameter(&self, p: DVec3) -> f64 {
         match self {
@@ -206,9 +210,7 @@ impl Geometry<'_> {
     /// 0.
     pub(super) fn bounded(&self, id: u64, depth: usize) -> Read<NurbsCurve3> {
         let instance = self.unwrap(id, depth)?;
-        if depth >= MAX_DEPTH {
-            return Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }));
-        }
+        check_depth(depth, id, "curves")?;
         if instance.is("TRIMMED_CURVE") {
             return self.trimmed(instance, depth);
         }
@@ -242,9 +244,7 @@ impl Geometry<'_> {
     pub(super) fn carrier(&self, id: u64, depth: usize) -> Read<(Carrier, bool)> {
         let instance = self.unwrap(id, depth)?;
         let id = instance.id;
-        if depth >= MAX_DEPTH {
-            return Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }));
-        }
+        check_depth(depth, id, "curves")?;
         let refused = |value| Trouble::new(id, out_of_range("a radius or axis", value, "mm"));
         let positive = |value: f64| if value > 0.0 && value.is_finite() { Ok(value) } else { Err(refused(value)) };
         let length = self.units.length;
@@ -283,9 +283,9 @@ impl Geometry<'_> {
             points.dedup();
             Carrier::Spline { curve: polyline(points, id)?, kind: CurveKind::Polyline }
         } else if instance.is_any(COMPOSITES) {
-            Carrier::Spline { curve: self.composite(instance, depth)?, kind: CurveKind::Spline }
+            Carrier::spline(self.composite(instance, depth)?)
         } else if instance.is_any(SPLINES) {
-            Carrier::Spline { curve: self.b_spline(instance)?, kind: CurveKind::Spline }
+            Carrier::spline(self.b_spline(instance)?)
         } else {
             return Err(instance.not_read("curves"));
         };

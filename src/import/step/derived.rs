@@ -9,7 +9,7 @@ use super::place::Geometry;
 use super::replica::Similarity;
 use super::table::{Entity, Read, Trouble, missing};
 use super::units::Units;
-use crate::model::{CurveKind, CurveTrouble, FitTrouble, Frame3, NurbsCurve3, StepTrouble, Surface, breaks};
+use crate::model::{CurveTrouble, FitTrouble, Frame3, NurbsCurve3, StepTrouble, Surface, breaks};
 use glam::{DAffine3, DMat3, DVec3};
 
 /// The curve through (`u`, `v`) along `axis`: 0 along u, 1 along v. Exact; it runs as the parameter grows. `u` and `v`
@@ -23,7 +23,7 @@ fn isoline(surface: &Surface, axis: usize, [u, v]: [f64; 2]) -> Carrier {
         }
         (Surface::Extrusion { curve, direction }, _) => {
             let points = curve.points.iter().map(|p| *p + *direction * v).collect();
-            Carrier::Spline { curve: NurbsCurve3 { points, ..curve.clone() }, kind: CurveKind::Spline }
+            Carrier::spline(NurbsCurve3 { points, ..curve.clone() })
         }
         (Surface::Sphere { frame, radius }, 1) => meridian(frame, u, 0.0, *radius),
         (Surface::Torus { frame, major, minor }, 1) => meridian(frame, u, *major, *minor),
@@ -31,11 +31,9 @@ fn isoline(surface: &Surface, axis: usize, [u, v]: [f64; 2]) -> Carrier {
             let (sin, cos) = libm::sincos(u);
             let turn = |p: DVec3| DVec3::new(p.x * cos - p.y * sin, p.x * sin + p.y * cos, p.z);
             let points = curve.points.iter().map(|p| frame.place(turn(frame.local(*p)))).collect();
-            Carrier::Spline { curve: NurbsCurve3 { points, ..curve.clone() }, kind: CurveKind::Spline }
+            Carrier::spline(NurbsCurve3 { points, ..curve.clone() })
         }
-        (Surface::Nurbs(net), _) => {
-            Carrier::Spline { curve: net.iso_line(1 - axis, [v, u][axis]).curve(), kind: CurveKind::Spline }
-        }
+        (Surface::Nurbs(net), _) => Carrier::spline(net.iso_line(1 - axis, [v, u][axis]).curve()),
         (
             Surface::Plane { frame }
             | Surface::Cylinder { frame, .. }
@@ -133,8 +131,7 @@ impl Geometry<'_> {
             }
             _ => {}
         }
-        let curve = offset.fitted(&self.bounded(basis, depth + 1)?, self.fit)?;
-        Ok((Carrier::Spline { curve, kind: CurveKind::Spline }, true))
+        Ok((Carrier::spline(offset.fitted(&self.bounded(basis, depth + 1)?, self.fit)?), true))
     }
 
     /// An `OFFSET_CURVE_3D` between the ends of its basis, with the parameters of that.
@@ -217,10 +214,9 @@ impl Geometry<'_> {
                 }
                 let at = |t: f64| point + along * t;
                 let fitted = fitted(&[low, high], self.fit, |t| Ok(on.point(at(t).x, at(t).y)));
-                let curve = fitted.map_err(|what| Trouble::new(pcurve.id, what))?;
-                Ok((Carrier::Spline { curve, kind: CurveKind::Spline }, same))
+                Ok((Carrier::spline(fitted.map_err(|what| Trouble::new(pcurve.id, what))?), same))
             }
-            _ => Ok((Carrier::Spline { curve: self.image(pcurve, depth)?, kind: CurveKind::Spline }, true)),
+            _ => Ok((Carrier::spline(self.image(pcurve, depth)?), true)),
         }
     }
 

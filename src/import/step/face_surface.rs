@@ -44,6 +44,11 @@ impl Reader<'_> {
     pub(super) fn geometry(&self, units: Units) -> Geometry<'_> {
         Geometry::new(self.table, units, self.options.fit_tolerance)
     }
+
+    /// Adds control points of instance `id`, as [`ReadBudget::net`](super::budget::ReadBudget::net) does.
+    pub(super) fn count(&self, net: Net, points: usize, id: u64) -> Read<()> {
+        self.table.budget.net(net, points).map_err(|what| Trouble::new(id, what))
+    }
 }
 
 /// Steps between points per parameter curve; its ends are left out.
@@ -53,11 +58,7 @@ impl Geometry<'_> {
     /// Profile parameters of points on a face's boundary, as the parameter curves of its edges on its surface of
     /// revolution state them. Empty if the file has none that can be read.
     fn profile_parameters(&self, face: &StatedFace) -> Vec<f64> {
-        let edges = face.bounds.iter().flat_map(|bound| match bound {
-            Bound::Edges(uses) => uses.as_slice(),
-            Bound::Vertex(_) => &[],
-        });
-        let curves = edges.filter_map(|edge| match edge.edge {
+        let curves = face.bounds.iter().flat_map(Bound::uses).filter_map(|edge| match edge.edge {
             EdgeKey::Curve(id) => Some(self.edge_curve(id).ok()?.0),
             EdgeKey::Side(..) | EdgeKey::Segment(_) => None,
         });
@@ -120,10 +121,7 @@ impl Reader<'_> {
                     asked.set(true);
                     reach(&geometry, face, edges)
                 };
-                let count = |points| {
-                    let counted = self.table.budget.net(Net::Surface, points);
-                    counted.map_err(|what| Trouble::new(face.surface, what))
-                };
+                let count = |points| self.count(Net::Surface, points, face.surface);
                 let surface = count(0).and_then(|()| match (&common, source) {
                     _ if face.implied => implied_plane(&geometry, face, edges),
                     (Some((of, surface)), Source::Face(_)) if of.units == shell.units => surface.clone(),
@@ -176,7 +174,7 @@ fn settled(
 
 /// Whether an edge of a face comes to a point, as near as rounding explains. `None` for a face without edges.
 fn meets(face: &StatedFace, edges: &EdgeDrafts, p: DVec3) -> Option<bool> {
-    let uses = face.bounds.iter().flat_map(|bound| if let Bound::Edges(uses) = bound { uses.as_slice() } else { &[] });
+    let uses = face.bounds.iter().flat_map(Bound::uses);
     let mut curves = uses.filter_map(|edge| edges.get(edge.edge)?.as_ref().ok()?.curve.as_ref()).peekable();
     curves.peek()?;
     Some(curves.any(|BoundedCurve { curve, range, .. }| {

@@ -45,6 +45,14 @@ pub(super) enum Bound {
 }
 
 impl Bound {
+    /// Its edges; none of a vertex.
+    pub(super) fn uses(&self) -> &[StatedUse] {
+        match self {
+            Self::Edges(uses) => uses,
+            Self::Vertex(_) => &[],
+        }
+    }
+
     /// Reverses the direction.
     pub(super) fn reverse(&mut self) {
         if let Self::Edges(uses) = self {

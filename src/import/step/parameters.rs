@@ -8,7 +8,7 @@
 use super::curve::{Carrier, SPLINES};
 use super::face_location::{FaceLocation, Stated};
 use super::place::Geometry;
-use super::table::{Entity, MAX_DEPTH, Read, Trouble};
+use super::table::{Entity, Read, Trouble, check_depth};
 use super::{revolution, spline};
 use crate::model::{AxisMap, CurveTrouble, NurbsCurve3, Severity, StepOutcome, StepTrouble, Surface};
 use glam::{DAffine2, DMat2, DVec2, DVec3};
@@ -143,9 +143,8 @@ impl Geometry<'_> {
         let (length, angle) = (StatedAxis::scaled(self.units.length), StatedAxis::scaled(self.units.angle));
         let inner = |name: &'static str| self.stated_axes(instance.fields(name, 1).reference(0)?, surface, depth + 1);
         let own = |name: &'static str| instance.fields(name, 1);
-        if depth >= MAX_DEPTH {
-            Err(Trouble::new(id, StepTrouble::TooDeep { what: "surfaces" }))
-        } else if instance.is("SURFACE_REPLICA") {
+        check_depth(depth, id, "surfaces")?;
+        if instance.is("SURFACE_REPLICA") {
             Err(Trouble::new(id, StepTrouble::ReplicaParameters))
         } else if let Some(name) = instance.first_of(["OFFSET_SURFACE", "CURVE_BOUNDED_SURFACE"]) {
             inner(name)
@@ -197,9 +196,8 @@ impl Geometry<'_> {
     /// Maps the parameter of a curve with ends to that of [`bounded`](Self::bounded).
     fn stated_axis(&self, id: u64, depth: usize) -> Read<StatedAxis> {
         let instance = self.unwrap(id, depth)?;
-        if depth >= MAX_DEPTH {
-            Err(Trouble::new(id, StepTrouble::TooDeep { what: "curves" }))
-        } else if self.has_other_parameters(id, depth) {
+        check_depth(depth, id, "curves")?;
+        if self.has_other_parameters(id, depth) {
             Err(Trouble::new(id, CurveTrouble::OnComposite))
         } else if instance.is("CIRCLE") || instance.is("ELLIPSE") {
             Ok(StatedAxis { start: 0.0, factor: self.units.angle, arc: TURN })

@@ -105,8 +105,7 @@ impl Reader<'_> {
         let mut order: Vec<(EdgeKey, Units, u64, Whole)> = Vec::new();
         for ((_, shell, ..), face) in jobs.iter().zip(stated).take_while(|_| !self.call.is_cancelled()) {
             let Ok(face) = face else { continue };
-            for bound in &face.bounds {
-                let Bound::Edges(uses) = bound else { continue };
+            for uses in face.bounds.iter().map(Bound::uses) {
                 let whole = self.geometry(shell.units).whole(uses);
                 for edge in uses {
                     let at = *places.entry(edge.edge).or_insert(order.len());
@@ -118,7 +117,7 @@ impl Reader<'_> {
             }
         }
         let uses = stated.iter().flatten().flat_map(|face| &face.bounds);
-        let uses: usize = uses.map(|bound| if let Bound::Edges(uses) = bound { uses.len() } else { 0 }).sum();
+        let uses: usize = uses.map(|bound| bound.uses().len()).sum();
         let bytes = order.len().saturating_mul(BYTES_PER_EDGE) + uses.saturating_mul(BYTES_PER_USE);
         if !self.table.budget.spend(bytes) {
             return EdgeDrafts::default();
@@ -153,7 +152,7 @@ impl Reader<'_> {
                 (0, [a, b].map(VertexKey::Point), at, straight(at))
             }
             EdgeKey::Segment(id) => {
-                let count = |points| self.table.budget.net(Net::Curve, points).map_err(|what| Trouble::new(id, what));
+                let count = |points| self.count(Net::Curve, points, id);
                 count(0)?;
                 let (at, curve) = geometry.segment(id, surface)?;
                 count(curve.curve.points.len())?;
@@ -169,7 +168,7 @@ impl Reader<'_> {
         let geometry = self.geometry(units);
         let (ends, at) = geometry.edge_ends(id, whole)?;
         let ends = ends.map(VertexKey::Point);
-        let count = |points| self.table.budget.net(Net::Curve, points).map_err(|what| Trouble::new(id, what));
+        let count = |points| self.count(Net::Curve, points, id);
         let read = || {
             let (curve, same) = geometry.edge_curve(id)?;
             count(0)?;
@@ -295,8 +294,7 @@ impl<'a> Assembly<'a> {
 
     /// Merges the corners at which neighbours in the loops of a face meet. Runs for all faces before any is built.
     fn meet(&mut self, face: &StatedFace) {
-        for bound in &face.bounds {
-            let Bound::Edges(uses) = bound else { continue };
+        for uses in face.bounds.iter().map(Bound::uses) {
             let mut ends = Vec::with_capacity(uses.len());
             for edge in uses {
                 let Some(Ok(draft)) = self.edges.get_mut(edge.edge) else { continue };
@@ -328,8 +326,7 @@ impl<'a> Assembly<'a> {
         let mut directed: Vec<(EdgeKey, bool)> = Vec::new();
         let call = self.call;
         let faces = stated.iter().take_while(|_| !call.is_cancelled());
-        let bounds = faces.flatten().flat_map(|face| &face.bounds);
-        for uses in bounds.filter_map(|bound| if let Bound::Edges(uses) = bound { Some(uses) } else { None }) {
+        for uses in faces.flatten().flat_map(|face| &face.bounds).map(Bound::uses) {
             let mut keys = Vec::with_capacity(uses.len());
             let mut ends = Vec::with_capacity(uses.len());
             for edge in uses {

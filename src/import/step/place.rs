@@ -87,7 +87,7 @@ impl<'a> Geometry<'a> {
     pub(super) fn triple(&self, list: List<'_>, id: u64) -> Read<DVec3> {
         let mut out = [0.0; 3];
         for (slot, value) in out.iter_mut().zip(list.iter()) {
-            *slot = value.number().ok_or_else(|| Trouble::new(id, StepTrouble::NotFinite { what: "a coordinate" }))?;
+            *slot = value.number().ok_or_else(|| not_finite("a coordinate", id))?;
         }
         Ok(DVec3::from_array(out))
     }

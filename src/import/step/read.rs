@@ -132,12 +132,11 @@ fn model_of(
         return Err(StepError::TooManyOccurrences { entity, limit: table.budget.max_occurrences() });
     }
     within(table, options)?;
-    let colours_of_copies = tree.take_colours_of_copies();
-    let reader = Reader { call, table, styles: &styles, colours_of_copies: &colours_of_copies, options };
+    let Tree { gather, planned, instances, diagnostics: of_tree, .. } = tree;
+    let reader = Reader { call, table, styles: &styles, colours_of_copies: &gather.copies.colours, options };
     // A file may mix units; the model states those of the first part.
-    let first = tree.planned.first().and_then(|plan| plan.gathered.units());
+    let first = planned.first().and_then(|plan| plan.gathered.units());
     let millimetres_per_unit = first.unwrap_or(contexts.first).length;
-    let planned = std::mem::take(&mut tree.planned);
     let counter = Counter::start(control, Stage::Read, planned.len() as u64);
     let read_on = |call: Call<'_>, counts: bool| -> Vec<Option<_>> {
         let reader = Reader { call, ..reader };
@@ -165,7 +164,7 @@ fn model_of(
     }
     proceed(control)?;
     within(table, options)?;
-    let mut model = Model { millimetres_per_unit, instances: tree.instances, ..Model::default() };
+    let mut model = Model { millimetres_per_unit, instances, ..Model::default() };
     let mut centres = Vec::with_capacity(read.len());
     for (part, found, centre) in read.into_iter().flatten().take_while(|_| !control.is_cancelled()) {
         let id = Some(PartId::new(model.parts.len()));
@@ -180,7 +179,7 @@ fn model_of(
             *transform *= DAffine3::from_translation(centre);
         }
     }
-    diagnostics.extend(tree.diagnostics);
+    diagnostics.extend(of_tree);
     if let Some(unit) = contexts.unread {
         diagnostics.push(Diagnostic { entity: unit, ..Diagnostic::new(Severity::Error, StepOutcome::UnitNotRead) });
     }

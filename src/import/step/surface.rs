@@ -6,7 +6,7 @@ use super::place::Geometry;
 use super::replica::Similarity;
 use super::revolution::{self, spindle};
 use super::stated_spline::{Form, check_degree, check_weights, drop_net_breaks, knots_of};
-use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing, out_of_range};
+use super::table::{Entity, Fields, Read, Trouble, check_depth, missing, out_of_range};
 use super::values::Attribute;
 use super::weld;
 use crate::model::{CurveTrouble, Frame3, NurbsSurface, Severity, StepOutcome, StepTrouble, Surface};
@@ -26,9 +26,7 @@ impl Geometry<'_> {
     /// Surface `id` of a face.
     pub(super) fn surface(&self, id: u64, reach: LocateFace<'_>, depth: usize) -> Read<Stated> {
         let instance = self.get(id)?;
-        if depth >= MAX_DEPTH {
-            return Err(Trouble::new(id, StepTrouble::TooDeep { what: "surfaces" }));
-        }
+        check_depth(depth, id, "surfaces")?;
         let frame = || self.frame(instance.fields("ELEMENTARY_SURFACE", 1).reference(0)?);
         let radius = |own: Fields<'_>, i: usize| -> Read<f64> {
             let r = self.length(own.real(i)?, id)?;

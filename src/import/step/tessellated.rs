@@ -7,7 +7,7 @@
 use super::csg::facet;
 use super::kinds::{HOLDERS, TRIANGULATED, is_shapeless};
 use super::place::Geometry;
-use super::table::{Entity, Fields, MAX_DEPTH, Read, Trouble, missing};
+use super::table::{Entity, Fields, Read, Trouble, check_depth, missing};
 use super::values::{Attribute, Map, Set};
 use crate::math::bits;
 use crate::model::{Part, PartBuilder, PartError, ShellKind, SolidTrouble, StepTrouble, VertexId};
@@ -64,9 +64,7 @@ struct Mesh {
 impl Mesh {
     /// Adds the faces of a holder, or a single face.
     fn holder(&mut self, geometry: &Geometry<'_>, item: Entity<'_>, place: &DAffine3, depth: usize) -> Read<()> {
-        if depth >= MAX_DEPTH {
-            return Err(Trouble::new(item.id, StepTrouble::TooDeep { what: "tessellated items" }));
-        }
+        check_depth(depth, item.id, "tessellated items")?;
         // An item is one item however often lists name it at the same place.
         if !self.added.insert((item.id, place.to_cols_array().map(f64::to_bits))) {
             return Ok(());

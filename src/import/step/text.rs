@@ -179,7 +179,10 @@ pub(super) fn parse(
         return Err(StepError::TooMuchMemory { needed, limit: options.max_memory });
     }
     let text = &bytes[start..];
-    let error = |fault: Fault| (placed(text, fault.at, fault.fault), fault.cut);
+    let error = |Fault { at, fault: what, cut, .. }: Fault| {
+        let (line, column) = position(text, at);
+        (SyntaxError { line, column, what }, cut)
+    };
     let refused = |fault: Fault, repairs: usize| StepError::Syntax { error: error(fault).0, repairs };
     let Prologue { data: from, fault, mut repairs, sections, elsewhere } =
         Prologue::read(text).map_err(|fault| refused(fault, 0))?;
@@ -226,11 +229,6 @@ pub(super) fn parse(
     drop(bytes);
     let pieces = pieces.into_iter().map(|piece| (piece.rows, piece.types, piece.values));
     Ok(Table::new(call, (pieces.collect(), is_in_order), elsewhere, budget))
-}
-
-fn placed(text: &[u8], at: usize, what: SyntaxFault) -> SyntaxError {
-    let (line, column) = position(text, at);
-    SyntaxError { line, column, what }
 }
 
 /// Memory that a text and its instances take, bytes: an estimate, and an upper bound where it is near `limit`.
@@ -299,12 +297,6 @@ fn entities_in(bytes: &[u8], limit: u64, control: &Control) -> Result<u64, StepE
     Ok(count)
 }
 
-/// Whether a text starts as OpenCASCADE's own format does: with its version, after the name of a class in some files.
-fn is_brep(bytes: &[u8]) -> bool {
-    let start = &bytes[..bytes.len().min(64)];
-    start.windows(16).any(|w| w == b"CASCADE Topology")
-}
-
 /// Guesses the format of a file that is not Part 21 text.
 fn guess(bytes: &[u8]) -> &'static str {
     match bytes {
@@ -315,7 +307,10 @@ fn guess(bytes: &[u8]) -> &'static str {
         _ if bytes.starts_with(b"<?xml") => "XML: export Part 21 text (.stp, .step) instead",
         _ if bytes.starts_with(b"solid") => "an STL mesh: export STEP from the CAD system",
         _ if bytes.get(72) == Some(&b'S') => "IGES: export STEP from the CAD system",
-        _ if is_brep(bytes) => "a BREP file of OpenCASCADE: export STEP instead",
+        // Its version, after the name of a class in some files.
+        _ if find(&bytes[..bytes.len().min(64)], 0, b"CASCADE Topology").is_some() => {
+            "a BREP file of OpenCASCADE: export STEP instead"
+        }
         _ => "a file with no Part 21 text: check that the download or export is complete",
     }
 }

@@ -31,7 +31,7 @@ pub(super) struct Tree<'a> {
     contexts: &'a Contexts,
     options: &'a StepOptions,
     groups: Vec<Group>,
-    gather: Gather<'a>,
+    pub(super) gather: Gather<'a>,
     /// For each group: `None` if not yet visited, `Some(None)` without geometry, else its part.
     parts: Vec<Option<Option<PartId>>>,
     pub(super) planned: Vec<PlannedPart>,
@@ -134,11 +134,6 @@ impl<'a> Tree<'a> {
             self.say(Severity::Note, first, None, StepOutcome::FacesCopied { faces });
         }
         self.tell_aside();
-    }
-
-    /// Takes the colours of copies, by the face that they copy.
-    pub(super) fn take_colours_of_copies(&mut self) -> Map<u64, Colour> {
-        std::mem::take(&mut self.gather.copies.colours)
     }
 
     /// Takes the items of skipped supplemental representations, so that they do not become leftovers.
