@@ -255,14 +255,11 @@ impl Geometry<'_> {
             let radius = instance.fields("CIRCLE", 2).real(0)? * length;
             let radius = if radius == 0.0 { Err(Trouble::new(id, CurveTrouble::OnePoint)) } else { positive(radius) }?;
             Carrier::Round { frame: self.conic_frame(instance)?, a: radius, b: radius }
-        } else if instance.is("ELLIPSE") {
-            let own = instance.fields("ELLIPSE", 2);
+        } else if let Some(kind) = instance.first_of(["ELLIPSE", "HYPERBOLA"]) {
+            let own = instance.fields(kind, 2);
             let (a, b) = (positive(own.real(0)? * length)?, positive(own.real(1)? * length)?);
-            Carrier::Round { frame: self.conic_frame(instance)?, a, b }
-        } else if instance.is("HYPERBOLA") {
-            let own = instance.fields("HYPERBOLA", 2);
-            let (a, b) = (positive(own.real(0)? * length)?, positive(own.real(1)? * length)?);
-            Carrier::Hyperbola { frame: self.conic_frame(instance)?, a, b }
+            let frame = self.conic_frame(instance)?;
+            if kind == "ELLIPSE" { Carrier::Round { frame, a, b } } else { Carrier::Hyperbola { frame, a, b } }
         } else if instance.is("PARABOLA") {
             let focal = positive(instance.fields("PARABOLA", 2).real(0)? * length)?;
             Carrier::Parabola { frame: self.conic_frame(instance)?, focal }

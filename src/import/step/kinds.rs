@@ -89,82 +89,40 @@ pub(super) fn is_endless(instance: Entity<'_>) -> bool {
 
 /// Whether a surface is bounded by itself. Files list others next to shapes for reference.
 pub(super) fn is_bounded(surface: Entity<'_>) -> bool {
-    const UNBOUNDED: [&str; 7] = [
-        "PLANE",
-        "CYLINDRICAL_SURFACE",
-        "CONICAL_SURFACE",
-        "SURFACE_OF_LINEAR_EXTRUSION",
-        "SURFACE_OF_REVOLUTION",
-        "OFFSET_SURFACE",
-        "SURFACE_REPLICA",
-    ];
-    !surface.is_any(UNBOUNDED)
+    const UNBOUNDED: [&str; 4] =
+        ["SURFACE_OF_LINEAR_EXTRUSION", "SURFACE_OF_REVOLUTION", "OFFSET_SURFACE", "SURFACE_REPLICA"];
+    !(is_endless(surface) || surface.is_any(UNBOUNDED))
 }
 
 /// Whether an item is known not to be a shape: placements, points, curves, wires, annotations, values. Unknown types
 /// may be shapes.
 pub(super) fn is_shapeless(item: Entity<'_>) -> bool {
-    const NAMES: [&str; 15] = [
-        "COORDINATES_LIST",
-        "LINE",
-        "CIRCLE",
-        "ELLIPSE",
-        "HYPERBOLA",
-        "PARABOLA",
-        "CLOTHOID",
-        "POLYLINE",
-        "DIRECTION",
-        "VECTOR",
-        "COMPOSITE_CURVE_ON_SURFACE",
-        "POINT_ON_SURFACE",
-        "WIRE_SHELL",
-        "VERTEX_SHELL",
-        "SHELL_BASED_WIREFRAME_MODEL",
-    ];
-    const WORDS: [&str; 27] = [
-        "PLACEMENT",
-        "TRANSFORMATION",
-        "POINT",
-        "CURVE",
-        "PCURVE",
-        "EDGE",
-        "VERTEX",
-        "LOOP",
-        "PATH",
-        "WIRE",
-        "ANNOTATION",
-        "TEXT",
-        "CALLOUT",
-        "LEADER",
-        "TERMINATOR",
-        "DIMENSION",
-        "SYMBOL",
-        "STYLED",
-        "CAMERA",
-        "LIGHT",
-        "PLANAR",
-        "MEASURE",
-        "DRAUGHTING",
-        "MAPPED",
-        "KINEMATIC",
-        "STYLE",
-        "GLYPH",
-    ];
-    const SHAPES: [&str; 7] = ["SOLID", "BREP", "FACE", "SURFACE", "SHELL", "VOLUME", "BODY"];
+    /// Whether a word of a name tells that it is a shape, or that it is none.
+    fn told(word: &str) -> Option<bool> {
+        match word {
+            "SOLID" | "BREP" | "FACE" | "SURFACE" | "SHELL" | "VOLUME" | "BODY" => Some(true),
+            "PLACEMENT" | "TRANSFORMATION" | "POINT" | "CURVE" | "PCURVE" | "EDGE" | "VERTEX" | "LOOP" | "PATH"
+            | "WIRE" | "ANNOTATION" | "TEXT" | "CALLOUT" | "LEADER" | "TERMINATOR" | "DIMENSION" | "SYMBOL"
+            | "STYLED" | "CAMERA" | "LIGHT" | "PLANAR" | "MEASURE" | "DRAUGHTING" | "MAPPED" | "KINEMATIC"
+            | "STYLE" | "GLYPH" => Some(false),
+            _ => None,
+        }
+    }
     let mut known = false;
     for name in item.types() {
-        let has = |words: &[&str]| name.split('_').any(|word| words.contains(&word));
-        let value = name.ends_with("_REPRESENTATION_ITEM")
-            && !name.starts_with("GEOMETRIC_")
-            && !name.starts_with("TOPOLOGICAL_");
-        let curve = name.ends_with("_CURVE");
-        if NAMES.contains(&name) || value || curve {
-            known = true;
-        } else if has(&SHAPES) {
+        let is_none = match name {
+            "COORDINATES_LIST" | "LINE" | "CIRCLE" | "ELLIPSE" | "HYPERBOLA" | "PARABOLA" | "CLOTHOID" | "POLYLINE"
+            | "DIRECTION" | "VECTOR" | "POINT_ON_SURFACE" | "WIRE_SHELL" | "VERTEX_SHELL" => true,
+            "COMPOSITE_CURVE_ON_SURFACE" | "SHELL_BASED_WIREFRAME_MODEL" => true,
+            _ if name.starts_with("GEOMETRIC_") || name.starts_with("TOPOLOGICAL_") => name.ends_with("_CURVE"),
+            _ => name.ends_with("_CURVE") || name.ends_with("_REPRESENTATION_ITEM"),
+        };
+        // One word that tells of a shape outweighs the others.
+        let told = if is_none { Some(false) } else { name.split('_').filter_map(told).max() };
+        if told == Some(true) {
             return false;
-        } else {
-            known |= has(&WORDS);
         }
+        known |= told.is_some();
     }
     known
 }
