@@ -48,8 +48,9 @@
 
 /// Methods of options that each set one field, to be chained: `setters! { with_size(size: (u32, u32)); }`.
 macro_rules! setters {
-    ($($with:ident($field:ident: $type:ty);)+) => {
+    ($($(#[$attribute:meta])* $with:ident($field:ident: $type:ty);)+) => {
         $(
+            $(#[$attribute])*
             #[doc = concat!("Sets [`", stringify!($field), "`](Self::", stringify!($field), ").")]
             #[must_use]
             pub const fn $with(mut self, $field: $type) -> Self {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 /// What a GLB asks of its readers, so that it is smaller.
 #[cfg(feature = "glb")]
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash, Debug)]
 #[non_exhaustive]
 pub struct GlbOptions {
     /// Whether all instances of a part and colour are one node (EXT_mesh_gpu_instancing), which a picture draws at once.
@@ -22,13 +22,6 @@ pub struct GlbOptions {
 }
 
 #[cfg(feature = "glb")]
-impl Default for GlbOptions {
-    fn default() -> Self {
-        Self::PLAIN
-    }
-}
-
-#[cfg(feature = "glb")]
 impl GlbOptions {
     /// A GLB that every reader takes.
     pub const PLAIN: Self = Self {
@@ -41,13 +34,8 @@ impl GlbOptions {
     setters! {
         with_instanced(instanced: bool);
         with_quantized(quantized: bool);
-    }
-
-    /// Sets [`compressed`](Self::compressed).
-    #[cfg(feature = "meshopt")]
-    #[must_use]
-    pub const fn with_compressed(self, compressed: bool) -> Self {
-        Self { compressed, ..self }
+        #[cfg(feature = "meshopt")]
+        with_compressed(compressed: bool);
     }
 
     pub(super) const fn is_compressed(self) -> bool {

@@ -9,8 +9,8 @@
 use super::format::GlbOptions;
 use super::glb_buffers::{Buffers, Stream};
 use super::glb_numbers::{Group, Numbers, bytes, numbers};
-use super::making::{Making, MeshLevel, Pieces, SaveError, Text, counted};
-use super::node_place::{NodeGroup, NodePlace, PointNumbers, Turn, groups};
+use super::making::{Making, MeshLevel, Pieces, SaveError, counted};
+use super::node_place::{NodePlace, PointNumbers, Turn, groups};
 use super::placed::{DEFAULT_COLOUR, instance_name, linear};
 use super::rounding::{Rounding, RoundingCount};
 use crate::control::Call;
@@ -24,7 +24,7 @@ use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Asset, Index, Material, Mesh, Node, Root, Scene, Value};
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::FRAC_PI_4;
-use std::io;
+use std::io::{self, Write};
 
 /// Pixels of the screen on which a level is drawn as soon as its chord tolerance is a pixel or less.
 const SCREEN: f64 = 1920.0 * 1080.0;
@@ -145,15 +145,12 @@ impl Glb {
         let mut children = Vec::new();
         for group in groups(making.call, frame, with)? {
             making.goes_on()?;
-            let Some((instance, place)) =
-                group.places.first().map(|(row, place)| (&frame.scene.instances[*row], place))
-            else {
-                continue;
-            };
+            let Some((first, place)) = group.first() else { continue };
+            let instance = &frame.scene.instances[*first];
             let row = instance.part.index();
             let part = &frame.scene.parts[row];
             let names: Vec<&str> =
-                group.places.iter().map(|(row, _)| instance_name(&part.name, &frame.scene.instances[*row])).collect();
+                group.iter().map(|(row, _)| instance_name(&part.name, &frame.scene.instances[*row])).collect();
             let colour = instance.colour.map(|colour| colour.map(f32::to_bits));
             let mut mesh = |glb: &mut Self, level: usize| {
                 let made = meshes.entry((level, instance.part, colour));
@@ -343,14 +340,14 @@ impl Glb {
     /// and rotations of the group, once a node has made them.
     fn node(
         &mut self,
-        (group, names): (&NodeGroup, &[&str]),
+        (group, names): (&[(usize, NodePlace)], &[&str]),
         (mesh, numbers): (Option<Index<Mesh>>, PointNumbers),
         detail: &Detail,
         listed: &mut Option<[usize; 2]>,
     ) -> io::Result<Index<Node>> {
         let step = numbers.step.unwrap_or(1.0);
         let (mut extensions, mut extras) = (Vec::new(), Vec::new());
-        let mut node = match (&group.places[..], mesh) {
+        let mut node = match (group, mesh) {
             ([(_, place)], _) => Node { name: named(names[0]), mesh, ..turned(place, step) },
             // Without a mesh there is nothing to list.
             (_, None) => Node::default(),
@@ -373,18 +370,18 @@ impl Glb {
     }
 
     /// Adds the places of several instances. Returns the extension of their node.
-    fn list(&mut self, group: &NodeGroup, step: f32, listed: &mut Option<[usize; 2]>) -> String {
+    fn list(&mut self, group: &[(usize, NodePlace)], step: f32, listed: &mut Option<[usize; 2]>) -> String {
         let Self { root, buffers, uses, .. } = self;
         uses.lists = true;
-        let count = group.places.len();
+        let count = group.len();
         let turns = || {
-            group.places.iter().map(|(_, NodePlace { turn, .. })| match turn {
+            group.iter().map(|(_, NodePlace { turn, .. })| match turn {
                 Turn::Rotation(rotation, scale) => (*rotation, scale * step),
                 Turn::None | Turn::Axes(_) => ([0.0, 0.0, 0.0, 1.0], step),
             })
         };
         let [to, by] = *listed.get_or_insert_with(|| {
-            let centres = group.places.iter().flat_map(|(_, place)| place.centre.to_array()).map(f32::to_le_bytes);
+            let centres = group.iter().flat_map(|(_, place)| place.centre.to_array()).map(f32::to_le_bytes);
             let to = buffers.push(root, Stream::Translations, count, vec![bytes(centres)]);
             let turned = turns().flat_map(|(rotation, _)| rotation).map(f32::to_le_bytes);
             let by = buffers.push(root, Stream::Rotations, count, vec![bytes(turned)]);
@@ -437,6 +434,33 @@ impl Glb {
         }
         pieces.insert(0, head);
         Ok(pieces)
+    }
+}
+
+/// Collects the bytes of a text, and refuses more once the caller asked to stop.
+struct Text<'a> {
+    bytes: Vec<u8>,
+    call: Call<'a>,
+}
+
+impl Write for Text<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.write_all(bytes).map(|()| bytes.len())
+    }
+
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        /// Texts are written word by word.
+        const LOOK_EVERY: usize = 1 << 12;
+        let before = self.bytes.len() / LOOK_EVERY;
+        self.bytes.extend_from_slice(bytes);
+        if self.bytes.len() / LOOK_EVERY > before && self.call.is_cancelled() {
+            return Err(io::Error::other("cancelled"));
+        }
+        Ok(())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }
 

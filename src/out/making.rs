@@ -166,32 +166,3 @@ impl<'a> Making<'a> {
         written
     }
 }
-
-/// Collects the bytes of a text, and refuses more once the caller asked to stop.
-#[cfg(feature = "glb")]
-pub(super) struct Text<'a> {
-    pub(super) bytes: Vec<u8>,
-    pub(super) call: Call<'a>,
-}
-
-#[cfg(feature = "glb")]
-impl Write for Text<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.write_all(bytes).map(|()| bytes.len())
-    }
-
-    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
-        /// Texts are written word by word.
-        const LOOK_EVERY: usize = 1 << 12;
-        let before = self.bytes.len() / LOOK_EVERY;
-        self.bytes.extend_from_slice(bytes);
-        if self.bytes.len() / LOOK_EVERY > before && self.call.is_cancelled() {
-            return Err(io::Error::other("cancelled"));
-        }
-        Ok(())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}

@@ -171,11 +171,9 @@ fn rotation(exact: DMat3) -> Option<(Turn, f64)> {
     Some((Turn::Rotation(rotation.to_array(), scale as f32), off))
 }
 
-/// Instances that are one node of a GLB.
-pub(super) struct NodeGroup {
-    /// Rows of the scene, ascending, each with its place. Several only if all can be listed.
-    pub(super) places: Vec<(usize, NodePlace)>,
-}
+/// Instances that are one node of a GLB: rows of the scene, ascending, each with its place. Several only if all can be
+/// listed.
+pub(super) type NodeGroup = Vec<(usize, NodePlace)>;
 
 /// The nodes of a frame. With [`GlbOptions::instanced`], the instances of a part that have one colour are one node, where
 /// none of them is mirrored or needs nested nodes. In the order of their first instances. Some, once cancelled.
@@ -195,8 +193,8 @@ pub(super) fn groups(
         let key = (instance.part, instance.colour.map(|colour| colour.map(f32::to_bits)));
         let known = if place.is_listed() { *listed.entry(key).or_insert(groups.len()) } else { groups.len() };
         match groups.get_mut(known) {
-            Some(group) => group.places.push((row, place)),
-            None => groups.push(NodeGroup { places: vec![(row, place)] }),
+            Some(group) => group.push((row, place)),
+            None => groups.push(vec![(row, place)]),
         }
     }
     Ok(groups)

@@ -128,7 +128,7 @@ impl<'a> GlbFile<'a> {
                 at *= matrix(index);
                 if let Some(mesh) = here.mesh {
                     let list = &decimals["nodes"][index.value()]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
-                    for (k, (row, _)) in group.places.iter().enumerate() {
+                    for (k, (row, _)) in group.iter().enumerate() {
                         let placed = if list.is_null() { DMat4::IDENTITY } else { self.listed(list, k)? };
                         self.mesh(mesh, at * placed, &frame.scene.instances[*row], &mut out)?;
                     }
@@ -183,7 +183,6 @@ impl<'a> GlbFile<'a> {
         Ok(())
     }
 
-    /// The values of an accessor.
     fn values(&self, accessor: Option<Index<Accessor>>) -> Option<Values<'_>> {
         let accessor = self.root.get(accessor?)?;
         let index = accessor.buffer_view?;
