@@ -155,11 +155,6 @@ impl TileDraws {
         bytes
     }
 
-    /// Number of calls.
-    fn calls(&self) -> usize {
-        self.groups.len()
-    }
-
     /// The calls. Vertex buffer 1 has the records.
     fn draws<'a>(&'a self, store: &'a Store, records: &'a Buffer) -> impl Iterator<Item = SurfaceDraw<'a>> {
         let rows = self.rows.buffer();
@@ -186,10 +181,6 @@ impl TileDraws {
             let offset = u64::from(range.start) * size_of::<DrawIndirectArgs>() as u64;
             pass.multi_draw_indirect(rows, offset, range.end - range.start);
         }
-    }
-
-    fn bytes(&self) -> u64 {
-        self.rows.bytes() + self.wires.as_ref().map_or(0, |wires| wires.rows.bytes())
     }
 }
 
@@ -277,11 +268,6 @@ impl MergedDraws {
         self.sides.insert(Rows::new(BufferUsages::INDEX)).write(gpu, &sides, 0..sides.len())
     }
 
-    /// Number of calls.
-    fn calls(&self) -> usize {
-        self.draws.len()
-    }
-
     /// The calls. Vertex buffer 1 has the number of each vertex's tile.
     fn draws<'a>(&'a self, store: &'a Store) -> impl Iterator<Item = SurfaceDraw<'a>> {
         self.rows.buffer().into_iter().flat_map(|rows| self.draws_from(store, rows, 1))
@@ -315,10 +301,6 @@ impl MergedDraws {
                 page: draw.page,
             })
         })
-    }
-
-    fn bytes(&self) -> u64 {
-        self.rows.bytes() + self.sides.as_ref().map_or(0, Rows::bytes)
     }
 }
 
@@ -380,8 +362,8 @@ impl Tiles {
     /// Number of calls that draw the surfaces.
     pub(super) fn calls(&self) -> usize {
         match &self.draws {
-            Draws::PerTile(draws) => draws.calls(),
-            Draws::Merged(draws) => draws.calls(),
+            Draws::PerTile(draws) => draws.groups.len(),
+            Draws::Merged(draws) => draws.draws.len(),
         }
     }
 
@@ -418,10 +400,11 @@ impl Tiles {
     }
 
     pub(super) fn bytes(&self) -> u64 {
-        match &self.draws {
-            Draws::PerTile(draws) => draws.bytes(),
-            Draws::Merged(draws) => draws.bytes(),
-        }
+        let (surfaces, wires) = match &self.draws {
+            Draws::PerTile(draws) => (&draws.rows, draws.wires.as_ref().map(|wires| &wires.rows)),
+            Draws::Merged(draws) => (&draws.rows, draws.sides.as_ref()),
+        };
+        surfaces.bytes() + wires.map_or(0, Rows::bytes)
     }
 }
 
@@ -479,7 +462,6 @@ impl Edges {
         self.draws.len()
     }
 
-    /// Draws the edges.
     pub(super) fn draw(&self, pass: &mut RenderPass<'_>) {
         let Some(group) = &self.group else { return };
         pass.set_bind_group(1, group, &[]);

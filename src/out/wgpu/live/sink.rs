@@ -179,7 +179,7 @@ impl MeshSink for LiveScene {
 
     fn end(&mut self) -> Result<(), SinkError> {
         self.store.staging.flush(&self.gpu).map_err(failed)?;
-        self.uploaded = self.store.staging.take_count();
+        self.uploaded = std::mem::take(&mut self.store.staging.count);
         let pending = self.pending.take().ok_or_else(not_begun)?;
         self.commit(pending);
         self.whole = true;

@@ -76,8 +76,8 @@ pub(super) struct Staging {
     inbox: Option<Buffer>,
     bytes: Vec<u8>,
     copies: Vec<Copy>,
-    /// Bytes submitted since the last [`Staging::take_count`].
-    count: u64,
+    /// Bytes submitted since the last frame.
+    pub(super) count: u64,
 }
 
 struct Copy {
@@ -147,11 +147,6 @@ impl Staging {
         self.bytes.clear();
         self.copies.clear();
         self.count = 0;
-    }
-
-    /// Returns the number of bytes submitted since the last call.
-    pub(super) fn take_count(&mut self) -> u64 {
-        std::mem::take(&mut self.count)
     }
 
     /// Size of the buffer on the device, in bytes.
