@@ -169,7 +169,10 @@ pub fn deviation<'a>(prepared: &Prepared, mesh: impl Into<FrameView<'a>>, chord:
 
 /// `triangles`: how many the whole mesh has, with the tiles that were left out.
 fn measure(prepared: &Prepared, mesh: &FrameView<'_>, triangles: u64, chord: f64) -> DeviationReport {
-    let size: f64 = mesh.batches.iter().map(|b| squared_sizes(&b.mesh).sum::<f64>()).sum();
+    let sizes = |mesh: &TileView<'_>| -> f64 {
+        mesh.triangles.iter().map(|t| squared_size(t.map(|v| mesh.positions[v as usize]))).sum()
+    };
+    let size: f64 = mesh.batches.iter().map(|b| sizes(&b.mesh)).sum();
     let patterns = STEPS.map(pattern);
     let chords: Vec<f64> = prepared.scene.largest_scales().iter().map(|scale| chord / scale).collect();
     let mut audit = Audit {
@@ -204,12 +207,7 @@ fn measure(prepared: &Prepared, mesh: &FrameView<'_>, triangles: u64, chord: f64
     audit.report(triangles, &edges, edge_places)
 }
 
-/// Squared length of each triangle's longest side.
-fn squared_sizes<'a>(mesh: &TileView<'a>) -> impl Iterator<Item = f64> + use<'a> {
-    let positions = mesh.positions;
-    mesh.triangles.iter().map(move |t| squared_size(t.map(|v| positions[v as usize])))
-}
-
+/// Squared length of a triangle's longest side.
 fn squared_size([a, b, c]: [DVec3; 3]) -> f64 {
     a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
 }

@@ -237,23 +237,15 @@ impl<P: ControlPoint> NurbsCurve<P> {
     #[must_use]
     pub fn reversed(&self) -> Self {
         let (a, b) = self.domain();
+        // `a + b - b` may differ from `a` in the last digit.
+        let turned = |&k: &f64| match k {
+            _ if k == a => b,
+            _ if k == b => a,
+            _ => a + b - k,
+        };
         Self {
             degree: self.degree,
-            // `a + b - b` may differ from `a` in the last digit.
-            knots: self
-                .knots
-                .iter()
-                .rev()
-                .map(|&k| {
-                    if k == a {
-                        b
-                    } else if k == b {
-                        a
-                    } else {
-                        a + b - k
-                    }
-                })
-                .collect(),
+            knots: self.knots.iter().rev().map(turned).collect(),
             points: self.points.iter().rev().copied().collect(),
             weights: self.weights.iter().rev().copied().collect(),
         }
