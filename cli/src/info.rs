@@ -32,7 +32,6 @@ pub(crate) struct InfoArgs {
 }
 
 impl InfoArgs {
-    /// The files to write.
     pub(crate) fn outputs(&self) -> Named<'_> {
         Named::default().output("diagram", self.diagram.svg.as_ref())
     }
@@ -94,7 +93,6 @@ struct DiagnosticRow {
     reason: String,
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &InfoArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let progress = Progress::start(common);
     progress.stage(format!("reading {}", args.input.name()));

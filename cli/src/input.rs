@@ -39,7 +39,6 @@ impl Input {
         }
     }
 
-    /// Loads the model.
     pub(crate) fn read(&self, options: &StepOptions) -> Result<Model, Failure> {
         match self {
             Self::Builtin(name) => builtin(name),

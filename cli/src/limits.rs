@@ -48,7 +48,6 @@ impl LimitArgs {
         self.max_memory.saturating_mul(1 << 20)
     }
 
-    /// Options of reading.
     pub(crate) fn step(&self) -> StepOptions {
         StepOptions::DEFAULT
             .with_max_bytes(self.max_bytes)
@@ -58,13 +57,11 @@ impl LimitArgs {
             .with_supplemental(self.supplemental)
     }
 
-    /// Options of preparing.
     pub(crate) fn prepare(&self) -> PrepareOptions {
         let limits = PrepareLimits::DEFAULT.with_patches(self.max_patches).with_bytes(self.memory());
         PrepareOptions::DEFAULT.with_limits(limits)
     }
 
-    /// Limits of the mesh.
     pub(crate) fn plan(&self) -> PlanLimits {
         PlanLimits::DEFAULT
             .with_triangles_per_tile(self.max_tile_triangles)

@@ -148,13 +148,11 @@ pub(crate) struct RenderArgs {
 }
 
 impl RenderArgs {
-    /// The files to write.
     pub(crate) fn outputs(&self) -> Named<'_> {
         Named::default().output("output", Some(&self.output)).output("report", self.report.as_ref())
     }
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &RenderArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     require_png(&args.output)?;
     let progress = Progress::start(common);

@@ -63,7 +63,6 @@ enum Compact {
 }
 
 impl TessellateArgs {
-    /// The files to write.
     pub(crate) fn outputs(&self) -> Named<'_> {
         Named::default().output("output", Some(&self.output)).output("report", self.report.as_ref())
     }
@@ -144,7 +143,6 @@ pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &TessellateArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let format = args.format()?;
     let progress = Progress::start(common);

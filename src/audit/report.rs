@@ -64,7 +64,6 @@ impl Tally {
         self.worst = self.worst.max(ratio);
     }
 
-    /// Adds another tally.
     pub(super) fn join(&mut self, other: &Self) {
         self.bins.iter_mut().zip(&other.bins).for_each(|(mine, theirs)| *mine += theirs);
         self.over += other.over;

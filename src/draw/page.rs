@@ -46,7 +46,6 @@ impl Path {
         self.at = p;
     }
 
-    /// Closes the figure.
     fn close(&mut self) {
         self.data.push('z');
         self.at = self.start;
@@ -62,7 +61,6 @@ impl Path {
         self.close();
     }
 
-    /// Adds a line between two points.
     pub(super) fn line(&mut self, a: DVec2, b: DVec2) {
         self.move_to(a);
         self.line_to(b);

@@ -118,7 +118,6 @@ impl TileMesh {
             + size_of_val(&triangles[..])
     }
 
-    /// Gives back spare capacity.
     pub(crate) fn shrink_to_fit(&mut self) {
         let Self { positions, normals, uvs, lines, origins, triangles } = self;
         positions.shrink_to_fit();

@@ -240,7 +240,6 @@ fn store_normals(normals: impl Iterator<Item = Vec3>, options: GlbOptions, to: &
     normals.for_each(|normal| to.extend_from_slice(row(normal).as_flattened()));
 }
 
-/// The bytes of numbers.
 pub(super) fn bytes<const N: usize>(numbers: impl Iterator<Item = [u8; N]>) -> Vec<u8> {
     numbers.collect::<Vec<_>>().into_flattened()
 }

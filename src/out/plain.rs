@@ -135,7 +135,6 @@ impl Arithmetic {
 /// Bytes of a vertex.
 const VERTEX: usize = 3 * 8 + 3 * 4;
 
-/// Makes the file.
 pub(super) fn ply(making: &Making<'_>, frame: &FrameView<'_>) -> Result<(Pieces, Rounding), SaveError> {
     let (pieces, rounding) = pieces(making, frame, |run| {
         let (mut vertices, mut faces) = (Vec::new(), Vec::new());
@@ -176,7 +175,6 @@ pub(super) fn ply(making: &Making<'_>, frame: &FrameView<'_>) -> Result<(Pieces,
     Ok((std::iter::once(head.into_bytes()).chain(vertices).chain(faces).collect(), rounding))
 }
 
-/// Makes the file.
 pub(super) fn stl(making: &Making<'_>, frame: &FrameView<'_>) -> Result<(Pieces, Rounding), SaveError> {
     let (mut pieces, rounding) = pieces(making, frame, |run| {
         let mut bytes = Vec::new();
@@ -202,7 +200,6 @@ pub(super) fn stl(making: &Making<'_>, frame: &FrameView<'_>) -> Result<(Pieces,
     Ok((pieces, rounding))
 }
 
-/// Makes the file.
 pub(super) fn obj(making: &Making<'_>, frame: &FrameView<'_>) -> Result<(Pieces, Rounding), SaveError> {
     let (mut pieces, rounding) = pieces(making, frame, |run| {
         let mut text = String::new();

@@ -161,7 +161,6 @@ struct Made<'a> {
 }
 
 impl<'a> Made<'a> {
-    /// Makes the bytes.
     fn of(call: Call<'a>, levels: &[MeshLevel<'_>], options: &SaveOptions) -> Result<Self, SaveError> {
         let levels = checked(levels)?;
         #[cfg(feature = "glb")]

@@ -114,7 +114,6 @@ pub(super) struct Flight {
     pub(super) seconds: f64,
 }
 
-/// Flies a path.
 pub(super) fn fly(order: &Order<'_>, common: &Common) -> Result<Flight, Failure> {
     let start = Instant::now();
     let options = common.limits.session().with_edge_lines(false);
@@ -177,7 +176,6 @@ pub(super) fn anew(
     Ok(report)
 }
 
-/// Converts a duration to milliseconds.
 pub(super) fn ms(duration: Duration) -> f64 {
     1e3 * duration.as_secs_f64()
 }

@@ -68,7 +68,6 @@ enum Other {
 }
 
 impl GluSceneArgs {
-    /// The files to read.
     pub(super) fn inputs(&self) -> Vec<&Path> {
         match &self.other {
             Some(Other::Triangles { files }) => files.iter().map(PathBuf::as_path).collect(),
@@ -77,7 +76,6 @@ impl GluSceneArgs {
     }
 }
 
-/// Runs the command.
 pub(super) fn run(args: &GluSceneArgs, common: &Common) -> Result<Done, Failure> {
     let (model, patches) = scene()?;
     match &args.other {
@@ -226,7 +224,6 @@ struct Corner {
     uv: DVec2,
 }
 
-/// A triangle of a patch.
 struct Triangle {
     patch: usize,
     corners: [Corner; 3],

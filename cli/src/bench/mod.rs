@@ -117,7 +117,6 @@ impl BenchArgs {
     }
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &BenchArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     match (&args.other, &args.input) {
         (Some(Other::GluScene(scene)), _) => glu_scene::run(scene, common),

@@ -107,7 +107,6 @@ fn balance(report: &Report, replay: &Replay, area: &Area<'_>) -> Drawn {
     legend(&mut chart, SeriesLabelPosition::LowerLeft)
 }
 
-/// Draws the legend.
 pub(super) fn legend<'a, 'b: 'a, X: Ranged, Y: Ranged>(
     chart: &mut Chart<'a, 'b, X, Y>,
     place: SeriesLabelPosition,

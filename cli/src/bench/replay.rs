@@ -68,7 +68,6 @@ pub(super) fn replay(policy: Policy, tiles: &[Load], frames: &[Vec<f64>], worker
     share
 }
 
-/// The owner of each tile.
 fn owners(hands: &[Vec<usize>], tiles: usize) -> Vec<usize> {
     let mut owners = vec![0; tiles];
     for (worker, hand) in hands.iter().enumerate() {

@@ -50,7 +50,6 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    /// Describes this machine.
     pub(super) fn this() -> Self {
         let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = cpuinfo.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));

@@ -41,13 +41,11 @@ pub(super) struct TileCostsArgs {
 }
 
 impl TileCostsArgs {
-    /// The files to read.
     pub(super) fn inputs(&self) -> Vec<&Path> {
         self.files.iter().filter_map(Input::path).collect()
     }
 }
 
-/// Runs the command.
 pub(super) fn run(args: &TileCostsArgs, common: &Common) -> Result<Done, Failure> {
     let mut files = Vec::new();
     for input in &args.files {

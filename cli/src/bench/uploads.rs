@@ -128,7 +128,6 @@ impl Uploads {
         self.lists.iter_mut().for_each(Vec::clear);
     }
 
-    /// Number of tiles.
     pub(super) fn tiles(&self) -> usize {
         self.starts[self.starts.len() - 1]
     }

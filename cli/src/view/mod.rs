@@ -44,7 +44,6 @@ pub(crate) struct ViewArgs {
 }
 
 impl ViewArgs {
-    /// The files to write.
     pub(crate) fn outputs(&self) -> Named<'_> {
         Named::default().output("screenshot", self.screenshot.as_ref())
     }
@@ -56,7 +55,6 @@ fn point(text: &str) -> Result<(f32, f32), String> {
     point.ok_or_else(|| format!("{text} is not X,Y, like 400,300"))
 }
 
-/// Runs the command.
 pub(crate) fn run(args: &ViewArgs, common: &Common, outputs: &mut Outputs) -> Result<Done, Failure> {
     let workers = match common.workers() {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -84,7 +82,6 @@ struct Loader {
     threads: usize,
 }
 
-/// A loaded model.
 struct Loaded {
     name: String,
     prepared: Arc<Prepared>,
@@ -92,7 +89,6 @@ struct Loaded {
     seconds: f64,
 }
 
-/// A file that is being loaded.
 struct Loading {
     name: String,
     since: Instant,

@@ -53,7 +53,6 @@ impl Bound {
         }
     }
 
-    /// Reverses the direction.
     pub(super) fn reverse(&mut self) {
         if let Self::Edges(uses) = self {
             uses.reverse();

@@ -84,7 +84,6 @@ fn ramp(position: f32) -> Srgb {
     bytes([r, g, b, 1.0])
 }
 
-/// The `number`-th colour.
 fn hue(number: u32) -> Srgb {
     let turn = (f64::from(number) * 0.618_033_988_749_894_9 + 0.05).fract() as f32 * std::f32::consts::TAU;
     let lightness = [0.80, 0.70, 0.86][(number % 3) as usize];

@@ -158,7 +158,6 @@ impl DeviceScene {
         self.parts.iter().flat_map(|part| part.tiles.iter().flatten())
     }
 
-    /// Whether a place is drawn.
     fn is_visible(&self, place: &DevicePlace) -> bool {
         place.visible && (self.hidden.is_empty() || !self.hidden.contains(&InstanceId(place.instance)))
     }
