@@ -56,34 +56,26 @@ impl Route {
     ) -> Result<Vec<View>, Failure> {
         /// Default number of frames, as in the comparison with libGLU.
         const FRAMES: usize = 300;
-        match self {
+        let mut views: Vec<View> = match self {
             Self::Named(path) => {
                 let bounds =
                     bounds.ok_or_else(|| Failure::Cannot("the model is empty: nothing to fly around".into()))?;
-                let picture = Picture {
-                    size: asked.size.unwrap_or(PICTURE.size),
-                    deviation_px: asked.deviation_px.unwrap_or(PICTURE.deviation_px),
-                    angle: asked.angle.unwrap_or(PICTURE.angle),
-                    ..PICTURE
-                };
-                Ok(path.views(bounds, frames.unwrap_or(FRAMES), &picture))
+                path.views(bounds, frames.unwrap_or(FRAMES), &PICTURE)
             }
             Self::Recorded(file) => {
                 let recorded = read(file)?;
-                let count = frames.unwrap_or(recorded.len());
-                let again = |view: &View| View {
-                    size: asked.size.unwrap_or(view.size),
-                    deviation_px: asked.deviation_px.unwrap_or(view.deviation_px),
-                    angle: asked.angle.unwrap_or(view.angle),
-                    ..*view
-                };
-                let views: Vec<View> = recorded.iter().cycle().take(count).map(again).collect();
-                for (k, view) in views.iter().enumerate() {
-                    view.check().map_err(|why| Failure::Cannot(format!("{}: view {k}: {why}", file.display())))?;
-                }
-                Ok(views)
+                recorded.iter().cycle().take(frames.unwrap_or(recorded.len())).copied().collect()
+            }
+        };
+        for (k, view) in views.iter_mut().enumerate() {
+            view.size = asked.size.unwrap_or(view.size);
+            view.deviation_px = asked.deviation_px.unwrap_or(view.deviation_px);
+            view.angle = asked.angle.unwrap_or(view.angle);
+            if let Self::Recorded(file) = self {
+                view.check().map_err(|why| Failure::Cannot(format!("{}: view {k}: {why}", file.display())))?;
             }
         }
+        Ok(views)
     }
 }
 
