@@ -20,6 +20,7 @@ mod tessellate;
 mod view;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
+use input::Input;
 use outputs::{Named, Outputs};
 use std::fmt;
 use std::io::Write;
@@ -109,32 +110,17 @@ enum Command {
 }
 
 impl Command {
-    /// The input argument, if given.
-    fn input(&self) -> Option<&input::Input> {
+    /// The input argument, if given, and the other files that the command's arguments name.
+    fn files(&self) -> (Option<&Input>, Named<'_>) {
         match self {
-            Self::Info(args) => Some(&args.input),
-            Self::Tessellate(args) => Some(&args.input),
+            Self::Info(args) => (Some(&args.input), args.outputs()),
+            Self::Tessellate(args) => (Some(&args.input), args.outputs()),
             #[cfg(feature = "wgpu")]
-            Self::Render(args) => Some(&args.input),
+            Self::Render(args) => (Some(&args.input), args.outputs()),
             #[cfg(feature = "view")]
-            Self::View(args) => args.input.as_ref(),
-            Self::Bench(args) => args.input.as_ref(),
+            Self::View(args) => (args.input.as_ref(), args.outputs()),
+            Self::Bench(args) => (args.input.as_ref(), args.files()),
         }
-    }
-
-    /// The files that the command line names.
-    fn files<'a>(&'a self, common: &'a Common) -> Named<'a> {
-        let mut named = match self {
-            Self::Info(args) => args.outputs(),
-            Self::Tessellate(args) => args.outputs(),
-            #[cfg(feature = "wgpu")]
-            Self::Render(args) => args.outputs(),
-            #[cfg(feature = "view")]
-            Self::View(args) => args.outputs(),
-            Self::Bench(args) => args.files(),
-        };
-        named.inputs.extend(self.input().and_then(input::Input::path));
-        named.output("timeline", common.trace.as_ref())
     }
 }
 
@@ -227,7 +213,9 @@ fn run(cli: Cli) -> Result<(Done, Outputs), Failure> {
         let Cli { command, common } = cli;
         let workers = common.workers();
         let mut outputs = Outputs::default();
-        command.files(&common).check()?;
+        let (input, mut named) = command.files();
+        named.inputs.extend(input.and_then(Input::path));
+        named.output("timeline", common.trace.as_ref()).check()?;
         if common.workers.len() > 1 && !matches!(command, Command::Bench(_)) {
             return Err(Failure::Usage(
                 "--workers is given several numbers: only `bench` measures more than one".into(),
@@ -238,7 +226,7 @@ fn run(cli: Cli) -> Result<(Done, Outputs), Failure> {
         let pool =
             rayon::ThreadPoolBuilder::new().num_threads(workers).stack_size(STACK).use_current_thread().build_global();
         pool.map_err(|e| Failure::Cannot(format!("cannot start {workers} threads: {e}")))?;
-        if command.input().is_some_and(input::Input::is_list) {
+        if input.is_some_and(Input::is_list) {
             outputs.tell(&input::builtin_list());
             return Ok((Done::Clean, outputs));
         }
