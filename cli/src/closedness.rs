@@ -132,13 +132,9 @@ pub(crate) fn placed_fills(made: &FrameReport, scene: &Scene) -> Vec<Fill> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::made::meshed;
     use crate::report::Report;
-    use std::sync::Arc;
-    use trimtess::frame::{Tolerance, plan};
-    use trimtess::mesh::MemorySink;
     use trimtess::model::{EdgeId, FaceId, PartId, Severity, shapes};
-    use trimtess::parallel::serial;
-    use trimtess::prepare::{PrepareOptions, prepare};
 
     #[test]
     fn parts_with_the_same_text_share_a_line() {
@@ -180,10 +176,7 @@ mod tests {
     #[test]
     fn slivers_are_counted_per_face_and_rewound_area_is_a_warning() {
         let model = shapes::by_name("box").expect("a shape");
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
-        let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
-        let mut frame = MemorySink::default();
-        let mut made = serial(&prepared, &Arc::new(plan), false, &mut frame).expect("a frame");
+        let (prepared, mut frame, mut made) = meshed(model, 0.1);
         let mut instance = frame.scene.instances[0].clone();
         instance.first_face = 6;
         frame.scene.instances.push(instance);

@@ -60,25 +60,27 @@ pub(crate) fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemoryS
     report.book(deviation, economy);
 }
 
+/// The mesh of a model.
+#[cfg(test)]
+pub(crate) fn meshed(model: trimtess::model::Model, chord: f64) -> (Arc<Prepared>, MemorySink, parallel::FrameReport) {
+    let options = trimtess::prepare::PrepareOptions::DEFAULT;
+    let prepared = Arc::new(trimtess::prepare::prepare(model, &options).expect("within the limits"));
+    let plan = Arc::new(frame::plan(&prepared, &frame::Tolerance { chord, angle: 0.5, max_edge: None }));
+    let mut frame = MemorySink::default();
+    let made = parallel::serial(&prepared, &plan, true, &mut frame).expect("a frame");
+    (prepared, frame, made)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trimtess::frame::Tolerance;
     use trimtess::model::shapes;
-    use trimtess::parallel::{Session, SessionOptions};
-    use trimtess::prepare::{PrepareOptions, prepare};
 
     /// Errors that `check` reports for a shape after `tamper` changed its mesh or shells.
     fn errors(name: &str, chord: f64, tamper: impl Fn(&mut MemorySink, &mut Vec<Shells>)) -> Vec<String> {
         let model = shapes::by_name(name).unwrap_or_default();
         let mut shells: Vec<Shells> = model.parts.iter().map(Shells::of).collect();
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
-        let tolerance = Tolerance { chord: 0.05, angle: 0.5, max_edge: None };
-        let plan = frame::plan(&prepared, &tolerance);
-        let mut frame = MemorySink::default();
-        let options = SessionOptions::DEFAULT.with_threads(1);
-        let mut session = Session::start(Arc::clone(&prepared), &options).expect("a thread");
-        session.frame(plan, &mut frame).expect("a frame");
+        let (prepared, mut frame, _) = meshed(model, 0.05);
         tamper(&mut frame, &mut shells);
         let mut report = Report::default();
         check_mesh(&prepared, &shells, &frame, chord, &mut report);
@@ -96,17 +98,17 @@ mod tests {
     fn cracks_inversion_and_deviation_are_errors() {
         let crack = errors("cylinder", 0.05, |frame, _| drop(frame.batches.pop()));
         assert!(crack.len() == 1 && crack[0].contains("unbalanced"), "{crack:?}");
-        let turned = errors("cylinder", 0.05, |frame, _| {
+        let turn = |frame: &mut MemorySink| {
             let triangles = frame.batches.iter_mut().flat_map(|batch| &mut batch.mesh.triangles);
             triangles.for_each(|corners| corners.swap(0, 1));
-        });
+        };
+        let turned = errors("cylinder", 0.05, |frame, _| turn(frame));
         assert!(turned.len() == 1 && turned[0].contains("inside out"), "{turned:?}");
         let coarse = errors("cylinder", 0.001, |_, _| ());
         assert!(coarse.len() == 2 && coarse[1].contains("edges"), "{coarse:?}");
         // Voids have negative volume.
         let void = errors("cylinder", 0.05, |frame, shells| {
-            let triangles = frame.batches.iter_mut().flat_map(|batch| &mut batch.mesh.triangles);
-            triangles.for_each(|corners| corners.swap(0, 1));
+            turn(frame);
             shells[0].voids = 1;
         });
         assert_eq!(void, [""; 0]);

@@ -390,7 +390,6 @@ fn placed(all: &[Diagnostic], scene: &Scene) -> Vec<Entry> {
 mod tests {
     use super::*;
     use glam::{DAffine3, DVec3};
-    use std::sync::Arc;
     use trimtess::frame::Degradation;
     use trimtess::mesh::{Batch, ScenePart, TileMesh};
     use trimtess::model::EdgeId;
@@ -528,9 +527,7 @@ mod tests {
 
     #[test]
     fn crossing_wires_and_their_area_are_reported_once() {
-        use trimtess::frame::{Tolerance, plan};
-        use trimtess::model::{Frame3, Loop, Model, PartBuilder, ShellKind, Surface};
-        use trimtess::prepare::{PrepareOptions, prepare};
+        use trimtess::model::{Frame3, Loop, PartBuilder, ShellKind, Surface};
         let mut part = PartBuilder::new("bitten");
         let shell = part.plain_shell(ShellKind::Open);
         // The hole extends beyond the outer wire.
@@ -538,11 +535,7 @@ mod tests {
         let (outer, inner) = (part.polygon(&square(0.0, 6.0)), part.polygon(&square(3.0, 8.0)));
         let wires = vec![Loop::Edges(outer), Loop::Edges(inner)];
         part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, wires, false);
-        let model = Model::from(part.finish().expect("a sound part"));
-        let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
-        let plan = plan(&prepared, &Tolerance { chord: 0.1, angle: 0.5, max_edge: None });
-        let mut sink = MemorySink::default();
-        let made = trimtess::parallel::serial(&prepared, &Arc::new(plan), false, &mut sink).expect("a frame");
+        let (prepared, sink, made) = crate::made::meshed(part.finish().expect("a sound part").into(), 0.1);
         assert_eq!(made.degraded.len(), 1, "the tile reports it, too");
         let report = Report::of(&sink, &prepared, &made);
         let told: Vec<_> = report.diagnostics.iter().map(|e| (e.severity, e.face_id)).collect();
