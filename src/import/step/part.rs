@@ -340,9 +340,8 @@ impl<'a> Assembly<'a> {
             let ([Some(turned), None] | [None, Some(turned)]) = ways else { continue };
             directed.extend(keys.into_iter().zip(turned));
         }
-        let against = directed.iter().filter(|(_, turned)| *turned);
-        let mut against: Vec<u64> =
-            against.filter_map(|(key, _)| if let EdgeKey::Curve(id) = key { Some(*id) } else { None }).collect();
+        let against = |edge: &_| if let (EdgeKey::Curve(id), true) = edge { Some(*id) } else { None };
+        let mut against: Vec<u64> = directed.iter().filter_map(against).collect();
         if against.is_empty() {
             return against;
         }

@@ -96,12 +96,6 @@ pub(super) fn parse(text: &[u8], range: Range<usize>, most_faults: usize) -> Par
     done
 }
 
-/// Whether more records may follow.
-enum After {
-    Record,
-    Nothing,
-}
-
 struct Parser<'t> {
     text: &'t [u8],
     tokens: Tokens<'t>,
@@ -120,9 +114,9 @@ impl<'t> Parser<'t> {
         let in_end = first == Token::Keyword && has_word(self.text, start, b"ENDSEC");
         let parsed = if in_end { self.section_end() } else { self.instance(first, start) };
         match parsed {
-            Ok(after) => {
+            Ok(goes_on) => {
                 self.done.stop = self.tokens.end();
-                if matches!(after, After::Nothing) {
+                if !goes_on {
                     self.done.reach = Reach::End;
                 }
             }
@@ -168,25 +162,25 @@ impl<'t> Parser<'t> {
         if goes_on { (SyntaxCut::Text, Some(end)) } else { (SyntaxCut::End, None) }
     }
 
-    /// What follows `ENDSEC`: the end of the file, or another data section.
-    fn section_end(&mut self) -> Parse<After> {
+    /// What follows `ENDSEC`: the end of the file, or another data section. Returns whether more records may follow.
+    fn section_end(&mut self) -> Parse<bool> {
         self.tokens.expect(Token::Semicolon, "';'")?;
         match self.tokens.next() {
             Token::FileEnd => {
                 self.tokens.expect(Token::Semicolon, "';'")?;
-                Ok(After::Nothing)
+                Ok(false)
             }
             Token::Keyword if self.tokens.slice().eq_ignore_ascii_case(b"DATA") => {
                 data(&mut self.tokens)?;
                 self.done.joints += 1;
-                Ok(After::Record)
+                Ok(true)
             }
             other => Err(self.tokens.unexpected(other, "END-ISO-10303-21 or DATA")),
         }
     }
 
-    /// An instance, after its first token.
-    fn instance(&mut self, first: Token, start: usize) -> Parse<After> {
+    /// An instance, after its first token. More records may follow.
+    fn instance(&mut self, first: Token, start: usize) -> Parse<bool> {
         if first != Token::Reference {
             return Err(self.tokens.unexpected(first, "an instance or ENDSEC"));
         }
@@ -201,7 +195,7 @@ impl<'t> Parser<'t> {
         let at = u32::try_from(start - self.done.range.start).map_err(|_| SyntaxFault::TooLong)?;
         self.done.is_in_order &= self.done.rows.last().is_none_or(|last| last.id < id);
         self.done.rows.push(Row { id, at, kind, attributes });
-        Ok(After::Record)
+        Ok(true)
     }
 
     /// The types of a complex instance, after its bracket.

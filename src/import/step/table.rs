@@ -113,11 +113,6 @@ struct Entry<'a> {
 }
 
 impl Entry<'_> {
-    /// Nothing of it, once reading is cancelled.
-    fn none(self) -> (Instances, ByCombination) {
-        Default::default()
-    }
-
     /// Gives types their indices, and instances their codes.
     fn enter(self) -> (Instances, ByCombination) {
         let Self { piece, of_piece: Instances { mut rows, mut values, .. }, kinds, slots } = self;
@@ -182,7 +177,8 @@ impl Table {
             entries.push(Entry { piece: piece as u32, of_piece, kinds, slots });
         }
         entries.reverse();
-        let entered = call.each(1, entries, |entry| if call.is_cancelled() { entry.none() } else { entry.enter() });
+        let entered =
+            call.each(1, entries, |entry| if call.is_cancelled() { Default::default() } else { entry.enter() });
         let mut table = Self {
             pieces: Vec::with_capacity(entered.len()),
             is_in_order,

@@ -107,12 +107,11 @@ impl<'a> Tree<'a> {
 
     pub(super) fn expand(&mut self) {
         // Roots are unused products, then representations without a product. The rest is in cycles.
-        let count = self.groups.len();
-        let roots = (0..count).filter(|g| self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
-        let bare = (0..count).filter(|g| !self.groups[*g].product && !self.groups[*g].placed).collect::<Vec<_>>();
-        self.walk_roots(roots.into_iter().chain(bare));
+        let mut roots: Vec<usize> = (0..self.groups.len()).filter(|g| !self.groups[*g].placed).collect();
+        roots.sort_by_key(|g| !self.groups[*g].product);
+        self.walk_roots(roots.into_iter());
         self.withhold();
-        self.walk_roots(0..count);
+        self.walk_roots(0..self.groups.len());
         self.gather.take_repeats();
         self.leave_out_supplemental();
         let shown = self.planned.iter().flat_map(|plan| plan.gathered.faces());
