@@ -21,10 +21,6 @@ impl Path {
         self.data.is_empty()
     }
 
-    fn into_data(self) -> String {
-        self.data
-    }
-
     /// Starts a figure.
     pub(super) fn move_to(&mut self, p: DVec2) {
         let p = whole(p);
@@ -220,7 +216,7 @@ fn styled(path: Path, style: &Style) -> Element {
         .set("class", style.class)
         .set("fill", or_none(style.fill))
         .set("stroke", or_none(style.stroke))
-        .set("d", path.into_data());
+        .set("d", path.data);
     if !style.stroke.is_empty() {
         element = element.set("stroke-width", (style.width * UNIT).max(1.0).round()).set("stroke-linejoin", "round");
     }
@@ -343,6 +339,6 @@ mod tests {
         path.dot(DVec2::new(11.0, 4.0));
         path.line(DVec2::new(11.0, 4.0), DVec2::new(11.0, 4.2));
         assert_eq!(path.closed, 2);
-        assert_eq!(path.into_data(), "m10 5h10v3l-13-7zm1-1h0zm0 0");
+        assert_eq!(path.data, "m10 5h10v3l-13-7zm1-1h0zm0 0");
     }
 }

@@ -151,7 +151,8 @@ fn uniforms(shown: &DeviceScene, aim: &Aim<'_>, options: &RenderOptions) -> (Sce
     let (nearest, furthest) = other_depths(camera, options);
     let (near, far, nearer, parallel) = match camera.projection {
         Projection::Perspective { near, .. } => {
-            // The nearest part may be far beyond. A margin keeps faces of the others' box out of the plane. OpenGL maps depth to -1 to 1, and has no precision to spare.
+            // The nearest part may be far beyond. A margin keeps faces of the others' box out of the plane. OpenGL maps
+            // depth to -1 to 1, and has no precision to spare.
             let nearest = shown.nearest(camera).min(0.999 * nearest);
             let near = near.max(NEAR * camera.eye.distance(centre).max(radius)).max(nearest);
             (near, f64::INFINITY, [NEARER, 0.0], 0.0)
