@@ -81,28 +81,19 @@ impl EconomyReport {
 
 impl fmt::Display for EconomyReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (mean, tiles, worst, lattices) = (self.mean(), self.tiles.len(), self.worst(), self.lattice_mean());
         write!(
             f,
-            "economy: {:.2} triangles made per triangle needed on {} curved tiles, worst {:.2}; {:.2} per triangle of \
-             the smallest uniform lattices",
-            self.mean(),
-            self.tiles.len(),
-            self.worst(),
-            self.lattice_mean()
+            "economy: {mean:.2} triangles made per triangle needed on {tiles} curved tiles, worst {worst:.2}; \
+             {lattices:.2} per triangle of the smallest uniform lattices"
         )?;
-        for tile in self.tiles.iter().take(4) {
+        for of_tile in self.tiles.iter().take(4) {
+            let (ratio, TileEconomy { part, face, tile, kind, made, lattice, boundary }) = (of_tile.ratio(), of_tile);
+            let (part, face, kind, tile) = (part.0, face.0, kind.name(), tile.0);
             write!(
                 f,
-                "\n  {:.2} at part {} face {} ({}) tile {}: {} made, {:.0} needed by the lattice, \
-                 {:.0} by the boundary",
-                tile.ratio(),
-                tile.part.0,
-                tile.face.0,
-                tile.kind.name(),
-                tile.tile.0,
-                tile.made,
-                tile.lattice,
-                tile.boundary
+                "\n  {ratio:.2} at part {part} face {face} ({kind}) tile {tile}: {made} made, {lattice:.0} needed by the \
+                 lattice, {boundary:.0} by the boundary"
             )?;
         }
         Ok(())

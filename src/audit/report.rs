@@ -171,26 +171,19 @@ impl fmt::Display for DeviationReport {
         writeln!(f, "  {:<22}{}", "edges", self.edges)?;
         for place in &self.worst {
             let Place { part, face, tile, triangle, kind, point, over_tolerance, gap } = place;
+            let (part, face, kind, tile) = (part.0, face.0, kind.name(), tile.0);
             writeln!(
                 f,
-                "  {over_tolerance:.4} at part {} face {} ({}, gap {gap:.1e}) tile {} triangle {triangle}, {point:.6}",
-                part.0,
-                face.0,
-                kind.name(),
-                tile.0
+                "  {over_tolerance:.4} at part {part} face {face} ({kind}, gap {gap:.1e}) tile {tile} triangle \
+                 {triangle}, {point:.6}"
             )?;
         }
         for EdgePlace { part, edge, point, over_tolerance } in &self.worst_edges {
             writeln!(f, "  {over_tolerance:.4} at part {} edge {}, {point:.6}", part.0, edge.0)?;
         }
-        write!(
-            f,
-            "  {} faces over; measured {} of {} triangles, {:.1} samples each",
-            self.faces_over,
-            self.measured,
-            self.triangles,
-            self.samples_per_triangle()
-        )
+        let Self { faces_over, measured, triangles, .. } = self;
+        let each = self.samples_per_triangle();
+        write!(f, "  {faces_over} faces over; measured {measured} of {triangles} triangles, {each:.1} samples each")
     }
 }
 

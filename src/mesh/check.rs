@@ -170,40 +170,22 @@ impl MeshFacts {
 
 impl fmt::Display for MeshFacts {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { triangles, vertices, area, volume, components, negative_components, .. } = self;
+        let Self { open_edges, unbalanced_edges, unbalanced_length, free_edges, not_orientable, defects, .. } = self;
+        let Self { nonmanifold_edges, collapsed, zero_area, non_finite, bad_indices, .. } = self;
         write!(
             f,
-            "{} triangles, {} vertices, area {:.9e} mm², volume {:.9e} mm³, {} pieces ({} of negative volume); \
-             open {}, unbalanced {} ({:.3e} mm; {} on free edges, {} not orientable, {} defects), \
-             non-manifold {}, collapsed {}, zero area {}, not finite {}, bad indices {}",
-            self.triangles,
-            self.vertices,
-            self.area,
-            self.volume,
-            self.components,
-            self.negative_components,
-            self.open_edges,
-            self.unbalanced_edges,
-            self.unbalanced_length,
-            self.free_edges,
-            self.not_orientable,
-            self.defects,
-            self.nonmanifold_edges,
-            self.collapsed,
-            self.zero_area,
-            self.non_finite,
-            self.bad_indices
+            "{triangles} triangles, {vertices} vertices, area {area:.9e} mm², volume {volume:.9e} mm³, {components} \
+             pieces ({negative_components} of negative volume); open {open_edges}, unbalanced {unbalanced_edges} \
+             ({unbalanced_length:.3e} mm; {free_edges} on free edges, {not_orientable} not orientable, {defects} \
+             defects), non-manifold {nonmanifold_edges}, collapsed {collapsed}, zero area {zero_area}, not finite \
+             {non_finite}, bad indices {bad_indices}"
         )?;
-        for edge in &self.examples {
+        for BadEdge { part, from, to, balance, uses, faces, cause } in &self.examples {
+            let (part, faces) = (part.0, faces.iter().map(|face| face.0).collect::<Vec<_>>());
             write!(
                 f,
-                "\n  part {} edge {} → {} used {} times, balance {}, faces {:?}, {:?}",
-                edge.part.0,
-                edge.from,
-                edge.to,
-                edge.uses,
-                edge.balance,
-                edge.faces.iter().map(|face| face.0).collect::<Vec<_>>(),
-                edge.cause
+                "\n  part {part} edge {from} → {to} used {uses} times, balance {balance}, faces {faces:?}, {cause:?}"
             )?;
         }
         Ok(())

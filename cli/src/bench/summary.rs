@@ -207,18 +207,13 @@ impl Report {
     /// The results as tables.
     pub(super) fn text(&self) -> String {
         let mut text = String::new();
+        let Self { model, tiles, size: (width, height), deviation_px, angle_deg, machine, .. } = self;
+        let Machine { cores, processor, .. } = machine;
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "{}: {} tiles; {} × {} pixels, {} px, {:.0}°; {} cores of {}",
-            self.model,
-            self.tiles,
-            self.size.0,
-            self.size.1,
-            self.deviation_px,
-            self.angle_deg,
-            self.machine.cores,
-            self.machine.processor
+            "{model}: {tiles} tiles; {width} × {height} pixels, {deviation_px} px, {angle_deg:.0}°; {cores} cores of \
+             {processor}"
         );
         let _ = writeln!(
             text,
@@ -238,30 +233,17 @@ impl Report {
 
 impl Run {
     fn line(&self) -> String {
-        let Stages { plan, commit, workers, .. } = &self.stages_ms;
-        let slowest = workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
+        let Self { path, workers, coherence, frames_per_s, p50_ms, p99_ms, first_ms, efficiency, .. } = self;
+        let Self { triangles_mean, tiles_remade_mean: tiles, bytes_uploaded_mean, .. } = self;
+        let Stages { plan, commit, workers: of_workers, .. } = &self.stages_ms;
+        let slowest = of_workers.iter().copied().max_by(|a, b| a.p50.total_cmp(&b.p50)).unwrap_or_default();
+        let [cpu, plan, slowest, sink] = [(self.undisturbed_ms, 8), (*plan, 8), (slowest, 7), (*commit, 8)]
+            .map(|(Percentiles { p50, p99 }, width)| format!("{p50:>width$.3} {p99:>6.2}"));
+        let sent = bytes_uploaded_mean / 1024.0;
         format!(
-            "{:<10} {:>5} {:>12} | {:>8.1}  {:>7.3} {:>6.2} {:>6.2} | {:>8.3} {:>6.2} | {:>8.3} {:>6.2} | \
-             {:>7.3} {:>6.2} | {:>8.3} {:>6.2} | {:>9.0} {:>12.1} {:>10.1} | {:>10.3}\n",
-            self.path,
-            self.workers,
-            self.coherence,
-            self.frames_per_s,
-            self.p50_ms,
-            self.p99_ms,
-            self.first_ms,
-            self.undisturbed_ms.p50,
-            self.undisturbed_ms.p99,
-            plan.p50,
-            plan.p99,
-            slowest.p50,
-            slowest.p99,
-            commit.p50,
-            commit.p99,
-            self.triangles_mean,
-            self.tiles_remade_mean,
-            self.bytes_uploaded_mean / 1024.0,
-            self.efficiency
+            "{path:<10} {workers:>5} {coherence:>12} | {frames_per_s:>8.1}  {p50_ms:>7.3} {p99_ms:>6.2} {first_ms:>6.2} | \
+             {cpu} | {plan} | {slowest} | {sink} | {triangles_mean:>9.0} {tiles:>12.1} {sent:>10.1} | \
+             {efficiency:>10.3}\n"
         )
     }
 }
