@@ -65,7 +65,7 @@ pub(super) fn is_shell(instance: Entity<'_>) -> bool {
 
 /// The type of a model of shells.
 pub(super) fn shell_model(instance: Entity<'_>) -> Option<&'static str> {
-    ["SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"].into_iter().find(|name| instance.is(name))
+    instance.first_of(["SHELL_BASED_SURFACE_MODEL", "FACE_BASED_SURFACE_MODEL"])
 }
 
 /// Whether an instance is a face, with a surface or in the plane of its bounds.
