@@ -70,14 +70,16 @@ impl Room {
         self.spent.fetch_add(bytes as u64, Ordering::Relaxed);
     }
 
-    /// Whether there is room for `bytes` more; if not, the whole call fails, as if the limit were exceeded. Ask before
-    /// they are allocated.
-    pub(crate) fn has(&self, bytes: usize) -> bool {
-        let fits = self.spent.load(Ordering::Relaxed).saturating_add(bytes as u64) <= self.limit;
-        if !fits {
-            self.refused.store(true, Ordering::Relaxed);
+    /// To be asked before `bytes` more are allocated.
+    ///
+    /// # Errors
+    /// If there is no room for them. The whole call then fails, as if the limit were exceeded, and nobody sees this error.
+    pub(crate) fn ask(&self, bytes: usize) -> Result<(), FaceError> {
+        if self.spent.load(Ordering::Relaxed).saturating_add(bytes as u64) <= self.limit {
+            return Ok(());
         }
-        fits
+        self.refused.store(true, Ordering::Relaxed);
+        Err(FaceError::Internal("more memory than the limit".to_owned()))
     }
 
     /// Whether the limit is exceeded, or would have been.

@@ -2,6 +2,7 @@
 
 use super::arrangement::ArrangedTile;
 use super::grid::spans;
+use crate::math::boxes::around;
 use crate::model::{AxisMap, FaceError, NurbsSurface, Surface};
 use crate::prepare::report::Room;
 use crate::prepare::surface::arc_bounds;
@@ -27,20 +28,15 @@ pub(crate) struct Patched {
 impl Patched {
     /// # Errors
     /// If the tiles' box, or the surface over it, has no area that `f64` resolves, or if `room` does not hold it.
-    pub(super) fn over(surface: &Surface, tiles: &[ArrangedTile], room: Option<&Room>) -> Result<Self, FaceError> {
-        let low = tiles.iter().fold(DVec2::INFINITY, |low, tile| low.min(tile.min));
-        let high = tiles.iter().fold(DVec2::NEG_INFINITY, |high, tile| high.max(tile.max));
+    pub(super) fn over(surface: &Surface, tiles: &[ArrangedTile], room: &Room) -> Result<Self, FaceError> {
+        let [low, high] = around(tiles.iter().flat_map(|tile| [tile.min, tile.max]));
         for axis in 0..2 {
             let extent = high[axis] - low[axis];
             if !(extent > 0.0 && extent.is_finite()) {
                 return Err(FaceError::Thin { axis, extent });
             }
         }
-        let needed = patches_within(surface, low, high).saturating_mul(BYTES_PER_PATCH);
-        if room.is_some_and(|room| !room.has(needed)) {
-            // The whole result will be discarded.
-            return Err(FaceError::Internal("it needs more memory than the limit".to_owned()));
-        }
+        room.ask(patches_within(surface, low, high).saturating_mul(BYTES_PER_PATCH))?;
         let (nurbs, maps) = surface.to_nurbs((low.x, high.x), (low.y, high.y));
         let box_u = (maps[0].to_nurbs(low.x), maps[0].to_nurbs(high.x));
         let box_v = (maps[1].to_nurbs(low.y), maps[1].to_nurbs(high.y));

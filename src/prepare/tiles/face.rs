@@ -45,11 +45,8 @@ pub(crate) fn draft(
     shared: &[bool],
     room: &Room,
 ) -> Result<FaceDraft, FaceError> {
-    if !room.has(boundary_memory(part, face)) {
-        // The whole result will be discarded.
-        return Err(FaceError::Internal("its boundary needs more memory than the limit".to_owned()));
-    }
-    let traced = Traced::of(part, face, free, size, Some(room));
+    room.ask(boundary_memory(part, face))?;
+    let traced = Traced::of(part, face, free, size, room);
     let stated = traced.as_ref().map_err(Clone::clone).and_then(|traced| draft_traced(traced, Loops::Nested));
     if free.is_some() {
         // Free trims are separated already.
@@ -60,10 +57,9 @@ pub(crate) fn draft(
             // Its seams count towards its size, if nothing is left without them.
             let size = traced::face_extent(part, face).unwrap_or(size);
             let face = Face { loops, ..face.clone() };
-            let again = Traced::of(part, &face, None, size, Some(room))
-                .and_then(|traced| draft_traced(&traced, Loops::Nested))
-                .ok();
-            if let Some(mut draft) = again.filter(|draft| !draft.crosses) {
+            let again = Traced::of(part, &face, None, size, room);
+            let again = again.and_then(|traced| draft_traced(&traced, Loops::Nested));
+            if let Some(mut draft) = again.ok().filter(|draft| !draft.crosses) {
                 draft.notes.push(FaceTrouble::BothWays);
                 return Ok(draft);
             }
@@ -92,7 +88,7 @@ fn boundary_memory(part: &Part, face: &Face) -> usize {
 
 /// Prepares a face by itself with loops that run as stated, however they are nested.
 pub(crate) fn draft_as_stated(part: &Part, face: &Face, size: f64) -> Result<FaceDraft, FaceError> {
-    draft_traced(&Traced::of(part, face, None, size, None)?, Loops::AsStated)
+    draft_traced(&Traced::of(part, face, None, size, &Room::new(u64::MAX))?, Loops::AsStated)
 }
 
 /// Which way loops run.

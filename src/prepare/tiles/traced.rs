@@ -35,8 +35,8 @@ pub(super) struct Traced<'a> {
     pub(super) part: &'a Part,
     pub(super) face: &'a Face,
     pub(super) free: Option<&'a Result<FreeFace, FaceError>>,
-    /// Memory that the face may take; `None` for any.
-    pub(super) room: Option<&'a Room>,
+    /// Memory that the face may take.
+    pub(super) room: &'a Room,
     pub(super) projector: Projector<'a>,
     pub(super) passages: Passages,
     /// Size of the face.
@@ -56,7 +56,7 @@ impl<'a> Traced<'a> {
         face: &'a Face,
         free: Option<&'a Result<FreeFace, FaceError>>,
         size: f64,
-        room: Option<&'a Room>,
+        room: &'a Room,
     ) -> Result<Self, FaceError> {
         if let Some(cause) = &face.refused {
             return Err(FaceError::Refused(cause.clone()));
@@ -144,9 +144,6 @@ fn boundary_points<'a>(part: &'a Part, face: &'a Face) -> impl Iterator<Item = D
 /// The parameters and points at which edges of a face run through poles.
 fn passages(part: &Part, face: &Face, projector: &Projector<'_>) -> Passages {
     let mut out = Passages::new();
-    if projector.poles.is_empty() {
-        return out;
-    }
     for c in face.wires().flatten() {
         let edge = &part.edges[c.edge.index()];
         let stops = projector.pole_passages(edge);
