@@ -334,12 +334,10 @@ pub(crate) fn carry(
         let rate = (to - from) / (b - a) * if against { -1.0 } else { 1.0 };
         let [at_a, at_b] = if against { [to, from] } else { [from, to] };
         let moved = |s: &UvSample| {
-            let t = if s.t == a {
-                at_a
-            } else if s.t == b {
-                at_b
-            } else {
-                at_a + (s.t - a) * rate
+            let t = match s.t {
+                t if t == a => at_a,
+                t if t == b => at_b,
+                t => at_a + (t - a) * rate,
             };
             UvSample { t, uv: s.uv, d: s.d / rate }
         };
@@ -349,8 +347,18 @@ pub(crate) fn carry(
         }
         return out;
     }
+    let [at_from, at_to] = if against { [b, a] } else { [a, b] };
+    let sample = |t: f64| {
+        let foot = match t {
+            _ if t == from => at_from,
+            _ if t == to => at_to,
+            _ => own.foot(kept.point(t)).0,
+        };
+        let there = UvSample::on(samples, foot);
+        let (of_own, of_kept) = (own.slope(foot), kept.slope(t));
+        UvSample { t, uv: there.uv, d: there.d * (of_kept.dot(of_own) / of_own.length_squared()) }
+    };
     let [low, high] = around(samples.iter().map(|s| s.uv));
-    let bearer = Bearer { samples, own, kept, ends: if against { [b, a] } else { [a, b] } };
     let mut stops = vec![from, to];
     stops.extend(samples[1..samples.len() - 1].iter().map(|s| kept.foot(own.point(s.t)).0));
     stops.retain(|&t| t >= from && t <= to);
@@ -360,50 +368,24 @@ pub(crate) fn carry(
         *last = to;
     }
     let curve = SampledCurve {
-        sample: |t| bearer.sample(t),
-        place: |t| (t, bearer.sample(t).uv),
+        sample,
+        place: |t| (t, sample(t).uv),
         tolerance: FIT * (high - low).length(),
         max_depth: MAX_DEPTH,
     };
-    let mut out = vec![bearer.sample(from)];
+    let mut out = vec![sample(from)];
     for w in stops.windows(2) {
         let before = out[out.len() - 1];
-        curve.follow([w[0], w[1]], [&before, &bearer.sample(w[1])], 0, &mut out);
+        curve.follow([w[0], w[1]], [&before, &sample(w[1])], 0, &mut out);
     }
     straighten(samples, &mut out);
     out
 }
 
-struct Bearer<'a> {
-    samples: &'a [UvSample],
-    own: &'a CurveQuery,
-    kept: &'a CurveQuery,
-    /// Parameters of `own` where `kept` starts and ends.
-    ends: [f64; 2],
-}
-
-impl Bearer<'_> {
-    fn sample(&self, t: f64) -> UvSample {
-        let [from, to] = self.kept.range();
-        let foot = if t == from {
-            self.ends[0]
-        } else if t == to {
-            self.ends[1]
-        } else {
-            self.own.foot(self.kept.point(t)).0
-        };
-        let there = UvSample::on(self.samples, foot);
-        let (own, kept) = (self.own.slope(foot), self.kept.slope(t));
-        let rate = kept.dot(own) / own.length_squared();
-        UvSample { t, uv: there.uv, d: there.d * rate }
-    }
-}
-
 /// Replaces slopes that are not finite, where one of the curves has no speed, by those of the chords. Along a line of
 /// constant parameter, limits slopes that would make cubics turn back.
 fn straighten(stated: &[UvSample], samples: &mut [UvSample]) {
-    let first = stated[0].uv;
-    let on_line = [0, 1].map(|axis| stated.iter().all(|s| s.uv[axis] == first[axis]));
+    let constants = UvSample::constants(stated);
     let chord = |a: &UvSample, b: &UvSample| (b.uv - a.uv) / (b.t - a.t);
     let last = samples.len() - 1;
     for k in 0..=last {
@@ -414,9 +396,9 @@ fn straighten(stated: &[UvSample], samples: &mut [UvSample]) {
             s.d = 0.5 * (chords[0] + chords[1]);
         }
         for axis in 0..2 {
-            if on_line[axis] {
-                (s.uv[axis], s.d[axis]) = (first[axis], 0.0);
-            } else if on_line[1 - axis] {
+            if let Some(constant) = constants[axis] {
+                (s.uv[axis], s.d[axis]) = (constant, 0.0);
+            } else if constants[1 - axis].is_some() {
                 // Fritsch & Carlson's bound for monotone cubics.
                 let [c, d] = chords.map(|c| c[axis]);
                 let most = 3.0 * c.abs().min(d.abs());

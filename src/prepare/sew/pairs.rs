@@ -12,6 +12,7 @@ use crate::math::boxes::{Aabb, BoxTree, around};
 use crate::math::keyed::summed_by_pair;
 use crate::model::{Edge, Part};
 use crate::prepare::trims::free_edges::{FreeFaces, free_face};
+use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece};
 use glam::DVec3;
 use std::cmp::Ordering;
@@ -47,9 +48,8 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
         let Some(Ok(made)) = made else { continue };
         let domain = part.faces[face].surface.natural_domain();
         let on_side = |piece: &Piece| {
-            let first = piece.samples[0].uv;
-            let on_line = |axis: usize| piece.samples.iter().all(|s| s.uv[axis] == first[axis]);
-            (0..2).any(|axis| (first[axis] == domain[axis].0 || first[axis] == domain[axis].1) && on_line(axis))
+            let mut constants = UvSample::constants(&piece.samples).into_iter().zip(domain);
+            constants.any(|(constant, (low, high))| constant.is_some_and(|x| x == low || x == high))
         };
         for piece in made.region.loops.iter().flat_map(|l| &l.pieces) {
             if let Along::Edge(edge) = piece.along {
@@ -69,16 +69,10 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
 
 /// An edge that may coincide with another.
 pub(crate) struct Candidate {
-    pub(crate) edge: u32,
-    pub(crate) shell: u32,
+    pub(crate) used: EdgeInUse,
     pub(crate) tolerance: f64,
-    /// A face that uses it.
-    pub(crate) face: usize,
-    /// Whether it bounds a face without topology, and runs along a side of that face's domain.
-    pub(crate) untold: bool,
-    pub(crate) side: bool,
-    /// Of a face with topology in an open shell: whether the face, seen from outside, has the edge in reverse.
-    pub(crate) against: Option<bool>,
+    /// Whether its shell is open, and all faces of the shell have topology.
+    pub(crate) open: bool,
 }
 
 impl Candidate {
@@ -86,8 +80,7 @@ impl Candidate {
     /// need opposite directions there: sheets on top of each other would become a closed body, and one would be turned
     /// over.
     pub(crate) fn may_adjoin(&self, other: &Self, same_direction: bool) -> bool {
-        let (Some(one), Some(other)) = (self.against, other.against) else { return true };
-        (one == other) != same_direction
+        !self.open || (self.used.against == other.used.against) != same_direction
     }
 }
 
@@ -114,15 +107,15 @@ pub(crate) struct LeftOut {
 /// Of identical candidates, pairs the first with each other one. Of all others, pairs those that may share a stretch:
 /// two distinct ends lie in both boxes, or one end does and a curve has knots at which they may part.
 pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, BTreeMap<u32, LeftOut>) {
-    let edge = |k: usize| &part.edges[candidates[k].edge as usize];
+    let edge = |k: usize| &part.edges[candidates[k].used.edge as usize];
     // Trims of one face are distinct in its domain. Only sides of the domain may meet in space.
     let trims = |a: usize, b: usize| {
-        let [one, other] = [&candidates[a], &candidates[b]];
+        let [one, other] = [a, b].map(|k| &candidates[k].used);
         one.face == other.face && (one.untold || other.untold) && !(one.side && other.side)
     };
     let mut alike: Vec<usize> = (0..candidates.len()).collect();
     let order = |&a: &usize, &b: &usize| {
-        candidates[a].shell.cmp(&candidates[b].shell).then_with(|| statement_order(edge(a), edge(b)))
+        candidates[a].used.shell.cmp(&candidates[b].used.shell).then_with(|| statement_order(edge(a), edge(b)))
     };
     alike.sort_by(order);
     let mut out = Vec::new();
@@ -147,11 +140,10 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
     let mut left_out = BTreeMap::new();
     let mut compare = |a: usize, b: usize| {
         let pair = [firsts[a], firsts[b]];
-        let one = &candidates[pair[0]];
-        if one.shell != candidates[pair[1]].shell || trims(pair[0], pair[1]) {
+        let (shell, tolerance) = (candidates[pair[0]].used.shell, candidates[pair[0]].tolerance);
+        if shell != candidates[pair[1]].used.shell || trims(pair[0], pair[1]) {
             return;
         }
-        let tolerance = one.tolerance;
         let within = |p: DVec3, of: usize| {
             let slack = DVec3::splat(0.5 * tolerance);
             p.cmpge(boxes[of][0] - slack).all() && p.cmple(boxes[of][1] + slack).all()
@@ -168,7 +160,7 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
         }
         // A long border may have any number of short ones along it, but many against many is quadratic.
         if partners[a] >= MOST_PARTNERS && partners[b] >= MOST_PARTNERS {
-            left_out.entry(one.shell).or_insert(LeftOut { first: pair[0], count: 0 }).count += 1;
+            left_out.entry(shell).or_insert(LeftOut { first: pair[0], count: 0 }).count += 1;
             return;
         }
         partners[a] += 1;

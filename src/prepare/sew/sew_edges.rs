@@ -16,7 +16,7 @@ use crate::prepare::surface::decompose::BezierSpline3;
 use crate::prepare::trims::free_edges::FreeFaces;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::prepare::uv::uv_loop::{Along, Piece};
-use crate::prepare::wires::heal::Healing;
+use crate::prepare::wires::heal::{Healing, end_at_roots};
 use glam::DVec3;
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -80,7 +80,7 @@ pub(crate) fn sew<'a>(
 ) -> (Cow<'a, Part>, SewSummary) {
     let candidates = candidates(&part, free, reach);
     let courses: Vec<OnceLock<CurveQuery>> = candidates.iter().map(|_| OnceLock::new()).collect();
-    let course = |k: usize| courses[k].get_or_init(|| CurveQuery::new(&part.edges[candidates[k].edge as usize]));
+    let course = |k: usize| courses[k].get_or_init(|| CurveQuery::new(&part.edges[candidates[k].used.edge as usize]));
     let (pairs, left_out) = pairs(&part, &candidates);
     let contacts: Vec<Vec<Contact>> = call.each(SHARE, pairs, |pair| {
         if call.is_cancelled() {
@@ -93,8 +93,8 @@ pub(crate) fn sew<'a>(
     let mut contacts: Vec<Contact> = contacts.into_iter().flatten().collect();
     let mut thin = SliverCheck::new(&part, free);
     let mut may_join = |pair: [usize; 2], width: f64| {
-        let [a, b] = pair.map(|k| &candidates[k]);
-        a.face != b.face || thin.may_join(a.face, [a.edge, b.edge], width, a.tolerance)
+        let [a, b] = pair.map(|k| &candidates[k].used);
+        a.face != b.face || thin.may_join(a.face, [a.edge, b.edge], width, candidates[pair[0]].tolerance)
     };
     contacts.retain(|Contact { pair, stretch, .. }| {
         let [a, b] = pair.map(|k| &candidates[k]);
@@ -109,8 +109,8 @@ pub(crate) fn sew<'a>(
     let mut widest: Vec<(u32, usize, usize, f64)> = Vec::new();
     for contact in contacts.iter().take_while(|_| !call.is_cancelled()) {
         let count = pieces.join(contact, &course, &mut may_join);
-        let (first, width) = (&candidates[contact.pair[0]], contact.stretch.width);
-        if count > 0 && contact.pair.iter().any(|&k| candidates[k].untold) {
+        let (first, width) = (&candidates[contact.pair[0]].used, contact.stretch.width);
+        if count > 0 && contact.pair.iter().any(|&k| candidates[k].used.untold) {
             sewn = SewSummary { pairs: sewn.pairs + count, width: sewn.width.max(width) };
         } else if count > 0 {
             match widest.iter_mut().find(|t| t.0 == first.shell) {
@@ -121,7 +121,7 @@ pub(crate) fn sew<'a>(
         }
     }
     for (_, candidate, count, width) in widest {
-        let Candidate { edge, face, tolerance, .. } = candidates[candidate];
+        let Candidate { used: EdgeInUse { edge, face, .. }, tolerance, .. } = candidates[candidate];
         let what = BorderTrouble::Sewn { pairs: count, width_mm: width, tolerance_mm: tolerance };
         done.push(Healing { face, severity: Severity::Note, told: Finding::at_edge(&part, edge, what) });
     }
@@ -130,7 +130,7 @@ pub(crate) fn sew<'a>(
         Healing { face, severity: Severity::Note, told }
     }));
     done.extend(left_out.into_values().map(|LeftOut { first, count }| {
-        let Candidate { edge, face, .. } = candidates[first];
+        let EdgeInUse { edge, face, .. } = candidates[first].used;
         let what = BorderTrouble::NotCompared { pairs: count, limit: MOST_PARTNERS };
         Healing { face, severity: Severity::Note, told: Finding::at_edge(&part, edge, what) }
     }));
@@ -138,7 +138,7 @@ pub(crate) fn sew<'a>(
         return (part, SewSummary::default());
     }
     let mut part = part.into_owned();
-    let replaced = pieces.into_edges(&mut part, &candidates);
+    let replaced = pieces.into_edges(&mut part);
     replace(call, &mut part, free, &replaced);
     (Cow::Owned(part), sewn)
 }
@@ -172,10 +172,8 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
         }
         let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
         out.extend(wanted.filter_map(|u| {
-            let e = part.edges.get(u.edge as usize)?;
-            let EdgeInUse { edge, shell, face, untold, side, against, .. } = *u;
-            let against = (open && !untold).then_some(against);
-            is_sound(part, e).then_some(Candidate { edge, shell, tolerance, face, untold, side, against })
+            let is_usable = is_sound(part, part.edges.get(u.edge as usize)?);
+            is_usable.then_some(Candidate { used: *u, tolerance, open: open && !untold })
         }));
     }
     out
@@ -216,8 +214,8 @@ fn cuts<'c>(count: usize, contacts: &[Contact], course: &impl Fn(usize) -> &'c C
 /// Adds a cut unless there is one at that place. Returns whether it did.
 fn add_cut(cuts: &mut Vec<f64>, course: &CurveQuery, t: f64, tolerance: f64) -> bool {
     let k = cuts.partition_point(|&c| c < t);
-    let beside = [k.checked_sub(1), Some(k)].into_iter().flatten().filter_map(|k| cuts.get(k));
-    if beside.into_iter().any(|&c| course.one_place(c, t, tolerance.min(course.length() / 8.0))) {
+    let mut beside = [k.checked_sub(1), Some(k)].into_iter().flatten().filter_map(|k| cuts.get(k));
+    if beside.any(|&c| course.one_place(c, t, tolerance.min(course.length() / 8.0))) {
         return false;
     }
     cuts.insert(k, t);
@@ -225,7 +223,8 @@ fn add_cut(cuts: &mut Vec<f64>, course: &CurveQuery, t: f64, tolerance: f64) -> 
 }
 
 /// The pieces between cuts, in groups that merge.
-struct PieceGroups {
+struct PieceGroups<'a> {
+    candidates: &'a [Candidate],
     cuts: Vec<Vec<f64>>,
     /// Index of each candidate's first piece.
     first: Vec<usize>,
@@ -234,8 +233,6 @@ struct PieceGroups {
     same: Vec<(usize, bool, f64)>,
     /// For the root of each group, the faces and candidates of all its pieces.
     members: Vec<BTreeSet<(usize, usize)>>,
-    /// For each candidate, whether it is of a face with topology in an open shell.
-    open: Vec<bool>,
     /// For each candidate the vertices at its cuts.
     vertices: Vec<Vec<usize>>,
     /// Points of all vertices, and which vertices merge.
@@ -243,10 +240,10 @@ struct PieceGroups {
     merged: DisjointSets,
 }
 
-impl PieceGroups {
+impl<'a> PieceGroups<'a> {
     fn new<'c>(
         part: &Part,
-        candidates: &[Candidate],
+        candidates: &'a [Candidate],
         cuts: Vec<Vec<f64>>,
         course: &impl Fn(usize) -> &'c CurveQuery,
     ) -> Self {
@@ -257,7 +254,7 @@ impl PieceGroups {
         for (k, of_edge) in cuts.iter().enumerate() {
             first.push(count);
             count += of_edge.len().saturating_sub(1);
-            let edge = &part.edges[candidates[k].edge as usize];
+            let edge = &part.edges[candidates[k].used.edge as usize];
             let last = of_edge.len().saturating_sub(1);
             let vertex = |(i, &t): (usize, &f64)| {
                 if i == 0 {
@@ -273,12 +270,11 @@ impl PieceGroups {
         }
         let same = (0..count).map(|k| (k, false, 0.0)).collect();
         let of_candidate = |(k, cuts): (usize, &Vec<f64>)| {
-            std::iter::repeat_n(BTreeSet::from([(candidates[k].face, k)]), cuts.len().saturating_sub(1))
+            std::iter::repeat_n(BTreeSet::from([(candidates[k].used.face, k)]), cuts.len().saturating_sub(1))
         };
         let members = cuts.iter().enumerate().flat_map(of_candidate).collect();
         let merged = DisjointSets::new(points.len());
-        let open = candidates.iter().map(|candidate| candidate.against.is_some()).collect();
-        Self { cuts, first, same, members, open, vertices, points, merged }
+        Self { candidates, cuts, first, same, members, vertices, points, merged }
     }
 
     /// The root of a piece's group, whether the piece runs against it, and a bound on their distance.
@@ -297,7 +293,7 @@ impl PieceGroups {
         let [small, large] = if self.members[p].len() <= self.members[q].len() { [p, q] } else { [q, p] };
         let [few, mut many] = [small, large].map(|k| std::mem::take(&mut self.members[k]));
         // Of three faces at a border of an open shell, nothing says which two belong together.
-        let is_third = few.len() + many.len() > 2 && few.iter().any(|&(_, k)| self.open[k]);
+        let is_third = few.len() + many.len() > 2 && few.iter().any(|&(_, k)| self.candidates[k].open);
         let may = !is_third
             && few.iter().all(|&(face, k)| {
                 let of_face = many.range((face, 0)..=(face, usize::MAX)).take(OF_ONE_FACE);
@@ -360,12 +356,12 @@ impl PieceGroups {
     }
 
     /// Writes the merged vertices and new edges to the part. Returns the pieces that replace edges.
-    fn into_edges(mut self, part: &mut Part, candidates: &[Candidate]) -> Vec<Option<Vec<Replacement>>> {
+    fn into_edges(mut self, part: &mut Part) -> Vec<Option<Vec<Replacement>>> {
         let stated = part.edges.len();
         // The edge of each piece that is a root.
         let mut numbers: Vec<u32> = Vec::with_capacity(self.same.len());
         for (k, cuts) in self.cuts.iter().enumerate() {
-            let whole = candidates[k].edge;
+            let whole = self.candidates[k].used.edge;
             for (i, w) in cuts.windows(2).enumerate() {
                 let piece = self.first[k] + i;
                 if cuts.len() == 2 || self.same[piece].0 != piece {
@@ -382,7 +378,7 @@ impl PieceGroups {
         }
         let mut out: Vec<Option<Vec<Replacement>>> = (0..stated).map(|_| None).collect();
         for (k, cuts) in self.cuts.iter().enumerate() {
-            let whole = candidates[k].edge;
+            let whole = self.candidates[k].used.edge;
             let replaced = cuts.windows(2).enumerate().map(|(i, w)| {
                 let piece = self.first[k] + i;
                 let (root, against, width) = self.root(piece);
@@ -394,11 +390,7 @@ impl PieceGroups {
             }
         }
         part.vertices.clone_from(&self.points);
-        for e in 0..part.edges.len() {
-            let [start, end] = [part.edges[e].start, part.edges[e].end]
-                .map(|v| if v.index() < self.merged.len() { VertexId(self.merged.root(v.0)) } else { v });
-            (part.edges[e].start, part.edges[e].end) = (start, end);
-        }
+        end_at_roots(&mut part.edges, &mut self.merged);
         out
     }
 }

@@ -70,6 +70,12 @@ impl UvSample {
         out
     }
 
+    /// The coordinates that all samples have in common, to the bit: those of parameter lines.
+    pub(crate) fn constants(samples: &[Self]) -> [Option<f64>; 2] {
+        let first = samples[0].uv;
+        [0, 1].map(|axis| samples.iter().all(|s| s.uv[axis] == first[axis]).then_some(first[axis]))
+    }
+
     /// Point and slope at `t` of the cubic between two samples.
     pub(crate) fn at(a: &Self, b: &Self, t: f64) -> Self {
         let h = b.t - a.t;

@@ -248,19 +248,21 @@ fn unite(part: &mut Part, narrow: Vec<Gap>, tolerance: f64, done: &mut Vec<Heali
             *known = (gap.width, place);
         }
     }
-    for e in &mut part.edges {
-        for v in [&mut e.start, &mut e.end] {
-            if v.index() < merged.sets.len() {
-                *v = VertexId(merged.sets.root(v.0));
-            }
-        }
-    }
+    end_at_roots(&mut part.edges, &mut merged.sets);
     done.extend(widest.into_iter().map(|(face, (width, place))| {
         let severity = if width <= tolerance { Severity::Note } else { Severity::Warning };
         let what = WireTrouble::VerticesMoved { width_mm: width, tolerance_mm: tolerance };
         Healing { face, severity, told: Finding::new(Some(place), what) }
     }));
     left
+}
+
+/// Makes edges start and end at the roots of sets of vertices.
+pub(crate) fn end_at_roots(edges: &mut [Edge], sets: &mut DisjointSets) {
+    let known = sets.len();
+    for v in edges.iter_mut().flat_map(|e| [&mut e.start, &mut e.end]).filter(|v| v.index() < known) {
+        *v = VertexId(sets.root(v.0));
+    }
 }
 
 /// Sets of merged vertices, and the short edges that join them.
