@@ -189,6 +189,12 @@ pub fn raise_all<const ROWS: usize>(degree: usize, rows: &mut [f64], term: impl 
     }
 }
 
+/// The sum of points, each times its factor.
+#[inline]
+pub(crate) fn dot<T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>>(factors: &[f64], points: &[T]) -> T {
+    factors.iter().zip(points).fold(T::default(), |sum, (&f, &p)| sum + p * f)
+}
+
 /// The binomial coefficients `C(n, 0..=n)`.
 #[must_use]
 pub fn binomials(n: usize) -> SmallVec<[f64; 8]> {

@@ -173,7 +173,6 @@ fn tile<P: Corner>(boxes: &[[P; 2]], numbers: &mut [u32], axis: usize) {
 mod tests {
     use super::*;
     use crate::sequence::random::SplitMix;
-    use glam::{DVec2, DVec3};
 
     #[test]
     fn the_nearest_leaf_is_that_of_a_linear_search() {

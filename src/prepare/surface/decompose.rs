@@ -1,7 +1,7 @@
 //! NURBS curves and surfaces -> rational Bézier pieces in homogeneous form, by knot insertion (Kumar & Manocha 1995,
 //! §2.2).
 
-use crate::math::bernstein;
+use crate::math::bernstein::{self, dot};
 use crate::model::{CurveDerivatives, NurbsCurve3, NurbsSurface, SurfaceDerivatives, homogeneous, quotient, to_bezier};
 use glam::{DVec3, DVec4};
 
@@ -30,6 +30,11 @@ impl BezierSpline3 {
             let control = control.map(|k| weighted(&curve.points, weights, k)).collect();
             return Self { degree: curve.degree, breaks, control };
         }
+        Self::by_insertion(curve, weights, range)
+    }
+
+    /// [`new`](Self::new) of any curve, by knot insertion.
+    fn by_insertion(curve: &NurbsCurve3, weights: &[f64], range: (f64, f64)) -> Self {
         let rows = homogeneous(&curve.points, weights);
         let (breaks, mut control) = to_bezier(curve.degree, &curve.knots, &rows, 1, range);
         level(&mut control, !weights.is_empty());
@@ -199,6 +204,13 @@ impl BezierPatches {
             }
             return Self { degree_u, degree_v, breaks_u, breaks_v, control, rational };
         }
+        Self::by_insertion(surface, weights, u, v)
+    }
+
+    /// [`over`](Self::over) of any surface, by knot insertion.
+    fn by_insertion(surface: &NurbsSurface, weights: &[f64], u: (f64, f64), v: (f64, f64)) -> Self {
+        let (degree_u, degree_v, width) = (surface.degree_u, surface.degree_v, surface.count_v());
+        let rational = !weights.is_empty();
         let rows = homogeneous(&surface.points, weights);
         let (breaks_u, rows) = to_bezier(degree_u, &surface.knots_u, &rows, width, u);
         // Now along v: columns become rows.
@@ -417,11 +429,6 @@ fn sum_of_lines<const N: usize>(nu: &[f64], y: f64, patch: &[DVec4]) -> DVec4 {
     lines.fold(DVec4::ZERO, |sum, (&n, line)| sum + dot(&nv, line) * n)
 }
 
-#[inline]
-fn dot(factors: &[f64], points: &[DVec4]) -> DVec4 {
-    factors.iter().zip(points).fold(DVec4::ZERO, |sum, (&f, &p)| sum + p * f)
-}
-
 /// The breaks of a spline whose control points are those of its Bézier pieces: lines, arcs and analytic surfaces.
 /// `None` for other splines, or if `range` leaves out a part of the domain.
 fn bezier_breaks(degree: usize, knots: &[f64], range: (f64, f64)) -> Option<Vec<f64>> {
@@ -504,11 +511,8 @@ mod tests {
             for range in [(a, b), (a - 1.0, b + 1.0)] {
                 let fast = BezierSpline3::new(&curve, range);
                 assert!(bezier_breaks(curve.degree, &curve.knots, range).is_some(), "{curve:?}");
-                let weights = uneven(&curve.weights);
-                let rows = homogeneous(&curve.points, weights);
-                let (breaks, mut control) = to_bezier(curve.degree, &curve.knots, &rows, 1, range);
-                level(&mut control, !weights.is_empty());
-                assert_eq!((&fast.breaks, bits(&fast.control)), (&breaks, bits(&control)), "{curve:?}");
+                let slow = BezierSpline3::by_insertion(&curve, uneven(&curve.weights), range);
+                assert_eq!((fast.breaks, bits(&fast.control)), (slow.breaks, bits(&slow.control)), "{curve:?}");
             }
             for part in [(a, b - 0.1), (a + 0.1, b)] {
                 assert!(bezier_breaks(curve.degree, &curve.knots, part).is_none());
@@ -542,20 +546,9 @@ mod tests {
             let (nurbs, _) = surface.to_nurbs((-1.0, 3.0), (0.0, 4.0));
             let (u, v) = nurbs.domain();
             let fast = BezierPatches::over(&nurbs, u, v);
-            let (width, weights) = (nurbs.count_v(), uneven(&nurbs.weights));
-            let (breaks_u, rows) =
-                to_bezier(nurbs.degree_u, &nurbs.knots_u, &homogeneous(&nurbs.points, weights), width, u);
-            let tall = rows.len() / width;
-            let columns: Vec<DVec4> = (0..rows.len()).map(|k| rows[k % tall * width + k / tall]).collect();
-            let (breaks_v, columns) = to_bezier(nurbs.degree_v, &nurbs.knots_v, &columns, tall, v);
-            assert_eq!((&fast.breaks_u, &fast.breaks_v), (&breaks_u, &breaks_v));
-            let (nu, nv) = (nurbs.degree_u + 1, nurbs.degree_v + 1);
-            for (i, j) in (0..breaks_u.len() - 1).flat_map(|i| (0..breaks_v.len() - 1).map(move |j| (i, j))) {
-                let at = |k: usize| columns[(j * nv + k % nv) * tall + i * nu + k / nv];
-                let mut patch: Vec<DVec4> = (0..nu * nv).map(at).collect();
-                level(&mut patch, fast.rational);
-                assert_eq!(bits(fast.patch(i, j)), bits(&patch), "{surface:?} {i} {j}");
-            }
+            let slow = BezierPatches::by_insertion(&nurbs, uneven(&nurbs.weights), u, v);
+            assert_eq!(bits(&fast.control), bits(&slow.control), "{surface:?}");
+            assert_eq!(fast, slow);
         }
     }
 }

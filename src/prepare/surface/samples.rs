@@ -175,8 +175,7 @@ pub(super) fn tangent_turning(net: &[DVec4], rows: &[Vec<f64>]) -> f64 {
     let mut tangents: Directions = [None; COUNT];
     for (tangent, row) in tangents.iter_mut().zip(rows) {
         let (n, d) = row[..2 * (degree + 1)].split_at(degree + 1);
-        let dot = |f: &[f64]| f.iter().zip(net).fold(DVec4::ZERO, |sum, (&f, &c)| sum + c * f);
-        let (p, p1) = (dot(n), dot(d));
+        let (p, p1) = (bernstein::dot(n, net), bernstein::dot(d, net));
         *tangent = (p1.truncate() * p.w - p.truncate() * p1.w).try_normalize();
     }
     turning(&tangents) * TO_ENDS

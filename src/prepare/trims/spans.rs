@@ -4,7 +4,7 @@
 //! Intersections and winding numbers of whole curves therefore reduce to box tests and bisection. Arcs end at the roots
 //! of the derivatives' numerators, isolated by the signs of their Bernstein coefficients (Descartes' rule).
 
-use crate::math::bernstein;
+use crate::math::bernstein::{self, dot};
 use crate::math::solve::bisected;
 use crate::model::{TrimCurve, TrimPiece, to_bezier};
 use glam::{DVec2, DVec3, DVec4};
@@ -110,10 +110,6 @@ impl Span {
         let [low, high] = bisected([0.0, 1.0], 60, |s| (self.point(s)[axis] < x) == rising);
         0.5 * (low + high)
     }
-}
-
-fn dot(factors: &[f64], points: &[DVec3]) -> DVec3 {
-    factors.iter().zip(points).fold(DVec3::ZERO, |sum, (&f, &p)| sum + p * f)
 }
 
 /// The spans of a curve, end to end. Empty if all its points coincide.

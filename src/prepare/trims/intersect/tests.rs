@@ -150,10 +150,7 @@ impl SplitMix {
     fn bezier(&mut self, degree: usize, rational: bool) -> NurbsCurve2 {
         let points = (0..=degree).map(|_| DVec2::new(self.unit(), self.unit())).collect();
         let weights = if rational { (0..=degree).map(|_| 0.5 + self.unit()).collect() } else { Vec::new() };
-        match TrimPiece::bezier(points, weights) {
-            TrimPiece::Nurbs(curve) => curve,
-            TrimPiece::Polyline(_) => panic!("a Bézier curve is NURBS"),
-        }
+        NurbsCurve2::bezier(points, weights)
     }
 }
 
