@@ -1,11 +1,18 @@
 //! Images of edges, against samples of the edges.
 
-use crate::model::{CurveKind, Edge, Frame3, NurbsCurve, NurbsCurve3, NurbsSurface, Surface, VertexId};
+use crate::model::{CurveKind, Edge, Frame3, NurbsCurve3, NurbsSurface, Surface, VertexId};
 use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
 use crate::sequence::random::SplitMix;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// An edge along all of a curve, and its ends.
+fn edge(curve: NurbsCurve3, kind: CurveKind) -> (Edge, [DVec3; 2]) {
+    let range = curve.domain();
+    let ends = [range.0, range.1].map(|t| curve.point(t));
+    (Edge { curve, range, start: VertexId(0), end: VertexId(1), kind, entity: 0 }, ends)
+}
 
 /// A straight edge along a sheet of two mirrored spans or of one, each almost at rest at both of its ends: the curve in
 /// parameters is odd about the middles of pieces.
@@ -27,15 +34,7 @@ fn images_that_are_right_in_the_middle_only_are_refined() {
             points: across.iter().copied().flat_map(point).collect(),
             weights: Vec::new(),
         });
-        let ends = [DVec3::ZERO, 10.0 * DVec3::X];
-        let edge = Edge {
-            curve: NurbsCurve::bezier(ends.to_vec(), Vec::new()),
-            range: (0.0, 1.0),
-            start: VertexId(0),
-            end: VertexId(1),
-            kind,
-            entity: 0,
-        };
+        let (edge, ends) = edge(NurbsCurve3::bezier(vec![DVec3::ZERO, 10.0 * DVec3::X], Vec::new()), kind);
         let image = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).samples;
         for k in 0..=1000 {
             let t = f64::from(k) / 1000.0;
@@ -52,22 +51,10 @@ fn chords_of_a_circle_are_off_the_surface_between_their_ends() {
     let (radius, sides) = (5.0_f64, 40);
     let turn = |k: u32| TAU * f64::from(k) / f64::from(sides);
     let corners: Vec<DVec3> = (0..=sides / 2).map(|k| radius * DVec3::new(turn(k).cos(), turn(k).sin(), 0.0)).collect();
-    let ends = [corners[0], corners[corners.len() - 1]];
     let knots: Vec<f64> = (0..corners.len() as u32).map(f64::from).collect();
-    let last = knots[knots.len() - 1];
-    let edge = Edge {
-        curve: NurbsCurve {
-            degree: 1,
-            knots: [vec![0.0], knots, vec![last]].concat(),
-            points: corners,
-            weights: Vec::new(),
-        },
-        range: (0.0, last),
-        start: VertexId(0),
-        end: VertexId(1),
-        kind: CurveKind::Polyline,
-        entity: 0,
-    };
+    let knots = [&knots[..1], &knots[..], &knots[knots.len() - 1..]].concat();
+    let curve = NurbsCurve3 { degree: 1, knots, points: corners, weights: Vec::new() };
+    let (edge, ends) = edge(curve, CurveKind::Polyline);
     let surface = Surface::Cylinder { frame: Frame3::WORLD, radius };
     let gap = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).gap;
     let height = radius * (1.0 - (0.5 * turn(1)).cos());
@@ -91,14 +78,10 @@ fn images_of_circles_are_within_the_tolerance_everywhere() {
         ];
         for (surface, (place, radius)) in cases {
             for (from, to) in [(0.0, TAU), (0.3, 0.3 + FRAC_PI_2), (1.0, 2.0), (0.1, 0.4)] {
-                let curve = NurbsCurve3::arc(&place, radius, radius, from, to);
-                let range = curve.domain();
-                let ends = [curve.point(range.0), curve.point(range.1)];
-                let (start, end, kind) = (VertexId(0), VertexId(1), CurveKind::Circle);
-                let edge = Edge { curve, range, start, end, kind, entity: 0 };
+                let (edge, ends) = edge(NurbsCurve3::arc(&place, radius, radius, from, to), CurveKind::Circle);
                 let image = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).samples;
                 for k in 0..=400 {
-                    let t = range.0 + (range.1 - range.0) * f64::from(k) / 400.0;
+                    let t = edge.range.0 + (edge.range.1 - edge.range.0) * f64::from(k) / 400.0;
                     let uv = UvSample::on(&image, t).uv;
                     let off = surface.point(uv.x, uv.y).distance(edge.curve.point(t));
                     assert!(off < 4.4e-6, "{surface:?} {radius} {from}: {off} at {t}");
@@ -118,11 +101,8 @@ fn images_that_pass_a_pole_do_not_leap() {
         let place = Frame3 { origin: off * DVec3::X, x: DVec3::Y, y: DVec3::Z, z: DVec3::X };
         let radius = (1.0 - off * off).sqrt();
         let curve = NurbsCurve3::arc(&place, radius, radius, from, from + draw.range(1.0, 4.0));
-        let range = curve.domain();
-        let ends = [curve.point(range.0), curve.point(range.1)];
-        let (start, end, kind) = (VertexId(0), VertexId(1), CurveKind::Circle);
-        let edge = Edge { curve, range, start, end, kind, entity: 0 };
+        let (edge, ends) = edge(curve, CurveKind::Circle);
         let leap = Projector::new(&surface, 1e-6).march(&edge, ends, false, None).leap;
-        assert!(leap == 0.0, "{off} {from} {range:?}: {leap}");
+        assert!(leap == 0.0, "{off} {from} {:?}: {leap}", edge.range);
     }
 }
