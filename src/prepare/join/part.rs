@@ -14,7 +14,7 @@ use crate::model::{
     BorderTrouble, Diagnostic, EdgeId, Face, FaceError, FaceId, FaceTrouble, Part, PartId, Severity, ShellKind,
     ShellTrouble, WireTrouble,
 };
-use crate::prepare::report::{Finding, guarded, panic_message};
+use crate::prepare::report::{Finding, guarded};
 use crate::prepare::sew::sew_edges::{SewSummary, sew};
 use crate::prepare::tiles::draft::FaceDraft;
 use crate::prepare::tiles::{face, traced};
@@ -26,7 +26,6 @@ use crate::prepare::wires::heal::{self, Healing};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// Borders no further apart than this share of the part's size are joined without a diagnostic.
 const ROUNDING: f64 = 1e-9;
@@ -99,14 +98,14 @@ pub(crate) fn prepare_part(
         call.discard(kept);
         return PreparedPart::default();
     }
-    if let Err(reason) = &assembled {
+    if let Err(cause) = &assembled {
         // Assembling panicked where faces share edges. Drop the regions of all faces and fill their loops.
-        let mut faces = maker.fill_all(&has_draft, reason);
+        let mut faces = maker.fill_all(&has_draft, cause);
         directed = maker.direct(&mut faces);
         assembled = maker.assemble(faces.drafts, &directed.reversed);
     }
     let Orientations { sums, mut closedness, turned, .. } = directed;
-    let (mut part, lost) = assembled.unwrap_or_else(|reason| maker.nothing(&reason));
+    let (mut part, lost) = assembled.unwrap_or_else(|cause| maker.nothing(&cause));
     closedness.lose(lost.into_iter().map(|face| of_boundary(&maker.boundary(face))));
     maker.tell_turned(&turned);
     maker.tell_open(&part, &sums);
@@ -334,26 +333,20 @@ impl PartPreparation<'_> {
         }
         for (k, chain) in stated.into_iter().filter(|(k, _)| shells.contains(&shell(*k))) {
             reversed[k] = part.faces[k].reversed;
-            let turned = |draft: &FaceDraft| draft.chain != chain;
-            if faces.drafts[k].as_ref().is_none_or(|draft| !turned(draft)) {
+            if faces.drafts[k].as_ref().is_none_or(|draft| draft.chain == chain) {
                 continue;
             }
-            let told = Finding::new(None, FaceTrouble::LoopAsStated);
-            let again = guarded(|| face::draft_as_stated(part, &part.faces[k], self.size));
-            let (mut draft, cause) = match again {
-                Ok(draft) if !turned(&draft) => (Some(draft), None),
-                Ok(_) => (None, None),
-                Err(e) => (None, Some(e)),
+            let again = guarded(|| match face::draft_as_stated(part, &part.faces[k], self.size)? {
+                draft if draft.chain == chain => Ok(draft),
+                _ => Err(FaceError::Internal("its loops cannot be kept as stated".to_owned())),
+            });
+            let filled = |cause: FaceError| {
+                let fill::FilledFace { mut draft, area, .. } = self.filled(k, None)?;
+                draft.repairs.push(told_filled(&cause, area));
+                Some(draft)
             };
-            if draft.is_none()
-                && let Some(filled) = self.filled(k, None)
-            {
-                let cause = cause.unwrap_or(FaceError::Internal("its loops cannot be kept as stated".to_owned()));
-                draft = Some(filled.draft);
-                draft.iter_mut().for_each(|draft| draft.repairs.push(told_filled(&cause, filled.area)));
-            }
-            if let Some(mut draft) = draft {
-                draft.repairs.push(told);
+            if let Some(mut draft) = again.map_or_else(filled, Some) {
+                draft.repairs.push(Finding::new(None, FaceTrouble::LoopAsStated));
                 faces.drafts[k] = Some(draft);
             }
         }
@@ -446,7 +439,7 @@ impl PartPreparation<'_> {
     }
 
     /// Fills all faces that had a draft, after these could not be assembled.
-    fn fill_all(&mut self, has_draft: &[bool], reason: &str) -> Faces {
+    fn fill_all(&mut self, has_draft: &[bool], cause: &FaceError) -> Faces {
         let mut faces = Faces { drafts: Vec::with_capacity(has_draft.len()), causes: BTreeMap::new() };
         for (k, &has_draft) in has_draft.iter().enumerate() {
             let boundary = self.boundary(k);
@@ -455,11 +448,10 @@ impl PartPreparation<'_> {
                 faces.drafts.push(None);
                 continue;
             }
-            let cause = FaceError::Internal(reason.to_owned());
             let filled = self.filled(k, None);
             let (severity, told) = match &filled {
-                Some(filled) => (Severity::Warning, told_filled(&cause, filled.area)),
-                None => (Severity::Error, Finding::new(None, FaceTrouble::Unusable(cause))),
+                Some(filled) => (Severity::Warning, told_filled(cause, filled.area)),
+                None => (Severity::Error, Finding::new(None, FaceTrouble::Unusable(cause.clone()))),
             };
             self.tell(k, severity, told.clone());
             faces.drafts.push(filled.map(|fill::FilledFace { mut draft, .. }| {
@@ -473,12 +465,12 @@ impl PartPreparation<'_> {
     /// Assembles the drafts. Returns the part, and the faces whose loops could not be closed.
     ///
     /// # Errors
-    /// The message of a panic outside of the work on single faces: on edges, which faces share.
+    /// A panic outside of the work on single faces: on edges, which faces share.
     fn assemble(
         &mut self,
         drafts: Vec<Option<FaceDraft>>,
         reversed: &[bool],
-    ) -> Result<(PreparedPart, Vec<usize>), String> {
+    ) -> Result<(PreparedPart, Vec<usize>), FaceError> {
         let mut told = Vec::new();
         let refill = |k: usize, chain: &Chain| {
             let mut draft = self.filled(k, Some(chain))?.draft;
@@ -487,7 +479,7 @@ impl PartPreparation<'_> {
         };
         let assemble =
             || topology::assemble(self.call, &self.part, self.finely_cut, drafts, reversed, refill, &mut told);
-        let prepared = catch_unwind(AssertUnwindSafe(assemble)).map_err(|panic| panic_message(&*panic))?;
+        let prepared = guarded(|| Ok(assemble()))?;
         let lost =
             told.iter().filter(|(_, closed)| matches!(closed, ClosingOutcome::Lost(_))).map(|(k, _)| *k).collect();
         self.tell_closed(told);
@@ -495,14 +487,12 @@ impl PartPreparation<'_> {
     }
 
     /// A part without tiles, with a diagnostic for each face.
-    fn nothing(&mut self, reason: &str) -> (PreparedPart, Vec<usize>) {
+    fn nothing(&mut self, cause: &FaceError) -> (PreparedPart, Vec<usize>) {
         let faces = self.part.faces.len();
-        let all: Vec<usize> = (0..faces).collect();
-        for &k in &all {
-            let cause = FaceError::Internal(reason.to_owned());
-            self.tell(k, Severity::Error, Finding::new(None, FaceTrouble::Unusable(cause)));
+        for k in 0..faces {
+            self.tell(k, Severity::Error, Finding::new(None, FaceTrouble::Unusable(cause.clone())));
         }
-        (PreparedPart { face_rows: vec![None; faces], ..PreparedPart::default() }, all)
+        (PreparedPart { face_rows: vec![None; faces], ..PreparedPart::default() }, (0..faces).collect())
     }
 
     fn tell_closed(&mut self, told: Vec<(usize, ClosingOutcome)>) {

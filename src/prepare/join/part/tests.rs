@@ -47,7 +47,8 @@ fn a_face_that_cannot_be_filled_is_told_as_lost() {
     let (mut part, control) = (cuboid(), Control::default());
     part.faces[1].loops.clear();
     let mut maker = maker(&part, Call::new(&Alone, &control));
-    let faces = maker.fill_all(&[true, true, false, false, false, false], "why");
+    let cause = FaceError::Internal("why".to_owned());
+    let faces = maker.fill_all(&[true, true, false, false, false, false], &cause);
     let filled: Vec<bool> = faces.drafts.iter().map(Option::is_some).collect();
     assert_eq!(filled, [true, false, false, false, false, false]);
     let told = maker.diagnostics.iter().map(|d| (d.severity, d.face, d.kind.to_string().contains("filled")));
