@@ -121,10 +121,7 @@ fn residue(tiles: &[Tile], edges: &[PreparedEdge], wanted: &Wanted<'_>) -> Vec<B
             continue;
         }
         let is_border = first.0 as usize >= wanted.brep_edges;
-        if is_border && wanted.may_end {
-            continue;
-        }
-        if is_border && is_closed(&edges[first.0 as usize], of_edge) {
+        if is_border && (wanted.may_end || is_closed(&edges[first.0 as usize], of_edge)) {
             continue;
         }
         let mut sums = vec![0_i32; last(first.0) as usize];

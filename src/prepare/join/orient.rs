@@ -58,8 +58,8 @@ pub(crate) fn orient(
         for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
             if let DraftAlong::Edge(e) = u.along {
                 let entry = (k, u.from < u.to);
-                let of_face = uses[e as usize].iter().rev().take_while(|(face, _)| *face == k);
-                if of_face.into_iter().all(|known| *known != entry) {
+                let mut of_face = uses[e as usize].iter().rev().take_while(|(face, _)| *face == k);
+                if of_face.all(|known| *known != entry) {
                     uses[e as usize].push(entry);
                 }
             }

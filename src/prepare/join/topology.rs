@@ -84,10 +84,8 @@ pub(crate) fn assemble(
                 draft = filled;
                 use_edges(part, &draft, &mut edges);
                 closed = add(k, &mut draft, &mut edges, &mut out.tiles);
-                told.push((k, if closed.is_ok() { ClosingOutcome::Filled(why) } else { ClosingOutcome::Lost(why) }));
-            } else {
-                told.push((k, ClosingOutcome::Lost(why)));
             }
+            told.push((k, if closed.is_ok() { ClosingOutcome::Filled(why) } else { ClosingOutcome::Lost(why) }));
         }
         let Ok(added) = closed else {
             out.tiles.truncate(first.0);
@@ -139,10 +137,9 @@ pub(crate) fn assemble(
 
 /// Prepares the edges of a face that no other face has used so far.
 fn use_edges(part: &Part, draft: &FaceDraft, edges: &mut [PreparedEdge]) {
-    for u in draft.tiles.iter().flat_map(|t| &t.loops).flatten() {
-        let DraftAlong::Edge(e) = u.along else { continue };
-        if edges[e as usize].breaks.is_empty() {
-            edges[e as usize] = brep_edge(part, &part.edges[e as usize], Vec::new(), true);
+    for edge in draft.edges().map(|edge| edge as usize) {
+        if edges[edge].breaks.is_empty() {
+            edges[edge] = brep_edge(part, &part.edges[edge], Vec::new(), true);
         }
     }
 }
@@ -259,7 +256,10 @@ fn brep_edges(call: Call<'_>, part: &Part, finely_cut: usize, drafts: &[Option<F
     for (edge, t) in faces().flat_map(|d| &d.breaks) {
         wanted[*edge as usize].push(*t);
     }
-    let used = used_edges(part.edges.len(), drafts);
+    let mut used = vec![false; part.edges.len()];
+    for draft in faces() {
+        draft.edges().chain(draft.chain.iter().map(|c| c.0)).for_each(|edge| used[edge as usize] = true);
+    }
     let borders: usize = faces().map(|draft| draft.borders.len()).sum();
     let mut edges: Vec<PreparedEdge> = Vec::with_capacity(part.edges.len() + borders);
     let stated = part.edges.iter().zip(wanted).zip(used).enumerate();
@@ -282,19 +282,6 @@ fn brep_edges(call: Call<'_>, part: &Part, finely_cut: usize, drafts: &[Option<F
         }
     }
     edges
-}
-
-fn used_edges(count: usize, drafts: &[Option<FaceDraft>]) -> Vec<bool> {
-    let mut used = vec![false; count];
-    for u in drafts.iter().flatten().flat_map(|d| &d.tiles).flat_map(|t| &t.loops).flatten() {
-        if let DraftAlong::Edge(e) = u.along {
-            used[e as usize] = true;
-        }
-    }
-    for &(e, _) in drafts.iter().flatten().flat_map(|d| &d.chain) {
-        used[e as usize] = true;
-    }
-    used
 }
 
 /// Index of the break nearest to a parameter.

@@ -107,6 +107,12 @@ pub(crate) struct FaceDraft {
 }
 
 impl FaceDraft {
+    /// The B-rep edges along its tiles, use by use.
+    pub(crate) fn edges(&self) -> impl Iterator<Item = u32> {
+        let uses = self.tiles.iter().flat_map(|tile| &tile.loops).flatten();
+        uses.filter_map(|u| if let DraftAlong::Edge(edge) = u.along { Some(edge) } else { None })
+    }
+
     /// A copy whose edges have other numbers, in the same order, and without tangles, which only drafting reads. `None`
     /// if an edge has no other number.
     pub(crate) fn renumbered(&self, number: impl Fn(u32) -> Option<u32>) -> Option<Self> {
