@@ -8,7 +8,7 @@ use crate::math::solve::bisected;
 use crate::model::{CurveKind, Part, VertexId};
 use crate::prepare::uv::projector::Projector;
 use crate::prepare::uv::uv_curve::UvSample;
-use crate::prepare::uv::uv_loop::{Along, UvLoop};
+use crate::prepare::uv::uv_loop::{Along, Piece, UvLoop};
 use glam::DVec2;
 
 /// A place where two stretches of a face's boundary meet: edge and parameter of both.
@@ -71,15 +71,14 @@ pub(crate) fn about(part: &Part, tangles: &[Tangle], way: Way, reach: f64) -> Op
         }
     }
     straight.sort_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap_or(std::cmp::Ordering::Equal));
-    // Merge those that overlap.
-    let mut merged: Vec<(u32, f64, f64)> = Vec::with_capacity(straight.len());
-    for s in straight {
-        match merged.last_mut() {
-            Some(last) if last.0 == s.0 && s.1 <= last.2 => last.2 = last.2.max(s.2),
-            _ => merged.push(s),
+    straight.dedup_by(|next, last| {
+        let overlap = last.0 == next.0 && next.1 <= last.2;
+        if overlap {
+            last.2 = last.2.max(next.2);
         }
-    }
-    let merged = merged.into_iter().map(|(edge, from, to)| Mend::Straight { edge, from, to });
+        overlap
+    });
+    let merged = straight.into_iter().map(|(edge, from, to)| Mend::Straight { edge, from, to });
     Some(merged.chain(beside.into_iter().map(|(edge, to, along)| Mend::Beside { edge, to, along })).collect())
 }
 
@@ -165,7 +164,7 @@ pub(crate) fn mend(l: &mut UvLoop, mends: &[Mend], most: f64, projector: &Projec
                 Mend::Straight { from, to, .. } => straight(old, from.max(old[0].t), to.min(old[old.len() - 1].t)),
                 Mend::Beside { edge, to, along } => {
                     let end = at_end(old, edge).uv;
-                    let ends_there = |p: &&crate::prepare::uv::uv_loop::Piece| {
+                    let ends_there = |p: &&Piece| {
                         let off = at_end(&p.samples, along).uv - end;
                         p.along == Along::Edge(along.edge) && projector.length(end, off) <= 10.0 * projector.tolerance
                     };
@@ -259,10 +258,10 @@ fn beside(
         let radius = was.max(HESITATION * share * reach).min(reach);
         other_at(radius).map(|uv| uv + apart * (radius / reach))
     };
-    let ts: Vec<f64> = (0..PIECES).map(|k| corner.t + (to - corner.t) * (k as f64 / PIECES as f64)).collect();
     let share = |k: usize| k as f64 / PIECES as f64;
     let mut new = Vec::with_capacity(samples.len() + PIECES);
-    for (k, &t) in ts.iter().enumerate() {
+    for k in 0..PIECES {
+        let t = corner.t + (to - corner.t) * share(k);
         let small = 1e-3 / PIECES as f64;
         let [before, after] = [(share(k) - small).max(0.0), share(k) + small];
         let uv = if k == 0 { corner.uv } else { laid(share(k))? };
@@ -274,9 +273,7 @@ fn beside(
         new.extend(samples.iter().copied().filter(|s| s.t > to));
     } else {
         new.reverse();
-        let mut all: Vec<UvSample> = samples.iter().copied().filter(|s| s.t < to).collect();
-        all.append(&mut new);
-        new = all;
+        new.splice(0..0, samples.iter().copied().filter(|s| s.t < to));
     }
     new.iter().all(|s| s.uv.is_finite() && s.d.is_finite()).then_some(new)
 }
@@ -284,7 +281,6 @@ fn beside(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec2;
 
     #[test]
     fn a_stretch_becomes_straight_and_the_rest_stays() {

@@ -356,10 +356,9 @@ fn band(
     // such that neither side beyond an end is kept, or the one beyond the high end once if the region reaches that.
     let rise: i32 = round.iter().map(|l| l.winding[axis] * lower(axis)).sum();
     let base = if to_ends[0] { 1 } else { (i32::from(to_ends[1]) - rise).min(0) };
-    let is_pole =
-        |x: f64| projector.poles.iter().any(|p| p.axis == across && (p.at - x).abs() <= 1e-9 * (1.0 + x.abs()));
     let border = [bounds[across].0, bounds[across].1];
-    let unbounded = (0..2).find(|&k| to_ends[k] && !is_pole(border[k])).map(|k| (across, border[k]));
+    let is_open = |&k: &usize| to_ends[k] && pole_along(projector, across, border[k]).is_none();
+    let unbounded = (0..2).find(is_open).map(|k| (across, border[k]));
     let period = projector.period[axis].ok_or(RegionError::OneSided { loops: round.len() })?;
     bounds[axis] = (bounds[axis].0, bounds[axis].0 + period);
     round.extend(inner.into_iter().map(|l| hole(l, across, bounds[across], projector, turn)));
@@ -458,11 +457,12 @@ fn hole(mut l: UvLoop, across: usize, (low, high): (f64, f64), projector: &Proje
 
 /// The poles at the ends of the region's box, by axis and side (0 low, 1 high).
 pub(crate) fn pole_sides(region: &Region, projector: &Projector<'_>) -> [[Option<usize>; 2]; 2] {
-    let at = |axis: usize, x: f64| {
-        let scale = 1e-9 * (1.0 + x.abs());
-        projector.poles.iter().position(|p| p.axis == axis && (p.at - x).abs() <= scale)
-    };
-    [0, 1].map(|axis| [at(axis, region.bounds[axis].0), at(axis, region.bounds[axis].1)])
+    [0, 1].map(|axis| <[f64; 2]>::from(region.bounds[axis]).map(|x| pole_along(projector, axis, x)))
+}
+
+/// The pole along the parameter line at `x`.
+fn pole_along(projector: &Projector<'_>, axis: usize, x: f64) -> Option<usize> {
+    projector.poles.iter().position(|p| p.axis == axis && (p.at - x).abs() <= 1e-9 * (1.0 + x.abs()))
 }
 
 #[cfg(test)]

@@ -64,8 +64,7 @@ impl Meeting {
 pub(crate) fn meet(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>) -> Vec<Meeting> {
     let starts = chords_meet(a, b);
     // Chords of curves that touch need not cross.
-    let curved = [a, b].iter().any(|s| s.arc.points.len() > 2);
-    if starts.is_empty() && curved {
+    if starts.is_empty() && (a.is_curved() || b.is_curved()) {
         let [d, e] = [a, b].map(|s| s.chord());
         let side_by_side = d.perp_dot(e).abs() <= SIDE_BY_SIDE * d.length() * e.length();
         return side_by_side.then(|| settle(tile, a, b, None)).flatten().into_iter().collect();
@@ -116,8 +115,7 @@ fn settle(tile: &DraftTile, a: ArcSpan<'_>, b: ArcSpan<'_>, crossing: Option<[f6
         (from + (to - from) * at[k]).clamp(limits[k][0], limits[k][1])
     });
     let mut touch = TOUCH;
-    let curved = spans.iter().any(|s| s.arc.points.len() > 2);
-    let tangent = if curved { tangency(uses, scale, [a.range(), b.range()], t) } else { None };
+    let tangent = if a.is_curved() || b.is_curved() { tangency(uses, scale, [a.range(), b.range()], t) } else { None };
     if let Some(tangent) = tangent {
         (t, touch) = (tangent, TANGENT);
     } else if crossing.is_none() {

@@ -68,14 +68,13 @@ impl<'a> Traced<'a> {
         }
         let extent = face_extent(part, face).unwrap_or(size);
         let mut projector = Projector::new(&face.surface, 1e-6 * extent);
+        let mut passages = Passages::new();
         if !projector.poles.is_empty() {
             let uses = |edge: EdgeId| face.wires().flatten().filter(|c| c.edge == edge).count();
             for c in face.wires().flatten() {
                 projector.keep_off_poles(&part.edges[c.edge.index()], || uses(c.edge) > 1);
             }
-        }
-        let mut passages = passages(part, face, &projector);
-        if !projector.poles.is_empty() {
+            passages = self::passages(part, face, &projector);
             projector.adopt(boundary_points(part, face), part.tolerance);
         }
         if let Some(Ok(free)) = free {

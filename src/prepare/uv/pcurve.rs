@@ -70,8 +70,7 @@ impl Projector<'_> {
         let is_whole = edge.curve.degree == 2 && edge.range == edge.curve.domain() && leads.iter().all(Option::is_none);
         let is_circle = edge.kind == CurveKind::Circle && is_whole;
         let walk = Walk { projector: self, edge, ends, leads, is_circle, leap: Cell::new(0.0) };
-        let order = |pair: [Option<usize>; 2]| if reversed { [pair[1], pair[0]] } else { pair };
-        let [first_pole, last_pole] = order(end_poles);
+        let [first_pole, last_pole] = if reversed { [end_poles[1], end_poles[0]] } else { end_poles };
         let mut out: Vec<(UvSample, f64)> = Vec::with_capacity(2 * ts.len());
         let span = (t1 - t0) * if reversed { -1.0 } else { 1.0 };
         let near_end = |t: f64, inward: f64, pole: usize, seed: Option<DVec2>| {
@@ -91,8 +90,7 @@ impl Projector<'_> {
             });
         }
         let gap = out.iter().map(|s| s.1).fold(0.0, f64::max);
-        let mut samples = Vec::with_capacity(out.len());
-        samples.extend(out.iter().map(|s| s.0));
+        let mut samples: Vec<UvSample> = out.iter().map(|s| s.0).collect();
         if !self.poles.is_empty() {
             self.unwind(&mut samples);
         }

@@ -373,9 +373,6 @@ impl<'a> Projector<'a> {
 
     /// Interior parameters at which an edge passes through a pole, increasing. Its image jumps there.
     pub(crate) fn pole_passages(&self, edge: &Edge) -> Vec<f64> {
-        if self.poles.is_empty() {
-            return Vec::new();
-        }
         let near = NEAR * self.tolerance;
         // A curve lies in the box of its points. Most poles are far from it; twice the distance leaves room for rounding.
         let [low, high] = around(edge.curve.points.iter().copied());

@@ -2,7 +2,7 @@
 //! gives twice. Of these it keeps one, or none where they bound nothing.
 
 use super::heal::{Healing, ends};
-use crate::math::keyed::sums_by_key;
+use crate::math::keyed::{sums_by_key, take_rows};
 use crate::model::{Coedge, EdgeId, Face, FaceTrouble, Loop, Part, Severity, VertexId};
 use crate::prepare::report::Finding;
 use crate::prepare::trims::free_edges::{FreeFace, FreeFaces};
@@ -157,11 +157,8 @@ pub(crate) fn without_slits<'a>(
 /// Removes loops, given by face and index, ascending.
 fn drop_loops(part: &mut Cow<'_, Part>, dropped: &[(usize, usize)]) {
     for of_face in dropped.chunk_by(|a, b| a.0 == b.0) {
-        let (mut index, mut rest) = (0, of_face.iter().peekable());
-        part.to_mut().faces[of_face[0].0].loops.retain(|_| {
-            index += 1;
-            rest.next_if(|(_, dropped)| dropped + 1 == index).is_none()
-        });
+        let rows: Vec<usize> = of_face.iter().map(|&(_, index)| index).collect();
+        take_rows(&mut part.to_mut().faces[of_face[0].0].loops, &rows);
     }
 }
 
