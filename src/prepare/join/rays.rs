@@ -166,13 +166,8 @@ impl Line {
         const NEAR: f64 = 1e-8;
         let (mut ahead, mut behind, mut starts) = (0, 0, 0);
         for face in faces.iter().filter(|face| self.is_near(face.bounds)) {
-            let mut certain = true;
-            let patches = &*face.draft.surface.patches;
-            self.cross(patches, &mut |uv| {
-                let Some((distance, turns)) = self.crossing(face, uv) else {
-                    certain = false;
-                    return;
-                };
+            for uv in self.cross(&face.draft.surface.patches)? {
+                let (distance, turns) = self.crossing(face, uv)?;
                 if distance.abs() <= NEAR * size {
                     starts += turns.abs();
                 } else if distance > 0.0 {
@@ -180,9 +175,6 @@ impl Line {
                 } else {
                     behind += turns;
                 }
-            })?;
-            if !certain {
-                return None;
             }
         }
         Some((starts, ahead, behind))
@@ -224,8 +216,9 @@ impl Line {
         Some(((point - self.from).dot(self.along), leaves * winding))
     }
 
-    /// Calls `found` with the parameters of each point of the surface on the line. `None` if there may be others.
-    fn cross(&self, patches: &BezierPatches, found: &mut impl FnMut(DVec2)) -> Option<()> {
+    /// The parameters of each point of the surface on the line. `None` if there may be others.
+    fn cross(&self, patches: &BezierPatches) -> Option<Zeros> {
+        let mut found = Zeros::new();
         let (count_u, count_v) = patches.counts();
         for (i, j) in (0..count_u).flat_map(|i| (0..count_v).map(move |j| (i, j))) {
             let off = |at: DVec3, w: f64| {
@@ -235,21 +228,24 @@ impl Line {
             let net = patches.patch(i, j).iter().map(|c| off(c.truncate(), c.w)).collect();
             let (u, v) = (&patches.breaks_u[i..], &patches.breaks_v[j..]);
             let place = |at: DVec2| DVec2::new(u[0] + (u[1] - u[0]) * at.x, v[0] + (v[1] - v[0]) * at.y);
-            zeros(net, patches.degree_v + 1, &mut |at| found(place(at)))?;
+            found.extend(zeros(net, patches.degree_v + 1)?.into_iter().map(place));
         }
-        Some(())
+        Some(found)
     }
 }
 
 /// A Bézier net in the plane, u-major.
 type Net = SmallVec<[DVec2; 16]>;
 
-/// Calls `found` with the parameters at which a polynomial map of the unit square is zero. `width`: coefficients in v.
-/// `None` if there may be others.
+/// Parameters of points on a line.
+type Zeros = SmallVec<[DVec2; 4]>;
+
+/// The parameters at which a polynomial map of the unit square is zero. `width`: coefficients in v. `None` if there may
+/// be others.
 ///
 /// Halves the square. A part whose coefficients all lie on one side of an axis has no zero. A part over which the map is
 /// one to one has one at most, which Newton's method finds.
-fn zeros(net: Net, width: usize, found: &mut impl FnMut(DVec2)) -> Option<()> {
+fn zeros(net: Net, width: usize) -> Option<Zeros> {
     /// Parts of a patch that are looked at. A simple zero takes about ten.
     const MOST: usize = 400;
     /// Side of a part that contains no simple zero: in smaller ones, signs of coefficients are rounding.
@@ -264,7 +260,7 @@ fn zeros(net: Net, width: usize, found: &mut impl FnMut(DVec2)) -> Option<()> {
     if may_have(&net) {
         parts.push((net, DVec2::ZERO, DVec2::ONE));
     }
-    let mut looked = 0;
+    let (mut found, mut looked) = (Zeros::new(), 0);
     while let Some((net, low, high)) = parts.pop() {
         looked += 1;
         if looked > MOST || (high - low).max_element() < SMALLEST {
@@ -276,7 +272,7 @@ fn zeros(net: Net, width: usize, found: &mut impl FnMut(DVec2)) -> Option<()> {
             if (0..2).any(|axis| at[axis] < BORDER || at[axis] > 1.0 - BORDER) {
                 return None;
             }
-            found(low + (high - low) * at);
+            found.push(low + (high - low) * at);
             continue;
         }
         let (size, middle) = (high - low, 0.5 * (low + high));
@@ -299,7 +295,7 @@ fn zeros(net: Net, width: usize, found: &mut impl FnMut(DVec2)) -> Option<()> {
             parts.push((net, low, high));
         }
     }
-    Some(())
+    Some(found)
 }
 
 /// Whether every difference of coefficients along u is on one side of every one along v. Then no two points have the
@@ -368,8 +364,7 @@ mod tests {
         let off = DVec2::new(0.2, 0.1);
         // Both within the square, one of them, none.
         for middle in [DVec2::new(0.34, 0.41), DVec2::new(0.13, 0.33), DVec2::new(1.3, 0.4)] {
-            let mut found = Vec::new();
-            assert_eq!(zeros(square(middle), 3, &mut |at| found.push(at)), Some(()));
+            let mut found = zeros(square(middle), 3).expect("certain zeros");
             found.sort_by(|a, b| a.x.total_cmp(&b.x));
             let inside = |at: &DVec2| at.min_element() > 0.0 && at.max_element() < 1.0;
             let expected: Vec<DVec2> = [middle - off, middle + off].into_iter().filter(inside).collect();
@@ -377,8 +372,8 @@ mod tests {
             assert!(found.len() == expected.len() && close, "{middle}: {found:?} instead of {expected:?}");
         }
         // One at the lower end of u; a double one.
-        assert_eq!(zeros(square(DVec2::new(0.2, 0.4)), 3, &mut |_| {}), None);
+        assert_eq!(zeros(square(DVec2::new(0.2, 0.4)), 3), None);
         let double = square(DVec2::new(0.34, 0.41)).iter().map(|c| *c + DVec2::new(0.03, 0.04)).collect();
-        assert_eq!(zeros(double, 3, &mut |_| {}), None);
+        assert_eq!(zeros(double, 3), None);
     }
 }
