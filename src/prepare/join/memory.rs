@@ -3,8 +3,9 @@
 
 use super::kept::KeptFace;
 use super::prepared::{
-    Break, EdgeShape, EdgeUse, PartCost, PartFacts, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile,
+    Break, EdgeShape, EdgeUse, ImageSpan, PartCost, PartFacts, Prepared, PreparedEdge, PreparedFace, PreparedPart, Tile,
 };
+use super::sample_images::STEPS;
 use crate::control::{Call, Counter, Stage};
 use crate::mesh::{SceneInstance, ScenePart};
 use crate::model::{Coedge, Edge, Face, Instance, Loop, Model, NurbsCurve3, Part, Surface, TrimPiece};
@@ -26,8 +27,8 @@ const ALLOCATION: usize = 16;
 /// the lists of its curve without their contents.
 const PREPARED_EDGE: usize = size_of::<PreparedEdge>() + 2 * size_of::<Break>() + 3 * ALLOCATION;
 
-/// What a use of an edge takes in a prepared part, besides the use: samples of its image.
-const PREPARED_USE: usize = 192;
+/// What a use of an edge takes in a prepared part, besides the use: its image, with samples and a rate in three strips.
+const PREPARED_USE: usize = size_of::<ImageSpan>() + 3 * (STEPS + 1) * size_of::<[f32; 2]>() + 2 * ALLOCATION;
 
 /// Bounds of a strip of a curve.
 const STRIP: usize = size_of::<(StripBounds, f64)>();

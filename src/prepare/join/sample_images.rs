@@ -6,7 +6,7 @@ use crate::prepare::uv::uv_curve::UvCurve;
 use smallvec::SmallVec;
 
 /// Maximum steps per strip: enough to notice a lattice that is denser at one end of the strip.
-const STEPS: usize = 4;
+pub(super) const STEPS: usize = 4;
 /// Share of the tile that a step may cross before strips get more steps.
 const REACH: f64 = 1.0 / 32.0;
 

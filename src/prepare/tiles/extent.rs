@@ -3,12 +3,13 @@
 use super::arrangement::ArrangedTile;
 use super::grid::spans;
 use crate::math::boxes::around;
+use crate::math::solve::equal_pieces;
 use crate::model::{AxisMap, FaceError, NurbsSurface, Surface};
 use crate::prepare::report::Room;
 use crate::prepare::surface::arc_bounds;
 use crate::prepare::surface::decompose::BezierPatches;
 use crate::prepare::surface::tables::SurfaceBounds;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, DVec4};
 use std::cell::LazyCell;
 use std::sync::Arc;
 
@@ -56,8 +57,8 @@ impl Patched {
     }
 }
 
-/// Memory of a bicubic patch, bytes, with its bounds, and what cutting it off takes for a moment.
-const BYTES_PER_PATCH: usize = 2048;
+/// Memory of a bicubic patch, bytes, with its bounds, and what cutting it off takes for a moment: four times its net.
+const BYTES_PER_PATCH: usize = 4 * 16 * size_of::<DVec4>();
 
 /// Number of patches of a surface over a box. A closed spline may go round several times.
 fn patches_within(surface: &Surface, low: DVec2, high: DVec2) -> usize {
@@ -145,10 +146,7 @@ fn creases(nurbs: &NurbsSurface, patches: &BezierPatches, axis: usize) -> Vec<(f
         [if axis == 0 { du } else { dv }, du.cross(dv)]
     };
     // A crease may be as short as one piece: three samples per piece, and the end.
-    let places = LazyCell::new(|| {
-        let places = across.windows(2).flat_map(|w| [0.0, 1.0, 2.0].map(|third| w[0] + (w[1] - w[0]) * third / 3.0));
-        places.chain(across.last().copied()).collect::<Vec<f64>>()
-    });
+    let places = LazyCell::new(|| equal_pieces(across, 3).chain(across.last().copied()).collect::<Vec<f64>>());
     let crease = |k: usize| {
         let step = 1e-6 * (breaks[k] - breaks[k - 1]).min(breaks[k + 1] - breaks[k]);
         let sides: Vec<[[DVec3; 2]; 2]> =
