@@ -5,6 +5,7 @@
 
 use super::draft::{DraftAlong, DraftUse};
 use crate::math::boxes::around;
+use crate::math::lanes::{larger, smaller};
 use crate::prepare::uv::uv_curve::{SAME_SHARE, UvCurve, UvSample};
 use glam::DVec2;
 use smallvec::SmallVec;
@@ -236,12 +237,8 @@ impl<'a> ArcSpan<'a> {
 
     /// The least and largest coordinate of its points along `n`.
     fn range_along(&self, n: DVec2) -> (f64, f64) {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for x in self.points().iter().map(|x| n.dot(*x)) {
-            low = if x < low { x } else { low };
-            high = if x > high { x } else { high };
-        }
-        (low, high)
+        let along = self.points().iter().map(|x| n.dot(*x));
+        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (smaller(x, low), larger(x, high)))
     }
 
     /// The same of a cubic itself. Its Bézier points extend beyond it, which would take more halvings.

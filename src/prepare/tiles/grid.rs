@@ -207,22 +207,19 @@ pub(super) fn spans(surface: &Surface, axis: usize, lo: f64, hi: f64) -> usize {
 
 /// Parameters where a surface has a crease: knots of full multiplicity at which control points are not in line.
 fn creases(surface: &Surface, axis: usize) -> Vec<f64> {
-    match (surface, axis) {
-        (Surface::Nurbs(s), axis) => {
-            let count = [s.knots_u.len() - s.degree_u - 1, s.knots_v.len() - s.degree_v - 1];
-            let (knots, degree) = if axis == 0 { (&s.knots_u, s.degree_u) } else { (&s.knots_v, s.degree_v) };
-            let row = |row: usize| {
-                let index = move |k: usize| if axis == 0 { k * count[1] + row } else { row * count[1] + k };
-                move |k: usize| s.points[index(k)]
-            };
-            let rows = || (0..count[1 - axis]).map(row);
-            kinks(knots, degree, |k| rows().any(|point| turns([k - 1, k, k + 1].map(point))))
+    let Some((degree, knots)) = surface.knots(axis) else { return Vec::new() };
+    kinks(knots, degree, |k| match surface {
+        Surface::Nurbs(s) => {
+            let (count_u, count_v) = (s.count_u(), s.count_v());
+            let index = |k: usize, row: usize| if axis == 0 { k * count_v + row } else { row * count_v + k };
+            let rows = if axis == 0 { count_v } else { count_u };
+            (0..rows).any(|row| turns([k - 1, k, k + 1].map(|k| s.points[index(k, row)])))
         }
-        (Surface::Extrusion { curve, .. }, 0) | (Surface::Revolution { curve, .. }, 1) => {
-            kinks(&curve.knots, curve.degree, |k| turns([k - 1, k, k + 1].map(|k| curve.points[k])))
+        Surface::Extrusion { curve, .. } | Surface::Revolution { curve, .. } => {
+            turns([k - 1, k, k + 1].map(|k| curve.points[k]))
         }
-        _ => Vec::new(),
-    }
+        _ => false,
+    })
 }
 
 /// Inner knots of full multiplicity at whose control point `turns` holds.

@@ -3,6 +3,7 @@
 //! share of the area by Green's theorem.
 
 use super::spans::{Span, UvDomain, spans};
+use crate::math::boxes::around;
 use crate::model::TrimCurve;
 use crate::prepare::uv::uv_curve::step_along;
 use glam::{DVec2, DVec3};
@@ -65,8 +66,7 @@ pub(crate) fn copies(chain: SpanChain, periodic: [bool; 2]) -> (Vec<SpanChain>, 
     if !chain.closed || periodic == [false; 2] {
         return (vec![chain], [false; 2]);
     }
-    let low = chain.spans.iter().fold(DVec2::INFINITY, |low, s| low.min(s.low()));
-    let high = chain.spans.iter().fold(DVec2::NEG_INFINITY, |high, s| high.max(s.high()));
+    let [low, high] = around(chain.spans.iter().flat_map(|s| s.ends));
     let shifts = [0, 1].map(|axis| {
         let from = (TOUCH - high[axis]).ceil();
         let to = (1.0 - TOUCH - low[axis]).floor();
