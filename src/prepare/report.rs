@@ -73,7 +73,7 @@ impl Room {
     /// To be asked before `bytes` more are allocated.
     ///
     /// # Errors
-    /// If there is no room for them. The whole call then fails, as if the limit were exceeded, and nobody sees this error.
+    /// If there is no room for them. The whole call then fails, as if the limit were exceeded, and discards this error.
     pub(crate) fn ask(&self, bytes: usize) -> Result<(), FaceError> {
         if self.spent.load(Ordering::Relaxed).saturating_add(bytes as u64) <= self.limit {
             return Ok(());

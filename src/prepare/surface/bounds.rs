@@ -25,8 +25,8 @@ impl SurfaceBounds {
     /// Bounds all patches.
     ///
     /// Sub-boxes per patch and direction: 1 where the degree is 1, else 4; 2 with more than 16 patches or on rational
-    /// nets of more than 6 points; 1 with more than 64 patches. More where the normal turns by more than a right angle within one, up to 16, and where weights
-    /// differ, up to 64. Cost: a few µs per sub-box up to degree (3, 3).
+    /// nets of more than 6 points; 1 with more than 64 patches. More where the normal turns by more than a right angle
+    /// within one, up to 16, and where weights differ, up to 64. Cost: a few µs per sub-box up to degree (3, 3).
     #[must_use]
     pub fn new(patches: &BezierPatches) -> Self {
         let mut sampler = Sampler::new(patches.degree_u, patches.degree_v, patches.rational);

@@ -13,6 +13,7 @@ use super::chains::{SpanChain, SpanPlace, TOUCH};
 use super::spans::Span;
 use crate::control::Call;
 use crate::math;
+use crate::math::bernstein::restrict;
 use crate::math::boxes::BoxTree;
 use crate::prepare::uv::uv_curve::{UvSample, newton_meeting};
 use glam::{DMat2, DVec2, DVec3};
@@ -174,9 +175,10 @@ struct SpanPart {
 }
 
 impl SpanPart {
-    fn of(span: &Span, range: [f64; 2]) -> Self {
-        let mut control = span.control.clone();
-        crate::math::bernstein::restrict(&mut control, range[0], range[1]);
+    /// The part `share` of a net. `range`: its parameters, of the span.
+    fn of(net: &[DVec3], share: [f64; 2], range: [f64; 2]) -> Self {
+        let mut control = net.to_vec();
+        restrict(&mut control, share[0], share[1]);
         Self { control, range }
     }
 
@@ -189,14 +191,10 @@ impl SpanPart {
     }
 
     fn halves(&self) -> [Self; 2] {
-        let middle = 0.5 * (self.range[0] + self.range[1]);
-        let (mut left, mut right) = (self.control.clone(), self.control.clone());
-        crate::math::bernstein::restrict(&mut left, 0.0, 0.5);
-        crate::math::bernstein::restrict(&mut right, 0.5, 1.0);
-        [
-            Self { control: left, range: [self.range[0], middle] },
-            Self { control: right, range: [middle, self.range[1]] },
-        ]
+        let [from, to] = self.range;
+        let middle = 0.5 * (from + to);
+        let halves = [([0.0, 0.5], [from, middle]), ([0.5, 1.0], [middle, to])];
+        halves.map(|(share, range)| Self::of(&self.control, share, range))
     }
 
     /// Least and largest projection of the control points onto `n`.
@@ -223,7 +221,8 @@ impl SpanPart {
 
 /// Appends the meetings of two spans within the given ranges, by halving. The ranges have no stretch in common.
 fn halve(a: &Span, b: &Span, range_a: [f64; 2], range_b: [f64; 2], out: &mut Vec<SpanMeeting>) {
-    let mut stack = vec![(SpanPart::of(a, range_a), SpanPart::of(b, range_b))];
+    let whole = |span: &Span, range: [f64; 2]| SpanPart::of(&span.control, range, range);
+    let mut stack = vec![(whole(a, range_a), whole(b, range_b))];
     let mut looked = 0;
     while let Some((x, y)) = stack.pop() {
         looked += 1;

@@ -2,13 +2,12 @@
 //! making a plan, times their measured costs (`trimtess bench tile-costs` and docs/benchmarks.md).
 
 use crate::control::Call;
-use crate::prepare::join::prepared::{EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
+use crate::prepare::join::prepared::{Break, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile};
 use crate::prepare::surface::tables::CurveBounds;
 use crate::prepare::uv::uv_curve::UvCurve;
 use glam::DVec2;
 use smallvec::{SmallVec, smallvec};
 use std::f64::consts::FRAC_PI_6;
-use std::ops::Range;
 
 /// Chordal tolerance of the mesh that is counted, as a share of the model's diagonal: of the order of a pixel where the
 /// model fills a screen.
@@ -96,7 +95,7 @@ fn lines(face: &PreparedFace, tile: &Tile, chord: f64) -> DVec2 {
 /// Segments between consecutive breaks of an edge, by the edge's own derivative bounds.
 fn segments(edge: &PreparedEdge, chord: f64) -> Counts {
     let CurveBounds { breaks, strips, .. } = &edge.bounds;
-    let between = |ends: &[crate::prepare::join::prepared::Break]| {
+    let between = |ends: &[Break]| {
         if edge.straight {
             return 1.0;
         }
@@ -111,7 +110,7 @@ fn segments(edge: &PreparedEdge, chord: f64) -> Counts {
 
 /// Tessellants of a stretch: as many as the edge itself needs, but at least one per lattice cell that it crosses.
 fn tessellants(u: &EdgeUse, edge: &PreparedEdge, segments: &[f64], tile: &Tile, lines: DVec2) -> f64 {
-    let stretch: Range<usize> = u.from.min(u.to) as usize..u.from.max(u.to) as usize;
+    let stretch = u.from.min(u.to) as usize..u.from.max(u.to) as usize;
     let own: f64 = segments[stretch.clone()].iter().sum();
     let ends = [edge.breaks[stretch.start].t, edge.breaks[stretch.end].t];
     let way = match &u.uv {

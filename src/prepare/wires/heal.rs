@@ -359,8 +359,7 @@ fn straight(face: &Face, p: DVec3, q: DVec3) -> (NurbsCurve3, CurveKind) {
         points.extend([a + da / 3.0, b - db / 3.0, b]);
     }
     let breaks: Vec<f64> = (0..=SPANS).map(|k| k as f64).collect();
-    let sound = points.iter().all(|p| p.is_finite());
-    if !sound {
+    if !points.iter().all(|p| p.is_finite()) {
         return (NurbsCurve3::line(p, q), CurveKind::Line);
     }
     let knots = knots_of_pieces(3, &breaks);
