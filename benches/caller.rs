@@ -2,8 +2,8 @@
 //! allocations on that thread. By what the sink does: batches that it copies into vertices of 16 bytes, or the same
 //! vertices written into its memory by the workers. By the pace, hence the number of tiles that change in a frame.
 //!
-//! `cargo bench --bench caller -- FILE [FRAMES [COPIES]]`. Without a file, the brake assembly. Copies of its parts stand
-//! above the picture, out of sight.
+//! `cargo bench --bench caller -- FILE [FRAMES [COPIES]]`. Without a file, the brake assembly. Copies of its parts
+//! stand above the picture, out of sight.
 
 use glam::{DAffine3, DVec3};
 use std::error::Error;

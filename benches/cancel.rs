@@ -1,9 +1,9 @@
-//! How long a read, a prepare, or the first frame of views of a file goes on once it is cancelled, what memory and which
-//! threads it leaves, and which moments are the worst.
+//! How long a read, a prepare, or the first frame of views of a file goes on once it is cancelled, what memory and
+//! which threads it leaves, and which moments are the worst.
 //!
-//! `cargo bench --bench cancel -- FILE [COUNT] [COPIES]`: the moments are spread evenly over the time that the call takes.
-//! The frame is of so many copies of each part, as parts of their own. The processor time is that of all threads from the
-//! cancel on: on a busy machine, a call waits for the others, too.
+//! `cargo bench --bench cancel -- FILE [COUNT] [COPIES]`: the moments are spread evenly over the time that the call
+//! takes. The frame is of so many copies of each part, as parts of their own. The processor time is that of all threads
+//! from the cancel on: on a busy machine, a call waits for the others, too.
 
 use cpu_time::ProcessTime;
 use std::error::Error;

@@ -214,8 +214,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let start = Instant::now();
         session.begin(&[*view])?;
         let begun = start.elapsed();
-        // The engine does something else, and looks once a frame whether there is something new. The sink keeps the last
-        // frame until then.
+        // The engine does something else, and looks once a frame whether there is something new. The sink keeps the
+        // last frame until then.
         while !session.is_made() {
             std::thread::yield_now();
         }

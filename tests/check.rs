@@ -130,7 +130,8 @@ fn an_inside_out_piece_is_found() {
     assert!((facts.volume - 0.875).abs() < 1e-14);
 }
 
-/// A square in a slanted plane and its other side, split along the other diagonal, as a part thinner than the tolerance.
+/// A square in a slanted plane and its other side, split along the other diagonal, as a part thinner than the
+/// tolerance.
 #[test]
 fn a_piece_without_thickness_is_not_inside_out() {
     for turn in (0..100).map(|k| DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.1 * f64::from(k))) {

@@ -464,7 +464,8 @@ fn thin_bowls_look_outwards_whichever_way_they_are_stated() {
     assert!(mesh(&prepared, 0.1).volume > 0.0);
 }
 
-/// Three quarters of a ring. Its seam makes the side one loop, so the cones over the boundaries span the missing quarter.
+/// Three quarters of a ring. Its seam makes the side one loop, so the cones over the boundaries span the missing
+/// quarter.
 #[test]
 fn rings_with_a_gap_look_outwards_whichever_way_they_are_stated() {
     let (major, minor, end) = (20.0, 2.0, 0.75 * TAU);

@@ -41,8 +41,8 @@ pub struct tt_session_options {
     pub max_tile_triangles: u64,
     /// Memory of a frame at most, bytes, estimated; 0 = 16 GiB.
     pub max_memory: u64,
-    /// Bytes of tiles that the sink may hold; 0 = any. Beyond it, tiles that no view draws are evicted, the oldest first,
-    /// in steps of 64 frames. Tiles of a frame count from the next one on.
+    /// Bytes of tiles that the sink may hold; 0 = any. Beyond it, tiles that no view draws are evicted, the oldest
+    /// first, in steps of 64 frames. Tiles of a frame count from the next one on.
     pub resident_bytes: u64,
 }
 versioned!(tt_session_options);

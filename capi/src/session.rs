@@ -82,9 +82,9 @@ pub unsafe extern "C" fn tt_session_new(
     })
 }
 
-/// Goes on with another prepared model: one of a file that has changed, prepared with `tt_prepare_options.like`. The next
-/// frame of views has the tiles that differ, and `tt_scene.from` tells which parts are which. Its instances replace all
-/// others; keys from before name none. Cancels a frame that was begun, and waits for its tiles in progress.
+/// Goes on with another prepared model: one of a file that has changed, prepared with `tt_prepare_options.like`. The
+/// next frame of views has the tiles that differ, and `tt_scene.from` tells which parts are which. Its instances
+/// replace all others; keys from before name none. Cancels a frame that was begun, and waits for its tiles in progress.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_update(session: tt_session, prepared: tt_prepared) -> tt_status {
     entry!(_c => {
@@ -267,9 +267,9 @@ pub unsafe extern "C" fn tt_session_get_info(session: tt_session, info: *mut tt_
     })
 }
 
-/// Describes an instance, with the level of detail, the colour and `hidden` of the last frame that a call has waited for,
-/// cancelled or not, or of the last call since then that added or removed an instance or updated the model. `instance`
-/// need not be set before.
+/// Describes an instance, with the level of detail, the colour and `hidden` of the last frame that a call has waited
+/// for, cancelled or not, or of the last call since then that added or removed an instance or updated the model.
+/// `instance` need not be set before.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_get_instance(
     session: tt_session,
@@ -372,8 +372,9 @@ fn lost() -> Failure {
     Failure::new(tt_status::TT_ERROR_LOST, "an internal error ended the session")
 }
 
-/// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no
-/// callback of the session is called any more. Jobs of it that a pool still has free memory at most, and end their handles.
+/// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK,
+/// no callback of the session is called any more. Jobs of it that a pool still has free memory at most, and end their
+/// handles.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_free(session: tt_session) -> tt_status {
     entry!(_c => SESSIONS.end(session.id))

@@ -95,9 +95,9 @@ pub struct tt_drawn_row {
 }
 
 /// Who receives frames. Calls come on the thread that called the session, before that call returns, in this order:
-/// `begin`, `tile`, `line` by (part, edge), `drawn`, then `end` or `abort`. Tiles come by (part, tile); in sessions with a
-/// layout first those that are evicted, then those of each worker, of which some may be gone, too. A frame in which
-/// nothing changes has no calls.
+/// `begin`, `tile`, `line` by (part, edge), `drawn`, then `end` or `abort`. Tiles come by (part, tile); in sessions
+/// with a layout first those that are evicted, then those of each worker, of which some may be gone, too. A frame in
+/// which nothing changes has no calls.
 ///
 /// A function that returns another number than 0 refuses the frame: `abort` is called, the session's call returns
 /// TT_ERROR_CALLBACK, and the next frame is a whole one. All but `tile` may be null.

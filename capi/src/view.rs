@@ -84,8 +84,8 @@ pub unsafe extern "C" fn tt_view_along_path(
     })
 }
 
-/// Sets the camera and the picture of `view` to those of an engine. Its limits of errors stay; only `size` has to be set
-/// before.
+/// Sets the camera and the picture of `view` to those of an engine. Its limits of errors stay; only `size` has to be
+/// set before.
 ///
 /// `matrix` has 16 numbers, column after column: projection times view, from millimetres in the world to clip space,
 /// where x points right, y up and w forwards. The row of z is not read: depth may have any convention, and `near` is 0.

@@ -38,8 +38,8 @@ impl Outputs {
         Ok(())
     }
 
-    /// The files that appear when the run succeeds. Signals are watched from now on: before there is a temporary file, the
-    /// thread for that would only compete with the work.
+    /// The files that appear when the run succeeds. Signals are watched from now on: before there is a temporary file,
+    /// the thread for that would only compete with the work.
     pub(crate) fn files(&mut self) -> &mut out::Outputs {
         if !self.is_watched {
             watch_signals();

@@ -59,8 +59,8 @@ pub(crate) struct PictureArgs {
     /// Draw back-facing surfaces in magenta.
     #[arg(long)]
     pub(crate) backfaces: bool,
-    /// Cut the model open: x, y or z for the middle of its box, with the share at which to cut (x:0.3); -x cuts away the
-    /// lower side.
+    /// Cut the model open: x, y or z for the middle of its box, with the share at which to cut (x:0.3); -x cuts away
+    /// the lower side.
     #[arg(long, value_name = "AXIS[:SHARE]", allow_hyphen_values = true)]
     pub(crate) section: Option<Cut>,
 }

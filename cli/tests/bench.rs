@@ -201,8 +201,8 @@ fn stages_are_measured_on_more_and_more_threads() {
         let (whole, alone, work) = (all("frame_ms"), all("not_divided_ms"), all("work_ms"));
         assert_eq!((whole.len(), all("speedup")[0], all("measured_ms").len()), (6, 1.0, 2));
         assert!(whole.iter().zip(&alone).all(|(whole, alone)| alone < whole), "{frames}");
-        // Steps are cut for several threads: these are done before the sum of their work. How much earlier is a matter of
-        // what else the machine does.
+        // Steps are cut for several threads: these are done before the sum of their work. How much earlier is a matter
+        // of what else the machine does.
         assert!(whole.iter().zip(&work).skip(1).all(|(whole, work)| whole < work), "{frames}");
         let of_step = |name: &str| {
             let step = frames["steps"].as_array().unwrap().iter().find(|step| step["name"] == name);

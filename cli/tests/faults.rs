@@ -147,8 +147,8 @@ fn whole(folder: &Path, mesh: &str) -> Vec<u8> {
     fs::read(folder.join(mesh)).unwrap()
 }
 
-/// Starts long runs until one is seen while its temporary file has content: a busy machine may look away for all the time
-/// that a run writes.
+/// Starts long runs until one is seen while its temporary file has content: a busy machine may look away for all the
+/// time that a run writes.
 fn writing(folder: &Path, mesh: &str) -> Child {
     let is_part =
         |entry: fs::DirEntry| entry.file_name() != mesh && entry.metadata().is_ok_and(|known| known.len() > 0);

@@ -163,11 +163,14 @@ impl Mesh {
     ///     path: The file. A replaced file keeps its mode, links are followed.
     ///     recenter: Whether to move the centre of the model to the origin. Formats in single precision (GLB, STL) lose
     ///         digits far from it.
-    ///     glb: What a GLB asks of its readers, so that it is smaller: "instanced" (EXT_mesh_gpu_instancing), "quantized"
+    ///     glb: What a GLB asks of its readers, so that it is smaller: "instanced" (EXT_mesh_gpu_instancing),
+    ///     "quantized"
     ///         (KHR_mesh_quantization), "compressed" (EXT_meshopt_compression).
-    ///     levels: Coarser meshes of the same model, finest first: levels of detail of a GLB (MSFT_lod), with the share of
+    ///     levels: Coarser meshes of the same model, finest first: levels of detail of a GLB (MSFT_lod), with the share
+    ///     of
     ///         the screen at which the chord tolerance of each is a pixel.
-    ///     progress: Called with "write", what is done and what there is to do, on the caller's thread. If it raises, no
+    ///     progress: Called with "write", what is done and what there is to do, on the caller's thread. If it raises,
+    ///     no
     ///         file is left.
     ///
     /// Raises:

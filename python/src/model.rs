@@ -79,7 +79,8 @@ impl Model {
     ///     border_tolerance: Distance up to which borders of faces without edges, and edges of faces in open shells,
     ///         are sewn, as a fraction of the part's diagonal, from 0 to 1 (default 1e-6).
     ///     like: Another prepared model. Parts that both have are taken over from it, which is faster and the same.
-    ///     keep_faces: Whether to keep the drafts of faces, and to take over those of `like` for faces of a changed part.
+    ///     keep_faces: Whether to keep the drafts of faces, and to take over those of `like` for faces of a changed
+    ///     part.
     ///         Costs memory: a seventh of the prepared model.
     ///     workers: Threads at most; one per core if None or 0.
     ///     progress: Called as `progress("prepare", done, total)` with faces, on this thread.

@@ -76,8 +76,8 @@ impl Prepared {
     ///     progress: Called as `progress("tessellate", done, total)` with pieces of faces, on this thread.
     ///
     /// Raises:
-    ///     RangeError: A tolerance is not a finite number above 0 or too small for the model, or `workers` is too large.
-    ///     LimitError: A limit is exceeded.
+    ///     RangeError: A tolerance is not a finite number above 0 or too small for the model, or `workers` is too
+    ///     large. LimitError: A limit is exceeded.
     #[pyo3(signature = (*, chord=None, chord_rel=None, angle=None, max_edge=None, max_memory=None, max_triangles=None,
                         max_tile_triangles=None, coarsen=false, workers=None, progress=None))]
     #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -138,17 +138,19 @@ impl Prepared {
         })
     }
 
-    /// Starts a session: frames of views that follow a moving camera. Its threads end with it, so a process must not fork
-    /// while one lives.
+    /// Starts a session: frames of views that follow a moving camera. Its threads end with it, so a process must not
+    /// fork while one lives.
     ///
     /// Args:
     ///     workers: Threads; one per core if None or 0.
     ///     edges: Whether frames have the polylines of edges.
     ///     levels: Levels of detail of a part with several instances at most.
-    ///     budget_ms: Time for the tiles of a frame, in milliseconds of one worker; what exceeds it waits for later frames.
+    ///     budget_ms: Time for the tiles of a frame, in milliseconds of one worker; what exceeds it waits for later
+    ///     frames.
     ///         No limit if None.
     ///     max_memory: Memory of a frame at most, bytes; that of `prepare` and `read` if None.
-    ///     resident_bytes: Bytes of tiles that are kept, as `tile` arrays have them. Beyond it, tiles that no view draws are
+    ///     resident_bytes: Bytes of tiles that are kept, as `tile` arrays have them. Beyond it, tiles that no view
+    ///     draws are
     ///         evicted, the oldest first, in steps of 64 frames. No limit if None.
     ///
     /// Raises:

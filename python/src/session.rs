@@ -162,9 +162,9 @@ impl Session {
         Ok(Frame { changes, report, shortfall: session.shortfall().map(ToString::to_string) })
     }
 
-    /// Goes on with another prepared model: one of a file that has changed, prepared with `like`. The next frame has the
-    /// tiles that differ, and tells by `renumbered` which parts are which. Instances are those of the new model; keys
-    /// from before name none.
+    /// Goes on with another prepared model: one of a file that has changed, prepared with `like`. The next frame has
+    /// the tiles that differ, and tells by `renumbered` which parts are which. Instances are those of the new model;
+    /// keys from before name none.
     ///
     /// Args:
     ///     prepared: The model.
@@ -264,7 +264,8 @@ impl Session {
     /// Args:
     ///     part: Index of a part of the model.
     ///     visible: Whether views draw it. An instance is drawn if it and its part are visible.
-    ///     colour: Red, green, blue (sRGB) and opacity (1 if not given), 0 to 1, instead of the colours of the model. An
+    ///     colour: Red, green, blue (sRGB) and opacity (1 if not given), 0 to 1, instead of the colours of the model.
+    ///     An
     ///         instance's overrides its part's. A colour costs no tile.
     ///     tolerance_scale: Factor on `deviation_px` and `size_px` of all views, not on `angle`: 0.5 is twice as fine.
     ///         Those of an instance and its part are multiplied; products below 1e-6 and above 1e6 count as these.
@@ -452,9 +453,9 @@ impl Frame {
         self.listed(py, view, &self.changes.appeared)
     }
 
-    /// The tiles that the frame before drew and this one does not, in the form of `drawn`: those of instances that there
-    /// still are, by their rows now. An instance of `changed_instances` may draw another level of detail: then its tiles
-    /// are others, also those in neither list.
+    /// The tiles that the frame before drew and this one does not, in the form of `drawn`: those of instances that
+    /// there still are, by their rows now. An instance of `changed_instances` may draw another level of detail: then
+    /// its tiles are others, also those in neither list.
     ///
     /// Args:
     ///     view: Which of the views.

@@ -35,7 +35,8 @@ impl View {
     ///     angle: Largest angle by which the normal turns across a lattice cell, degrees.
     ///
     /// Raises:
-    ///     RangeError: There is no such camera: the picture has no pixels, `eye` is `target`, `up` points along the line
+    ///     RangeError: There is no such camera: the picture has no pixels, `eye` is `target`, `up` points along the
+    ///     line
     ///         of sight, or a number is not finite or not above 0.
     #[new]
     #[pyo3(signature = (eye, target, *, up=[0.0, 0.0, 1.0], fov=30.0, height=None, near=0.0, size=(1280, 960),

@@ -14,8 +14,8 @@ const BINS_PER_E: f64 = 100.0;
 /// Bins up to a ratio of about 1e6. Larger ones share the last.
 const BINS: usize = 2764;
 
-/// Distribution of ratios of deviation to tolerance. All zero without samples. Percentiles are up to 1 % too high, and at
-/// most about 1e6.
+/// Distribution of ratios of deviation to tolerance. All zero without samples. Percentiles are up to 1 % too high, and
+/// at most about 1e6.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
     /// Number of samples.
@@ -191,8 +191,8 @@ impl fmt::Display for DeviationReport {
 /// so only rounding needs an allowance.
 const EDGE_LIMIT: f64 = 1.05;
 
-/// What is wrong with a mesh, given its check and the shells of the file's parts: malformed triangles, cracks, parts that
-/// are turned inside out. Empty for a sound mesh. One sentence per fault, those of parts with the part's number.
+/// What is wrong with a mesh, given its check and the shells of the file's parts: malformed triangles, cracks, parts
+/// that are turned inside out. Empty for a sound mesh. One sentence per fault, those of parts with the part's number.
 #[must_use]
 pub fn mesh_faults(scene: &Scene, facts: &SceneFacts, shells: &[Shells]) -> Vec<String> {
     let malformed = (!facts.total.is_well_formed()).then(|| format!("the mesh is malformed: {}", facts.total));

@@ -87,8 +87,8 @@ impl<'a> Call<'a> {
         slots.into_iter().map(|slot| slot.result(&work)).collect()
     }
 
-    /// As [`each`](Self::each), one item at a time, the largest first: what a thread begins last is short, so all end at
-    /// about the same time.
+    /// As [`each`](Self::each), one item at a time, the largest first: what a thread begins last is short, so all end
+    /// at about the same time.
     pub(crate) fn each_by_size<I: Send, R: Send>(
         &self,
         items: impl IntoIterator<Item = I>,

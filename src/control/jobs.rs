@@ -51,8 +51,8 @@ pub trait Jobs: Send + Sync {
     /// How many jobs can run at the same time. 0 counts as 1.
     fn width(&self) -> usize;
 
-    /// Runs `job` once, on any thread, now or later. A pool may drop the job instead, at the price of time: whoever waits
-    /// for it does its work, and whoever only asks spawns it again.
+    /// Runs `job` once, on any thread, now or later. A pool may drop the job instead, at the price of time: whoever
+    /// waits for it does its work, and whoever only asks spawns it again.
     fn spawn(&self, priority: Priority, job: Job);
 
     /// Calls `body` once with each number below `count`, on any threads and in any order. Returns when all calls have.

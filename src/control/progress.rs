@@ -122,8 +122,8 @@ impl Counter {
 
     /// Counts so many more.
     ///
-    /// No lock: the observer may itself do work that this thread joins, and would then wait for itself. So a thread that
-    /// finds another one telling leaves its number to it.
+    /// No lock: the observer may itself do work that this thread joins, and would then wait for itself. So a thread
+    /// that finds another one telling leaves its number to it.
     pub(crate) fn advance_by(&self, count: u64) {
         let Some(observer) = &self.control.0.observer else { return };
         self.done.fetch_add(count, Ordering::SeqCst);
@@ -189,8 +189,9 @@ pub(crate) mod looks {
         control.0.looks.so_far.load(Ordering::Relaxed)
     }
 
-    /// Cancels `work` at one of its looks after another. Asserts that it then returns `true`, for cancelled, and does not
-    /// panic. If it looks more than `count` times: at about so many looks, evenly spread, and at each of the last 50.
+    /// Cancels `work` at one of its looks after another. Asserts that it then returns `true`, for cancelled, and does
+    /// not panic. If it looks more than `count` times: at about so many looks, evenly spread, and at each of the last
+    /// 50.
     pub(crate) fn assert_each_cancels(name: &str, count: u64, work: impl Fn(&Control) -> bool) {
         let whole = Control::default();
         assert!(!work(&whole), "{name}: nobody cancels");

@@ -212,8 +212,8 @@ pub fn restrict<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(c: &mut [T], x
     restrict_rows(c, 1, x0, x1);
 }
 
-/// [`restrict`] of `width` polynomials at once. `c`: first the first coefficients of all, then their second ones, and so
-/// on.
+/// [`restrict`] of `width` polynomials at once. `c`: first the first coefficients of all, then their second ones, and
+/// so on.
 #[inline(always)]
 pub fn restrict_rows<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(c: &mut [T], width: usize, x0: f64, x1: f64) {
     let n = c.len() / width;

@@ -83,8 +83,8 @@ impl<N> Tree<N> {
         }
     }
 
-    /// Calls `found` with the place of each leaf that passes. `passes` must be true for every node that contains one for
-    /// which it is true. The order depends on the tree only.
+    /// Calls `found` with the place of each leaf that passes. `passes` must be true for every node that contains one
+    /// for which it is true. The order depends on the tree only.
     pub(super) fn find(&self, passes: impl Fn(&N) -> bool, mut found: impl FnMut(usize)) {
         let mut open: Vec<(usize, usize)> = Vec::new();
         let top = self.levels.len() - 1;
@@ -102,12 +102,12 @@ impl<N> Tree<N> {
         }
     }
 
-    /// The place of the leaf of least `distance`, the first of those with the same. `distance` of a node is at most that
-    /// of any that it contains.
+    /// The place of the leaf of least `distance`, the first of those with the same. `distance` of a node is at most
+    /// that of any that it contains.
     ///
     /// Cost: about logarithmic in their number, unless many are about as near. The search is that of R-trees (N.
-    /// Roussopoulos, S. Kelley, F. Vincent, *Nearest neighbor queries*, 1995): nearest node first, none further than the
-    /// best leaf.
+    /// Roussopoulos, S. Kelley, F. Vincent, *Nearest neighbor queries*, 1995): nearest node first, none further than
+    /// the best leaf.
     pub(crate) fn nearest(&self, distance: impl Fn(&N) -> f64) -> usize {
         let mut best = (f64::INFINITY, 0);
         // All of a run are opened at once, mostly one run per level.

@@ -1,9 +1,10 @@
-//! Large rational Bézier nets of any weights -> upper bounds on their first and second derivatives by the local parameters.
+//! Large rational Bézier nets of any weights -> upper bounds on their first and second derivatives by the local
+//! parameters.
 //!
 //! With `S = P / W`: `S_u = (P_u - W_u S) / W`, `S_uu = (P_uu - W_uu S - 2 W_u S_u) / W`,
-//! `S_uv = (P_uv - W_uv S - W_v S_u - W_u S_v) / W` and so on. Bilinear fits replace `S`, `S_u` and `S_v`, and the error of
-//! each times its factor is added. Each term is then one quotient by `W`, and the largest ratio of Bernstein coefficients
-//! bounds it (mediant inequality; needs positive weights).
+//! `S_uv = (P_uv - W_uv S - W_v S_u - W_u S_v) / W` and so on. Bilinear fits replace `S`, `S_u` and `S_v`, and the
+//! error of each times its factor is added. Each term is then one quotient by `W`, and the largest ratio of Bernstein
+//! coefficients bounds it (mediant inequality; needs positive weights).
 
 use super::lanes::{larger, widest};
 use glam::DVec4;
@@ -95,8 +96,8 @@ struct Fit {
     error: f64,
 }
 
-/// The weights of a net, elevated by one degree in u and v: quotients of polynomials of that degree by them are in the hull of the
-/// ratios of coefficients.
+/// The weights of a net, elevated by one degree in u and v: quotients of polynomials of that degree by them are in the
+/// hull of the ratios of coefficients.
 struct Elevated {
     /// Of the net, in u and v.
     points: [usize; 2],

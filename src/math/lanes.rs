@@ -1,5 +1,5 @@
-//! Loops over numbers, compiled for the registers that the processor has (on x86-64 with AVX2 or without), chosen at run
-//! time.
+//! Loops over numbers, compiled for the registers that the processor has (on x86-64 with AVX2 or without), chosen at
+//! run time.
 
 #[cfg(target_arch = "x86_64")]
 use std::arch::x86_64;
@@ -17,7 +17,8 @@ static ARCH: LazyLock<pulp::Arch> = LazyLock::new(|| match std::env::var_os("TRI
 /// Runs `work`, with what is inlined into it compiled for the processor's registers.
 ///
 /// The bits of results do not depend on them: each sum has the order that the code says, and products are not fused
-/// with sums. The call costs a few nanoseconds. WebAssembly has the registers that it is compiled for, and needs no choice.
+/// with sums. The call costs a few nanoseconds. WebAssembly has the registers that it is compiled for, and needs no
+/// choice.
 #[inline(always)]
 pub(crate) fn widest<R>(work: impl FnOnce() -> R) -> R {
     #[cfg(not(target_arch = "wasm32"))]

@@ -11,8 +11,8 @@ const FILTER: f64 = 4.5e-16;
 
 /// Twice the signed area of the triangle `a`, `b`, `c`: positive if counter-clockwise.
 ///
-/// The sign is exact (0.0 if and only if the points are collinear) for finite coordinates whose products neither overflow
-/// nor underflow, the magnitude is rounded.
+/// The sign is exact (0.0 if and only if the points are collinear) for finite coordinates whose products neither
+/// overflow nor underflow, the magnitude is rounded.
 #[inline]
 pub fn orient2d(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let left = (a.x - c.x) * (b.y - c.y);

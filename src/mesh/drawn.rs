@@ -3,7 +3,8 @@
 use crate::math::bits::ones;
 use crate::model::TileId;
 
-/// The tiles that each instance draws in each view. The default value has no views and means: everything, in every view.
+/// The tiles that each instance draws in each view. The default value has no views and means: everything, in every
+/// view.
 ///
 /// Memory and the cost of comparing two of them follow what is drawn, not the number of instances.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -44,8 +45,8 @@ impl DrawnTiles {
         self.words.clear();
     }
 
-    /// Becomes the tiles of `all` that `others` do not have, and reuses the memory. Both are of views. Cost: a pass over
-    /// both.
+    /// Becomes the tiles of `all` that `others` do not have, and reuses the memory. Both are of views. Cost: a pass
+    /// over both.
     pub fn set_difference(&mut self, all: &Self, others: &Self) {
         self.reset(all.views());
         let mut others = others.rows().peekable();
@@ -129,8 +130,8 @@ impl DrawnTiles {
         self.rows.last_mut().expect("a row").end = end;
     }
 
-    /// The instances that draw something, ascending: view, instance, and its words, as [`word`](Self::word) has them, up
-    /// to the last one that is not 0. Empty if everything is drawn.
+    /// The instances that draw something, ascending: view, instance, and its words, as [`word`](Self::word) has them,
+    /// up to the last one that is not 0. Empty if everything is drawn.
     pub fn rows(&self) -> impl Iterator<Item = (usize, usize, &[u64])> {
         self.rows.iter().enumerate().map(|(k, row)| (row.view as usize, row.instance as usize, self.words_of(k)))
     }

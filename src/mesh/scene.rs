@@ -100,8 +100,8 @@ pub struct SceneInstance {
     pub name: Arc<str>,
     /// The assembly that it stands in. Shared with the model's instance.
     pub assembly: Option<Arc<Assembly>>,
-    /// The [number](Self::face_number) of its first face, when faces are numbered across all instances. Set by `prepare`; a
-    /// session renumbers when instances come and go.
+    /// The [number](Self::face_number) of its first face, when faces are numbered across all instances. Set by
+    /// `prepare`; a session renumbers when instances come and go.
     pub first_face: u32,
     /// Set by a session for its frames of views; `None` in other scenes.
     pub key: Option<InstanceKey>,
@@ -206,8 +206,8 @@ impl Scene {
 pub struct SceneChanges<'a> {
     /// Keys of instances that are gone, each once.
     pub removed: &'a [InstanceKey],
-    /// Rows of instances that both scenes have and whose LOD, transform, colour or visibility may differ. Ascending. The
-    /// numbers of first faces differ after removed ones, too; these are not listed.
+    /// Rows of instances that both scenes have and whose LOD, transform, colour or visibility may differ. Ascending.
+    /// The numbers of first faces differ after removed ones, too; these are not listed.
     pub changed: &'a [usize],
     /// Row of the first new instance. All rows from there on are new, and no others.
     pub first_instance: usize,

@@ -21,8 +21,8 @@ pub trait MeshSink: Send {
     ///
     /// A session makes frames of views for the sink of its last commit. The commit to a sink that reads more fails
     /// before any other call, with [`InvalidInput`](std::io::ErrorKind::InvalidInput), and the next frame is a whole
-    /// one. When a sink begins to read more, call [`forget`](crate::parallel::Session::forget): the tiles that it has do
-    /// not get the lists that they lack.
+    /// one. When a sink begins to read more, call [`forget`](crate::parallel::Session::forget): the tiles that it has
+    /// do not get the lists that they lack.
     fn reads(&self) -> MeshLists {
         MeshLists::ALL
     }
@@ -76,8 +76,8 @@ pub trait MeshSink: Send {
     /// Receives tiles that are in its memory already, instead of [`batch`](Self::batch)es: at least one, ascending by
     /// (part, tile). One without triangles removes the tile, if there is one.
     ///
-    /// The sink owns the room of the tiles that it takes from `tiles`, also if it returns an error. The room of the others
-    /// is given back.
+    /// The sink owns the room of the tiles that it takes from `tiles`, also if it returns an error. The room of the
+    /// others is given back.
     ///
     /// # Errors
     /// When the sink cannot take all of them; `abort` follows. To leave some is an error too. The provided
@@ -98,8 +98,8 @@ pub trait MeshSink: Send {
     /// Receives the set of tiles to draw, once per frame of views. There are no cracks between drawn tiles; a tile that
     /// is not drawn may be several frames old. Frames made without views draw everything and skip this call.
     ///
-    /// `before`: those of the last completed frame, without instances that were removed, by the rows that instances have
-    /// now; none in a whole frame. [`DrawnTiles::set_difference`] tells what comes and what goes. If an instance
+    /// `before`: those of the last completed frame, without instances that were removed, by the rows that instances
+    /// have now; none in a whole frame. [`DrawnTiles::set_difference`] tells what comes and what goes. If an instance
     /// changes its LOD, redraw all its tiles, even those in both sets: tile ids now refer to the new LOD.
     ///
     /// # Errors

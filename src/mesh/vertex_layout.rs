@@ -16,8 +16,8 @@ pub struct VertexLayout {
     pub normal: NormalFormat,
     /// Whether parameters follow: `[f32; 2]`, in the natural parametrisation of the face's surface.
     pub uv: bool,
-    /// Whether a tangent follows: `[f32; 3]`, of unit length, in the direction in which u increases; zero where that has
-    /// none, as in poles.
+    /// Whether a tangent follows: `[f32; 3]`, of unit length, in the direction in which u increases; zero where that
+    /// has none, as in poles.
     pub tangent: bool,
     /// Whether the [origin](super::Origin) follows: `[u32; 3]`, see [`Origin::words`](super::Origin::words).
     pub origin: bool,
@@ -25,8 +25,8 @@ pub struct VertexLayout {
     pub index: IndexFormat,
 }
 
-/// Format of positions. Equal positions of a part get equal values in every tile, so borders stay closed. Narrow triangles
-/// may lose their area to rounding.
+/// Format of positions. Equal positions of a part get equal values in every tile, so borders stay closed. Narrow
+/// triangles may lose their area to rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum PositionFormat {

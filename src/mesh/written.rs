@@ -166,8 +166,8 @@ impl WrittenTile {
         Self { part, face, tile, worker: 0, vertices: 0, triangles: 0, wide: false, layout, grid: None, place: 0 }
     }
 
-    /// Writes `mesh` into memory for this tile, whose counts and place it sets. `chord`: the tile's tolerance. `tangent`:
-    /// the tangent at parameters.
+    /// Writes `mesh` into memory for this tile, whose counts and place it sets. `chord`: the tile's tolerance.
+    /// `tangent`: the tangent at parameters.
     pub(crate) fn write(
         mut self,
         mesh: &TileMesh,

@@ -69,7 +69,8 @@ impl Frame3 {
 ///
 /// `degree ≥ 1`; `knots.len() == points.len() + degree + 1`, finite, non-decreasing, interior multiplicity ≤ degree
 /// (clamped or not); `weights` is empty (all 1) or one positive number per control point.
-/// Domain: `[knots[degree], knots[points.len()]]`. Functions of a curve for which [`check`](Self::check) fails may panic.
+/// Domain: `[knots[degree], knots[points.len()]]`. Functions of a curve for which [`check`](Self::check) fails may
+/// panic.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NurbsCurve<P> {
     /// Polynomial degree.

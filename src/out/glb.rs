@@ -3,8 +3,8 @@
 //! Positions are single precision relative to the centre of the part's bounding box, which the node's translation adds
 //! back, so parts far from the origin keep their precision. Where one translation has too few digits for the tolerance,
 //! nested nodes add up to the place. Each vertex stores the index of its face in `_FEATURE_ID_0`
-//! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge. Each node may have coarser nodes
-//! (MSFT_lod), and the share of the screen below which each replaces it.
+//! (EXT_mesh_features). B-rep edges are lines whose points store the index of the edge. Each node may have coarser
+//! nodes (MSFT_lod), and the share of the screen below which each replaces it.
 
 use super::format::GlbOptions;
 use super::glb_buffers::{Buffers, Stream};
@@ -181,8 +181,8 @@ impl Glb {
         Ok((glb, roundings))
     }
 
-    /// The shapes of all parts in each level, and what rounding costs. Where a level has nothing coarser for a part, or no
-    /// triangles, it shares the data of the level before.
+    /// The shapes of all parts in each level, and what rounding costs. Where a level has nothing coarser for a part, or
+    /// no triangles, it shares the data of the level before.
     fn shapes(
         &mut self,
         making: &Making<'_>,

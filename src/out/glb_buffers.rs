@@ -13,8 +13,8 @@ use meshopt::{encode_filter_oct, encode_index_buffer, encode_index_sequence, enc
 use std::collections::BTreeMap;
 use std::io;
 
-/// Kinds of numbers, each in one view, in the order of the file. This order keeps every view aligned: those of two bytes
-/// come last.
+/// Kinds of numbers, each in one view, in the order of the file. This order keeps every view aligned: those of two
+/// bytes come last.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Stream {
     /// Positions and normals, three floats.

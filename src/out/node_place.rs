@@ -175,8 +175,8 @@ fn rotation(exact: DMat3) -> Option<(Turn, f64)> {
 /// listed.
 pub(super) type NodeGroup = Vec<(usize, NodePlace)>;
 
-/// The nodes of a frame. With [`GlbOptions::instanced`], the instances of a part that have one colour are one node, where
-/// none of them is mirrored or needs nested nodes. In the order of their first instances. Some, once cancelled.
+/// The nodes of a frame. With [`GlbOptions::instanced`], the instances of a part that have one colour are one node,
+/// where none of them is mirrored or needs nested nodes. In the order of their first instances. Some, once cancelled.
 ///
 /// # Errors
 /// If a number overflows single precision.

@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Large enough that a write call costs less than filling the buffer. Memory of a larger one is paged in for small files.
+/// Large enough that a write call costs less than filling the buffer. Memory of a larger one is paged in for small
+/// files.
 const BUFFER_BYTES: usize = 1 << 13;
 
 /// Maximum number of temporary names tried. Names are taken if an earlier process of the same id left files.

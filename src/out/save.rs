@@ -78,8 +78,9 @@ pub fn write_on<'a>(
 }
 
 impl Rounding {
-    /// Whether every frame of `scene` would be written within the limit on rounding if the scene were moved by `by`. Tells
-    /// it from the spheres around the placed parts, so `false` may mean that an upper bound is too large. O(instances).
+    /// Whether every frame of `scene` would be written within the limit on rounding if the scene were moved by `by`.
+    /// Tells it from the spheres around the placed parts, so `false` may mean that an upper bound is too large.
+    /// O(instances).
     #[must_use]
     pub fn fits_moved(scene: &Scene, by: DVec3, options: &SaveOptions) -> bool {
         let moved = |instance: &SceneInstance| -> Option<f64> {

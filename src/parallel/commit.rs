@@ -1,5 +1,5 @@
-//! Deliveries of all workers -> one frame in the sink: batches in (part, tile) order for any number of workers, tiles in
-//! its own memory by worker.
+//! Deliveries of all workers -> one frame in the sink: batches in (part, tile) order for any number of workers, tiles
+//! in its own memory by worker.
 
 use super::error::FrameError;
 use super::handoff::{DegradedTile, Delivery, FaceFill, FaceRung, LostLine, MadeTile, Notes, Seat, Seats};
@@ -35,8 +35,8 @@ pub struct FrameReport {
     /// Triangles of all batches, each part counted once.
     pub triangles: u64,
     /// Tiles evicted from the sink that no view draws: outdated ones, those beyond
-    /// [`SessionOptions::resident_bytes`](super::SessionOptions::resident_bytes), and those not drawn for long. The sink
-    /// gets them without triangles, by [`MeshSink::batch`] or [`MeshSink::written`].
+    /// [`SessionOptions::resident_bytes`](super::SessionOptions::resident_bytes), and those not drawn for long. The
+    /// sink gets them without triangles, by [`MeshSink::batch`] or [`MeshSink::written`].
     pub evicted: usize,
     /// Tiles whose change of level waits for the next frame because the budget was spent.
     pub deferred: u32,
@@ -111,8 +111,8 @@ pub(super) struct Rows {
     fills: Vec<(TileId, FaceFill)>,
 }
 
-/// Feeds a complete frame to the sink: `begin`, tiles, edge lines by (part, edge), the drawn tiles, `end`; `abort` after
-/// the first refusal, or when cancelled. Leaves the frame's tiles in `rows`.
+/// Feeds a complete frame to the sink: `begin`, tiles, edge lines by (part, edge), the drawn tiles, `end`; `abort`
+/// after the first refusal, or when cancelled. Leaves the frame's tiles in `rows`.
 ///
 /// `seats`: where batches are, ascending. `writer`: where the tiles were written, if they were.
 pub(super) fn commit(
@@ -282,8 +282,8 @@ impl Rows {
         evict(gone, sink)
     }
 
-    /// Reads the batches of some seats: the processor waits for many at the same time here, and for one at a time in the
-    /// sink.
+    /// Reads the batches of some seats: the processor waits for many at the same time here, and for one at a time in
+    /// the sink.
     fn fetch(&self, seats: &[Seat]) {
         let of_mesh = |mesh: &TileMesh| mesh.positions.len() ^ mesh.triangles.len();
         let of_batch = |batch: &Batch| batch.tile.0 as usize ^ of_mesh(&batch.mesh);

@@ -34,8 +34,8 @@ pub struct SessionOptions {
     /// [`Threads::start`](crate::control::Threads::start).
     /// [`Session::start_on`](super::Session::start_on) starts none.
     pub threads: usize,
-    /// Number of workers of a session, which own the tiles; more than [`MOST_WORKERS`](Self::MOST_WORKERS) count as that
-    /// many. Workers in excess of the tiles stay idle.
+    /// Number of workers of a session, which own the tiles; more than [`MOST_WORKERS`](Self::MOST_WORKERS) count as
+    /// that many. Workers in excess of the tiles stay idle.
     ///
     /// 0 = one on a pool of one thread, else four per thread: a thread whose tiles cost less than expected then takes
     /// another worker.
@@ -49,9 +49,9 @@ pub struct SessionOptions {
     pub levels: usize,
     /// Bytes of tiles that a sink of frames of views may hold, as they were sent; `None` = no limit.
     ///
-    /// Beyond it, each frame evicts tiles that no view draws, in the order of parts: first those that were drawn neither
-    /// in the current 64 frames nor in the 64 before, then those drawn in the 64 before, then the others. Tiles that are
-    /// drawn stay. A frame does not count the tiles that it sends itself.
+    /// Beyond it, each frame evicts tiles that no view draws, in the order of parts: first those that were drawn
+    /// neither in the current 64 frames nor in the 64 before, then those drawn in the 64 before, then the others. Tiles
+    /// that are drawn stay. A frame does not count the tiles that it sends itself.
     pub resident_bytes: Option<u64>,
     /// Rebalance tiles between workers every N frames of views, using measured tile times. `None` disables rebalancing.
     pub rebalance_every: Option<NonZeroU32>,
@@ -176,7 +176,8 @@ impl Engine {
         }
     }
 
-    /// Makes the last frame of views history if it was committed. If not, takes it back: later frames do not depend on it.
+    /// Makes the last frame of views history if it was committed. If not, takes it back: later frames do not depend on
+    /// it.
     ///
     /// Frames begin with this, so that a commit has less to do.
     pub(super) fn settle(&mut self) {
@@ -352,8 +353,8 @@ impl Engine {
         self.writer.as_ref().map_or(self.reads, |writer| writer.lists())
     }
 
-    /// Updates `sink`, and the degraded tiles that it has. Without changes, does not touch it. The frame is history if this
-    /// succeeds.
+    /// Updates `sink`, and the degraded tiles that it has. Without changes, does not touch it. The frame is history if
+    /// this succeeds.
     pub(super) fn commit(
         &mut self,
         frame: FinishedFrame,

@@ -44,8 +44,8 @@ pub enum FrameError {
     /// A tile does not fit the grid that the sink's layout asks for. The sink was not touched.
     #[error(transparent)]
     Grid(#[from] GridTooCoarse),
-    /// The plan is one of another model, as after an [update](super::Session::update), or was changed since it was made.
-    /// The sink was not touched.
+    /// The plan is one of another model, as after an [update](super::Session::update), or was changed since it was
+    /// made. The sink was not touched.
     #[error(transparent)]
     Plan(#[from] DamagedPlan),
     /// An internal error. The session cannot be used any more.

@@ -26,8 +26,8 @@ pub fn serial(
     tessellate_on(&Alone, prepared, plan, edge_lines, &Control::default(), sink)
 }
 
-/// Tessellates the whole model by `plan`, once, on the threads of `jobs`. The sink gets the same calls for any number of
-/// threads.
+/// Tessellates the whole model by `plan`, once, on the threads of `jobs`. The sink gets the same calls for any number
+/// of threads.
 ///
 /// # Errors
 /// When the plan is not of this model; the sink was not touched. When the sink refuses; its `abort` was called. When

@@ -9,8 +9,8 @@ use crate::prepare::Prepared;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-/// Number of workers on `threads` threads, unless the caller says otherwise. What a tile costs is known only roughly, and
-/// with few tiles per thread that does not average out. More workers take more hand-offs.
+/// Number of workers on `threads` threads, unless the caller says otherwise. What a tile costs is known only roughly,
+/// and with few tiles per thread that does not average out. More workers take more hand-offs.
 pub(super) const fn workers_on(threads: usize) -> usize {
     const PER_THREAD: usize = 4;
     if threads > 1 { PER_THREAD * threads } else { 1 }

@@ -31,7 +31,8 @@ impl SceneKeys {
         new
     }
 
-    /// Replaces the scene `before`, of which part `from[p]` is part `p` now. Keys of its instances name none from now on.
+    /// Replaces the scene `before`, of which part `from[p]` is part `p` now. Keys of its instances name none from now
+    /// on.
     pub(super) fn update(&mut self, before: &Scene, scene: &mut Scene, from: &[Option<PartId>]) {
         for (part, from) in scene.parts.iter_mut().zip(from) {
             part.key = from.and_then(|from| before.parts[from.index()].key);

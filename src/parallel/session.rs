@@ -113,7 +113,8 @@ struct FrameOrder {
 }
 
 impl Session {
-    /// Deals the tiles, and starts threads for them ([`SessionOptions::threads`]), which end when the session is dropped.
+    /// Deals the tiles, and starts threads for them ([`SessionOptions::threads`]), which end when the session is
+    /// dropped.
     ///
     /// # Errors
     /// When the system refuses a thread.
@@ -359,8 +360,8 @@ impl Session {
 
     /// Begins a frame of views: a job plans and makes it. Returns at once, unless [`Jobs::spawn`] runs the job itself,
     /// as that of [`Alone`](crate::control::Alone) does. Cancels an unfinished frame: what was set or moved before it
-    /// becomes part of this one, and nothing else of it. If the sink already shows these views, nothing is left to refine
-    /// and the [limit](SessionOptions::resident_bytes) is kept, no job is spawned.
+    /// becomes part of this one, and nothing else of it. If the sink already shows these views, nothing is left to
+    /// refine and the [limit](SessionOptions::resident_bytes) is kept, no job is spawned.
     ///
     /// Cost on this thread: a copy of the views, and of what was set or moved since the last call.
     ///
@@ -475,7 +476,8 @@ impl Session {
     }
 
     /// As [`finish`](Self::finish), but waits for the frame no longer than `at_most`: `None` if it is not made by then,
-    /// and the sink keeps the last frame. Never makes it on this thread; spawns its job again if the pool has dropped it.
+    /// and the sink keeps the last frame. Never makes it on this thread; spawns its job again if the pool has dropped
+    /// it.
     ///
     /// # Errors
     /// As [`finish`](Self::finish).

@@ -156,8 +156,8 @@ pub struct View {
 }
 
 impl View {
-    /// Angle tolerance that suits pictures: 30 degrees, in radians. Normals are exact at vertices; this bounds the error
-    /// of interpolating them.
+    /// Angle tolerance that suits pictures: 30 degrees, in radians. Normals are exact at vertices; this bounds the
+    /// error of interpolating them.
     pub const ANGLE: f64 = 30.0_f64.to_radians();
 }
 

@@ -17,25 +17,25 @@ impl View {
         Self { camera, size, deviation_px: Self::DEVIATION_PX, size_px: None, angle: Self::ANGLE }
     }
 
-    /// As [`new`](Self::new), for the camera of an engine: `matrix` takes millimetres in the world to clip space, where x
-    /// points right, y up and w forwards (projection times view; columns, as in glam). The row of z is not read: depth may
-    /// have any convention. So nothing in front of the eye is culled. Set `near` of
+    /// As [`new`](Self::new), for the camera of an engine: `matrix` takes millimetres in the world to clip space, where
+    /// x points right, y up and w forwards (projection times view; columns, as in glam). The row of z is not read:
+    /// depth may have any convention. So nothing in front of the eye is culled. Set `near` of
     /// [`Projection::Perspective`] for less work near the eye.
     ///
     /// For an engine in metres, multiply by a scale of 0.001 on the right. For one whose y points down in clip space,
     /// negate the row of y.
     ///
-    /// The middle of the picture may be off the axis, as for an eye of a headset or a tile of a large picture. The view's
-    /// picture is then one around it, about the axis, with pixels of the same size: [`size`](Self::size) is larger than
-    /// `size`, by steps of 16 pixels, so that jitter seldom changes it. Jitter by half a pixel alone changes nothing.
-    /// A tile at the corner of a large picture is planned as all of that picture.
+    /// The middle of the picture may be off the axis, as for an eye of a headset or a tile of a large picture. The
+    /// view's picture is then one around it, about the axis, with pixels of the same size: [`size`](Self::size) is
+    /// larger than `size`, by steps of 16 pixels, so that jitter seldom changes it. Jitter by half a pixel alone
+    /// changes nothing. A tile at the corner of a large picture is planned as all of that picture.
     ///
     /// # Errors
     /// [`InvalidView::Size`] for a picture without pixels. [`InvalidView::Matrix`] if no [`Camera`] has this matrix:
     /// * pixels are not square,
     /// * the middle of the picture is so far off the axis that the picture around it has more than 2³² pixels a side,
-    /// * the matrix shears, or it has perspective and mirrors. A mirrored one without perspective is that of a camera on
-    ///   the other side.
+    /// * the matrix shears, or it has perspective and mirrors. A mirrored one without perspective is that of a camera
+    ///   on the other side.
     pub fn from_matrix(matrix: DMat4, size: (u32, u32)) -> Result<Self, InvalidView> {
         let (width, height) = size;
         if width == 0 || height == 0 {

@@ -38,8 +38,8 @@ pub enum InvalidView {
         "the matrix differs from that of a camera with square pixels by {off:.3e} of its rows (wanted: at most 1e-3)"
     )]
     Matrix {
-        /// The difference to that of the nearest camera, as a share of the rows of x and y. Infinite if there is no such
-        /// camera.
+        /// The difference to that of the nearest camera, as a share of the rows of x and y. Infinite if there is no
+        /// such camera.
         off: f64,
     },
     /// A limit of the screen-space error is not above 0.

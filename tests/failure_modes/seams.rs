@@ -212,8 +212,8 @@ fn whole_tori_thin_and_fat_with_and_without_edges() {
     }
 }
 
-/// A cylinder with a round edge below. The round part of a torus has a seam, and its loop may run either way: OpenCASCADE
-/// writes it clockwise.
+/// A cylinder with a round edge below. The round part of a torus has a seam, and its loop may run either way:
+/// OpenCASCADE writes it clockwise.
 #[test]
 fn a_loop_with_a_seam_lies_around_what_it_keeps() {
     let (radius, round, height) = (5.0, 2.0, 10.0);

@@ -403,8 +403,8 @@ fn a_hole_that_runs_along_a_crease() {
 
 #[test]
 fn lines_that_bend_within_a_plane() {
-    // Four flat pieces around a lattice point that is inside in (u,v) and beyond an edge in space. Lines bend there, as at
-    // a crease, but the normal does not turn.
+    // Four flat pieces around a lattice point that is inside in (u,v) and beyond an edge in space. Lines bend there, as
+    // at a crease, but the normal does not turn.
     let steps = [0.0, 1.0, 2.0];
     let mut points: Vec<DVec3> = steps.iter().flat_map(|&x| steps.map(|y| DVec3::new(x, y, 0.0))).collect();
     points[4] = DVec3::new(1.2, 1.1, 0.0);

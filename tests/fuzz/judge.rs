@@ -97,8 +97,8 @@ impl Meshed {
     }
 
     /// Also checks what holds for sound models: nothing lost or doubtful, only the open edges are open, the tolerance
-    /// holds. Of a solid that is stated inside out, a warning may say so: if it is a ball cut by a plane, one wrong sense
-    /// could be the cause as well.
+    /// holds. Of a solid that is stated inside out, a warning may say so: if it is a ball cut by a plane, one wrong
+    /// sense could be the cause as well.
     pub(crate) fn is_sound(&self, is_inverted: bool) -> Result<(), String> {
         self.holds()?;
         let is_told = |d: &Diagnostic| is_inverted && d.kind.code() == "shell-inside-out";

@@ -302,7 +302,8 @@ fn draws_are_few() {
         // Edges are one per part.
         let lines = live.upload(0, &view.with_wireframe(true).with_edges(true)).unwrap().stats();
         assert_eq!(lines.draws, 2 * stats.draws + 2);
-        // Without the first part there is one draw for the second; without an instance of the second, as many as before.
+        // Without the first part there is one draw for the second; without an instance of the second, as many as
+        // before.
         for (hidden, draws) in [(InstanceId(1), 1), (InstanceId(0), stats.draws)] {
             live.set_visible(hidden, false);
             assert_eq!(live.upload(0, &view).unwrap().stats().draws, draws);

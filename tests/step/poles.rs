@@ -196,8 +196,8 @@ fn a_torus_that_touches_its_axis_ends_there_unless_an_edge_comes_there() {
     }
 }
 
-/// A circle rotated about a chord sweeps an outer and an inner sheet, which meet in two points. Its writer drops the ends
-/// of the arc that it rotated.
+/// A circle rotated about a chord sweeps an outer and an inner sheet, which meet in two points. Its writer drops the
+/// ends of the arc that it rotated.
 #[test]
 fn a_vertex_and_the_sense_of_a_face_tell_which_sheet_of_a_rotated_circle_it_is() {
     for (sense, volume) in [("T", 57.2996), ("F", 1537.74)] {

@@ -92,8 +92,8 @@ impl MeshSink for Spy {
     }
 }
 
-/// What a sink has: all but triangles as text, and triangles without the numbers of workers. Without keys, which are names
-/// that each session gives.
+/// What a sink has: all but triangles as text, and triangles without the numbers of workers. Without keys, which are
+/// names that each session gives.
 fn content(sink: &MemorySink) -> (String, Vec<Batch>) {
     let mut scene = sink.scene.clone();
     scene.parts.iter_mut().for_each(|part| part.key = None);

@@ -115,7 +115,8 @@ impl Canvas {
         let drawn = if self.format == self.configuration.format {
             draw(&texture.texture.create_view(&whole))?
         } else {
-            // A view of the canvas in another format would do, but software devices ignore it when they resolve samples.
+            // A view of the canvas in another format would do, but software devices ignore it when they resolve
+            // samples.
             let size = texture.texture.size();
             let picture = self.picture.take().filter(|picture| picture.size() == size);
             let picture = picture.unwrap_or_else(|| self.texture(TextureUsages::COPY_SRC));

@@ -1,8 +1,9 @@
 //! Tiles that should change, and a budget of time -> those that change now. The others keep their rates until a later
 //! frame, so the plan is closed whatever is deferred.
 //!
-//! When a tile changes, its neighbours are rebuilt, because they share its edges. So tiles are taken in clusters: from the
-//! most urgent one outwards, through neighbours that should change, too. Only the rim of a cluster is rebuilt twice.
+//! When a tile changes, its neighbours are rebuilt, because they share its edges. So tiles are taken in clusters: from
+//! the most urgent one outwards, through neighbours that should change, too. Only the rim of a cluster is rebuilt
+//! twice.
 
 use super::draft::WantedRate;
 use crate::control::{Call, map};

@@ -31,8 +31,8 @@ pub(super) fn begin(call: Call<'_>, rates: &mut Rates, rows: &[usize]) -> Option
 }
 
 impl PartRates {
-    /// Of a part with its coarsest plan, whose tiles have so many cells, and tessellants along their loops. Nothing has a
-    /// rate yet.
+    /// Of a part with its coarsest plan, whose tiles have so many cells, and tessellants along their loops. Nothing has
+    /// a rate yet.
     fn first(part: &PreparedPart, boxes: Arc<PartBoxes>, counts: TileCounts, is_budgeted: bool) -> Self {
         let (tiles, edges) = (part.tiles.len(), part.edges.len());
         Self {

@@ -219,8 +219,8 @@ fn band_of(most: f64, before: Band) -> i32 {
 }
 
 impl PartLevels {
-    /// Assigns rows to the finest of the `wanted` bands, which ascend. A band keeps its row, with the tiles made for it,
-    /// until another band needs the row. Tells `replaced` of each row that changes, and its band before.
+    /// Assigns rows to the finest of the `wanted` bands, which ascend. A band keeps its row, with the tiles made for
+    /// it, until another band needs the row. Tells `replaced` of each row that changes, and its band before.
     fn serve(&mut self, wanted: &[i32], mut replaced: impl FnMut(usize, Band)) {
         let finest = &wanted[wanted.len().saturating_sub(self.rows.len())..];
         for band in finest.iter().rev() {

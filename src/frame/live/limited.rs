@@ -71,13 +71,13 @@ impl Rates {
     /// Whether the drawn tiles are within the limits, and one step finer would not be. If not, takes the terms one step
     /// nearer to that.
     ///
-    /// What a step finer costs is known from the last one. Where it turns out to cost more, the plan goes back, and does
-    /// not try again.
+    /// What a step finer costs is known from the last one. Where it turns out to cost more, the plan goes back, and
+    /// does not try again.
     ///
     /// `growth`: by how much the last change that limits caused multiplied the triangles, per step finer.
     pub(super) fn fits(&mut self, last: &mut LimitStep, growth: &mut f64, is_unfinished: bool) -> bool {
-        /// Steps after which everything is as coarse as its shape allows: lines are 4096 times as sparse, and a tile has
-        /// no more of them.
+        /// Steps after which everything is as coarse as its shape allows: lines are 4096 times as sparse, and a tile
+        /// has no more of them.
         const COARSEST: i16 = 48;
         /// Share of the limit to keep free, so that views that move do not change the terms to and fro.
         const SPARE: f64 = 0.1;

@@ -39,8 +39,8 @@ const FREED: usize = 64;
 /// A new row and the old one, which a frame's thread keeps instead of freeing it: [`PlanPages::next`] does so on all.
 type Replaced<T> = [Arc<T>; 2];
 
-/// Copies of the rows of some parts, which share them, made by all threads: each row is elsewhere in memory, and one more
-/// owner takes a miss of the caches.
+/// Copies of the rows of some parts, which share them, made by all threads: each row is elsewhere in memory, and one
+/// more owner takes a miss of the caches.
 fn copies<T: Send + Sync + 'static>(
     jobs: &dyn Jobs,
     plan: &Arc<Plan>,
@@ -86,8 +86,8 @@ pub(super) struct PlanPages {
 }
 
 impl PlanPages {
-    /// A copy of the last plan with a single owner. Reuses the spare one unless someone still holds it, as they do after
-    /// a cancelled frame.
+    /// A copy of the last plan with a single owner. Reuses the spare one unless someone still holds it, as they do
+    /// after a cancelled frame.
     pub(super) fn next(&mut self, jobs: &dyn Jobs) -> Arc<Plan> {
         let NewRows { lattices, edges } = std::mem::take(&mut self.new);
         let mut spare = self.spare.take();
@@ -115,8 +115,8 @@ impl PlanPages {
         spare.unwrap_or_default()
     }
 
-    /// Goes on with other parts: those of the last plan that `from` names, at the rows that name them. The others have no
-    /// plan yet.
+    /// Goes on with other parts: those of the last plan that `from` names, at the rows that name them. The others have
+    /// no plan yet.
     pub(super) fn update(&mut self, from: &[Option<PartId>]) {
         let last = Arc::make_mut(&mut self.last);
         last.parts = renewed(std::mem::take(&mut last.parts), from);
@@ -134,7 +134,8 @@ impl PlanPages {
         replace(&mut self.last, before)
     }
 
-    /// Makes `page` the spare one. It differs from the last one by the new rows, and has a plan for each of these parts.
+    /// Makes `page` the spare one. It differs from the last one by the new rows, and has a plan for each of these
+    /// parts.
     pub(super) fn take_back(&mut self, jobs: &dyn Jobs, parts: &[PartId], mut page: Arc<Plan>) {
         let NewRows { lattices, edges } = std::mem::take(&mut self.new);
         let has_plan = |part: usize| !self.last.parts[part].tiles.is_empty();

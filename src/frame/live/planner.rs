@@ -87,9 +87,9 @@ impl Planner {
         self.renew(prepared, &from);
     }
 
-    /// Switches to another model. Its part `p` is the one that was `from[p]`, and keeps its levels; a part that was none
-    /// is planned once a view shows it. `from` has a row for each part, and names none twice. Limits start again: what
-    /// they made coarser is planned as if it were new.
+    /// Switches to another model. Its part `p` is the one that was `from[p]`, and keeps its levels; a part that was
+    /// none is planned once a view shows it. `from` has a row for each part, and names none twice. Limits start again:
+    /// what they made coarser is planned as if it were new.
     ///
     /// Cost: one pass over the parts; if the last plan has other owners, a copy of its rows.
     pub fn update(&mut self, prepared: Arc<Prepared>, from: &[Option<PartId>]) {

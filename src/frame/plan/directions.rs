@@ -2,8 +2,8 @@
 //!
 //! Deviation: the theorem of Filip, Magedson and Markot (CAGD 3(4), 1986) in its form for any triangle whose box is
 //! h_u × h_v: ⅛ (M₁h_u² + 2M₂h_u h_v + M₃h_v²). Each direction has its own density of lines, which follows the bounds
-//! along it. The mixed term is split between the directions by 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), with r = h_v/h_u of the
-//! cheapest uniform lattice; or, once the gaps of one direction are known, the other one's follow from the whole.
+//! along it. The mixed term is split between the directions by 2M₂h_u h_v ≤ M₂(r h_u² + h_v²/r), with r = h_v/h_u of
+//! the cheapest uniform lattice; or, once the gaps of one direction are known, the other one's follow from the whole.
 //! The tolerance goes to whichever direction makes use of it (decision 071).
 
 use super::density::Density;
@@ -104,8 +104,8 @@ pub(super) struct Directions<'a> {
 
 impl Directions<'_> {
     /// Sets the densities of lines that meet the chord tolerance where normals turn within a cell by at most the arc
-    /// sine of `share`, and that are at least what other criteria ask for. Numbers of gaps are rounded so that there are
-    /// few cells.
+    /// sine of `share`, and that are at least what other criteria ask for. Numbers of gaps are rounded so that there
+    /// are few cells.
     pub(super) fn rates(&self, share: f64, out: &mut [Vec<f64>; 2]) {
         let (first, [rates, second]) = self.split(share);
         for (axis, rates) in [(first, rates), (1 - first, second)] {

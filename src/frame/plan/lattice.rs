@@ -105,8 +105,8 @@ impl Lattices {
         }
         let (table, [su, sv]) = (&face.bounds, strips_under(face, tile));
         let breaks = [&table.breaks_u[su.start..=su.end], &table.breaks_v[sv.start..=sv.end]];
-        // A cell in several boxes must meet the tolerances of all of them. Where these differ strongly, as they do close
-        // to the eye, lines run along the borders of boxes, so that no cell is in two.
+        // A cell in several boxes must meet the tolerances of all of them. Where these differ strongly, as they do
+        // close to the eye, lines run along the borders of boxes, so that no cell is in two.
         let steep = is_steep(&need.shares, sv.len());
         let mut reach = usize::from(!steep);
         loop {

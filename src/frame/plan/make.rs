@@ -48,8 +48,8 @@ pub enum PlanError {
     Cancelled,
 }
 
-/// As [`plan_within`], on the threads of `jobs`, with cancellation: it takes effect after at most 64 tiles or edges on each
-/// thread. The plan does not depend on the number of threads. Reports no progress.
+/// As [`plan_within`], on the threads of `jobs`, with cancellation: it takes effect after at most 64 tiles or edges on
+/// each thread. The plan does not depend on the number of threads. Reports no progress.
 ///
 /// # Errors
 /// When cancelled.

@@ -140,8 +140,8 @@ pub struct EdgePolyline {
     pub breaks: SmallVec<[u32; 4]>,
 }
 
-/// The plan of one part. A [`Planner`](crate::frame::live::planner::Planner) leaves those of parts empty that no view has
-/// shown.
+/// The plan of one part. A [`Planner`](crate::frame::live::planner::Planner) leaves those of parts empty that no view
+/// has shown.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PartPlan {

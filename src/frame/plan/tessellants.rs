@@ -29,8 +29,8 @@ pub(crate) struct Tessellants {
     ts: Vec<f64>,
 }
 
-/// Whether the breaks alone meet any chord and angle tolerance: those of a straight edge whose tiles have one cell each.
-/// Not those of a closed edge.
+/// Whether the breaks alone meet any chord and angle tolerance: those of a straight edge whose tiles have one cell
+/// each. Not those of a closed edge.
 pub(crate) fn is_bare(edge: &PreparedEdge, tiles: &PlanRows<TileLattice>) -> bool {
     let single = |tile: TileId| tiles[tile.0 as usize].cells() == (1, 1);
     edge.straight && !is_closed(edge) && edge.uses.iter().all(|place| single(place.tile))
@@ -186,8 +186,8 @@ impl<'a> OwnDensity<'a> {
     }
 }
 
-/// The breaks alone, if one segment certainly meets this tolerance, with its density times `factor`, all along the edge.
-/// [`Tessellants::polyline`] makes the same at any larger tolerance.
+/// The breaks alone, if one segment certainly meets this tolerance, with its density times `factor`, all along the
+/// edge. [`Tessellants::polyline`] makes the same at any larger tolerance.
 pub(crate) fn bare_within(
     edge: &PreparedEdge,
     tiles: &PlanRows<TileLattice>,

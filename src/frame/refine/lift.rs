@@ -87,8 +87,8 @@ impl FaceSurface<'_> {
     /// Whether a triangle that is so far from the surface must be where the tolerance is looser than elsewhere in the
     /// tile, and may be that far.
     ///
-    /// Cells that are long where nobody looks, and narrow because the rest of the tile is near, fold where a row of them
-    /// is closer to the next than to the surface. No other triangles between these points would do better.
+    /// Cells that are long where nobody looks, and narrow because the rest of the tile is near, fold where a row of
+    /// them is closer to the next than to the surface. No other triangles between these points would do better.
     pub(crate) fn allows(&self, off: f64) -> bool {
         (MOST_OFF * self.chord..=self.loosest).contains(&off)
     }

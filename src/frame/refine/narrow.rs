@@ -1,9 +1,9 @@
 //! A tile's triangles -> the same, with those that are wider than a cell brought within the chord tolerance.
 //!
 //! Crossings are replaced by tessellants, so triangles between tessellants may reach from one cell into the next, where
-//! the lattice's bounds do not hold for them. While they are too far from the surface, edges are flipped that reduce the
-//! distance (C. L. Lawson, *Software for C1 surface interpolation*, 1977). If no flip does, an edge is split at a point
-//! of the surface. That point is inside the tile, so neighbours are not affected.
+//! the lattice's bounds do not hold for them. While they are too far from the surface, edges are flipped that reduce
+//! the distance (C. L. Lawson, *Software for C1 surface interpolation*, 1977). If no flip does, an edge is split at a
+//! point of the surface. That point is inside the tile, so neighbours are not affected.
 
 use super::lift::FaceSurface;
 use super::web::{Change, TriangleShape, Web};

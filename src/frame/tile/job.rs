@@ -152,7 +152,8 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
     if face.reversed {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
-    // A point on a sharp crease has two normals, and the one it stores says nothing about the triangles on the other side.
+    // A point on a sharp crease has two normals, and the one it stores says nothing about the triangles on the other
+    // side.
     let unfolds = face.kind != SurfaceKind::Plane && !face.sharp;
     s.doubtful.clear();
     if unfolds {

@@ -83,7 +83,8 @@ impl Tolerance {
 /// twentieth at most.
 const ALIKE: f64 = 0.9;
 /// If the pixels per millimetre differ by less within the box around all of them, the largest stands for each: the
-/// tolerance is stricter than needed by 4 % at most. Most tiles are small from where they are seen, and one look is enough.
+/// tolerance is stricter than needed by 4 % at most. Most tiles are small from where they are seen, and one look is
+/// enough.
 const SAME: f64 = 0.96;
 
 /// Tolerance of one tile or edge, box by box.
@@ -141,8 +142,8 @@ impl PartTolerance {
         Self { tolerance: usable, cameras: Arc::default(), seen: 0..0, radius, loosest: usable, unusable }
     }
 
-    /// Screen-space error of a part with this centre and radius: `per_pixel` is the tolerance where one millimetre of the
-    /// part covers one pixel. `seen`: where its cameras are among those of all instances.
+    /// Screen-space error of a part with this centre and radius: `per_pixel` is the tolerance where one millimetre of
+    /// the part covers one pixel. `seen`: where its cameras are among those of all instances.
     pub(crate) fn seen(
         per_pixel: &Tolerance,
         (cameras, seen): (Arc<[PartCamera]>, Range<usize>),

@@ -229,8 +229,8 @@ impl View {
         self.lens()
     }
 
-    /// Whether anything within a sphere may be in the view frustum. Never false for a sphere that contains one for which
-    /// it is true.
+    /// Whether anything within a sphere may be in the view frustum. Never false for a sphere that contains one for
+    /// which it is true.
     pub(crate) fn may_show(&self, (axes, lens): ([DVec3; 3], SightLens), sphere: &Sphere) -> bool {
         /// Share of the distance from the eye, for rounding.
         const ROUNDING: f64 = 1e-9;

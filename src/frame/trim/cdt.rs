@@ -57,8 +57,8 @@ const MAX_ROUNDS: usize = 12;
 const CROSSINGS_PER_SEGMENT: usize = 1;
 const FEW_CROSSINGS: usize = 1024;
 
-/// If segments cross, one that meets more edges of the triangulation than this is routed along edges nearby: inserting it
-/// can cost the cube of their number (33 s for a few that met up to 5 000).
+/// If segments cross, one that meets more edges of the triangulation than this is routed along edges nearby: inserting
+/// it can cost the cube of their number (33 s for a few that met up to 5 000).
 const MOST_EDGES: usize = 512;
 
 /// Smallest magnitude `spade` accepts, other than zero.
@@ -246,8 +246,8 @@ struct Added {
 }
 
 /// Makes parts edges, and splits those that pass through vertices. Leaves out parts that cross constraints, and parts
-/// that meet more than `most_edges` edges. Adds the edges of the conflicts to `crossings`, and stops listing them once it
-/// reaches `most`.
+/// that meet more than `most_edges` edges. Adds the edges of the conflicts to `crossings`, and stops listing them once
+/// it reaches `most`.
 fn add_constraints(
     cdt: &mut Cdt,
     parts: &[SegmentPart],

@@ -1,11 +1,12 @@
 //! Rings that failed, and loops inside one cell -> triangles.
 //!
-//! A cell with loops is swept with them: they and its rings bound one region. A cell fails if the sweep refuses it, or one
-//! of its rings has failed.
+//! A cell with loops is swept with them: they and its rings bound one region. A cell fails if the sweep refuses it, or
+//! one of its rings has failed.
 //!
 //! Failed cells and their neighbours are joined. The boundaries of their rings and loops are summed: opposite edges
-//! cancel. The sum constrains a Delaunay triangulation, which is accepted if exactly this sum bounds its region. If it is
-//! refused, the neighbours of all joined cells join, and it is tried again. Cells without rings and loops never join.
+//! cancel. The sum constrains a Delaunay triangulation, which is accepted if exactly this sum bounds its region. If it
+//! is refused, the neighbours of all joined cells join, and it is tried again. Cells without rings and loops never
+//! join.
 
 use super::cdt::{self, AtCrossings, Segment};
 use super::chain::EdgeSum;
@@ -106,8 +107,8 @@ impl Cell {
         }
     }
 
-    /// Triangulates the region that all of its rings and loops bound. Returns false, and appends nothing, if they are not
-    /// simple.
+    /// Triangulates the region that all of its rings and loops bound. Returns false, and appends nothing, if they are
+    /// not simple.
     fn sweep(
         &self,
         tile: &TrimInput<'_>,

@@ -6,8 +6,8 @@
 //! Method: each crossing of a segment with a lattice line is replaced, in both cells alike, by the nearer end of the
 //! segment. Cell polygons are then runs of tessellants and kept corners. Replacing vertices commutes with taking
 //! boundaries. So if every triangle of every cell is strictly positive (exact signs) and their boundary is the loops,
-//! they cover each point as often as the loops wind around it. Polygons that fail join those of the cells around them in
-//! a constrained Delaunay triangulation. The scheme descends from Kumar and Manocha, "Efficient Rendering of Trimmed
+//! they cover each point as often as the loops wind around it. Polygons that fail join those of the cells around them
+//! in a constrained Delaunay triangulation. The scheme descends from Kumar and Manocha, "Efficient Rendering of Trimmed
 //! NURBS Surfaces", Computer-Aided Design 27(7), 1995, section 4; the certificate replaces its case analysis.
 //!
 //! Loops that cross themselves or each other are triangulated by winding numbers. Triangles in space

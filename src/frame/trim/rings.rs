@@ -121,11 +121,11 @@ impl Rings {
     /// from the order of crossings.
     ///
     /// A ring and its triangles have the same boundary, and so have cells that [`cleanup`](super::cleanup) accepts. The
-    /// chains of all rings sum to the loops; what remains are sides along lattice edges, cut into pieces by crossings and
-    /// corners. A piece next to a crossing belongs to the rings that leave and enter there, one in either cell, since
-    /// crossings alternate. A whole edge belongs to a ring or full cell that goes around its ends. So all sides cancel if
-    /// rings and full cells go around every kept corner in all of its four cells, and around no other corner. Rings go
-    /// around kept corners only: counting is enough.
+    /// chains of all rings sum to the loops; what remains are sides along lattice edges, cut into pieces by crossings
+    /// and corners. A piece next to a crossing belongs to the rings that leave and enter there, one in either cell,
+    /// since crossings alternate. A whole edge belongs to a ring or full cell that goes around its ends. So all sides
+    /// cancel if rings and full cells go around every kept corner in all of its four cells, and around no other corner.
+    /// Rings go around kept corners only: counting is enough.
     pub(crate) fn is_closed(&self, trace: &Trace) -> bool {
         self.corners == 4 * trace.kept.count()
     }

@@ -137,8 +137,8 @@ fn polyhedron(part: &mut PartBuilder, corners: Vec<DVec3>, sides: &[&[usize]]) {
     }
 }
 
-/// Adds a planar face around an outline, in the plane of three points. A degenerate one is left out; prepare reports the
-/// open shell. `edges`: by ascending vertices.
+/// Adds a planar face around an outline, in the plane of three points. A degenerate one is left out; prepare reports
+/// the open shell. `edges`: by ascending vertices.
 pub(super) fn facet(
     part: &mut PartBuilder,
     edges: &mut Map<[usize; 2], EdgeId>,

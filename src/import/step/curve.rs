@@ -193,8 +193,8 @@ impl Geometry<'_> {
         self.unwrap(id, 0).is_ok_and(|curve| curve.is("CIRCLE") || curve.is("ELLIPSE"))
     }
 
-    /// Whether the NURBS form of a curve has other parameters than the file: that of a composite of several segments, of a
-    /// polyline that repeats points, which are dropped, and of what is defined by such a curve.
+    /// Whether the NURBS form of a curve has other parameters than the file: that of a composite of several segments,
+    /// of a polyline that repeats points, which are dropped, and of what is defined by such a curve.
     pub(super) fn has_other_parameters(&self, id: u64, depth: usize) -> bool {
         let Ok(curve) = self.unwrap(id, depth) else { return false };
         if curve.is("POLYLINE") {

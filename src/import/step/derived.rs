@@ -72,8 +72,8 @@ struct Offset {
 }
 
 impl Offset {
-    /// The way from a point of the basis with this tangent to that of the offset. `None` if the tangent vanishes or runs
-    /// along the reference direction.
+    /// The way from a point of the basis with this tangent to that of the offset. `None` if the tangent vanishes or
+    /// runs along the reference direction.
     fn way(&self, tangent: DVec3) -> Option<DVec3> {
         Some(self.reference.cross(tangent).try_normalize()? * self.distance)
     }
@@ -191,8 +191,8 @@ impl Geometry<'_> {
     }
 
     /// The carrier of a `PCURVE` in space, and whether the curve has its direction. Exact on a plane and along u or v,
-    /// else approximated within the tolerance. The vertices of its edge bound a line; one that is neither on a plane nor
-    /// along u or v must end where the surface does.
+    /// else approximated within the tolerance. The vertices of its edge bound a line; one that is neither on a plane
+    /// nor along u or v must end where the surface does.
     pub(super) fn pcurve(&self, pcurve: Entity<'_>, depth: usize) -> Read<(Carrier, bool)> {
         let (plain, own) = (self.plain(), pcurve.fields("PCURVE", 1));
         let on = self.parametric(own.reference(0)?, depth + 1)?;

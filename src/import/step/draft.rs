@@ -115,7 +115,8 @@ impl EdgeDraft {
         })
     }
 
-    /// Whether both vertices are in one place, and the curve within the file's tolerance of it and no larger than `near`.
+    /// Whether both vertices are in one place, and the curve within the file's tolerance of it and no larger than
+    /// `near`.
     fn is_point(&self, near: f64) -> bool {
         let [start, end] = self.points;
         let tolerance = self.units.tolerance;

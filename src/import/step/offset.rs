@@ -13,13 +13,13 @@ use std::iter::once;
 const MAX_PIECES: usize = 64;
 /// Maximum number of control points of an approximation.
 const MAX_POINTS: usize = 400_000;
-/// Approximations are refined to this share of their size where that is less than the tolerance, so that small faces are
-/// approximated as well as large ones. An error between the two is accepted.
+/// Approximations are refined to this share of their size where that is less than the tolerance, so that small faces
+/// are approximated as well as large ones. An error between the two is accepted.
 const FINE: f64 = 1e-5;
 /// A profile that is longer than its face may pass the axis by this share of its width.
 const PASSES: f64 = 0.01;
-/// An approximation whose error is within this share of its size is kept even if it misses the tolerance. The face would
-/// be filled from its boundary, which is further off.
+/// An approximation whose error is within this share of its size is kept even if it misses the tolerance. The face
+/// would be filled from its boundary, which is further off.
 const BETTER_THAN_FILLED: f64 = 1e-4;
 /// Pieces with larger errors may take this share of the domain in each direction, and [`SPOTS_AREA`] of its area: they
 /// are spots or short creases, where the base bends so much that its offset has a cusp. A crease across the surface
@@ -84,8 +84,9 @@ pub(super) fn offset(
             let width = |p: &DVec3| flat(*p).length_squared();
             let out = curve.points.iter().copied().max_by(|p, q| width(p).total_cmp(&width(q))).map_or(DVec2::X, flat);
             let least = curve.points.iter().map(|p| flat(*p).dot(out)).fold(f64::INFINITY, f64::min);
-            // Beyond the axis, the normal that surfaces of revolution have is on the other side of the profile. One that
-            // goes on a little there has no face there. A point on the axis has the normal of the points next to it.
+            // Beyond the axis, the normal that surfaces of revolution have is on the other side of the profile. One
+            // that goes on a little there has no face there. A point on the axis has the normal of the points next to
+            // it.
             let far = out.length_squared();
             let passes = least > -PASSES * far;
             let is_beyond = |t: f64| passes && flat(curve.point(t)).dot(out) < -ON_AXIS * far;
@@ -138,8 +139,8 @@ fn moved(from: &[DVec3], to: &[DVec3]) -> f64 {
 
 /// Fits cubic pieces to `at` over the domain and knots of `base`. Returns the curve and what to report.
 ///
-/// The tangents of an approximated base differ at both ends, and so do the ends of its offset. Those of a closed base are
-/// joined. How far they move counts as an error.
+/// The tangents of an approximated base differ at both ends, and so do the ends of its offset. Those of a closed base
+/// are joined. How far they move counts as an error.
 fn profile(
     base: &NurbsCurve3,
     tolerance: f64,
@@ -165,8 +166,8 @@ pub(super) fn fitted(
     close.then_some(curve).ok_or(FitTrouble::Inexact { what: "the approximation", error_mm })
 }
 
-/// Fits cubic pieces to `at` over the knots `spans`, until the error is within the tolerance and [`FINE`], or pieces are
-/// as short as allowed. Returns the curve and its largest sampled error.
+/// Fits cubic pieces to `at` over the knots `spans`, until the error is within the tolerance and [`FINE`], or pieces
+/// are as short as allowed. Returns the curve and its largest sampled error.
 fn closest(
     spans: &[f64],
     tolerance: f64,

@@ -100,8 +100,8 @@ impl Parametric {
         at
     }
 
-    /// The range of `t` in which the stated parameters `at` + `t` `along` are within the domain. Closed directions have no
-    /// ends.
+    /// The range of `t` in which the stated parameters `at` + `t` `along` are within the domain. Closed directions have
+    /// no ends.
     pub(super) fn crossing(&self, at: [f64; 2], along: [f64; 2]) -> (f64, f64) {
         let StatedAxes::Each(axes) = &self.axes else { return ENDLESS };
         let (domain, period) = (self.surface.natural_domain(), self.surface.period());
@@ -126,7 +126,8 @@ const ENDLESS: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 const PARAMETERS: &str = "parameters on curves and surfaces";
 
 impl Geometry<'_> {
-    /// A surface, with the map from the file's parameters to its natural ones. Flipped surfaces and replicas are refused.
+    /// A surface, with the map from the file's parameters to its natural ones. Flipped surfaces and replicas are
+    /// refused.
     pub(super) fn parametric(&self, id: u64, depth: usize) -> Read<Parametric> {
         let on = self.surface(id, &FaceLocation::default, depth)?;
         if on.turned {

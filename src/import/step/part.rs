@@ -216,8 +216,8 @@ const BYTES_PER_USE: usize = 160;
 /// A curve that misses its vertices by more than this share of the part's size is pulled onto them.
 const PULLED: f64 = 3e-5;
 
-/// Edges miss their vertices by up to this share of the part's size where programs round: they state a tolerance of 1e-7
-/// for parts of any size.
+/// Edges miss their vertices by up to this share of the part's size where programs round: they state a tolerance of
+/// 1e-7 for parts of any size.
 const ROUNDED: f64 = 1e-6;
 
 /// A part under construction.
@@ -399,8 +399,8 @@ impl<'a> Assembly<'a> {
                 None => return Err(Trouble::new(face, StepTrouble::Unread { what: "an edge of the face" })),
             }
         }
-        // Some writers get the senses of edges wrong. The right ones follow from the first edge, as stated or reversed. An
-        // open loop has none; prepare closes and reports it.
+        // Some writers get the senses of edges wrong. The right ones follow from the first edge, as stated or reversed.
+        // An open loop has none; prepare closes and reports it.
         if let Some(turned) = [false, true].into_iter().find_map(|first| head_to_tail(&ends, first)) {
             for (edge, turned) in chain.iter_mut().zip(&turned) {
                 edge.reversed ^= turned;

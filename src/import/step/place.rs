@@ -130,9 +130,9 @@ impl<'a> Geometry<'a> {
 
     /// The motion of an `AXIS2_PLACEMENT_3D` or a `CARTESIAN_TRANSFORMATION_OPERATOR_3D`.
     ///
-    /// ISO 10303-42 has positive scales only, but OpenCASCADE writes mirrored occurrences with negative ones. It divides
-    /// by the scale, also the origin, unless the axes are the world's: it writes a reflection in a point as the standard
-    /// reads it.
+    /// ISO 10303-42 has positive scales only, but OpenCASCADE writes mirrored occurrences with negative ones. It
+    /// divides by the scale, also the origin, unless the axes are the world's: it writes a reflection in a point as the
+    /// standard reads it.
     pub(super) fn motion(&self, id: u64) -> Read<DAffine3> {
         let instance = self.get(id)?;
         if instance.is("AXIS2_PLACEMENT_3D") {

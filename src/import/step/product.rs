@@ -148,8 +148,8 @@ impl<'a> StructureBuilder<'a> {
         definitions
     }
 
-    /// Assigns a representation of an occurrence, which maps the component, to the assembly: it says where the component
-    /// is. Where a relationship says that too, the item that maps the component repeats it.
+    /// Assigns a representation of an occurrence, which maps the component, to the assembly: it says where the
+    /// component is. Where a relationship says that too, the item that maps the component repeats it.
     fn own_for_occurrence(
         &mut self,
         (occurrence, shape): (u64, u64),

@@ -75,19 +75,19 @@ fn check(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
 ///
 /// Each product definition with geometry becomes one part, placed as often as the assembly says. Geometry without a
 /// product becomes parts that are placed once. [`Model::diagnostics`] reports everything that is not understood; the
-/// rest is read all the same. A file without faces gives an empty model. A part further from the origin than 4096 of its
-/// diagonals has coordinates relative to its centre, and its instances place it. The model's name is empty; that of
+/// rest is read all the same. A file without faces gives an empty model. A part further from the origin than 4096 of
+/// its diagonals has coordinates relative to its centre, and its instances place it. The model's name is empty; that of
 /// `read_file` is the file's. Runs on [`Rayon`]'s threads.
 ///
 /// # Errors
-/// If the bytes are not STEP text, their syntax is beyond repair, a limit of `options` is exceeded, or an option is out of
-/// range.
+/// If the bytes are not STEP text, their syntax is beyond repair, a limit of `options` is exceeded, or an option is out
+/// of range.
 pub fn read(bytes: &[u8], options: &StepOptions) -> Result<Model, StepError> {
     read_on(&Rayon, bytes, options, &Control::default())
 }
 
-/// As [`read`], on the threads of `jobs`, with progress and cancellation. The syntax is parsed in pieces before the first
-/// progress is reported. Cancelling takes effect between these pieces, between parts and within them.
+/// As [`read`], on the threads of `jobs`, with progress and cancellation. The syntax is parsed in pieces before the
+/// first progress is reported. Cancelling takes effect between these pieces, between parts and within them.
 ///
 /// # Errors
 /// As [`read`], and [`StepError::Cancelled`].
@@ -95,8 +95,8 @@ pub fn read_on(jobs: &dyn Jobs, bytes: &[u8], options: &StepOptions, control: &C
     read_in_pieces(Call::new(jobs, control), bytes.into(), options, piece(bytes.len(), width(jobs)))
 }
 
-/// As [`read_on`], with a length of the pieces in which the syntax is parsed. A text that is handed over is freed once it
-/// is parsed: the model takes its pages.
+/// As [`read_on`], with a length of the pieces in which the syntax is parsed. A text that is handed over is freed once
+/// it is parsed: the model takes its pages.
 fn read_in_pieces(
     call: Call<'_>,
     bytes: Cow<'_, [u8]>,
@@ -219,8 +219,8 @@ fn foreign_files(table: &Table) -> Option<Diagnostic> {
     (!names.is_empty()).then(|| of_file(StepOutcome::ForeignFiles { count: names.len(), first }))
 }
 
-/// Moves a part further than [`FAR`] from the origin to it, with what was said of it, and reports that. Returns where its
-/// centre was. Otherwise every surface would be computed in numbers that have few digits for it.
+/// Moves a part further than [`FAR`] from the origin to it, with what was said of it, and reports that. Returns where
+/// its centre was. Otherwise every surface would be computed in numbers that have few digits for it.
 fn about_its_centre(part: &mut Part, found: &mut Vec<Diagnostic>) -> Option<DVec3> {
     let [low, high] = part.control_box();
     let (centre, size_mm) = (0.5 * low + 0.5 * high, (high - low).length());

@@ -60,7 +60,8 @@ pub(super) struct Parsed {
     pub(super) joints: usize,
 }
 
-/// Parses the records that start in `range`, of which the first starts at its start. Stops after more than `most_faults`.
+/// Parses the records that start in `range`, of which the first starts at its start. Stops after more than
+/// `most_faults`.
 pub(super) fn parse(text: &[u8], range: Range<usize>, most_faults: usize) -> Parsed {
     let length = range.len().min(text.len());
     let values = Values { list: Vec::with_capacity(length / BYTES_PER_VALUE), text: String::new() };
@@ -356,9 +357,9 @@ fn number(instance: &[u8]) -> Option<String> {
     (number.len() > 1).then_some(number)
 }
 
-/// Where to go on after a record that starts at `at` and breaks the syntax: behind the first semicolon that an instance,
-/// the end of the section or of the file, or nothing follows. Quotes do not count: one may be missing. `None` without
-/// such a semicolon.
+/// Where to go on after a record that starts at `at` and breaks the syntax: behind the first semicolon that an
+/// instance, the end of the section or of the file, or nothing follows. Quotes do not count: one may be missing. `None`
+/// without such a semicolon.
 fn next_record(text: &[u8], at: usize) -> Option<usize> {
     let mut ends = text.iter().enumerate().skip(at).filter(|(_, b)| **b == b';').map(|(i, _)| i + 1);
     ends.find(|end| {

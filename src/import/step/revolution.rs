@@ -133,8 +133,8 @@ fn size(curve: &NurbsCurve3, frame: &Frame3) -> f64 {
     curve.points.iter().map(away).fold(0.0, f64::max)
 }
 
-/// Whether a profile certainly keeps further than `near` from the axis: all its control points lie beyond a plane that is
-/// parallel to the axis. So do those of most profiles.
+/// Whether a profile certainly keeps further than `near` from the axis: all its control points lie beyond a plane that
+/// is parallel to the axis. So do those of most profiles.
 fn keeps_off(curve: &NurbsCurve3, frame: &Frame3, near: f64) -> bool {
     let across = |p: &DVec3| frame.local(*p).truncate();
     let direction = curve.points.first().and_then(|p| across(p).try_normalize());
@@ -332,10 +332,10 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// Reduces a surface of revolution whose profile meets the axis to the one sheet that contains a face's boundary `on`,
 /// as a sphere if it is one. Other surfaces are unchanged.
 ///
-/// Sheets that coincide (a circle rotated about its diameter) have opposite normals. The face is on the one with most of
-/// the profile parameters that the file states (`along`). If it states none, `is_outwards` chooses the half of a sphere
-/// from the centre and the way to a pole: whether the surface's normal leads away from the centre. Else the face is on
-/// the sheet of the profile's start.
+/// Sheets that coincide (a circle rotated about its diameter) have opposite normals. The face is on the one with most
+/// of the profile parameters that the file states (`along`). If it states none, `is_outwards` chooses the half of a
+/// sphere from the centre and the way to a pole: whether the surface's normal leads away from the centre. Else the face
+/// is on the sheet of the profile's start.
 ///
 /// Of sheets between which the boundary is only points of the axis, such as the inner and the outer one of a torus that
 /// meets its axis, the face is on the first whose normal leads outwards if `same_sense`, else inwards: sheets on both

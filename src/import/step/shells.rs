@@ -285,8 +285,8 @@ impl<'a> Gather<'a> {
         into.held.insert(id)
     }
 
-    /// What becomes of a body with one shell of several. One that cannot be read is reported and costs the others nothing.
-    /// Fails at the limit of visits.
+    /// What becomes of a body with one shell of several. One that cannot be read is reported and costs the others
+    /// nothing. Fails at the limit of visits.
     fn beside_others(&mut self, shell: Read<()>, units: Units) -> Read<()> {
         match shell {
             Err(trouble) if self.visits <= self.table.budget.max_visits() => {

@@ -136,7 +136,8 @@ pub(super) fn window(curve: NurbsCurve3, (from, to): (f64, f64)) -> NurbsCurve3 
     }
 }
 
-/// Ends of a closed curve that are nearer to each other than this share of its size are one: files round each by itself.
+/// Ends of a closed curve that are nearer to each other than this share of its size are one: files round each by
+/// itself.
 pub(super) const ROUNDED: f64 = 1e-5;
 
 /// Parameters of a curve that differ by no more than this share of its domain are one.

@@ -169,8 +169,8 @@ impl Mesh {
         Ok(())
     }
 
-    /// Adds a triangle of a face. Skips triangles with coincident corners. A triangle with collinear corners is skipped,
-    /// too, but splits the longest side for its neighbour, which would otherwise have a T-junction.
+    /// Adds a triangle of a face. Skips triangles with coincident corners. A triangle with collinear corners is
+    /// skipped, too, but splits the longest side for its neighbour, which would otherwise have a T-junction.
     fn triangle(&mut self, corners: [DVec3; 3], face: u64) {
         let ids = corners.map(|corner| self.corner(corner));
         if ids[0] == ids[1] || ids[1] == ids[2] || ids[2] == ids[0] {

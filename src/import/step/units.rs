@@ -182,8 +182,8 @@ pub(super) enum Whole {
     BesideSeam,
     /// If its two vertices are within the file's tolerance. A line between them is the rest of the loop.
     BesideLine,
-    /// If its two vertices are one corner, or as close as ends of closed curves of its size. The edge is the whole loop,
-    /// and a short arc encloses nothing.
+    /// If its two vertices are one corner, or as close as ends of closed curves of its size. The edge is the whole
+    /// loop, and a short arc encloses nothing.
     Alone,
     /// Always: start and end are one vertex.
     OneVertex,

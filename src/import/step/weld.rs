@@ -1,7 +1,7 @@
 //! Borders of spline surfaces, and ends of swept curves, that coincide within the file's tolerance -> coincide.
 //!
-//! Files round each row of control points by itself. A closed surface whose two borders differ would have no period, and
-//! a border that is nearly a point would be no pole: the loops on it would be read as those of another face.
+//! Files round each row of control points by itself. A closed surface whose two borders differ would have no period,
+//! and a border that is nearly a point would be no pole: the loops on it would be read as those of another face.
 
 use super::spline;
 use crate::model::{NurbsCurve3, NurbsSurface};
@@ -30,8 +30,8 @@ pub(super) fn curve(curve: NurbsCurve3, tolerance: f64) -> NurbsCurve3 {
 }
 
 /// Moves border rows of a net that are within `tolerance` of a point to that point, and both border rows of a direction
-/// within `tolerance` of each other to the row between them. `closed`: directions that the file does not call open. Their
-/// rows may also be as far apart as rounding explains. So may the points of a row that closes be from a pole.
+/// within `tolerance` of each other to the row between them. `closed`: directions that the file does not call open.
+/// Their rows may also be as far apart as rounding explains. So may the points of a row that closes be from a pole.
 pub(super) fn net(mut net: NurbsSurface, closed: [bool; 2], tolerance: f64) -> NurbsSurface {
     let weld = |net: &mut NurbsSurface| {
         // The points of a pole are rounded, too: those of rows that close may be as far apart as the rows were.
@@ -129,7 +129,8 @@ mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    /// A tube of radius 1 about z from 0 to `height`, with `turn` of a full turn in u, whose last row is moved by `gap`.
+    /// A tube of radius 1 about z from 0 to `height`, with `turn` of a full turn in u, whose last row is moved by
+    /// `gap`.
     fn tube(turn: f64, height: f64, gap: f64) -> NurbsSurface {
         let row = |i: u32| {
             let angle = TAU * turn * f64::from(i) / 8.0;

@@ -123,8 +123,8 @@ pub enum CurveTrouble {
         /// First and last parameter.
         domain: (f64, f64),
     },
-    /// A point or a trim is stated by its parameter on a composite curve, or on a polyline that repeats points; the reader
-    /// does not keep these.
+    /// A point or a trim is stated by its parameter on a composite curve, or on a polyline that repeats points; the
+    /// reader does not keep these.
     #[error("parameters on composite curves and on polylines that repeat points are not read")]
     OnComposite,
     /// A line is extruded along itself.

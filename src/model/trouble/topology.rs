@@ -55,8 +55,8 @@ pub enum WireTrouble {
         /// How many planes and cylinders.
         faces: usize,
     },
-    /// A face of a closed surface is in a shell whose only plane or cylinder has wires that run clockwise: one of the two
-    /// may be the other side of its wires.
+    /// A face of a closed surface is in a shell whose only plane or cylinder has wires that run clockwise: one of the
+    /// two may be the other side of its wires.
     #[error(
         "the wires of the only plane or cylinder of its shell run clockwise; it may be the other side of its wires"
     )]

@@ -108,8 +108,8 @@ pub struct RenderOptions {
     pub edges: bool,
     /// Paints back-facing surfaces magenta, which shows reversed faces and holes in solids. Default off.
     pub backfaces: bool,
-    /// Cuts away what lies beyond a plane, for picks, too. Surfaces that are then seen from behind are flat and darker, so
-    /// that solids look cut through. A plane that is not finite cuts nothing. Default `None`.
+    /// Cuts away what lies beyond a plane, for picks, too. Surfaces that are then seen from behind are flat and darker,
+    /// so that solids look cut through. A plane that is not finite cuts nothing. Default `None`.
     pub section: Option<Section>,
     /// Box around what the caller draws into the same depth, world coordinates. Moves the near plane before it, but no
     /// nearer than the camera's own and 1e-4 of the scene's size or distance; in orthographic projection the far plane

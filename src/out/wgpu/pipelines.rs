@@ -89,8 +89,8 @@ pub struct SurfaceInput {
     /// WGSL to put before the caller's, which may name what it declares: `SceneVertex`, the input of a vertex function;
     /// `scene_surface`, which turns it into a `SceneSurface`: position relative to the eye and in clip space, normal,
     /// linear colour, numbers of instance, part, face and tile; `scene_view`, the camera; `scene_to_eye` and
-    /// `scene_linear`. All its names begin with `scene`, `Scene` or `SCENE`. It depends on the device. The scene's own pipelines
-    /// have the same text.
+    /// `scene_linear`. All its names begin with `scene`, `Scene` or `SCENE`. It depends on the device. The scene's own
+    /// pipelines have the same text.
     pub wgsl: &'static str,
     /// Layout of bind group 0: camera, placements and records, for vertex and fragment shaders.
     pub bind_group: BindGroupLayout,

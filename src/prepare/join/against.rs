@@ -2,8 +2,8 @@
 //!
 //! On a closed surface, the direction of the wires says which of two sides is the face. If a flag of the file is wrong,
 //! the other side would be taken. Three things tell that it is. In a closed shell, two faces run along their common
-//! edge in opposite directions. Wires of planes and cylinders run counter-clockwise: if none of a shell's does, all wires
-//! run the wrong way. And no face lies on its neighbours along all its edges.
+//! edge in opposite directions. Wires of planes and cylinders run counter-clockwise: if none of a shell's does, all
+//! wires run the wrong way. And no face lies on its neighbours along all its edges.
 
 use super::chains::{Sum, TurnedFace, sums};
 use crate::math::keyed::Buckets;
@@ -53,8 +53,8 @@ pub(crate) fn unsure_faces(part: &Part, shell: u32) -> Vec<usize> {
     part.faces.iter().enumerate().filter(|(_, f)| is_unsure(f)).map(|(face, _)| face).collect()
 }
 
-/// Where the wires of the only plane or cylinder of a shell run clockwise, takes the other side of the wires of a face that
-/// has one and was flipped, too: all flags are wrong. `reversed`: whether outward normals of faces are opposite to
+/// Where the wires of the only plane or cylinder of a shell run clockwise, takes the other side of the wires of a face
+/// that has one and was flipped, too: all flags are wrong. `reversed`: whether outward normals of faces are opposite to
 /// `S_u × S_v`. Returns whether a face has a new draft, and the faces that may be the other side, too.
 pub(crate) fn take_other_sides(
     part: &mut Cow<'_, Part>,
@@ -158,8 +158,8 @@ fn clockwise_faces(part: &Part) -> Vec<Option<usize>> {
     shells
 }
 
-/// Whether the wires of a plane or a cylinder run counter-clockwise around its area. `None` for other faces, without area,
-/// and if the wires go around the cylinder together: they bound no area then.
+/// Whether the wires of a plane or a cylinder run counter-clockwise around its area. `None` for other faces, without
+/// area, and if the wires go around the cylinder together: they bound no area then.
 fn runs_around(part: &Part, face: &Face) -> Option<bool> {
     /// Points per edge.
     const POINTS: u32 = 8;

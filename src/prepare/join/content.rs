@@ -16,8 +16,8 @@ pub(crate) struct ContentHash([u8; 32]);
 
 impl ContentHash {
     /// Hashes a part to be prepared with this [border tolerance](crate::prepare::PrepareOptions::border_tolerance),
-    /// numbers bit by bit. Leaves out names, colours, and [entity numbers](entities) but those in the cause of a refused
-    /// face. Cost: about a nanosecond per byte of the part.
+    /// numbers bit by bit. Leaves out names, colours, and [entity numbers](entities) but those in the cause of a
+    /// refused face. Cost: about a nanosecond per byte of the part.
     pub(crate) fn of(part: &Part, border_tolerance: f64) -> Self {
         let mut digest = Digest::new();
         border_tolerance.feed(&mut digest);

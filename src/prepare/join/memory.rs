@@ -23,8 +23,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Bytes of an allocation besides its contents: rounding up, and the allocator's own.
 const ALLOCATION: usize = 16;
 
-/// What an edge of a model takes once it is prepared: the edge with the bounds of one strip and two uses, its breaks, and
-/// the lists of its curve without their contents.
+/// What an edge of a model takes once it is prepared: the edge with the bounds of one strip and two uses, its breaks,
+/// and the lists of its curve without their contents.
 const PREPARED_EDGE: usize = size_of::<PreparedEdge>() + 2 * size_of::<Break>() + 3 * ALLOCATION;
 
 /// What a use of an edge takes in a prepared part, besides the use: its image, with samples and a rate in three strips.

@@ -213,9 +213,9 @@ pub(crate) fn wrong_volume(
 
 /// [`wrong_volume`] of faces that are not all flat, or enclose little. `place`: a point near them, and their size.
 ///
-/// Nearly all solids are right, and their parts hardly cancel: a few samples decide. The volume of a thin body is a small
-/// difference of large numbers, of which samples may give any sign. There, lines through the faces decide. They see one
-/// side of a boundary that crosses itself, so a volume that more samples confirm comes before them.
+/// Nearly all solids are right, and their parts hardly cancel: a few samples decide. The volume of a thin body is a
+/// small difference of large numbers, of which samples may give any sign. There, lines through the faces decide. They
+/// see one side of a boundary that crosses itself, so a volume that more samples confirm comes before them.
 fn wrong_sampled_volume(call: Call<'_>, faces: &[(&FaceDraft, bool)], place: (DVec3, f64), wanted: f64) -> Option<f64> {
     const FEW: Sampling = Sampling { lattice: 2, outline: 8 };
     const MANY: Sampling = Sampling { lattice: 8, outline: usize::MAX };

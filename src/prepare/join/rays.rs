@@ -243,8 +243,8 @@ type Zeros = SmallVec<[DVec2; 4]>;
 /// The parameters at which a polynomial map of the unit square is zero. `width`: coefficients in v. `None` if there may
 /// be others.
 ///
-/// Halves the square. A part whose coefficients all lie on one side of an axis has no zero. A part over which the map is
-/// one to one has one at most, which Newton's method finds.
+/// Halves the square. A part whose coefficients all lie on one side of an axis has no zero. A part over which the map
+/// is one to one has one at most, which Newton's method finds.
 fn zeros(net: Net, width: usize) -> Option<Zeros> {
     /// Parts of a patch that are looked at. A simple zero takes about ten.
     const MOST: usize = 400;

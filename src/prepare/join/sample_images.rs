@@ -113,9 +113,9 @@ pub(crate) fn sample(call: Call<'_>, edges: &mut [PreparedEdge], tiles: &[Tile])
     });
 }
 
-/// Ends of an edge's strips, refined where an image turns within a strip, or is fast in a small part of one; empty if none
-/// is. Close to a pole, an image crosses half a lattice in a thousandth of the edge, and only there segments have to be
-/// short.
+/// Ends of an edge's strips, refined where an image turns within a strip, or is fast in a small part of one; empty if
+/// none is. Close to a pole, an image crosses half a lattice in a thousandth of the edge, and only there segments have
+/// to be short.
 fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
     /// A strip is cut at each sample of an image if it holds at least so many. Ordinary edges have two to eight.
     const MANY: usize = 16;

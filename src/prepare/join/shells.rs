@@ -25,7 +25,8 @@ pub struct Shells {
 }
 
 impl Shells {
-    /// Counts the shells of a part. A loop that its face gives twice counts once, or not at all where it bounds nothing.
+    /// Counts the shells of a part. A loop that its face gives twice counts once, or not at all where it bounds
+    /// nothing.
     ///
     /// Edges count as shared if they are the same edge, not if they only coincide. Loops are oriented by the edges that
     /// two of them share, whatever their orientation in the file. Cost: about 200 ns per coedge.
@@ -104,8 +105,8 @@ fn unbalanced(part: &Part) -> Vec<(u32, usize)> {
     of_edges().filter(|of_edge| sum(of_edge) != 0).map(|of_edge| (of_edge[0].shell, of_edge.len())).collect()
 }
 
-/// What is connected to the first, and whether it is turned. `neighbours`: for each its neighbours, and whether both are
-/// turned alike. The nearest decide where neighbours contradict each other.
+/// What is connected to the first, and whether it is turned. `neighbours`: for each its neighbours, and whether both
+/// are turned alike. The nearest decide where neighbours contradict each other.
 pub(super) fn connected(
     neighbours: &[Vec<(usize, bool)>],
     first: (usize, bool),

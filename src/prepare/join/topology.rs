@@ -192,7 +192,8 @@ fn add_tiles(
     close(&mut tiles[first_tile..], edges, &wanted)
 }
 
-/// Lengths of a parameter rectangle of this size in space, by the derivatives in its middle: relative to the longer one.
+/// Lengths of a parameter rectangle of this size in space, by the derivatives in its middle: relative to the longer
+/// one.
 fn proportions([du, dv]: [DVec3; 2], size: DVec2) -> DVec2 {
     /// Less is noise.
     const LEAST: f64 = 1e-6;

@@ -39,9 +39,9 @@ fn stretches<'a>(part: &'a Part, c: &Coedge, passages: &Passages) -> Stretches<'
 /// Directions at a pole that differ by less than this share of a turn may be the same.
 const SAME_DIRECTION: f64 = 0.01;
 
-/// Traces a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. If none closes it,
-/// also from each sheet of the surface at their starts. The second value is that gap, mm, or the longest leap of
-/// a pcurve, if the loop does not close. Raises `gap` to the largest distance between edge and surface.
+/// Traces a loop over the surface, from the coedge that leaves the smallest gap where the loop closes. If none closes
+/// it, also from each sheet of the surface at their starts. The second value is that gap, mm, or the longest leap of a
+/// pcurve, if the loop does not close. Raises `gap` to the largest distance between edge and surface.
 pub(crate) fn trace_loop(
     part: &Part,
     coedges: &[Coedge],
@@ -187,16 +187,16 @@ fn trace_from(
     Ok((UvLoop { pieces, winding }, miss))
 }
 
-/// Joins two pieces at a pole: shifts the second one, and returns the stretch along the pole between them, if it has any
-/// length.
+/// Joins two pieces at a pole: shifts the second one, and returns the stretch along the pole between them, if it has
+/// any length.
 fn join(projector: &Projector<'_>, pole: usize, [before, after]: [&mut Piece; 2]) -> Option<Piece> {
     let to = target_without_noise(projector, pole, [before, after]);
     after.shift(to - after.start());
     pole_piece(projector, pole, before.end(), after.start())
 }
 
-/// [`jump_target`]. Where the two pieces would cross next to the pole, because their directions there are noise, one gets
-/// that of the other: the one that turns less there has the better one.
+/// [`jump_target`]. Where the two pieces would cross next to the pole, because their directions there are noise, one
+/// gets that of the other: the one that turns less there has the better one.
 fn target_without_noise(projector: &Projector<'_>, pole: usize, [before, after]: [&mut Piece; 2]) -> DVec2 {
     let run = 1 - projector.poles[pole].axis;
     let (mut to, is_noise) = jump_target(projector, pole, [before, after]);
@@ -258,9 +258,9 @@ fn move_end(piece: &mut Piece, ends: bool, run: usize, by: f64) {
     piece.samples[k].d[run] = slope;
 }
 
-/// How far along the pole line the second piece is from the first one, where the two are farthest apart in space. They meet
-/// at the pole in almost one direction, which may be noise; `by` is how far apart they are there. `None` if they are
-/// nowhere apart.
+/// How far along the pole line the second piece is from the first one, where the two are farthest apart in space. They
+/// meet at the pole in almost one direction, which may be noise; `by` is how far apart they are there. `None` if they
+/// are nowhere apart.
 fn beside(projector: &Projector<'_>, pole: &Pole, [before, after]: [&Piece; 2], by: f64) -> Option<f64> {
     /// Number of distances from the pole that are compared.
     const STEPS: usize = 16;

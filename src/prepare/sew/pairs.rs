@@ -1,11 +1,11 @@
-//! Loops of faces -> the edges in use, with counts per shell; edges that may coincide -> the pairs of them that are worth
-//! a comparison; pairs that coincide -> whether they may merge.
+//! Loops of faces -> the edges in use, with counts per shell; edges that may coincide -> the pairs of them that are
+//! worth a comparison; pairs that coincide -> whether they may merge.
 //!
 //! Boxes find edges that are close. Identical edges are found by sorting, so that any number of them costs no more than
 //! as many separate edges.
 //!
-//! Two edges of one face stay apart if the face is a sliver. The two edges of a seam coincide as well. But then the face
-//! extends far from the seam, and parts of its boundary have no other edge as near.
+//! Two edges of one face stay apart if the face is a sliver. The two edges of a seam coincide as well. But then the
+//! face extends far from the seam, and parts of its boundary have no other edge as near.
 
 use super::overlap::CurveQuery;
 use crate::math::boxes::{Aabb, BoxTree, around};

@@ -41,9 +41,9 @@ impl SurfaceBounds {
         }
     }
 
-    /// The bounds of the sub-boxes between cuts in u and v, and which strips in u and in v are too long: those with boxes
-    /// along which the normal turns by more than a right angle. Nobody knows where, and plans count `slide` in full there,
-    /// and `lift` everywhere as much as at the bend.
+    /// The bounds of the sub-boxes between cuts in u and v, and which strips in u and in v are too long: those with
+    /// boxes along which the normal turns by more than a right angle. Nobody knows where, and plans count `slide` in
+    /// full there, and `lift` everywhere as much as at the bend.
     fn of_cuts(
         patches: &BezierPatches,
         [cuts_u, cuts_v]: &[Vec<Cut>; 2],

@@ -179,7 +179,8 @@ impl<'a> SubNets<'a> {
         Self { patches, cuts, row: None, cut: Vec::new(), net: Vec::new() }
     }
 
-    /// The net of sub-box (i, j), u-major. Rows in turn are cheap: sub-boxes of a row of patches share the cuts along v.
+    /// The net of sub-box (i, j), u-major. Rows in turn are cheap: sub-boxes of a row of patches share the cuts along
+    /// v.
     pub(super) fn at(&mut self, i: usize, j: usize) -> &[DVec4] {
         let Self { patches, cuts: [cuts_u, cuts_v], row, cut, net } = self;
         let (nu, nv) = (patches.degree_u + 1, patches.degree_v + 1);

@@ -1,8 +1,8 @@
 //! Nets of sub-boxes and segments -> how derivatives lie to the normal, and how far directions turn, at evenly spaced
 //! samples.
 //!
-//! A row of samples along v is evaluated at once, in lanes. Every lane does the arithmetic of a single point, in the same
-//! order.
+//! A row of samples along v is evaluated at once, in lanes. Every lane does the arithmetic of a single point, in the
+//! same order.
 
 use crate::math::bernstein;
 use crate::math::lanes::widest;
@@ -112,8 +112,8 @@ impl Sampler {
 }
 
 impl SurfaceSamples {
-    /// The largest magnitude of each of its bends, with a margin for maxima between samples: for each of `S_uu`, `S_uv`,
-    /// `S_vv`, the part along the normal and the rest.
+    /// The largest magnitude of each of its bends, with a margin for maxima between samples: for each of `S_uu`,
+    /// `S_uv`, `S_vv`, the part along the normal and the rest.
     ///
     /// A parabola exceeds its samples by at most an eighth of the second difference; the margin is twice that, along u
     /// and v.

@@ -216,9 +216,10 @@ fn stretch(s: &LoopStretch, borders: &[Border], maps: &[AxisMap; 2]) -> DraftUse
     }
 }
 
-/// Samples between two, so that an image that is oblique to the parameter lines is as exact in the parameters of patches:
-/// where it crosses an end of the maps' spans, and, if the two are further apart, the quarters of a span. The parameters
-/// of a span are no cubic of the angle, and bend where the next one begins. An image along a parameter line stays on it.
+/// Samples between two, so that an image that is oblique to the parameter lines is as exact in the parameters of
+/// patches: where it crosses an end of the maps' spans, and, if the two are further apart, the quarters of a span. The
+/// parameters of a span are no cubic of the angle, and bend where the next one begins. An image along a parameter line
+/// stays on it.
 fn at_parts_of_spans(a: &UvSample, b: &UvSample, maps: &[AxisMap; 2]) -> Vec<UvSample> {
     /// The longest piece without quarters, radians: a cubic is exact to 5e-5.
     const MOST: f64 = 0.4;

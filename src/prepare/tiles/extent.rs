@@ -125,8 +125,8 @@ fn is_curve(patches: &BezierPatches) -> bool {
     })
 }
 
-/// Largest turn of the normal across a crease, radians, at which triangles on both sides may be judged by either normal:
-/// triangles count as steep before they are that close to perpendicular.
+/// Largest turn of the normal across a crease, radians, at which triangles on both sides may be judged by either
+/// normal: triangles count as steep before they are that close to perpendicular.
 const BLUNT: f64 = 0.05;
 
 /// Where the tangent across a knot of full multiplicity breaks, and the largest turn of the normal there, radians: none

@@ -2,8 +2,8 @@
 //! cost.
 //!
 //! Cut lines may lie anywhere on a smooth surface, so they are placed where they cross the loops cleanly: far from
-//! vertices and from places where a loop runs along them. They keep off creases, too: lattice lines run along these, and
-//! a line that is almost one would leave a narrow row of cells between.
+//! vertices and from places where a loop runs along them. They keep off creases, too: lattice lines run along these,
+//! and a line that is almost one would leave a narrow row of cells between.
 
 use crate::model::Surface;
 use crate::prepare::uv::uv_loop::{Along, Region};
@@ -61,7 +61,8 @@ impl Grid {
         (strip.rem_euclid(n) as usize, -(strip.div_euclid(n) as f64) * self.period(axis))
     }
 
-    /// Lines after the lower of `a` and `b`, up to the higher, in order from `a` to `b`: number through all periods, and value.
+    /// Lines after the lower of `a` and `b`, up to the higher, in order from `a` to `b`: number through all periods,
+    /// and value.
     pub(crate) fn lines_passed(&self, axis: usize, a: f64, b: f64) -> Vec<(i64, f64)> {
         let (lo, hi) = (a.min(b), a.max(b));
         let n = self.count(axis) as i64;

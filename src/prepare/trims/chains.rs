@@ -1,6 +1,6 @@
 //! Trimming curves -> chains of spans; across the seams of a periodic surface, copies shifted by whole periods, which
-//! clipped to the domain are the curve on the surface together; places on a chain -> the stretches in between, and their
-//! share of the area by Green's theorem.
+//! clipped to the domain are the curve on the surface together; places on a chain -> the stretches in between, and
+//! their share of the area by Green's theorem.
 
 use super::spans::{Span, UvDomain, spans};
 use crate::math::boxes::around;

@@ -28,8 +28,8 @@ impl Foot {
     }
 }
 
-/// The step of Newton's method to the point nearest to the one that lies at `r` from here. Converges quadratically where
-/// that is off the surface, while `least_squares` gains a fixed share of the distance per step. `None` where the
+/// The step of Newton's method to the point nearest to the one that lies at `r` from here. Converges quadratically
+/// where that is off the surface, while `least_squares` gains a fixed share of the distance per step. `None` where the
 /// distance is not convex, or hardly.
 pub(crate) fn newton_step(here: &SurfaceDerivatives, r: DVec3) -> Option<DVec2> {
     let SurfaceDerivatives { du, dv, duu, duv, dvv, .. } = *here;
@@ -109,9 +109,9 @@ impl Seeds {
         Self { counts, closed: period.map(|p| p.is_some()), places, sweep }
     }
 
-    /// Where to start, best first: at the nearest seed, which is enough for most points; then at those that are nearer to
-    /// `p` than all around them, and at the next nearest ones. Where a surface passes `p` several times, as the turns of
-    /// a spring do, the nearest seeds may all be on the wrong turn.
+    /// Where to start, best first: at the nearest seed, which is enough for most points; then at those that are nearer
+    /// to `p` than all around them, and at the next nearest ones. Where a surface passes `p` several times, as the
+    /// turns of a spring do, the nearest seeds may all be on the wrong turn.
     pub(super) fn starts(&self, p: DVec3) -> impl Iterator<Item = DVec2> {
         let mut distances = Vec::with_capacity(self.places.len());
         let mut nearest = [(f64::INFINITY, 0); NEAREST];

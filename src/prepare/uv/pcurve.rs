@@ -35,8 +35,8 @@ const ODD: f64 = 0.01;
 /// first piece of 64 mirrored spans takes six levels.
 const ODD_DEPTH: u32 = 6;
 
-/// How many times nearer the cubics of both halves are, at least: 10.6, and 16 in the limit. The piece is of half a span of
-/// an arc or less, from an end or the middle of the span.
+/// How many times nearer the cubics of both halves are, at least: 10.6, and 16 in the limit. The piece is of half a
+/// span of an arc or less, from an end or the middle of the span.
 const BY_HALVING: f64 = 10.0;
 
 /// Largest change of a parameter that counts as constant, as a share of the tolerance.
@@ -158,9 +158,9 @@ impl Walk<'_> {
         (UvSample { t, uv, d }, point.distance(p), DVec2::new(du.length(), dv.length()))
     }
 
-    /// Adds the samples up to `t`, each by `sample` from its parameter and the one before. Takes more than one step if the
-    /// image may turn by more than a quarter of a period, by its slope at either end: after half of a period, nothing
-    /// tells one turn from the next.
+    /// Adds the samples up to `t`, each by `sample` from its parameter and the one before. Takes more than one step if
+    /// the image may turn by more than a quarter of a period, by its slope at either end: after half of a period,
+    /// nothing tells one turn from the next.
     fn advance(
         &self,
         t: f64,
@@ -241,8 +241,8 @@ impl Walk<'_> {
         self.projector.poles.iter().any(|pole| pole.point.distance(p).min(pole.point.distance(q)) < reach)
     }
 
-    /// Length of the image's step between two samples, but for whole periods. 0 if the step of the edge and the distance
-    /// of its ends from the surface explain it.
+    /// Length of the image's step between two samples, but for whole periods. 0 if the step of the edge and the
+    /// distance of its ends from the surface explain it.
     fn leap_between(&self, a: &UvSample, b: &UvSample) -> f64 {
         let projector = self.projector;
         let by = projector.unwrap(b.uv, a.uv) - a.uv;
@@ -268,8 +268,8 @@ impl Walk<'_> {
         let is_near = gap <= FAR_OFF * tolerance;
         let may_be_off = if is_near { 4.0 * tolerance } else { SHARE_OF_GAP * gap };
         let length = |uv: DVec2| speeds.x * uv.x.abs() + speeds.y * uv.y.abs();
-        // A cubic that is wrong by an odd function is right in the middle, with a wrong slope: then its largest error is
-        // that of s² (1 - s)² (s - ½), a seventh of its slope. The slope of a pole is NaN.
+        // A cubic that is wrong by an odd function is right in the middle, with a wrong slope: then its largest error
+        // is that of s² (1 - s)² (s - ½), a seventh of its slope. The slope of a pole is NaN.
         let slope = || UvSample::at(&pair[0], &pair[1], t).d;
         let odd = || length((mid.d - slope()) * (b.t - a.t) / 7.0);
         let is_uneven = self.projector.is_uneven || self.edge.curve.degree > 3;

@@ -41,8 +41,8 @@ pub(crate) struct Projector<'a> {
     smooth: bool,
     /// Whether tangents may jump at a line.
     pub(super) may_jump: bool,
-    /// Whether its speed may be odd about the middle of a piece: a spline of several spans or of degree 3, or swept from
-    /// one.
+    /// Whether its speed may be odd about the middle of a piece: a spline of several spans or of degree 3, or swept
+    /// from one.
     pub(super) is_uneven: bool,
     /// Distance from the surface, in tolerances, beyond which a projection is tried from elsewhere. It may stop at a
     /// crease between straight spans, next to the tooth where the point is.
@@ -197,8 +197,8 @@ impl<'a> Projector<'a> {
     }
 
     /// The foot point of `p`: by first derivatives (Gauss–Newton), and where these converge slowly, because `p` is off
-    /// the surface, by second ones too (Newton). The first steps may swing. Later ones start at the nearest point so far
-    /// and are halved until the distance falls.
+    /// the surface, by second ones too (Newton). The first steps may swing. Later ones start at the nearest point so
+    /// far and are halved until the distance falls.
     fn newton(&self, p: DVec3, start: DVec2) -> Foot {
         let mut uv = self.clamp(start);
         let mut best = Foot::none(uv);
@@ -338,9 +338,9 @@ impl<'a> Projector<'a> {
 
     /// Moves each pole's point to the nearest B-rep vertex within its reach, so that all faces there share one point.
     ///
-    /// A vertex farther off is the pole, too, if its distance from the surface explains that: in a file of few decimals,
-    /// the apex of a cone and the vertex there are two points. That is so if a tenth of the way from the pole to the
-    /// vertex leads off the surface; a fiftieth suffices `within` the file's tolerance, where points are one.
+    /// A vertex farther off is the pole, too, if its distance from the surface explains that: in a file of few
+    /// decimals, the apex of a cone and the vertex there are two points. That is so if a tenth of the way from the pole
+    /// to the vertex leads off the surface; a fiftieth suffices `within` the file's tolerance, where points are one.
     pub(crate) fn adopt(&mut self, vertices: impl Iterator<Item = DVec3>, within: f64) {
         /// Largest distance of a vertex from the pole, in tolerances: a hundredth of the face.
         const WIDEST: f64 = 1e4;
@@ -374,7 +374,8 @@ impl<'a> Projector<'a> {
     /// Interior parameters at which an edge passes through a pole, increasing. Its image jumps there.
     pub(crate) fn pole_passages(&self, edge: &Edge) -> Vec<f64> {
         let near = NEAR * self.tolerance;
-        // A curve lies in the box of its points. Most poles are far from it; twice the distance leaves room for rounding.
+        // A curve lies in the box of its points. Most poles are far from it; twice the distance leaves room for
+        // rounding.
         let [low, high] = around(edge.curve.points.iter().copied());
         let may_pass = |pole: &Pole| pole.point.distance(pole.point.max(low).min(high)) <= 2.0 * near;
         let poles: SmallVec<[(&Pole, f64); 2]> =

@@ -116,8 +116,8 @@ impl UvLoop {
         points
     }
 
-    /// Twice its signed area: the integral of p × dp, with p from its start, over its cubics and a chord from its end to
-    /// its start. A polygon along it errs by more than the area of a crescent.
+    /// Twice its signed area: the integral of p × dp, with p from its start, over its cubics and a chord from its end
+    /// to its start. A polygon along it errs by more than the area of a crescent.
     pub(crate) fn double_area(&self) -> f64 {
         let origin = self.pieces[0].start();
         let mut before = self.pieces[self.pieces.len() - 1].end();

@@ -161,8 +161,8 @@ fn per_piece(face: &PreparedFace, reaching: &[bool], bounds: &Hull) -> usize {
     ((most as f64 * share.sqrt()).ceil() as usize).clamp(least, most)
 }
 
-/// Samples inside a tile's loops and outside `bounds`, which they widen, `per_piece` in each direction. Skips pieces that
-/// are not `reaching`.
+/// Samples inside a tile's loops and outside `bounds`, which they widen, `per_piece` in each direction. Skips pieces
+/// that are not `reaching`.
 fn interior(
     part: &PreparedPart,
     (face, tile): (&PreparedFace, &Tile),

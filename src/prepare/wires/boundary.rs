@@ -1,5 +1,5 @@
-//! Loops of a face -> the edges that they use: as a chain, which tells whether they close, and to find loops that a face
-//! gives twice. Of these it keeps one, or none where they bound nothing.
+//! Loops of a face -> the edges that they use: as a chain, which tells whether they close, and to find loops that a
+//! face gives twice. Of these it keeps one, or none where they bound nothing.
 
 use super::heal::{Healing, ends};
 use crate::math::keyed::{sums_by_key, take_rows};

@@ -107,7 +107,8 @@ impl DeviceScene {
         places
     }
 
-    /// The places that change, with their indices. `None` if others shift: where instances come, go, or have another LOD.
+    /// The places that change, with their indices. `None` if others shift: where instances come, go, or have another
+    /// LOD.
     pub(super) fn changed_places(
         &self,
         scene: &Scene,

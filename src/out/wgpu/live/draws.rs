@@ -15,8 +15,8 @@ use std::ops::Range;
 
 /// One draw command of a scene's surfaces, for the caller's passes and render bundles. Its pipeline has the layouts
 /// of [`SurfaceInput`](crate::out::wgpu::SurfaceInput), bind group 0 is
-/// [`SceneInPass::bind_group`](super::SceneInPass::bind_group). Valid until the next frame ends or an instance is hidden
-/// or shown.
+/// [`SceneInPass::bind_group`](super::SceneInPass::bind_group). Valid until the next frame ends or an instance is
+/// hidden or shown.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SurfaceDraw<'a> {

@@ -131,7 +131,8 @@ impl LiveScene {
         Ok(Some(Picking { reading, camera, pixel: (x, y), size: options.size, layout: self.records.layout }))
     }
 
-    /// The answer of a pick, if it has arrived; `None` until then. Does not wait. Not to be called again after an answer.
+    /// The answer of a pick, if it has arrived; `None` until then. Does not wait. Not to be called again after an
+    /// answer.
     ///
     /// Where instances came or went since the pick began, nothing is found.
     ///

@@ -71,8 +71,8 @@ impl Texels {
         Self { format, texture: None }
     }
 
-    /// Uploads the `changed` texels with the rest of their rows, or all if the texture had to grow. Returns the number of
-    /// bytes uploaded. An empty array has one texel, to be bound.
+    /// Uploads the `changed` texels with the rest of their rows, or all if the texture had to grow. Returns the number
+    /// of bytes uploaded. An empty array has one texel, to be bound.
     pub(super) fn write<T: Pod + Default>(&mut self, gpu: &Gpu, texels: &[T], changed: Range<usize>) -> u64 {
         let rows = texels.len().div_ceil(WIDTH).max(1);
         let fits = self.texture.as_ref().is_some_and(|(texture, _)| texture.height() as usize >= rows);

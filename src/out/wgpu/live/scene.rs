@@ -165,9 +165,9 @@ impl LiveScene {
     ///
     /// Shaders write linear light, so a format that does not encode sRGB looks too dark. The device needs no features:
     /// that of OpenGL ES 3.0 or WebGL 2 suffices. With `Features::INDIRECT_FIRST_INSTANCE`, and two storage buffers in
-    /// vertex shaders, all draws from a page are one call of wgpu's; otherwise the tiles of a part are merged into one draw per
-    /// page, again where an instance shows other tiles than the one before, and the wireframe has lines of a pixel that
-    /// do not fade out.
+    /// vertex shaders, all draws from a page are one call of wgpu's; otherwise the tiles of a part are merged into one
+    /// draw per page, again where an instance shows other tiles than the one before, and the wireframe has lines of a
+    /// pixel that do not fade out.
     ///
     /// # Errors
     /// If the device rejects the shaders.
@@ -365,8 +365,8 @@ impl LiveScene {
     /// Stores the lattice position of each vertex (8 bytes), which [`RenderOptions::lattice`] needs. Off by default.
     /// Returns whether this changes anything.
     ///
-    /// Tiles already on the device get theirs when they are sent again. Call [`Session::forget`] after a change: it makes
-    /// the next frame whole. Without that, a session does not know that the scene now
+    /// Tiles already on the device get theirs when they are sent again. Call [`Session::forget`] after a change: it
+    /// makes the next frame whole. Without that, a session does not know that the scene now
     /// [reads](crate::mesh::MeshSink::reads) more, and its next frame of views fails.
     ///
     /// [`Session::forget`]: crate::parallel::Session::forget

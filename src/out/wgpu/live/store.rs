@@ -174,7 +174,8 @@ pub(super) enum Corners {
 }
 
 impl StoredTile {
-    /// Page of indices, whether they have four bytes, and the first in units of their width. `None` for those in memory.
+    /// Page of indices, whether they have four bytes, and the first in units of their width. `None` for those in
+    /// memory.
     pub(super) fn indices(&self) -> Option<(u32, bool, u32)> {
         match &self.corners {
             Corners::OnDevice { range, wide } => Some((range.page, *wide, range.start() << u32::from(!wide))),

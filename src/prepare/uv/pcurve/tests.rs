@@ -91,7 +91,8 @@ fn images_of_circles_are_within_the_tolerance_everywhere() {
     }
 }
 
-/// A circle close to a pole turns its image by half a turn within a short way, and the walk may begin on the other side.
+/// A circle close to a pole turns its image by half a turn within a short way, and the walk may begin on the other
+/// side.
 #[test]
 fn images_that_pass_a_pole_do_not_leap() {
     let surface = Surface::Sphere { frame: Frame3::WORLD, radius: 1.0 };
