@@ -307,10 +307,13 @@ impl<'a> Entity<'a> {
     }
 
     /// The first of these names that [is](Self::is) its type, or one of its types.
+    #[inline]
     pub(super) fn first_of<const N: usize>(&self, names: [&'static str; N]) -> Option<&'static str> {
         names.into_iter().find(|name| self.is(name))
     }
 
+    /// Whether one of these names [is](Self::is) its type, or one of its types.
+    #[inline]
     pub(super) fn is_any<const N: usize>(&self, names: [&'static str; N]) -> bool {
         self.first_of(names).is_some()
     }

@@ -126,19 +126,22 @@ fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
     let mut cuts: Vec<f64> = Vec::new();
     for place in &edge.uses {
         let (tile, used) = (&tiles[place.tile.index()], place.of(tiles));
-        let ends = [used.from, used.to].map(|at| edge.breaks[at as usize].t);
-        let (ends, mut hint) = ([ends[0].min(ends[1]), ends[0].max(ends[1])], used.piece as usize);
-        for strip in breaks[last_before(breaks, ends[0])..].windows(2).take_while(|strip| strip[0] < ends[1]) {
-            let part = [strip[0].max(ends[0]), strip[1].min(ends[1])];
-            if part != strip[..] {
-                let [from, to] = part.map(|t| used.uv.point(t, &mut hint) / (tile.max - tile.min));
-                let crossed = (to - from).abs().max_element();
-                if crossed * (strip[1] - strip[0]) > TILES * (part[1] - part[0]) {
-                    cuts.extend(part);
+        // One between inner breaks may have parts of strips.
+        if edge.breaks.len() > 2 {
+            let ends = [used.from, used.to].map(|at| edge.breaks[at as usize].t);
+            let (ends, mut hint) = ([ends[0].min(ends[1]), ends[0].max(ends[1])], used.piece as usize);
+            for strip in breaks[last_before(breaks, ends[0])..].windows(2).take_while(|strip| strip[0] < ends[1]) {
+                let part = [strip[0].max(ends[0]), strip[1].min(ends[1])];
+                if part != strip[..] {
+                    let [from, to] = part.map(|t| used.uv.point(t, &mut hint) / (tile.max - tile.min));
+                    let crossed = (to - from).abs().max_element();
+                    if crossed * (strip[1] - strip[0]) > TILES * (part[1] - part[0]) {
+                        cuts.extend(part);
+                    }
                 }
             }
         }
-        let UvCurve::Hermite(samples) = &place.of(tiles).uv else { continue };
+        let UvCurve::Hermite(samples) = &used.uv else { continue };
         if samples.len() < MANY {
             continue;
         }

@@ -237,8 +237,11 @@ impl<'a> ArcSpan<'a> {
 
     /// The least and largest coordinate of its points along `n`.
     fn range_along(&self, n: DVec2) -> (f64, f64) {
-        let along = self.points().iter().map(|x| n.dot(*x));
-        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (smaller(x, low), larger(x, high)))
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for x in self.points().iter().map(|x| n.dot(*x)) {
+            (low, high) = (smaller(x, low), larger(x, high));
+        }
+        (low, high)
     }
 
     /// The same of a cubic itself. Its Bézier points extend beyond it, which would take more halvings.
