@@ -652,8 +652,8 @@ typedef struct {
     uint64_t max_tile_triangles;
     // Memory of a frame at most, bytes, estimated; 0 = 16 GiB.
     uint64_t max_memory;
-    // Bytes of tiles that the sink may hold; 0 = any. Beyond it, tiles that no view draws are evicted, the oldest first,
-    // in steps of 64 frames. Tiles of a frame count from the next one on.
+    // Bytes of tiles that the sink may hold; 0 = any. Beyond it, tiles that no view draws are evicted, the oldest
+    // first, in steps of 64 frames. Tiles of a frame count from the next one on.
     uint64_t resident_bytes;
 } tt_session_options;
 
@@ -812,9 +812,9 @@ typedef struct {
 } tt_drawn;
 
 // Who receives frames. Calls come on the thread that called the session, before that call returns, in this order:
-// `begin`, `tile`, `line` by (part, edge), `drawn`, then `end` or `abort`. Tiles come by (part, tile); in sessions with a
-// layout first those that are evicted, then those of each worker, of which some may be gone, too. A frame in which
-// nothing changes has no calls.
+// `begin`, `tile`, `line` by (part, edge), `drawn`, then `end` or `abort`. Tiles come by (part, tile); in sessions
+// with a layout first those that are evicted, then those of each worker, of which some may be gone, too. A frame in
+// which nothing changes has no calls.
 //
 // A function that returns another number than 0 refuses the frame: `abort` is called, the session's call returns
 // TT_ERROR_CALLBACK, and the next frame is a whole one. All but `tile` may be null.
@@ -1145,8 +1145,8 @@ tt_status tt_mesh_free(tt_mesh mesh);
 // before.
 tt_status tt_view_along_path(tt_prepared prepared, const char *path, uint32_t frame, uint32_t frames, tt_view *view);
 
-// Sets the camera and the picture of `view` to those of an engine. Its limits of errors stay; only `size` has to be set
-// before.
+// Sets the camera and the picture of `view` to those of an engine. Its limits of errors stay; only `size` has to be
+// set before.
 //
 // `matrix` has 16 numbers, column after column: projection times view, from millimetres in the world to clip space,
 // where x points right, y up and w forwards. The row of z is not read: depth may have any convention, and `near` is 0.
@@ -1173,11 +1173,10 @@ tt_status tt_session_new(tt_prepared prepared,
                          const tt_jobs *jobs,
                          tt_session *session);
 
-// Goes on with another prepared model: one of a file that has changed, prepared with `tt_prepare_options.like`. The next
-// frame of views has the tiles that differ, and `tt_scene.from` tells which parts are which. Its instances replace all
-// others; keys from before name none. Cancels a frame that was begun, and waits for its tiles in progress.
-tt_status tt_session_update(tt_session session,
-                            tt_prepared prepared);
+// Goes on with another prepared model: one of a file that has changed, prepared with `tt_prepare_options.like`. The
+// next frame of views has the tiles that differ, and `tt_scene.from` tells which parts are which. Its instances
+// replace all others; keys from before name none. Cancels a frame that was begun, and waits for its tiles in progress.
+tt_status tt_session_update(tt_session session, tt_prepared prepared);
 
 // Has workers write tiles into the caller's memory, in its layout, from the next frame on, which is a whole one. The
 // sink then gets tiles with a `place` and without arrays. `layout` may be null. Cancels a frame that was begun, and
@@ -1224,12 +1223,10 @@ tt_status tt_session_forget(tt_session session);
 // Counts what a session has.
 tt_status tt_session_get_info(tt_session session, tt_session_info *info);
 
-// Describes an instance, with the level of detail, the colour and `hidden` of the last frame that a call has waited for,
-// cancelled or not, or of the last call since then that added or removed an instance or updated the model. `instance`
-// need not be set before.
-tt_status tt_session_get_instance(tt_session session,
-                                  uint32_t index,
-                                  tt_instance *instance);
+// Describes an instance, with the level of detail, the colour and `hidden` of the last frame that a call has waited
+// for, cancelled or not, or of the last call since then that added or removed an instance or updated the model.
+// `instance` need not be set before.
+tt_status tt_session_get_instance(tt_session session, uint32_t index, tt_instance *instance);
 
 // The key of an instance, which stays the same when other instances come and go. Keys of removed instances are not
 // given again.
@@ -1254,8 +1251,9 @@ tt_status tt_session_remove_instances(tt_session session, const uint64_t *keys, 
 // was begun goes on.
 tt_status tt_session_move_instance(tt_session session, uint64_t key, const double *transform);
 
-// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK, no
-// callback of the session is called any more. Jobs of it that a pool still has free memory at most, and end their handles.
+// Frees a session, unless another call uses it. Cancels and awaits a frame that was begun. Once this returned TT_OK,
+// no callback of the session is called any more. Jobs of it that a pool still has free memory at most, and end their
+// handles.
 tt_status tt_session_free(tt_session session);
 
 // Sets how views draw a part of the prepared model, from the next frame on: all its instances, together with their own
