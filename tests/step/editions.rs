@@ -1,6 +1,7 @@
 //! Exchange structures of ISO 10303-21 editions 2 and 3: anchors, references, signatures, several data sections. None
 //! of them costs more than what the file lacks.
 
+use crate::products::product;
 use crate::{BALLS, faces, file, world};
 use trimtess::import::step::{StepOptions, read};
 use trimtess::model::{DiagnosticKind, Model, Severity, StepOutcome, StepTrouble};
@@ -62,12 +63,17 @@ fn an_instance_of_another_file_costs_what_uses_it() {
 fn files_of_components_are_told() {
     let document = |id: u32, name: &str| format!("#{id}=DOCUMENT_FILE('{name}','','',#99,'',$);\n");
     let documents = document(100, "Wheel.STP") + &document(101, "axle.step") + &document(102, "axle.step");
-    let model =
-        model(&sound().replace("DATA;\n", &("DATA;\n".to_owned() + &documents + &document(103, "drawing.pdf"))));
-    let first = vec!["Wheel.STP".to_owned(), "axle.step".to_owned()];
-    let files = StepOutcome::ForeignFiles { count: 2, first };
-    assert_eq!(files.to_string(), "2 other STEP files are referred to; they are not read: Wheel.STP, axle.step");
-    assert_eq!(told(&model, Severity::Warning), [(0, files.into())]);
+    let bare = product(200, "wheel", 150) + "#150=SHAPE_REPRESENTATION('',(#20),#1);\n";
+    // Where all products have a shape, they may be those of another edition.
+    for (more, severity) in [(bare.as_str(), Severity::Warning), ("", Severity::Note)] {
+        let data = "DATA;\n".to_owned() + &documents + &document(103, "drawing.pdf") + more;
+        let model = model(&sound().replace("DATA;\n", &data));
+        let first = vec!["Wheel.STP".to_owned(), "axle.step".to_owned()];
+        let files = StepOutcome::ForeignFiles { count: 2, first };
+        assert_eq!(files.to_string(), "2 other STEP files are referred to; they are not read: Wheel.STP, axle.step");
+        assert_eq!(told(&model, Severity::Note), [(0, files.into())]);
+        assert_eq!(model.diagnostics[0].severity, severity);
+    }
 }
 
 #[test]

@@ -132,7 +132,7 @@ fn model_of(
         return Err(StepError::TooManyOccurrences { entity, limit: table.budget.max_occurrences() });
     }
     within(table, options)?;
-    let Tree { gather, planned, instances, diagnostics: of_tree, .. } = tree;
+    let Tree { gather, planned, instances, has_bare, diagnostics: of_tree, .. } = tree;
     let reader = Reader { call, table, styles: &styles, colours_of_copies: &gather.copies.colours, options };
     // A file may mix units; the model states those of the first part.
     let first = planned.first().and_then(|plan| plan.gathered.units());
@@ -193,7 +193,7 @@ fn model_of(
     if styles.along_paths > 0 {
         diagnostics.push(of_file(StepOutcome::PathColours { count: styles.along_paths }));
     }
-    diagnostics.extend(foreign_files(table));
+    diagnostics.extend(foreign_files(table, has_bare));
     let items = hidden(table);
     if items > 0 {
         diagnostics.push(Diagnostic::new(Severity::Note, StepOutcome::Hidden { items }));
@@ -206,8 +206,9 @@ fn model_of(
     Ok(model)
 }
 
-/// A warning of the STEP files that the file names as documents, as assemblies do for components without a shape.
-fn foreign_files(table: &Table) -> Option<Diagnostic> {
+/// Tells of STEP files that the file names as documents. Assemblies name those of components that have no shape here: a
+/// warning if the file `has_bare` products.
+fn foreign_files(table: &Table, has_bare: bool) -> Option<Diagnostic> {
     /// Maximum number of files to name.
     const NAMED: usize = 5;
     let ends = [".stp", ".step", ".p21", ".stpz", ".stp.gz"];
@@ -216,7 +217,8 @@ fn foreign_files(table: &Table) -> Option<Diagnostic> {
     let found = documents.filter_map(|own| [own.text(0), own.text(1)].into_iter().find(|name| is_step(name)));
     let names: BTreeSet<&str> = found.collect();
     let first = names.iter().take(NAMED).map(|&name| name.to_owned()).collect();
-    (!names.is_empty()).then(|| of_file(StepOutcome::ForeignFiles { count: names.len(), first }))
+    let severity = if has_bare { Severity::Warning } else { Severity::Note };
+    (!names.is_empty()).then(|| Diagnostic::new(severity, StepOutcome::ForeignFiles { count: names.len(), first }))
 }
 
 /// Moves a part further than [`FAR`] from the origin to it, with what was said of it, and reports that. Returns where

@@ -48,6 +48,8 @@ pub(super) struct Tree<'a> {
     somewhere: Map<usize, Option<DVec3>>,
     /// Occurrences left out as cyclic, each reported once.
     cyclic: HashSet<(usize, usize)>,
+    /// Whether a product that is no assembly has no shape.
+    pub(super) has_bare: bool,
     pub(super) diagnostics: Vec<Diagnostic>,
 }
 
@@ -74,6 +76,7 @@ impl<'a> Tree<'a> {
             reached: HashSet::new(),
             somewhere: Map::default(),
             cyclic: HashSet::new(),
+            has_bare: false,
             diagnostics: Vec::new(),
         };
         for PlacementDiagnostic { severity, entity, what, group } in structure.doubts {
@@ -192,8 +195,9 @@ impl<'a> Tree<'a> {
         let is_assembly = !self.groups[group].children.is_empty();
         let own = is_assembly.then(|| Arc::new(Assembly { name: name.clone(), parent: within.cloned() }));
         let within = own.as_ref().or(within);
-        if let Some(part) = self.part(group) {
-            self.instances.push(Instance { part, transform, colour, name, assembly: within.cloned() });
+        match self.part(group) {
+            Some(part) => self.instances.push(Instance { part, transform, colour, name, assembly: within.cloned() }),
+            None => self.has_bare |= self.groups[group].product && !is_assembly,
         }
         self.path.push(group);
         for child in 0..self.groups[group].children.len() {
