@@ -164,7 +164,7 @@ impl CurveQuery {
 
     /// Largest distance between the control points of both curves, and whether they are in opposite order. `None` if
     /// degrees, knots or weights differ, or if the distance exceeds `tolerance`.
-    pub(crate) fn same_net(&self, other: &Self, tolerance: f64) -> Option<(f64, bool)> {
+    fn same_net(&self, other: &Self, tolerance: f64) -> Option<(f64, bool)> {
         let [a, b] = [&self.spline, &other.spline];
         if a.degree != b.degree || a.segments() != b.segments() {
             return None;

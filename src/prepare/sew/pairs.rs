@@ -71,7 +71,7 @@ pub(crate) fn uses(part: &Part, free: &FreeFaces) -> Vec<EdgeInUse> {
 pub(crate) struct Candidate {
     pub(crate) used: EdgeInUse,
     pub(crate) tolerance: f64,
-    /// Whether its shell is open, and all faces of the shell have topology.
+    /// Whether its shell is open, and its face has topology.
     pub(crate) open: bool,
 }
 
@@ -80,7 +80,7 @@ impl Candidate {
     /// need opposite directions there: sheets on top of each other would become a closed body, and one would be turned
     /// over.
     pub(crate) fn may_adjoin(&self, other: &Self, same_direction: bool) -> bool {
-        !self.open || (self.used.against == other.used.against) != same_direction
+        !(self.open && other.open) || (self.used.against == other.used.against) != same_direction
     }
 }
 

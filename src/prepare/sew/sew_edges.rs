@@ -173,7 +173,7 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
         let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
         out.extend(wanted.filter_map(|u| {
             let is_usable = is_sound(part, part.edges.get(u.edge as usize)?);
-            is_usable.then_some(Candidate { used: *u, tolerance, open: open && !untold })
+            is_usable.then_some(Candidate { used: *u, tolerance, open: open && !u.untold })
         }));
     }
     out
