@@ -250,6 +250,12 @@ impl<'a> Meridian<'a> {
         })
     }
 
+    /// Whether it begins and ends within this distance of the axis.
+    fn spans_axis(&self, within: f64) -> bool {
+        let (points, _) = self.points();
+        points[0].x <= within && points[points.len() - 1].x <= within
+    }
+
     /// Whether the normal of the surface of a profile between two points of the axis leads outwards: the sign of the
     /// volume in it.
     fn leads_outwards(&self) -> bool {
@@ -337,12 +343,12 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// sphere from the centre and the way to a pole: whether the surface's normal leads away from the centre. Else the face
 /// is on the sheet of the profile's start.
 ///
-/// Of sheets between which the boundary is only points of the axis, such as the inner and the outer one of a torus that
-/// meets its axis, the face is on the first whose normal leads outwards if `same_sense`, else inwards: sheets on both
-/// sides of such a point differ in that.
+/// If the boundary is only points of the axis, and its sheets begin and end there and are no spheres, the face is on the
+/// first of them whose normal leads outwards if `same_sense`, else inwards: the inner or the outer sheet of a torus that
+/// meets its axis.
 ///
-/// Keeps all sheets if the boundary lies on several otherwise, or if there is no boundary. Those of a circle become a
-/// torus.
+/// Keeps all sheets if there is none, if the boundary lies on several otherwise, or if there is no boundary. Those of a
+/// circle become a torus.
 ///
 /// A torus that touches its axis ends there, at both sides, unless an edge comes to that point (`meets`; `None` for a
 /// face without edges): such an edge may go on at the other side.
@@ -389,7 +395,11 @@ pub(super) fn one_sheet(
     let chosen = match held.as_slice() {
         [] => None,
         [only] => Some(*only),
-        [_, ..] if !on.is_empty() && on.iter().all(|p| p.x <= same) && spheres.iter().all(Option::is_none) => {
+        [_, ..]
+            if !on.is_empty()
+                && on.iter().all(|p| p.x <= same)
+                && held.iter().all(|&k| spheres[k].is_none() && profiles[k].spans_axis(same)) =>
+        {
             held.iter().copied().find(|&k| profiles[k].leads_outwards() == (same_sense != stated.turned))
         }
         [first, others @ ..] => {
