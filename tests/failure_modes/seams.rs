@@ -268,28 +268,6 @@ fn closed_surfaces_cut_along_one_circle_have_a_loop_for_each_side() {
 }
 
 #[test]
-fn closed_surfaces_cut_open_along_an_arc_are_whole() {
-    let (radius, major, minor) = (5.0, 20.0, 5.0);
-    for turn in [1.0, PI] {
-        for z in [DVec3::Z, DVec3::ONE.normalize()] {
-            let mut body = Body::solid();
-            let arc = body.arc(&frame(DVec3::ZERO, z, z.any_orthonormal_vector()), radius, 0.2, 0.2 + turn);
-            body.face(sphere(radius), vec![vec![arc.along(), arc.against()]], false);
-            let ladder = Ladder::solid(body.finish(), ball(radius), 4.0 * PI * radius * radius);
-            ladder.named((z, turn)).chord(0.05 * radius).climb();
-        }
-        let tube = Frame3 { origin: major * DVec3::X, x: DVec3::X, y: DVec3::Z, z: -DVec3::Y };
-        for (circle, radius) in [(Frame3::WORLD, major + minor), (tube, minor)] {
-            let mut body = Body::solid();
-            let arc = body.arc(&circle, radius, 0.2, 0.2 + turn);
-            body.face(torus(major, minor), vec![vec![arc.along(), arc.against()]], false);
-            let (volume, area) = (TAU * PI * major * minor * minor, TAU * TAU * major * minor);
-            Ladder::solid(body.finish(), volume, area).named((radius, turn)).chord(0.2 * minor).climb();
-        }
-    }
-}
-
-#[test]
 fn a_line_marked_on_a_face_bounds_nothing() {
     let (radius, size) = (1.0, DVec3::new(8.0, 6.0, 2.0));
     let mut body = Body::solid();

@@ -53,8 +53,7 @@ pub(crate) fn region(
     let areas: Vec<f64> = loops.iter().map(UvLoop::double_area).collect();
     let closed = closes(projector);
     // A loop with a seam lies around what it keeps, whichever way it runs: the seam is in no other region.
-    let are_holes = areas.iter().zip(&loops).all(|(&area, l)| area < 0.0 || is_slit(l, projector));
-    if closed && are_holes && !(turn && loops.iter().any(|l| has_seam(l, projector))) {
+    if closed && areas.iter().all(|&a| a < 0.0) && !(turn && loops.iter().any(|l| has_seam(l, projector))) {
         if let Some(axis) = go_round_poles(&mut loops, projector) {
             return band(loops, axis, named_pole, projector, turn);
         }
@@ -79,16 +78,6 @@ fn has_seam(l: &UvLoop, projector: &Projector<'_>) -> bool {
             other.reversed != piece.reversed && (0..2).any(is_apart)
         })
     })
-}
-
-/// Whether a loop runs along each edge as often one way as the other, in one place: a hole without area.
-fn is_slit(l: &UvLoop, projector: &Projector<'_>) -> bool {
-    let mut runs: HashMap<u32, i32> = HashMap::new();
-    for piece in &l.pieces {
-        let Some(edge) = piece.along.edge() else { continue };
-        *runs.entry(edge).or_default() += if piece.reversed { -1 } else { 1 };
-    }
-    !runs.is_empty() && runs.values().all(|&sum| sum == 0) && !has_seam(l, projector)
 }
 
 /// Converts holes that touch a pole, as a wedge cut out of a dome does, into one loop that goes round it, and returns
@@ -198,8 +187,7 @@ fn turn_back(loops: &[UvLoop], axis: usize, projector: &Projector<'_>) -> Option
 
 /// Whether loops cut holes into a surface that closes: the face is all of the rest.
 pub(crate) fn are_holes(loops: &[UvLoop], projector: &Projector<'_>) -> bool {
-    let is_hole = |l: &UvLoop| l.winding == [0, 0] && (l.double_area() < 0.0 || is_slit(l, projector));
-    closes(projector) && !loops.is_empty() && loops.iter().all(is_hole)
+    closes(projector) && !loops.is_empty() && loops.iter().all(|l| l.winding == [0, 0] && l.double_area() < 0.0)
 }
 
 /// Whether the surface closes in both directions, by a period or by poles.
