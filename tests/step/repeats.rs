@@ -63,8 +63,8 @@ fn a_shell_that_only_lists_faces_of_solids_again_is_no_part() {
             let model = model(&(world() + SOLID + &shape + &product + "#70=" + shell + ";" + user));
             let case = format!("{shell} {user} {of_product}");
             assert_eq!((model.parts.len(), model.instances.len(), faces(&model)), (1, 1, 1), "{case}");
-            let told: Vec<_> = model.diagnostics.iter().map(|d| d.kind.code()).collect();
-            assert_eq!(told, ["step-faces-listed-again"], "{case}");
+            let told: Vec<_> = model.diagnostics.iter().map(|d| d.kind.clone()).collect();
+            assert_eq!(told, [StepOutcome::FacesAgain { faces: 1 }.into()], "{case}");
         }
     }
 }
@@ -83,6 +83,17 @@ fn representations_that_are_placed_may_share_a_solid() {
     places.sort_by(f64::total_cmp);
     assert_eq!(places, [0.0, 5.0]);
     crate::clean(&model);
+}
+
+#[test]
+fn a_representation_without_a_product_that_places_solids_of_one_is_no_part() {
+    let shape = "#50=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#20,#60),#1);";
+    let placing = "#42=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#20,#60),#1);#43=REPRESENTATION_MAP(#20,#42);\
+                   #45=MAPPED_ITEM('',#43,#30);#51=SHAPE_REPRESENTATION('',(#45),#1);";
+    let place = crate::placement(30, [5.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
+    let model = model(&(world() + SOLID + shape + &crate::products::product(100, "ball", 50) + &place + placing));
+    let places: Vec<f64> = model.instances.iter().map(|i| i.transform.translation.x).collect();
+    assert_eq!(places, [0.0]);
 }
 
 #[test]

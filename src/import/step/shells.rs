@@ -12,7 +12,7 @@ use super::kinds::{
 use super::style::Styles;
 use super::table::{Entity, MAX_DEPTH, Read, Table, Trouble};
 use super::units::Units;
-use super::values::{List, Map, Set};
+use super::values::{Map, Set};
 use crate::model::{Colour, ShellKind, StepTrouble};
 use std::collections::BTreeMap;
 use std::collections::hash_map::Entry;
@@ -394,16 +394,20 @@ impl<'a> Gather<'a> {
         Ok(())
     }
 
-    /// Takes what [`Self::repeats`].
+    /// Takes all shells, and models of shells, that only list taken faces: files list faces again to annotate them, or
+    /// by layer.
     pub(super) fn take_repeats(&mut self) {
-        for item in self.table.of_types(|i| is_shell(i) || shell_model(i).is_some()) {
-            self.repeats(item.id);
+        // A model follows from its shells.
+        for kind in [is_shell, |item: Entity<'_>| shell_model(item).is_some()] {
+            for item in self.table.of_types(kind) {
+                self.take_if_repeated(item.id);
+            }
         }
     }
 
-    /// Whether an item is taken, or is a shell or a model of shells that lists only taken faces: files list faces again
-    /// to annotate them, or by layer. Takes it then.
-    pub(super) fn repeats(&mut self, id: u64) -> bool {
+    /// Whether an item is taken, or is a shell or a model of shells that only lists taken faces. Takes it then. Counts
+    /// the faces of shells that were not taken before.
+    pub(super) fn take_if_repeated(&mut self, id: u64) -> bool {
         if self.taken.contains(&id) {
             return true;
         }
@@ -412,22 +416,32 @@ impl<'a> Gather<'a> {
             Some(model) => item.fields(model, 1).links(0).map(Iterator::collect).unwrap_or_default(),
             None => Set::from_iter([id]),
         };
-        let counts: Option<Vec<usize>> = shells.iter().map(|&shell| self.faces_again(shell)).collect();
-        let count = counts.map_or(0, |counts| counts.iter().sum());
+        let count = shells.iter().map(|&shell| self.faces_again(shell)).sum::<Option<usize>>();
+        let Some(count) = count.filter(|_| !shells.is_empty()) else { return false };
+        self.taken.extend(shells);
+        self.taken.insert(id);
         if count > 0 {
-            self.taken.extend(shells);
-            self.taken.insert(id);
             self.again.get_or_insert((id, 0)).1 += count;
         }
-        count > 0
+        true
     }
 
-    /// How many faces a shell lists, if it is taken, or all of them are.
-    fn faces_again(&self, shell: u64) -> Option<usize> {
+    /// Number of faces that a shell lists, if all are taken; 0 for a shell that is taken. `None` for others, for what is
+    /// no shell, and after too many visits.
+    fn faces_again(&mut self, shell: u64) -> Option<usize> {
+        if self.taken.contains(&shell) {
+            return Some(0);
+        }
         let own = self.table.find(shell).filter(|item| is_shell(*item))?.fields("CONNECTED_FACE_SET", 1);
-        let is_taken = |face| self.taken.contains(&self.face(face).0);
-        let again = self.taken.contains(&shell) || own.links(0).ok()?.all(is_taken);
-        again.then(|| own.list(0).map_or(0, List::len))
+        let mut count = 0;
+        for face in own.links(0).ok()? {
+            self.visit(shell, "faces of shells").ok()?;
+            if !self.taken.contains(&self.face(face).0) {
+                return None;
+            }
+            count += 1;
+        }
+        (count > 0).then_some(count)
     }
 
     /// Removes the sheets of a part that list only faces of its solids.

@@ -48,7 +48,7 @@ pub(super) struct Tree<'a> {
     somewhere: Map<usize, Option<DVec3>>,
     /// Occurrences left out as cyclic, each reported once.
     cyclic: HashSet<(usize, usize)>,
-    /// Whether a product that is no assembly has no shape.
+    /// Whether a product has neither a shape nor components.
     pub(super) has_bare: bool,
     pub(super) diagnostics: Vec<Diagnostic>,
 }
@@ -244,6 +244,8 @@ impl<'a> Tree<'a> {
     /// Adds the items of a group. Returns the group's colour, if it has one.
     fn gather_group(&mut self, group: usize, gathered: &mut PartContents) -> Option<Colour> {
         let mut colour = None;
+        let root = self.path.first().copied().unwrap_or(group);
+        let is_shown = self.groups[group].product || self.groups[root].product;
         for id in &self.groups[group].representations {
             let Some((items, context)) = product::representation(self.table, *id) else { continue };
             let units = self.contexts.of(context);
@@ -255,8 +257,8 @@ impl<'a> Tree<'a> {
                     self.gather.put_aside(item);
                     continue;
                 }
-                // A representation without a product that nothing places may only repeat items of a product.
-                if self.groups[group].product || self.groups[group].placed || !self.gather.repeats(item) {
+                // A representation that has no product, and is not placed in one, may only repeat items of a product.
+                if is_shown || !self.gather.take_if_repeated(item) {
                     self.gather.item(item, units, gathered);
                 }
             }
