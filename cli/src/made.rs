@@ -60,7 +60,7 @@ pub(crate) fn check_mesh(prepared: &Prepared, shells: &[Shells], frame: &MemoryS
     report.book(deviation, economy);
 }
 
-/// The mesh of a model.
+/// A model, prepared and meshed, for tests.
 #[cfg(test)]
 pub(crate) fn meshed(model: trimtess::model::Model, chord: f64) -> (Arc<Prepared>, MemorySink, parallel::FrameReport) {
     let options = trimtess::prepare::PrepareOptions::DEFAULT;

@@ -19,8 +19,7 @@ mod vertices;
 mod refine;
 
 mod tile;
-pub use tile::outcome::Degradation;
-pub use tile::outcome::{Ladder, Rung};
+pub use tile::outcome::{Degradation, Ladder, Rung};
 
 mod live;
 pub use live::attributes::Attributes;

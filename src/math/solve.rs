@@ -1,4 +1,5 @@
-//! Unknowns of one or two numbers -> their values: by halving an interval, by Newton's method, by least squares.
+//! Unknowns of one or two numbers -> their values: by halving an interval, by Newton's method, by least squares;
+//! stretches -> their equal pieces.
 
 use glam::{DVec2, DVec3};
 

@@ -1,5 +1,5 @@
-//! What a frame of views changes in a session: plans and residency. The job that makes a frame has all of it,
-//! and gives it back.
+//! Options of a session, and what a frame of views changes in it: plans and residency. The job that makes a frame has
+//! all of it, and gives it back.
 
 use super::commit::{Feed, FrameReport, Rows, commit, refusal, sink_panicked};
 use super::edits::Edited;

@@ -1,8 +1,7 @@
 //! Which worker makes which tile: dealt when the session starts, optionally rebalanced by measured times.
 
 use super::distribute::{deal, loads};
-use super::handoff::Hand;
-use super::handoff::Seat;
+use super::handoff::{Hand, Seat};
 use super::residency::Due;
 use crate::model::{PartId, TileId};
 use crate::prepare::Prepared;

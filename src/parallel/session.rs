@@ -3,8 +3,7 @@
 
 use super::commit::FrameReport;
 use super::edits::{Edited, Edits};
-use super::engine::SessionOptions;
-use super::engine::{Degraded, Engine, FinishedFrame};
+use super::engine::{Degraded, Engine, FinishedFrame, SessionOptions};
 use super::error::{FrameError, Lost};
 use super::flight::{Flight, Orders};
 use super::handoff::DegradedTile;

@@ -70,7 +70,7 @@ impl Room {
         self.spent.fetch_add(bytes as u64, Ordering::Relaxed);
     }
 
-    /// To be asked before `bytes` more are allocated.
+    /// Call before allocating `bytes` more.
     ///
     /// # Errors
     /// If there is no room for them. The whole call then fails, as if the limit were exceeded, and discards this error.

@@ -64,7 +64,7 @@ fn files_of_components_are_told() {
     let document = |id: u32, name: &str| format!("#{id}=DOCUMENT_FILE('{name}','','',#99,'',$);\n");
     let documents = document(100, "Wheel.STP") + &document(101, "axle.step") + &document(102, "axle.step");
     let bare = product(200, "wheel", 150) + "#150=SHAPE_REPRESENTATION('',(#20),#1);\n";
-    // Where all products have a shape, they may be those of another edition.
+    // If all products have a shape, nothing is missing.
     for (more, severity) in [(bare.as_str(), Severity::Warning), ("", Severity::Note)] {
         let data = "DATA;\n".to_owned() + &documents + &document(103, "drawing.pdf") + more;
         let model = model(&sound().replace("DATA;\n", &data));

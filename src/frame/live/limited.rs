@@ -2,8 +2,7 @@
 
 use super::rate::steps_of;
 use super::rates::Rates;
-use crate::frame::plan::limits::Budget;
-use crate::frame::plan::limits::Shortfall;
+use crate::frame::plan::limits::{Budget, Shortfall};
 use crate::mesh::successors;
 use crate::model::{PartId, RowId, TileId};
 use std::collections::{BTreeMap, BTreeSet};

@@ -3,8 +3,7 @@
 //! Between two frames the density of everything changes a little, and without steps everything would be rebuilt. So
 //! densities are rounded up to steps, and a step is lowered only when the density is well below it.
 
-use crate::frame::tolerance::BoxTolerances;
-use crate::frame::tolerance::Tolerance;
+use crate::frame::tolerance::{BoxTolerances, Tolerance};
 
 /// Steps per doubling of the pixels per millimetre. The number of lines grows with its square root, so a step is a
 /// factor of 2^(1/4) in lines: 9 % more than needed on average, in each direction.

@@ -100,7 +100,7 @@ pub fn plan_for_view_within(prepared: &Prepared, view: &View, limits: &PlanLimit
     plan_for_view_on(&Rayon, prepared, view, limits, &Control::default()).unwrap_or_default()
 }
 
-/// As [`plan_for_view_within`], on the threads of `jobs`, with cancellation, as [`plan_on`](crate::frame::plan_on).
+/// As [`plan_for_view_within`], on the threads of `jobs`, with cancellation, as [`plan_on`].
 ///
 /// # Errors
 /// When cancelled.
@@ -162,7 +162,7 @@ pub(crate) fn completed(jobs: &dyn Jobs, plan: &Arc<Plan>, prepared: &Prepared, 
 ///
 /// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured. `held_mib`:
 /// memory of the prepared model that counts towards the limits, MiB.
-pub(crate) fn plan_parts(
+fn plan_parts(
     call: Call<'_>,
     parts: Vec<Arc<PreparedPart>>,
     asked: Vec<PartTolerance>,

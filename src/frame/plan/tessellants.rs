@@ -3,12 +3,10 @@
 use super::density::Density;
 use super::output::{CellWalk, EdgePolyline, TileLattice, is_even, most_lines};
 use super::rows::PlanRows;
-use crate::frame::tolerance::Tolerance;
-use crate::frame::tolerance::{BoxTolerances, dilate, most_touched};
+use crate::frame::tolerance::{BoxTolerances, Tolerance, dilate, most_touched};
 use crate::math::lanes::{larger, smaller};
 use crate::model::TileId;
-use crate::prepare::internals::EdgeImage;
-use crate::prepare::internals::{EdgeShape, PreparedEdge, StripBounds, TileUse};
+use crate::prepare::internals::{EdgeImage, EdgeShape, PreparedEdge, StripBounds, TileUse};
 use smallvec::SmallVec;
 use std::f64::consts::FRAC_PI_2;
 

@@ -371,7 +371,7 @@ fn from_cells(lattice: &TileLattice, p: DVec2) -> DVec2 {
     DVec2::new(at(&lattice.us, p.x), at(&lattice.vs, p.y))
 }
 
-/// Fills one tile's loops in space, after [`tessellate_tile`](crate::frame::internals::tessellate_tile) panicked. `why`
+/// Fills one tile's loops in space, after [`tessellate_tile`] panicked. `why`
 /// is the reason to report.
 ///
 /// Uses only the points of edges. Normals are averaged from the triangles, parameters are zero.

@@ -109,7 +109,8 @@ pub(super) fn straight(ends: Ends) -> Option<BoundedCurve> {
 const COMPOSITES: [&str; 4] =
     ["COMPOSITE_CURVE", "COMPOSITE_CURVE_ON_SURFACE", "BOUNDARY_CURVE", "OUTER_BOUNDARY_CURVE"];
 
-/// Curves that only add pcurves to another curve. A complex instance declares both in the first, whatever its subtype.
+/// Curves that only add pcurves to another curve. A complex instance states both in SURFACE_CURVE, so
+/// that comes first.
 pub(super) const WRAPPERS: [&str; 4] = ["SURFACE_CURVE", "SEAM_CURVE", "INTERSECTION_CURVE", "BOUNDED_SURFACE_CURVE"];
 
 impl Geometry<'_> {

@@ -206,8 +206,8 @@ fn model_of(
     Ok(model)
 }
 
-/// Tells of STEP files that the file names as documents. Assemblies name those of components that have no shape here: a
-/// warning if the file `has_bare` products.
+/// Names STEP files among the documents that the file refers to. A warning if a product has neither a shape nor
+/// components (`has_bare`): its shape may be in one of them. Else a note.
 fn foreign_files(table: &Table, has_bare: bool) -> Option<Diagnostic> {
     /// Maximum number of files to name.
     const NAMED: usize = 5;

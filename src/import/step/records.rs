@@ -180,7 +180,7 @@ impl<'t> Parser<'t> {
         }
     }
 
-    /// An instance, after its first token. More records may follow.
+    /// An instance, after its first token. Always `true`: more records may follow.
     fn instance(&mut self, first: Token, start: usize) -> Parse<bool> {
         if first != Token::Reference {
             return Err(self.tokens.unexpected(first, "an instance or ENDSEC"));

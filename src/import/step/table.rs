@@ -47,7 +47,7 @@ pub(super) fn out_of_range(what: impl Into<Cow<'static, str>>, value: f64, unit:
 /// are treated as cyclic. Real files stay below 6.
 pub(super) const MAX_DEPTH: usize = 24;
 
-/// Fails at this depth.
+/// Fails at [`MAX_DEPTH`] and beyond.
 pub(super) fn check_depth(depth: usize, id: u64, what: &'static str) -> Read<()> {
     if depth < MAX_DEPTH { Ok(()) } else { Err(Trouble::new(id, StepTrouble::TooDeep { what })) }
 }

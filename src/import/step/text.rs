@@ -307,7 +307,7 @@ fn guess(bytes: &[u8]) -> &'static str {
         _ if bytes.starts_with(b"<?xml") => "XML: export Part 21 text (.stp, .step) instead",
         _ if bytes.starts_with(b"solid") => "an STL mesh: export STEP from the CAD system",
         _ if bytes.get(72) == Some(&b'S') => "IGES: export STEP from the CAD system",
-        // Its version, after the name of a class in some files.
+        // OpenCASCADE's format starts with its version, in some files after the name of a class.
         _ if find(&bytes[..bytes.len().min(64)], 0, b"CASCADE Topology").is_some() => {
             "a BREP file of OpenCASCADE: export STEP instead"
         }

@@ -119,14 +119,14 @@ pub(crate) fn sample(call: Call<'_>, edges: &mut [PreparedEdge], tiles: &[Tile])
 fn dense(edge: &PreparedEdge, tiles: &[Tile]) -> Vec<f64> {
     /// A strip is cut at each sample of an image if it holds at least so many. Ordinary edges have two to eight.
     const MANY: usize = 16;
-    /// Tiles that an image may cross in the rest of a strip, at its speed in the part that it has. Rates are for whole
-    /// strips.
+    /// A strip is cut at the ends of a use's part of it if the image, at its mean speed there, would cross more tiles
+    /// than this in the whole strip: the rate of the part holds for the whole strip.
     const TILES: f64 = 16.0;
     let breaks = &edge.bounds.breaks;
     let mut cuts: Vec<f64> = Vec::new();
     for place in &edge.uses {
         let (tile, used) = (&tiles[place.tile.index()], place.of(tiles));
-        // One between inner breaks may have parts of strips.
+        // A use between inner breaks may cover part of a strip.
         if edge.breaks.len() > 2 {
             let ends = [used.from, used.to].map(|at| edge.breaks[at as usize].t);
             let (ends, mut hint) = ([ends[0].min(ends[1]), ends[0].max(ends[1])], used.piece as usize);
