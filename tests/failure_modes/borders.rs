@@ -38,7 +38,7 @@ fn holes_at_a_hairline_from_the_border_and_from_each_other() {
         let holes = holes.map(|(centre, radius)| vec![ring(&mut body, centre, radius, 0.3).against()]);
         plate(&mut body, holes.to_vec());
         let area = 400.0 - PI * (9.0 + (3.0 - gap) * (3.0 - gap));
-        Ladder::sheet(body.finish(), area).named(gap).climb();
+        Ladder::sheet(body.finish(), area).named(gap).assert_climbs();
     }
 }
 
@@ -49,7 +49,7 @@ fn a_hole_tangent_to_the_border() {
         let mut body = Body::sheet();
         let hole = ring(&mut body, (7.0, 0.0), 3.0, angle);
         plate(&mut body, vec![vec![hole.against()]]);
-        Ladder::sheet(body.finish(), 400.0 - 9.0 * PI).touching().named(angle).climb();
+        Ladder::sheet(body.finish(), 400.0 - 9.0 * PI).touching().named(angle).assert_climbs();
     }
 }
 
@@ -60,7 +60,7 @@ fn holes_tangent_to_each_other() {
         let holes = [((-3.0, 0.0), a), ((3.0, 0.0), b)];
         let holes = holes.map(|(centre, angle)| vec![ring(&mut body, centre, 3.0, angle).against()]);
         plate(&mut body, holes.to_vec());
-        Ladder::sheet(body.finish(), 400.0 - 18.0 * PI).touching().named((a, b)).climb();
+        Ladder::sheet(body.finish(), 400.0 - 18.0 * PI).touching().named((a, b)).assert_climbs();
     }
 }
 
@@ -109,7 +109,7 @@ fn holes_that_share_a_vertex() {
             loops.push(body.polygon(&clockwise));
         }
         body.flat(Frame3::WORLD, loops);
-        Ladder::sheet(body.finish(), area).named(k).climb();
+        Ladder::sheet(body.finish(), area).named(k).assert_climbs();
     }
 }
 
@@ -122,7 +122,7 @@ fn round_holes_that_share_a_vertex_with_the_border() {
     let hole = ring(&mut body, (7.0, 0.0), 3.0, 0.0);
     let loops = vec![body.polygon(&corners), vec![hole.against()]];
     body.flat(Frame3::WORLD, loops);
-    Ladder::sheet(body.finish(), 400.0 - 9.0 * PI).climb();
+    Ladder::sheet(body.finish(), 400.0 - 9.0 * PI).assert_climbs();
 }
 
 #[test]
@@ -131,7 +131,7 @@ fn two_discs_joined_at_a_point() {
     let mut body = Body::sheet();
     let (left, right) = (ring(&mut body, (-3.0, 0.0), 3.0, 0.0), ring(&mut body, (3.0, 0.0), 3.0, PI));
     body.flat(Frame3::WORLD, vec![vec![left.along(), right.along()]]);
-    Ladder::sheet(body.finish(), 18.0 * PI).climb();
+    Ladder::sheet(body.finish(), 18.0 * PI).assert_climbs();
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn touching_windows_in_a_cylinder() {
     }
     body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);
     let area = 2.0 * PI * radius * height - 4.0 * (0.8 * radius * 3.0);
-    Ladder::sheet(body.finish(), area).climb();
+    Ladder::sheet(body.finish(), area).assert_climbs();
 }
 
 #[test]
@@ -157,5 +157,5 @@ fn a_quarter_disc_whose_arc_leaves_along_its_side() {
     let (up, down) = (body.line(at(5.0, 5.0), at(5.0, 0.0)), body.line(at(5.0, 0.0), at(0.0, 0.0)));
     let outside = vec![arc.along(), up, down];
     body.flat(Frame3::WORLD, vec![outside]);
-    Ladder::sheet(body.finish(), 25.0 - 6.25 * PI).climb();
+    Ladder::sheet(body.finish(), 25.0 - 6.25 * PI).assert_climbs();
 }

@@ -28,7 +28,7 @@ fn a_countersink_of_90_degrees_in_a_plate() {
     let (cone, cone_side) = frustum(2.0, 4.0, 2.0);
     let volume = 2400.0 - cone - PI * 16.0;
     let area = 800.0 - PI * (16.0 + 4.0) + 480.0 + cone_side + TAU * 2.0 * 4.0;
-    Ladder::solid(body.finish(), volume, area).climb();
+    Ladder::solid(body.finish(), volume, area).assert_climbs();
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn a_blind_hole_ends_in_the_drills_point() {
     body.part.plain_face(cone, body.shell, vec![Loop::Edges(vec![ground.against()]), Loop::Vertex(tip)], true);
     let (cone, cone_side) = frustum(radius, 0.0, point);
     let area = 2.0 * 256.0 + 4.0 * 16.0 * 20.0 - PI * 9.0 + TAU * radius * depth + cone_side;
-    Ladder::solid(body.finish(), 256.0 * 20.0 - PI * 9.0 * depth - cone, area).climb();
+    Ladder::solid(body.finish(), 256.0 * 20.0 - PI * 9.0 * depth - cone, area).assert_climbs();
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn frustums_with_and_without_a_seam_either_way_up() {
             body.flat(level(height), vec![vec![head.along()]]);
             body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![foot.along()]], true);
             let (volume, area) = frustum(low, high, height);
-            Ladder::solid(body.finish(), volume, area + PI * (low * low + high * high)).climb();
+            Ladder::solid(body.finish(), volume, area + PI * (low * low + high * high)).assert_climbs();
         }
     }
 }
@@ -92,7 +92,7 @@ fn a_frustum_may_end_in_a_circle_much_smaller_than_the_face() {
             body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![foot.along()]], true);
             let (volume, area) = frustum(low, high, height);
             let area = area + PI * (low * low + high * high);
-            Ladder::solid(body.finish(), volume, area).named((high, arcs, seam)).climb();
+            Ladder::solid(body.finish(), volume, area).named((high, arcs, seam)).assert_climbs();
         }
     }
 }
@@ -107,7 +107,7 @@ fn a_seam_runs_up_to_the_apex_and_down_again() {
         body.face(side(radius, 0.0, height), vec![vec![foot.along(), seam, down]], false);
         body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![foot.along()]], true);
         let (volume, area) = frustum(radius, 0.0, height);
-        Ladder::solid(body.finish(), volume, area + PI * radius * radius).climb();
+        Ladder::solid(body.finish(), volume, area + PI * radius * radius).assert_climbs();
     }
 }
 
@@ -130,7 +130,7 @@ fn a_seam_runs_up_to_an_apex_that_the_loop_passes_closely() {
         let boundary = vec![arc.along(), right.along(), up, down, left.along()];
         body.face(side(radius, 0.0, height), vec![boundary], false);
         let below = radius * radius * (PI - (off / radius).acos()) + off * radius * turn.cos();
-        Ladder::sheet(body.finish(), below * radius.hypot(height) / radius).named(off).climb();
+        Ladder::sheet(body.finish(), below * radius.hypot(height) / radius).named(off).assert_climbs();
     }
 }
 
@@ -153,7 +153,7 @@ fn a_cone_in_two_halves_and_in_three_thirds() {
         body.flat(frame(DVec3::ZERO, -DVec3::Z, DVec3::X), vec![foot]);
         let part = Part { tolerance: 1e-3, ..body.finish() };
         let (volume, area) = frustum(radius, 0.0, height);
-        Ladder::solid(part, volume, area + PI * radius * radius).named((count, off)).climb();
+        Ladder::solid(part, volume, area + PI * radius * radius).named((count, off)).assert_climbs();
     }
 }
 
@@ -184,7 +184,7 @@ fn wedges_are_cut_out_of_the_point() {
         body.face(side(radius, 0.0, height), loops, false);
         // The point is a quarter of the whole.
         let turn: f64 = wedges.iter().map(|wedge| wedge.1).sum();
-        Ladder::sheet(body.finish(), whole * (1.0 - 0.25 * turn / TAU)).named(wedges).climb();
+        Ladder::sheet(body.finish(), whole * (1.0 - 0.25 * turn / TAU)).named(wedges).assert_climbs();
     }
 }
 
@@ -215,7 +215,7 @@ fn holes_near_the_apex_and_around_it() {
         Ladder::sheet(body.finish(), PI * slant * slant * turns - PI * radius * radius)
             .named((s, radius, points))
             .told(if points == 64 { &["edges-off-surface"] } else { &[] })
-            .climb();
+            .assert_climbs();
     }
 }
 
@@ -233,7 +233,7 @@ fn both_nappes_of_one_cone() {
     body.flat(level(3.0), vec![vec![rims[1].along()]]);
     body.face(Surface::Plane { frame: level(-3.0) }, vec![vec![rims[0].along()]], true);
     let (volume, area) = frustum(3.0, 0.0, 3.0);
-    Ladder::solid(body.finish(), 2.0 * volume, 2.0 * area + 18.0 * PI).climb();
+    Ladder::solid(body.finish(), 2.0 * volume, 2.0 * area + 18.0 * PI).assert_climbs();
 }
 
 #[test]
@@ -242,7 +242,7 @@ fn one_face_through_the_apex() {
     let rims = [-3.0, 3.0].map(|z| body.circle(&level(z), 3.0));
     let cone = Surface::Cone { frame: Frame3::WORLD, radius: 0.0, half_angle: FRAC_PI_4 };
     body.face(cone, vec![vec![rims[0].along()], vec![rims[1].against()]], false);
-    Ladder::sheet(body.finish(), 2.0 * frustum(3.0, 0.0, 3.0).1).climb();
+    Ladder::sheet(body.finish(), 2.0 * frustum(3.0, 0.0, 3.0).1).assert_climbs();
 }
 
 #[test]
@@ -264,6 +264,6 @@ fn a_band_through_the_apex_turns_on_its_way() {
         let cone = Surface::Cone { frame: Frame3::WORLD, radius: 0.0, half_angle };
         body.face(cone, vec![vec![low.along(), right.along(), high.against(), left.against()]], false);
         let area = wide * half_angle.tan() * length * length / half_angle.cos();
-        Ladder::sheet(body.finish(), area).named((wide, turn)).climb();
+        Ladder::sheet(body.finish(), area).named((wide, turn)).assert_climbs();
     }
 }

@@ -53,7 +53,7 @@ fn four_slots_with_round_ends() {
     let slot = 2.0 * radius * length + PI * radius * radius;
     let around = 2.0 * length + TAU * radius;
     let area = 2.0 * (800.0 - 4.0 * slot) + 120.0 * thick + 4.0 * around * thick;
-    Ladder::solid(body.finish(), (800.0 - 4.0 * slot) * thick, area).climb();
+    Ladder::solid(body.finish(), (800.0 - 4.0 * slot) * thick, area).assert_climbs();
 }
 
 /// The same edge in the other direction.
@@ -126,7 +126,7 @@ fn a_block_with_all_edges_and_corners_rounded() {
             + PI * edges * radius * radius
             + 4.0 / 3.0 * PI * radius.powi(3);
         let area = 2.0 * faces + TAU * edges * radius + 4.0 * PI * radius * radius;
-        Ladder::solid(body.finish(), volume, area).named(radius).climb();
+        Ladder::solid(body.finish(), volume, area).named(radius).assert_climbs();
     }
 }
 
@@ -151,7 +151,7 @@ fn a_pin_with_a_tiny_round_at_its_rim() {
         let side = integral(|t: f64| TAU * (big - small + small * t.cos()) * small, (0.0, FRAC_PI_2));
         let area = TAU * big * (height - small) + side + PI * (big * big + (big - small).powi(2));
         let volume = PI * big * big * (height - small) + turned;
-        Ladder::solid(body.finish(), volume, area).named((big, small)).climb();
+        Ladder::solid(body.finish(), volume, area).named((big, small)).assert_climbs();
     }
 }
 
@@ -193,7 +193,7 @@ fn a_hole_drilled_through_the_wall_of_a_rod() {
                 (0.0, FRAC_PI_2),
             );
             let area = TAU * big * (length + big) + bore - 2.0 * window;
-            Ladder::solid(body.finish(), volume, area).named((big, r, turn)).climb();
+            Ladder::solid(body.finish(), volume, area).named((big, r, turn)).assert_climbs();
         }
     }
 }
@@ -220,7 +220,7 @@ fn a_fillet_around_a_cylinder_continues_its_neighbours_whatever_its_sense() {
         let sides = radius * radius + 2.0 * radius * height + major * major;
         let area = PI * sides + TAU * small * (major * FRAC_PI_2 + small);
         let told: &[&str] = if wires { &["wire-folds-back"] } else { &[] };
-        Ladder::solid(body.finish(), volume, area).named([sense, wires]).told(told).climb();
+        Ladder::solid(body.finish(), volume, area).named([sense, wires]).told(told).assert_climbs();
     }
 }
 
@@ -238,6 +238,6 @@ fn a_shallow_lens_is_no_fillet_that_lies_on_its_neighbour() {
         let height = radius * (1.0 - turn.cos());
         let volume = PI * height * height * (radius - height / 3.0);
         let area = PI * aperture * aperture + TAU * radius * height;
-        Ladder::solid(body.finish(), volume, area).named(turn).climb();
+        Ladder::solid(body.finish(), volume, area).named(turn).assert_climbs();
     }
 }

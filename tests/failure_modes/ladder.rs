@@ -105,7 +105,7 @@ impl Ladder {
     }
 
     /// Prepares the model and checks it at every rung.
-    pub(crate) fn climb(&self) {
+    pub(crate) fn assert_climbs(&self) {
         let prepared = prepared(self.model.clone());
         let wrong = self.wrong_told(&prepared);
         assert!(wrong.is_empty(), "{} {wrong:#?}\n{:?}", self.name, prepared.diagnostics);

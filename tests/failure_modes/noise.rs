@@ -25,7 +25,7 @@ fn arcs_a_thousandth_of_their_radius_apart_stay_apart() {
         let there = body.line(across[0] * 5.0, across[0] * inner);
         let back = body.line(across[1] * inner, across[1] * 5.0);
         body.flat(Frame3::WORLD, vec![vec![outside.along(), there, inside.against(), back]]);
-        Ladder::sheet(body.finish(), 0.5 * TURN * (25.0 - inner * inner)).named(gap).climb();
+        Ladder::sheet(body.finish(), 0.5 * TURN * (25.0 - inner * inner)).named(gap).assert_climbs();
     }
 }
 
@@ -48,7 +48,7 @@ fn arcs_that_leave_a_vertex_side_by_side_stay_apart() {
         body.flat(Frame3::WORLD, vec![vec![outer.along(), short, inner.against()]]);
         let turn = 2.0 * (half / radius).asin();
         let below = 1.5 * (3.0 - gap) + 0.5 * radius * radius * (turn - turn.sin());
-        Ladder::sheet(body.finish(), 2.25 * PI - below).named(gap).climb();
+        Ladder::sheet(body.finish(), 2.25 * PI - below).named(gap).assert_climbs();
     }
 }
 
@@ -64,7 +64,7 @@ fn a_spline_whose_speed_jumps_by_a_thousand_bounds_a_face() {
     let mut outline = vec![bottom.along()];
     outline.extend(rest.windows(2).map(|w| body.line(w[0], w[1])));
     body.flat(Frame3::WORLD, vec![outline]);
-    Ladder::sheet(body.finish(), 50.0).climb();
+    Ladder::sheet(body.finish(), 50.0).assert_climbs();
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn an_edge_whose_curve_starts_beyond_its_neighbour_leaves_its_vertex_inside() {
         let mut outline = vec![bottom.along()];
         outline.extend((1..4).map(|k| body.line(corners[k], corners[(k + 1) % 4])));
         body.flat(Frame3::WORLD, vec![outline]);
-        Ladder::sheet(body.finish(), 100.0).named(off).climb();
+        Ladder::sheet(body.finish(), 100.0).named(off).assert_climbs();
     }
 }
 

@@ -35,7 +35,7 @@ fn whole_spheres_of_any_radius() {
                 };
                 body.face(sphere(radius), loops, false);
                 let ladder = Ladder::solid(body.finish(), ball(radius), 4.0 * PI * radius * radius);
-                ladder.chord(relative * radius).pieces(1).climb();
+                ladder.chord(relative * radius).pieces(1).assert_climbs();
             }
         }
     }
@@ -55,7 +55,7 @@ fn half_spheres_above_an_equator_and_between_meridians() {
         }
         body.face(sphere(radius), vec![round], false);
         body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![equator.along()]], true);
-        Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).climb();
+        Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).assert_climbs();
     }
     // Half a ball between two meridians, each its own edge, at any angle to the seam.
     for turn in [0.0, 1.0, FRAC_PI_2, 3.0] {
@@ -66,7 +66,7 @@ fn half_spheres_above_an_equator_and_between_meridians() {
         body.face(sphere(radius), vec![vec![a.along(), b.against()]], false);
         let inwards = frame(DVec3::ZERO, -out.cross(DVec3::Z), out);
         body.flat(frame(DVec3::ZERO, -inwards.z, out), vec![vec![a.along(), b.against()]]);
-        Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).climb();
+        Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).assert_climbs();
     }
 }
 
@@ -87,7 +87,7 @@ fn a_lune_whose_sides_touch_at_both_poles_and_the_rest() {
             body.face(sphere(radius), vec![vec![east.along(), west.against()]], false);
             let lune = radius * radius * bulge.abs() * 4.0 / 3.0;
             let area = if rest { 4.0 * PI * radius * radius - lune } else { lune };
-            Ladder::sheet(body.finish(), area).named((turn, bulge, rest)).climb();
+            Ladder::sheet(body.finish(), area).named((turn, bulge, rest)).assert_climbs();
         }
     }
 }
@@ -111,7 +111,7 @@ fn caps_through_the_pole_and_near_it() {
             let small = cap(radius, radius - h);
             let volume = if keep_cap { small } else { ball(radius) - small };
             let zone = TAU * radius * if keep_cap { radius - h } else { radius + h };
-            Ladder::solid(body.finish(), volume, zone + PI * ring * ring).named((miss, keep_cap)).climb();
+            Ladder::solid(body.finish(), volume, zone + PI * ring * ring).named((miss, keep_cap)).assert_climbs();
         }
     }
 }
@@ -128,7 +128,7 @@ fn thin_belts_past_both_poles() {
         body.flat(frame(DVec3::Y * -half, DVec3::NEG_Y, x), vec![vec![low.against()]]);
         let volume = TAU * half * (radius * radius - half * half / 3.0);
         let area = 2.0 * TAU * radius * half + TAU * rim * rim;
-        Ladder::solid(body.finish(), volume, area).named((half, x)).chord(1e-3 * radius).climb();
+        Ladder::solid(body.finish(), volume, area).named((half, x)).chord(1e-3 * radius).assert_climbs();
     }
 }
 
@@ -146,7 +146,7 @@ fn antipodal_holes_over_the_poles_across_the_seam_and_oblique() {
         let bore_side = Surface::Cylinder { frame: frame(DVec3::ZERO, axis, reference), radius: bore };
         body.face(bore_side, vec![vec![bottom.along()], vec![top.against()]], true);
         // The napkin ring: its volume is that of a ball of its height.
-        Ladder::solid(body.finish(), ball(h), 4.0 * PI * radius * h + TAU * bore * 2.0 * h).climb();
+        Ladder::solid(body.finish(), ball(h), 4.0 * PI * radius * h + TAU * bore * 2.0 * h).assert_climbs();
     }
 }
 
@@ -179,7 +179,7 @@ fn many_holes_in_different_places() {
     let height = radius * (1.0 - open.cos());
     let volume = ball(radius) - count * cap(radius, height);
     let area = 4.0 * PI * radius * radius + count * (PI * (radius * open.sin()).powi(2) - TAU * radius * height);
-    Ladder::solid(body.finish(), volume, area).climb();
+    Ladder::solid(body.finish(), volume, area).assert_climbs();
 }
 
 fn torus(major: f64, minor: f64) -> Surface {
@@ -207,7 +207,11 @@ fn whole_tori_thin_and_fat_with_and_without_edges() {
             };
             body.face(torus(major, minor), loops, false);
             let (volume, area) = (TAU * PI * major * minor * minor, TAU * TAU * major * minor);
-            Ladder::solid(body.finish(), volume, area).chord(0.2 * minor).pieces(1).named((major, minor)).climb();
+            Ladder::solid(body.finish(), volume, area)
+                .chord(0.2 * minor)
+                .pieces(1)
+                .named((major, minor))
+                .assert_climbs();
         }
     }
 }
@@ -236,7 +240,7 @@ fn a_loop_with_a_seam_lies_around_what_it_keeps() {
         body.face(Surface::Plane { frame: level(0.0) }, vec![vec![low.against()]], true);
         body.face(Surface::Plane { frame: level(height) }, vec![vec![high.along()]], false);
         let (volume, area) = (PI * (223.0 + 1.0 / 3.0 + 6.0 * PI), 122.0 * PI + 6.0 * PI * PI);
-        Ladder::solid(body.finish(), volume, area).pieces(1).named(backwards).climb();
+        Ladder::solid(body.finish(), volume, area).pieces(1).named(backwards).assert_climbs();
     }
 }
 
@@ -262,7 +266,7 @@ fn closed_surfaces_cut_along_one_circle_have_a_loop_for_each_side() {
             }
             body.face(surface.clone(), loops, false);
             let ladder = Ladder::solid(body.finish(), volume, area).pieces(1).named((name, swapped));
-            ladder.told(&["edges-run-both-ways"]).climb();
+            ladder.told(&["edges-run-both-ways"]).assert_climbs();
         }
     }
 }
@@ -278,13 +282,13 @@ fn a_line_marked_on_a_face_bounds_nothing() {
     let marks = circles.iter().flat_map(|circle| [vec![circle.against()], vec![circle.along()]]).collect();
     body.cuboid(DVec3::ZERO, size, marks, Vec::new());
     let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
-    Ladder::solid(body.finish(), size.element_product(), area).pieces(1).told(&["edges-run-both-ways"]).climb();
+    Ladder::solid(body.finish(), size.element_product(), area).pieces(1).told(&["edges-run-both-ways"]).assert_climbs();
     // Two cuts, and nothing else that bounds the surface.
     let mut body = Body::solid();
     let tropics = [-1.0, 1.0].map(|z| body.circle(&level(z), 8.0_f64.sqrt()));
     let cuts = tropics.iter().flat_map(|circle| [vec![circle.along()], vec![circle.against()]]).collect();
     body.face(sphere(3.0), cuts, false);
-    Ladder::solid(body.finish(), ball(3.0), 36.0 * PI).pieces(1).told(&["edges-run-both-ways"]).climb();
+    Ladder::solid(body.finish(), ball(3.0), 36.0 * PI).pieces(1).told(&["edges-run-both-ways"]).assert_climbs();
 }
 
 #[test]
@@ -297,7 +301,7 @@ fn a_tube_cut_around_its_middle_is_one_band() {
     body.face(Surface::Plane { frame: level(0.0) }, vec![vec![low.against()]], true);
     body.face(Surface::Plane { frame: level(height) }, vec![vec![high.along()]], false);
     let (volume, area) = (PI * radius * radius * height, TAU * radius * (height + radius));
-    Ladder::solid(body.finish(), volume, area).pieces(1).told(&["edges-run-both-ways"]).climb();
+    Ladder::solid(body.finish(), volume, area).pieces(1).told(&["edges-run-both-ways"]).assert_climbs();
 }
 
 #[test]
@@ -314,7 +318,7 @@ fn pipe_bends_across_the_seam_and_next_to_it() {
         }
         let turned = to - from;
         let area = turned * major * TAU * minor + TAU * minor * minor;
-        Ladder::solid(body.finish(), turned * major * PI * minor * minor, area).climb();
+        Ladder::solid(body.finish(), turned * major * PI * minor * minor, area).assert_climbs();
     }
 }
 
@@ -327,7 +331,7 @@ fn rings_cut_once_around() {
     body.face(torus(major, minor), vec![vec![outer.along()], vec![inner.against()]], false);
     body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![outer.along()], vec![inner.against()]], true);
     let (volume, area) = (TAU * PI * major * minor * minor, TAU * TAU * major * minor);
-    Ladder::solid(body.finish(), 0.5 * volume, 0.5 * area + TAU * 2.0 * major * minor).climb();
+    Ladder::solid(body.finish(), 0.5 * volume, 0.5 * area + TAU * 2.0 * major * minor).assert_climbs();
 
     let mut body = Body::solid();
     let [low, high] = [-minor, minor].map(|z| body.circle(&level(z), major));
@@ -337,7 +341,7 @@ fn rings_cut_once_around() {
     // The centroid of the half disc lies 4 r / 3π from its straight side, that of the half circle 2 r / π.
     let volume = TAU * (major + 4.0 * minor / (3.0 * PI)) * 0.5 * PI * minor * minor;
     let area = TAU * (major + 2.0 * minor / PI) * PI * minor + TAU * major * 2.0 * minor;
-    Ladder::solid(body.finish(), volume, area).climb();
+    Ladder::solid(body.finish(), volume, area).assert_climbs();
 }
 
 #[test]
@@ -368,7 +372,7 @@ fn windows_in_a_torus_anywhere() {
         body.face(torus(major, minor), loops, false);
         let told: &[&'static str] = if with_seams && (u0 < 0.0 || v0 < 0.0) { &["edges-run-both-ways"] } else { &[] };
         let hole = (u1 - u0) * minor * (major * (v1 - v0) + minor * (v1.sin() - v0.sin()));
-        Ladder::sheet(body.finish(), TAU * TAU * major * minor - hole).named((u0, v0)).told(told).climb();
+        Ladder::sheet(body.finish(), TAU * TAU * major * minor - hole).named((u0, v0)).told(told).assert_climbs();
     }
 }
 
@@ -388,14 +392,16 @@ fn windows_in_a_cylinder_and_a_sphere_across_a_stated_seam() {
         body.face(Surface::Cylinder { frame: Frame3::WORLD, radius }, loops, false);
         let told: &[&'static str] = if u.abs() < 0.4 { &["edges-run-both-ways"] } else { &[] };
         let area = TAU * radius * height - 0.8 * radius * 4.0;
-        Ladder::sheet(body.finish(), area).named((u, first)).told(told).climb();
+        Ladder::sheet(body.finish(), area).named((u, first)).told(told).assert_climbs();
     }
     // A round window about the end of the x axis, across the middle of a sphere's seam.
     let mut body = Body::sheet();
     let half = seam(&mut body, radius);
     let window = body.circle(&frame(DVec3::X * 4.0, DVec3::X, DVec3::Y), 3.0);
     body.face(sphere(radius), vec![vec![half.along(), half.against()], vec![window.against()]], false);
-    Ladder::sheet(body.finish(), 4.0 * PI * radius * radius - TAU * radius).told(&["edges-run-both-ways"]).climb();
+    Ladder::sheet(body.finish(), 4.0 * PI * radius * radius - TAU * radius)
+        .told(&["edges-run-both-ways"])
+        .assert_climbs();
 }
 
 /// A meridian arc about (x = `major`, z = 0), turned about z. Volume and area by integration.
@@ -418,7 +424,7 @@ fn apples_lemons_and_horns() {
         let mut body = Body::new(ShellKind::Outer);
         let (surface, volume, area) = turned_arc(major, minor, from, to);
         body.face(surface, Vec::new(), false);
-        Ladder::solid(body.finish(), volume, area).pieces(1).climb();
+        Ladder::solid(body.finish(), volume, area).pieces(1).assert_climbs();
     }
 }
 
@@ -446,7 +452,7 @@ fn a_ring_wound_past_its_start() {
             body.flat(frame(major * out, sign * along, out), vec![vec![circle]]);
         }
         let (volume, area) = (PI * minor * minor * major * turn, TAU * minor * (major * turn + minor));
-        Ladder::solid(body.finish(), volume, area).named(past).climb();
+        Ladder::solid(body.finish(), volume, area).named(past).assert_climbs();
     }
 }
 
@@ -474,7 +480,7 @@ fn circles_around_a_ring_without_period_do_not_close() {
 fn a_horn_torus_stated_as_a_torus() {
     let mut body = Body::solid();
     body.face(torus(3.0, 3.0), Vec::new(), false);
-    Ladder::solid(body.finish(), TAU * PI * 27.0, TAU * TAU * 9.0).climb();
+    Ladder::solid(body.finish(), TAU * PI * 27.0, TAU * TAU * 9.0).assert_climbs();
 }
 
 #[test]
@@ -486,7 +492,7 @@ fn halves_of_a_horn_with_a_loop_at_the_cusp() {
     for rim in [rim.along(), rim.against()] {
         body.part.plain_face(surface.clone(), body.shell, vec![Loop::Edges(vec![rim]), Loop::Vertex(cusp)], false);
     }
-    Ladder::solid(body.finish(), volume, area).climb();
+    Ladder::solid(body.finish(), volume, area).assert_climbs();
 }
 
 #[test]
@@ -504,7 +510,7 @@ fn a_line_across_the_pole_of_a_disc_of_revolution() {
         let line = body.line(-end, end);
         let disc = Surface::Revolution { curve: radial.clone(), frame: Frame3::WORLD };
         body.face(disc, vec![vec![arc.along(), line]], false);
-        Ladder::sheet(body.finish(), 4.5 * PI).named(angle).climb();
+        Ladder::sheet(body.finish(), 4.5 * PI).named(angle).assert_climbs();
     }
 }
 
@@ -523,7 +529,7 @@ fn wires_that_run_the_wrong_way_bound_what_ends_with_no_border() {
         body.flat(frame(DVec3::ZERO, -DVec3::Z, DVec3::X), vec![vec![foot.against()]]);
         body.flat(level(height), vec![vec![top.along()]]);
         let area = TAU * radius * (height + radius);
-        Ladder::solid(body.finish(), PI * radius * radius * height, area).named(("tube", wrong)).climb();
+        Ladder::solid(body.finish(), PI * radius * radius * height, area).named(("tube", wrong)).assert_climbs();
 
         let mut body = Body::solid();
         let equator = body.circle(&Frame3::WORLD, radius);
@@ -531,6 +537,8 @@ fn wires_that_run_the_wrong_way_bound_what_ends_with_no_border() {
         let wire = if wrong { equator.against() } else { equator.along() };
         body.face(Surface::Revolution { curve, frame: Frame3::WORLD }, vec![vec![wire]], false);
         body.flat(frame(DVec3::ZERO, -DVec3::Z, DVec3::X), vec![vec![equator.against()]]);
-        Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius).named(("dome", wrong)).climb();
+        Ladder::solid(body.finish(), 0.5 * ball(radius), 3.0 * PI * radius * radius)
+            .named(("dome", wrong))
+            .assert_climbs();
     }
 }

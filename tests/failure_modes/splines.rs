@@ -99,7 +99,7 @@ fn helical_pipes_of_many_turns() {
         let volume = PI * radius * radius * length;
         // The spline is a thousandth of a radius off the helix.
         let ladder = Ladder::solid(body.finish(), volume, TAU * radius * length + TAU * radius * radius);
-        ladder.chord(0.3).named((turns, with_seam)).climb();
+        ladder.chord(0.3).named((turns, with_seam)).assert_climbs();
     }
 }
 
@@ -113,7 +113,7 @@ fn a_ribbon_of_three_hundred_turns_on_a_cylinder() {
     let back = Coedge { reversed: !start.reversed, ..start };
     let side = Surface::Cylinder { frame: Frame3::WORLD, radius };
     body.face(side, vec![vec![low.along(), end, high.against(), back]], false);
-    Ladder::sheet(body.finish(), turns * TAU * radius * wide).chord(0.5).climb();
+    Ladder::sheet(body.finish(), turns * TAU * radius * wide).chord(0.5).assert_climbs();
 }
 
 /// Half of the range of `t` in one span of [`whirl`].
@@ -180,7 +180,7 @@ fn a_ribbon_whose_edges_turn_twice_in_each_span() {
     body.face(side, vec![vec![low.along(), end, high.against(), back]], false);
     let part = body.finish();
     for chord in [0.05, 1.6e-3, 4e-4] {
-        Ladder::sheet(part.clone(), 4.0 * whirl_angle() * wide).chord(chord).climb();
+        Ladder::sheet(part.clone(), 4.0 * whirl_angle() * wide).chord(chord).assert_climbs();
     }
 }
 
@@ -209,7 +209,7 @@ fn cylinders_as_splines_with_the_seam_anywhere() {
             body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![low.along()]], true);
             body.flat(level(height), vec![vec![high.along()]]);
             let area = TAU * radius * (radius + height);
-            Ladder::solid(body.finish(), PI * radius * radius * height, area).named((start, with_seam)).climb();
+            Ladder::solid(body.finish(), PI * radius * radius * height, area).named((start, with_seam)).assert_climbs();
         }
     }
 }
@@ -222,13 +222,13 @@ fn whole_tori_and_balls_as_splines() {
         let torus = Surface::Torus { frame: Frame3::WORLD, major, minor };
         body.face(as_nurbs(&torus, (start, start + TAU), (start, start + TAU)), Vec::new(), false);
         let ladder = Ladder::solid(body.finish(), TAU * PI * major * minor * minor, TAU * TAU * major * minor);
-        ladder.pieces(1).named(start).climb();
+        ladder.pieces(1).named(start).assert_climbs();
 
         let mut body = Body::solid();
         let ball = Surface::Sphere { frame: Frame3::WORLD, radius: 5.0 };
         let half = 0.5 * PI;
         body.face(as_nurbs(&ball, (start, start + TAU), (-half, half)), Vec::new(), false);
-        Ladder::solid(body.finish(), 500.0 / 3.0 * PI, 100.0 * PI).pieces(1).named(start).climb();
+        Ladder::solid(body.finish(), 500.0 / 3.0 * PI, 100.0 * PI).pieces(1).named(start).assert_climbs();
     }
 }
 
@@ -248,7 +248,7 @@ fn windows_in_a_torus_of_splines_across_its_seams() {
         let window = vec![west.along(), north.along(), east.against(), south.against()];
         body.face(as_nurbs(&torus, (0.0, TAU), (0.0, TAU)), vec![window], false);
         let hole = (u1 - u0) * minor * (major * (v1 - v0) + minor * (v1.sin() - v0.sin()));
-        Ladder::sheet(body.finish(), TAU * TAU * major * minor - hole).named((u0, v0)).climb();
+        Ladder::sheet(body.finish(), TAU * TAU * major * minor - hole).named((u0, v0)).assert_climbs();
     }
 }
 
@@ -312,7 +312,7 @@ fn a_tube_with_unclamped_periodic_knots() {
                 let u = from + (0.7 * t.cos()).rem_euclid(to - from);
                 missing += rim(0.0).derivatives(u).d1.length() * 0.7 * t.sin() * 4.0 * t.sin() * (PI / 4000.0);
             }
-            Ladder::sheet(sheet.finish(), around * 10.0 - missing).named("window").climb();
+            Ladder::sheet(sheet.finish(), around * 10.0 - missing).named("window").assert_climbs();
             continue;
         }
         body.face(Surface::Nurbs(tube.clone()), loops, false);
@@ -321,7 +321,7 @@ fn a_tube_with_unclamped_periodic_knots() {
         };
         flat(&mut body, low, 0.0);
         flat(&mut body, high, 10.0);
-        Ladder::solid(body.finish(), 5.0 * twice, around * 10.0 + twice).named(with_seam).climb();
+        Ladder::solid(body.finish(), 5.0 * twice, around * 10.0 + twice).named(with_seam).assert_climbs();
     }
 }
 
@@ -372,7 +372,7 @@ fn trims_along_knots_creases_and_natural_borders() {
             let t = |k: i32| w[0] + (w[1] - w[0]) * f64::from(k) / f64::from(steps);
             length += (0..steps).map(|k| curve.point(t(k)).distance(curve.point(t(k + 1)))).sum::<f64>();
         }
-        Ladder::sheet(body.finish(), 5.0 * length).pieces(1).named(us).climb();
+        Ladder::sheet(body.finish(), 5.0 * length).pieces(1).named(us).assert_climbs();
     }
 }
 
@@ -397,7 +397,7 @@ fn a_hole_that_runs_along_a_crease() {
             let t = |k: i32| from + (to - from) * f64::from(k) / 4000.0;
             (0..4000).map(|k| curve.point(t(k)).distance(curve.point(t(k + 1)))).sum::<f64>()
         };
-        Ladder::sheet(body.finish(), 5.0 * length(0.0, 6.0) - 3.0 * length(u0, u1)).named((u0, u1)).climb();
+        Ladder::sheet(body.finish(), 5.0 * length(0.0, 6.0) - 3.0 * length(u0, u1)).named((u0, u1)).assert_climbs();
     }
 }
 
@@ -415,7 +415,7 @@ fn lines_that_bend_within_a_plane() {
     let corners = [(0.2, 0.5), (1.18, 0.5), (1.18, 1.5), (0.2, 1.5)].map(|(x, y)| DVec3::new(x, y, 0.0));
     let wire = body.polygon(&corners);
     body.face(Surface::Nurbs(surface), vec![wire], false);
-    Ladder::sheet(body.finish(), 0.98).pieces(1).climb();
+    Ladder::sheet(body.finish(), 0.98).pieces(1).assert_climbs();
 }
 
 #[test]
@@ -443,7 +443,7 @@ fn a_sheet_folded_back_onto_itself() {
             let across = DVec3::Y * 5.0;
             let (east, west) = (body.line(profile[2], profile[2] + across), body.line(across, DVec3::ZERO));
             body.face(surface, vec![vec![south.along(), east, north.against(), west]], false);
-            Ladder::sheet(body.finish(), 100.0).pieces(1).named((angle, crease, knot)).climb();
+            Ladder::sheet(body.finish(), 100.0).pieces(1).named((angle, crease, knot)).assert_climbs();
         }
     }
 }
@@ -477,7 +477,7 @@ fn a_sheet_bent_back_onto_itself() {
                     .chord(0.1 * gap)
                     .pieces(1)
                     .named((gap, weight, as_spline))
-                    .climb();
+                    .assert_climbs();
             }
         }
     }
@@ -545,7 +545,7 @@ fn speeds_differ_by_decades_across_knots_and_across_the_seam() {
         body.flat(level(height), vec![vec![head.along()]]);
         body.face(Surface::Plane { frame: Frame3::WORLD }, vec![vec![foot.along()]], true);
         let base = PI * radius * radius;
-        Ladder::solid(body.finish(), base * height, 2.0 * base + TAU * radius * height).named(turns).climb();
+        Ladder::solid(body.finish(), base * height, 2.0 * base + TAU * radius * height).named(turns).assert_climbs();
     }
 }
 
@@ -564,5 +564,5 @@ fn wavy_outlines_far_apart_do_not_count_as_near() {
     body.face(Surface::Cylinder { frame: Frame3::WORLD, radius: RADIUS }, loops, false);
     // The cylinder unrolls without stretching.
     let area = PI * (2.0 * 2.0 - 0.7 * 0.7) * (1.0 + 0.5 * 0.1 * 0.1);
-    Ladder::sheet(body.finish(), area).climb();
+    Ladder::sheet(body.finish(), area).assert_climbs();
 }

@@ -22,7 +22,7 @@ fn a_crescent_between_equal_circles() {
             let inner = body.arc(&shifted, RADIUS, PI - turn, PI + turn);
             let round = if forward { [outer.along(), inner.against()] } else { [inner.along(), outer.against()] };
             body.flat(Frame3::WORLD, vec![round.to_vec()]);
-            Ladder::sheet(body.finish(), 2.0 * RADIUS * offset).named((offset, forward)).climb();
+            Ladder::sheet(body.finish(), 2.0 * RADIUS * offset).named((offset, forward)).assert_climbs();
         }
     }
 }
@@ -33,7 +33,7 @@ fn a_ring_between_concentric_circles() {
         let mut body = Body::sheet();
         let [outer, inner] = [RADIUS, RADIUS - gap].map(|radius| body.circle(&level(0.0), radius));
         body.flat(Frame3::WORLD, vec![vec![outer.along()], vec![inner.against()]]);
-        Ladder::sheet(body.finish(), TAU * RADIUS * gap).named(gap).climb();
+        Ladder::sheet(body.finish(), TAU * RADIUS * gap).named(gap).assert_climbs();
     }
 }
 
@@ -49,7 +49,7 @@ fn a_coin_with_a_side_of_splines() {
         body.face(Surface::Plane { frame: level(0.0) }, vec![vec![low.against()]], true);
         body.face(Surface::Plane { frame: level(height) }, vec![vec![high.along()]], false);
         let (volume, area) = (PI * RADIUS * RADIUS * height, TAU * RADIUS * (height + RADIUS));
-        Ladder::solid(body.finish(), volume, area).named(height).climb();
+        Ladder::solid(body.finish(), volume, area).named(height).assert_climbs();
     }
 }
 
@@ -93,5 +93,5 @@ fn a_star_of_many_spikes() {
     let mut body = Body::sheet();
     let around = body.polygon(&corners);
     body.flat(Frame3::WORLD, vec![around]);
-    Ladder::sheet(body.finish(), f64::from(spikes) * inner * outer * turn.sin()).climb();
+    Ladder::sheet(body.finish(), f64::from(spikes) * inner * outer * turn.sin()).assert_climbs();
 }

@@ -126,11 +126,11 @@ impl Text {
     }
 
     /// Checks a solid of these faces at every tolerance.
-    fn climb(self, faces: &[Id], volume: f64, area: f64) {
+    fn assert_climbs(self, faces: &[Id], volume: f64, area: f64) {
         let model = self.model(faces, true);
         let bad: Vec<_> = model.diagnostics.iter().filter(|d| d.severity > Severity::Note).collect();
         assert!(bad.is_empty(), "{bad:?}");
-        Ladder::solid(model.parts[0].clone(), volume, area).climb();
+        Ladder::solid(model.parts[0].clone(), volume, area).assert_climbs();
     }
 }
 
@@ -157,7 +157,7 @@ fn a_turned_line_ends_at_its_apex() {
             vec![text.bound(&[(ring, true)]), text.add(&format!("FACE_BOUND('',#{point},.T.)"))]
         };
         let faces = [text.turned(profile, &bounds), text.lid(&[(ring, false)], 0.0, false)];
-        text.climb(&faces, TAU, 9.0 * PI);
+        text.assert_climbs(&faces, TAU, 9.0 * PI);
     }
 }
 
@@ -172,7 +172,7 @@ fn two_turned_lines_on_one_ring() {
         let bound = text.bound(&[(ring, up), (line, true), (line, false)]);
         text.turned(profile, &[bound])
     });
-    text.climb(&faces, 2.0 * TAU, 10.0 * PI);
+    text.assert_climbs(&faces, 2.0 * TAU, 10.0 * PI);
 }
 
 #[test]
@@ -196,7 +196,7 @@ fn a_turned_line_in_two_halves() {
         let bound = text.bound(&[(arcs[k], true), (lines[1 - k], true), (lines[k], false)]);
         faces.push(text.turned(profile, &[bound]));
     }
-    text.climb(&faces, TAU, 9.0 * PI);
+    text.assert_climbs(&faces, TAU, 9.0 * PI);
 }
 
 #[test]
@@ -218,7 +218,7 @@ fn half_of_a_round_turned_about_its_own_axis() {
                 text.bound(&[(ring, true)])
             };
             let faces = [text.turned(profile, &[bound]), text.lid(&[(ring, false)], 0.0, false)];
-            text.climb(&faces, volume, area + 4.0 * PI);
+            text.assert_climbs(&faces, volume, area + 4.0 * PI);
         }
     }
 }
@@ -239,17 +239,17 @@ fn spindle(x: f64) -> (Text, [Id; 1]) {
 #[test]
 fn a_whole_circle_about_its_diameter_is_one_sphere() {
     let (text, faces) = spindle(0.0);
-    text.climb(&faces, 32.0 * FRAC_PI_3, 16.0 * PI);
+    text.assert_climbs(&faces, 32.0 * FRAC_PI_3, 16.0 * PI);
 }
 
 #[test]
 fn a_circle_across_the_axis_is_the_sheet_on_which_its_seam_lies() {
     let root = 3.0f64.sqrt();
     let (text, faces) = spindle(-1.0);
-    text.climb(&faces, PI * (6.0 * root - 8.0 * FRAC_PI_3), TAU * (4.0 * root - 4.0 * FRAC_PI_3));
+    text.assert_climbs(&faces, PI * (6.0 * root - 8.0 * FRAC_PI_3), TAU * (4.0 * root - 4.0 * FRAC_PI_3));
     // The apple: swept by the greater part of the circle.
     let (text, faces) = spindle(1.0);
-    text.climb(&faces, PI * (6.0 * root + 16.0 * FRAC_PI_3), TAU * (4.0 * root + 8.0 * FRAC_PI_3));
+    text.assert_climbs(&faces, PI * (6.0 * root + 16.0 * FRAC_PI_3), TAU * (4.0 * root + 8.0 * FRAC_PI_3));
 }
 
 /// A quarter of a bent rod of radius 2 that is thicker than the radius of its bend: the side, on a surface that
@@ -280,7 +280,7 @@ fn bent_rod(bend: f64, surface: impl FnOnce(&mut Text) -> Id) {
     // Points of the side at `bend + 2 cos t` from the axis. Those beyond it count negative for the volume.
     let beyond = (-0.5 * bend).acos();
     let side = 2.0 * (2.0 * bend * beyond + 4.0 * beyond.sin() - PI * bend) * 2.0;
-    text.climb(&faces, FRAC_PI_2 * bend * 4.0 * PI, FRAC_PI_2 * side + 8.0 * PI);
+    text.assert_climbs(&faces, FRAC_PI_2 * bend * 4.0 * PI, FRAC_PI_2 * side + 8.0 * PI);
 }
 
 #[test]
@@ -324,7 +324,7 @@ fn a_window_from_one_side_of_the_axis_to_the_other_is_on_both() {
         let swept = |v: f64| 2.0 * (bend * v + 2.0 * v.sin());
         let inner = swept(beyond) - swept(TAU - beyond);
         let outer = swept(beyond) - swept(low) + swept(high) - swept(TAU - beyond);
-        Ladder::sheet(part, FRAC_PI_2 * (inner + outer)).named(bend).climb();
+        Ladder::sheet(part, FRAC_PI_2 * (inner + outer)).named(bend).assert_climbs();
     }
 }
 
@@ -352,7 +352,7 @@ fn the_normal_of_an_open_turned_circle_is_that_of_its_start() {
         let face = &model.parts[0].faces[0];
         assert!(matches!(face.surface, Surface::Sphere { radius, .. } if (radius - 2.0).abs() < 1e-12), "{face:?}");
         assert_eq!(face.reversed, inwards);
-        Ladder::sheet(model.parts[0].clone(), 8.0 * PI).climb();
+        Ladder::sheet(model.parts[0].clone(), 8.0 * PI).assert_climbs();
     }
 }
 
@@ -370,7 +370,7 @@ fn a_turned_hyperbola_between_two_rings() {
     ];
     let (s, root) = (1.0f64.sinh(), 5.0f64.sqrt());
     let side = 2.0 * TAU * (0.5 * s * (5.0 * s * s + 4.0).sqrt() + 2.0 / root * (0.5 * root * s).asinh());
-    text.climb(&faces, 2.0 * TAU * (s + s.powi(3) / 3.0), side + TAU * radius * radius);
+    text.assert_climbs(&faces, 2.0 * TAU * (s + s.powi(3) / 3.0), side + TAU * radius * radius);
 }
 
 #[test]
@@ -387,7 +387,7 @@ fn a_turned_parabola_ends_at_its_tip() {
         let bound =
             if seam { text.bound(&[(ring, false), (side, false), (side, true)]) } else { text.bound(&[(ring, false)]) };
         let faces = [text.turned(profile, &[bound]), text.lid(&[(ring, true)], 1.0, true)];
-        text.climb(&faces, TAU, FRAC_PI_3 * (8.0f64.powf(1.5) - 8.0) + 4.0 * PI);
+        text.assert_climbs(&faces, TAU, FRAC_PI_3 * (8.0f64.powf(1.5) - 8.0) + 4.0 * PI);
     }
 }
 
@@ -414,5 +414,5 @@ fn an_offset_of_a_turned_hyperbola_between_two_rings() {
     ];
     let side = integral(|t| TAU * at(t)[0] * slope(t)[0].hypot(slope(t)[1]), (-1.0, 1.0));
     let volume = integral(|t| PI * at(t)[0].powi(2) * slope(t)[1], (-1.0, 1.0));
-    text.climb(&faces, volume, side + TAU * radius * radius);
+    text.assert_climbs(&faces, volume, side + TAU * radius * radius);
 }
