@@ -266,3 +266,23 @@ impl Rim {
         Self { edges, thin }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_of_two_faces_with_topology_in_an_open_shell_adjoin_in_opposite_directions() {
+        let of = |open: bool| {
+            let (shell, edge, count, face, untold, side, against) = (0, 0, 1, 0, !open, false, false);
+            let used = EdgeInUse { shell, edge, count, face, untold, side, against };
+            Candidate { used, tolerance: 0.1, open }
+        };
+        for same_direction in [false, true] {
+            assert_eq!(of(true).may_adjoin(&of(true), same_direction), !same_direction);
+            for [one, other] in [[true, false], [false, true], [false, false]] {
+                assert!(of(one).may_adjoin(&of(other), same_direction));
+            }
+        }
+    }
+}
