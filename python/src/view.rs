@@ -80,7 +80,7 @@ impl View {
     ///     picture is one around it, about the axis, with pixels of the same size.
     ///
     /// Raises:
-    ///     RangeError: No camera has this matrix, or a number is out of range.
+    ///     RangeError: The matrix is not that of a camera, or a number is out of range.
     #[staticmethod]
     #[pyo3(signature = (matrix, size, *, near=0.0, deviation_px=0.5, size_px=None, angle=30.0))]
     fn from_matrix(

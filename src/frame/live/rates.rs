@@ -30,8 +30,8 @@ pub struct PlannerOptions {
     /// Budget for the tiles of a frame, as predicted time of a single worker. Changes beyond it wait for the next
     /// frame. New tiles are always built, at a coarse level if the budget is spent. `None` disables it.
     pub budget: Option<Duration>,
-    /// Cull back-facing tiles of closed parts.
-    /// Only valid while no camera is inside a part and the near plane clips none.
+    /// Cull back-facing tiles of closed parts. Do not use it where a camera is inside a part, or the near plane cuts
+    /// one: there, back-facing tiles are in sight.
     pub cull_back_faces: bool,
 }
 

@@ -97,7 +97,7 @@ pub(super) fn is_bounded(surface: Entity<'_>) -> bool {
 /// Whether an item is known not to be a shape: placements, points, curves, wires, annotations, values. Unknown types
 /// may be shapes.
 pub(super) fn is_shapeless(item: Entity<'_>) -> bool {
-    /// Whether a word of a name tells that it is a shape, or that it is none.
+    /// What a word of a type's name says: that it is a shape (`true`) or not (`false`). `None`: nothing.
     fn told(word: &str) -> Option<bool> {
         match word {
             "SOLID" | "BREP" | "FACE" | "SURFACE" | "SHELL" | "VOLUME" | "BODY" => Some(true),

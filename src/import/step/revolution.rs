@@ -343,12 +343,12 @@ pub(super) fn sheet(curve: &NurbsCurve3, frame: &Frame3, on: &[DVec3]) -> NurbsC
 /// sphere from the centre and the way to a pole: whether the surface's normal leads away from the centre. Else the face
 /// is on the sheet of the profile's start.
 ///
-/// If the boundary is only points of the axis, and its sheets begin and end there and are no spheres, the face is on the
-/// first of them whose normal leads outwards if `same_sense`, else inwards: the inner or the outer sheet of a torus that
-/// meets its axis.
+/// If the boundary is only points of the axis, and its sheets begin and end there and are no spheres, the face is on
+/// the first of them whose normal leads outwards if `same_sense`, else inwards: the inner or the outer sheet of a torus
+/// that meets its axis.
 ///
-/// Keeps all sheets if there is none, if the boundary lies on several otherwise, or if there is no boundary. Those of a
-/// circle become a torus.
+/// Keeps all sheets if none leads that way, if the boundary lies on several sheets otherwise, or if there is no
+/// boundary. All sheets of a circle become a torus.
 ///
 /// A torus that touches its axis ends there, at both sides, unless an edge comes to that point (`meets`; `None` for a
 /// face without edges): such an edge may go on at the other side.

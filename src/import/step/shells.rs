@@ -426,8 +426,8 @@ impl<'a> Gather<'a> {
         true
     }
 
-    /// Number of faces that a shell lists, if all are taken; 0 for a shell that is taken. `None` for others, for what is
-    /// no shell, and after too many visits.
+    /// Number of faces that a shell lists, if all are taken; 0 for a shell that is taken. `None` for others, for what
+    /// is no shell, and after too many visits.
     fn faces_again(&mut self, shell: u64) -> Option<usize> {
         if self.taken.contains(&shell) {
             return Some(0);

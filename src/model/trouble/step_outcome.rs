@@ -47,7 +47,8 @@ pub enum StepOutcome {
         /// How many.
         count: usize,
     },
-    /// The file names other STEP files as documents, as assemblies do for components without a shape. They are not read.
+    /// The file names other STEP files as documents, as assemblies do for components without a shape. They are not
+    /// read.
     #[error("{count} other STEP files are referred to; they are not read: {}", names(.first, *.count))]
     ForeignFiles {
         /// How many.
