@@ -1,5 +1,7 @@
 //! A list of numbers in an order that only a search knows: it inserts and removes without moving many.
 
+use super::input::NONE;
+
 /// Most numbers of a run.
 const MOST: usize = 64;
 
@@ -11,7 +13,7 @@ pub(crate) struct Runs {
     /// The runs, by their place in the list: the key of the first number, and an index into `runs`.
     order: Vec<(f32, u32)>,
     runs: Vec<Run>,
-    /// By number, its run.
+    /// By number, its run, or [`NONE`] if it is not in the list.
     run_of: Vec<u32>,
     /// Where the last insertion was. The next one is often near.
     recent: Place,
@@ -76,10 +78,6 @@ impl Runs {
         self.recent = Place { run: 0, at: 0 };
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.run(0).count == 0
-    }
-
     fn run(&self, place: usize) -> &Run {
         &self.runs[self.order[place].1 as usize]
     }
@@ -122,7 +120,7 @@ impl Runs {
         Some(self.run(run).entries[at.checked_sub(1)?].1)
     }
 
-    /// Inserts the number after the largest so far, at a place of this list.
+    /// Inserts a number that the list does not have, at a place of this list.
     pub(crate) fn insert(&mut self, Place { mut run, mut at }: Place, number: u32, key: f32) {
         let mut index = self.order[run].1;
         if self.runs[index as usize].count == MOST {
@@ -136,23 +134,24 @@ impl Runs {
             }
         }
         self.runs[index as usize].insert(at, (key, number));
-        self.run_of.push(index);
+        if self.run_of.len() <= number as usize {
+            self.run_of.resize(number as usize + 1, NONE);
+        }
+        self.run_of[number as usize] = index;
         if at == 0 {
             self.order[run].0 = key;
         }
         self.recent = Place { run, at };
     }
 
-    /// Removes a number. Returns whether the list had it.
-    pub(crate) fn remove(&mut self, number: u32) -> bool {
-        let index = self.run_of[number as usize];
-        let run = &mut self.runs[index as usize];
-        let Some(at) = run.entries().iter().position(|&(_, other)| other == number) else { return false };
-        run.remove(at);
+    /// Removes a number, if the list has it.
+    pub(crate) fn remove(&mut self, number: u32) {
+        let Some(index) = self.run_of.get_mut(number as usize).map(|run| std::mem::replace(run, NONE)) else { return };
+        let Some(run) = self.runs.get_mut(index as usize) else { return };
+        run.entries.iter().position(|&(_, other)| other == number).into_iter().for_each(|at| run.remove(at));
         if run.count == 0 && self.order.len() > 1 {
             self.order.retain(|&(_, other)| other != index);
         }
-        true
     }
 }
 
@@ -179,12 +178,12 @@ mod tests {
         };
         assert_eq!((runs.order.len() > 5000 / MOST, numbers(&runs)), (true, list.clone()));
         for number in (0..5000).map(|k| k * 2741 % 5000) {
-            assert!(!runs.is_empty());
-            assert_eq!([runs.remove(number), runs.remove(number)], [true, false]);
+            // The second time, the list does not have it.
+            [number, number, 5000].into_iter().for_each(|number| runs.remove(number));
             list.retain(|&other| other != number);
             let place = runs.after(key(number) as f32, |other| key(other) < key(number));
             assert_eq!(runs.before(place), list.iter().copied().rfind(|&other| key(other) < key(number)));
         }
-        assert_eq!((runs.is_empty(), runs.order.len()), (true, 1));
+        assert_eq!((numbers(&runs), runs.order.len()), (vec![], 1));
     }
 }

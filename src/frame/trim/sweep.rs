@@ -9,8 +9,8 @@
 //!
 //! Diagonals and triangles are cut off chains, so the boundary of all triangles is the loops, whatever the input: that
 //! all are positive is the only thing to prove, and it is checked. Simple loops, with holes and islands to any depth,
-//! always pass. Cost: sorting, and for each vertex that starts or splits an interval, a search in the list of
-//! intervals.
+//! always pass. Cost: sorting, and searches in the list of intervals: one for each vertex that splits an interval, and
+//! one for each interval that is there when another is split.
 
 use super::flip::{BORDER, Mesh};
 use super::input::NONE;
@@ -33,8 +33,10 @@ pub(crate) struct Sweep {
     is_tall: bool,
     links: Vec<Link>,
     intervals: Vec<Interval>,
-    /// The intervals that the line cuts, from below.
+    /// The intervals that the line cuts, from below, without those that wait.
     cut: Runs,
+    /// Intervals that began since the last split: only a split has to know what is below it.
+    waiting: Vec<u32>,
     nodes: Vec<Node>,
     mesh: Mesh,
 }
@@ -54,7 +56,7 @@ struct Interval {
     line: [DVec2; 2],
     /// Where the segment above starts, which runs to the left.
     above: u32,
-    /// The ends of the chain: nodes of the left ends of both segments.
+    /// The ends of the chain: nodes of the left ends of both segments. `low` is [`NONE`] once the interval has ended.
     low: u32,
     high: u32,
     /// The node of the last vertex that the line met in this interval.
@@ -87,9 +89,6 @@ impl Sweep {
         self.load(points, ids, starts);
         for v in 0..self.links.len() as u32 {
             self.meet(v)?;
-        }
-        if !self.cut.is_empty() {
-            return Err(NotSimple);
         }
         self.mesh.flip(&self.points);
         self.mesh.rename(|v| ids[self.order[v as usize] as u32 as usize]);
@@ -126,6 +125,7 @@ impl Sweep {
         }
         self.intervals.clear();
         self.cut.clear();
+        self.waiting.clear();
         self.nodes.clear();
         self.mesh.clear();
     }
@@ -179,9 +179,7 @@ impl Sweep {
             }
             (true, true) => {
                 let (over, under) = (self.bounded_by(from)?, self.bounded_by(v)?);
-                if !self.cut.remove(over) {
-                    return Err(NotSimple);
-                }
+                self.cut.remove(over);
                 if over == under {
                     self.finish(over, v)?;
                 } else {
@@ -190,11 +188,10 @@ impl Sweep {
             }
             (false, false) => {
                 let turn = self.turn([from, v, to]);
-                let place = self.place_of(v);
                 if turn > 0.0 {
-                    self.start(v, [from, to], place);
+                    self.start(v, [from, to]);
                 } else if turn < 0.0 {
-                    self.split(v, [from, to], place)?;
+                    self.split(v, [from, to])?;
                 } else {
                     return Err(NotSimple);
                 }
@@ -215,34 +212,57 @@ impl Sweep {
         orient2d(a, b, c)
     }
 
-    /// The coordinate of a vertex along the line, rounded.
-    fn across(&self, v: u32) -> f32 {
-        let point = self.points[v as usize];
+    /// The coordinate of a point along the line, rounded.
+    fn across(&self, point: DVec2) -> f32 {
         (if self.is_tall { -point.x } else { point.y }) as f32
     }
 
     /// The place after the intervals that begin below vertex `v`.
     fn place_of(&self, v: u32) -> Place {
         let point = self.points[v as usize];
-        self.cut.after(self.across(v), |interval| {
+        self.cut.after(self.across(point), |interval| {
             let [from, to] = self.intervals[interval as usize].line;
             orient2d(from, to, point) > 0.0
         })
     }
 
+    /// Lists the intervals that wait, except those that have ended.
+    fn list_waiting(&mut self) {
+        while let Some(new) = self.waiting.pop() {
+            let Interval { line: [start, end], low, .. } = self.intervals[new as usize];
+            if low == NONE {
+                continue;
+            }
+            // Both segments reach from the later of their starts to the line.
+            let start_of = |low: u32| self.nodes[low as usize].vertex;
+            let place = self.cut.after(self.across(start), |other| {
+                let Interval { line: [from, to], low: other, .. } = self.intervals[other as usize];
+                if start_of(other) < start_of(low) {
+                    orient2d(from, to, start) > 0.0
+                } else {
+                    orient2d(start, end, from) < 0.0
+                }
+            });
+            self.cut.insert(place, new, self.across(start));
+        }
+    }
+
     /// Begins an interval at a vertex that points to the left, out of the region.
-    fn start(&mut self, v: u32, [from, to]: [u32; 2], place: Place) {
+    fn start(&mut self, v: u32, [from, to]: [u32; 2]) {
         let node = self.add_node(v);
         let line = [v, to].map(|v| self.points[v as usize]);
         let interval = self.intervals.len() as u32;
         self.intervals.push(Interval { line, above: from, low: node, high: node, last: node });
         self.links[v as usize].interval = interval;
         self.links[from as usize].interval = interval;
-        self.cut.insert(place, interval, self.across(v));
+        self.waiting.push(interval);
     }
 
-    /// Splits the interval before a place. Its chain is split at its last vertex, from which a diagonal leads to `v`.
-    fn split(&mut self, v: u32, [from, to]: [u32; 2], place: Place) -> Result<(), NotSimple> {
+    /// Splits the interval at a vertex that points to the left, into it. Its chain is split at its last vertex, from
+    /// which a diagonal leads to `v`.
+    fn split(&mut self, v: u32, [from, to]: [u32; 2]) -> Result<(), NotSimple> {
+        self.list_waiting();
+        let place = self.place_of(v);
         let (lower, upper) = (self.cut.before(place).ok_or(NotSimple)?, self.intervals.len() as u32);
         let Interval { above, high, last, .. } = self.intervals[lower as usize];
         let Node { vertex, upper: onward, edge, .. } = self.nodes[last as usize];
@@ -257,7 +277,7 @@ impl Sweep {
         self.links[from as usize].interval = lower;
         self.links[above as usize].interval = upper;
         self.links[v as usize].interval = upper;
-        self.cut.insert(place, upper, self.across(v));
+        self.cut.insert(place, upper, self.across(line[0]));
         let diagonal = self.mesh.add_edge();
         self.extend_high(lower, v, diagonal);
         self.extend_low(upper, v, diagonal);
@@ -275,12 +295,14 @@ impl Sweep {
         let interval = &mut self.intervals[under as usize];
         (interval.above, interval.high, interval.last) = (above, high, joint);
         self.links[above as usize].interval = under;
+        self.intervals[over as usize].low = NONE;
     }
 
     /// Cuts off all triangles that are left in an interval that ends at `v`.
     fn finish(&mut self, interval: u32, v: u32) -> Result<(), NotSimple> {
         let low = self.intervals[interval as usize].low;
         let (last, _) = self.cut_low(low, v, BORDER);
+        self.intervals[interval as usize].low = NONE;
         if self.nodes[last as usize].upper == NONE { Ok(()) } else { Err(NotSimple) }
     }
 
@@ -437,6 +459,32 @@ mod tests {
             let turned: Vec<_> = comb.iter().map(|p| p.perp()).collect();
             let triangles = count as usize + 1;
             assert_eq!([comb, turned].map(|comb| sweep(&comb, &[0]).ok()), [Some(triangles); 2]);
+        }
+    }
+
+    #[test]
+    fn intervals_wait_for_a_split() {
+        // Two strips, each with a hole. The line of the steep one, which starts last, is below the other's start.
+        let strip = |from: DVec2, slope: f64| {
+            [(0.0, 0.0), (20.0, 0.0), (20.0, 1.0), (0.0, 1.0)].map(|(x, y)| from + DVec2::new(x, y + slope * x))
+        };
+        let hole = |from: DVec2, slope: f64| {
+            [0.8, 0.2, 0.5].map(|y| {
+                let x = if y == 0.5 { 8.0 } else { 9.0 };
+                from + DVec2::new(x, y + slope * x)
+            })
+        };
+        for strips in [[(1.0, 5.0, 0.1), (7.0, 7.0, 1.0)], [(1.0, -5.0, -0.1), (7.0, -7.0, -1.0)]] {
+            let mut points = Vec::new();
+            for (x, y, slope) in strips {
+                points.extend(strip(DVec2::new(x, y), slope));
+            }
+            let mut starts = vec![0, 4];
+            for (x, y, slope) in strips {
+                starts.push(points.len() as u32);
+                points.extend(hole(DVec2::new(x, y), slope));
+            }
+            assert_eq!(sweep(&points, &starts).ok(), Some(2 * 7));
         }
     }
 
