@@ -24,8 +24,10 @@ use std::cmp::Ordering;
 #[derive(Default)]
 pub(crate) struct Sweep {
     /// By rank, which is the order in which the line meets the vertices: the vertex in its low half, and its coordinate
-    /// along the way of the line in the other, in steps of the box's length / 2^32.
+    /// along the way of the line in the other, in [`STEPS`] of the box's length.
     order: Vec<u64>,
+    /// For [`sort_by_steps`].
+    spare: Vec<u64>,
     /// By vertex, its rank. All else counts vertices by rank.
     rank: Vec<u32>,
     points: Vec<DVec2>,
@@ -40,6 +42,15 @@ pub(crate) struct Sweep {
     nodes: Vec<Node>,
     mesh: Mesh,
 }
+
+/// Bits of each half of a step.
+const DIGIT: u32 = 11;
+
+/// Steps along the way of the line.
+const STEPS: u32 = 1 << (2 * DIGIT);
+
+/// Fewer keys than this are sorted by comparisons.
+const FEW_KEYS: usize = 600;
 
 /// A vertex's neighbours in its loop, and the interval bounded by the segment that starts from it.
 #[derive(Clone, Copy)]
@@ -66,6 +77,7 @@ struct Interval {
 /// A vertex of a chain.
 #[derive(Clone, Copy)]
 struct Node {
+    point: DVec2,
     vertex: u32,
     lower: u32,
     upper: u32,
@@ -143,13 +155,13 @@ impl Sweep {
         let tall = size.y > size.x;
         self.is_tall = tall;
         let along = |p: DVec2| if tall { p.y } else { p.x };
-        let steps = f64::from(u32::MAX) / along(size);
+        let steps = f64::from(STEPS - 1) / along(size);
         self.order.clear();
         for (start, end) in loops {
             let key = |v: u32| u64::from(((along(point(v)) - along(low)) * steps) as u32) << 32 | u64::from(v);
             self.order.extend((start..end).map(key));
         }
-        self.order.sort_unstable();
+        sort_by_steps(&mut self.order, &mut self.spare);
         // Those of one step.
         let exact = |key: u64| {
             let p = point(key as u32);
@@ -187,7 +199,8 @@ impl Sweep {
                 }
             }
             (false, false) => {
-                let turn = self.turn([from, v, to]);
+                let [before, at, after] = [from, v, to].map(|v| self.points[v as usize]);
+                let turn = orient2d(before, at, after);
                 if turn > 0.0 {
                     self.start(v, [from, to]);
                 } else if turn < 0.0 {
@@ -204,12 +217,6 @@ impl Sweep {
     fn bounded_by(&self, v: u32) -> Result<u32, NotSimple> {
         let interval = self.links[v as usize].interval;
         if interval == NONE { Err(NotSimple) } else { Ok(interval) }
-    }
-
-    #[inline(always)]
-    fn turn(&self, corners: [u32; 3]) -> f64 {
-        let [a, b, c] = corners.map(|v| self.points[v as usize]);
-        orient2d(a, b, c)
     }
 
     /// The coordinate of a point along the line, rounded.
@@ -249,8 +256,8 @@ impl Sweep {
 
     /// Begins an interval at a vertex that points to the left, out of the region.
     fn start(&mut self, v: u32, [from, to]: [u32; 2]) {
-        let node = self.add_node(v);
         let line = [v, to].map(|v| self.points[v as usize]);
+        let node = self.add_node(Node { point: line[0], vertex: v, lower: NONE, upper: NONE, edge: BORDER });
         let interval = self.intervals.len() as u32;
         self.intervals.push(Interval { line, above: from, low: node, high: node, last: node });
         self.links[v as usize].interval = interval;
@@ -265,8 +272,9 @@ impl Sweep {
         let place = self.place_of(v);
         let (lower, upper) = (self.cut.before(place).ok_or(NotSimple)?, self.intervals.len() as u32);
         let Interval { above, high, last, .. } = self.intervals[lower as usize];
-        let Node { vertex, upper: onward, edge, .. } = self.nodes[last as usize];
-        let twin = self.add_node(vertex);
+        let of_upper = Node { lower: NONE, ..self.nodes[last as usize] };
+        let Node { upper: onward, edge, .. } = of_upper;
+        let twin = self.add_node(of_upper);
         self.nodes[last as usize].upper = NONE;
         self.link(twin, onward, edge);
         let line = [v, to].map(|v| self.points[v as usize]);
@@ -301,7 +309,7 @@ impl Sweep {
     /// Cuts off all triangles that are left in an interval that ends at `v`.
     fn finish(&mut self, interval: u32, v: u32) -> Result<(), NotSimple> {
         let low = self.intervals[interval as usize].low;
-        let (last, _) = self.cut_low(low, v, BORDER);
+        let (last, _) = self.cut_low(low, (v, self.points[v as usize]), BORDER);
         self.intervals[interval as usize].low = NONE;
         if self.nodes[last as usize].upper == NONE { Ok(()) } else { Err(NotSimple) }
     }
@@ -309,9 +317,10 @@ impl Sweep {
     /// Appends `v` below a chain, after it has cut off what triangles it can. `edge` leads from the lowest node to `v`.
     #[inline(always)]
     fn extend_low(&mut self, interval: u32, v: u32, edge: u32) {
-        let (low, edge) = self.cut_low(self.intervals[interval as usize].low, v, edge);
-        let node = self.add_node(v);
-        self.link(node, low, edge);
+        let point = self.points[v as usize];
+        let (low, edge) = self.cut_low(self.intervals[interval as usize].low, (v, point), edge);
+        let node = self.add_node(Node { point, vertex: v, lower: NONE, upper: low, edge });
+        self.nodes[low as usize].lower = node;
         let interval = &mut self.intervals[interval as usize];
         (interval.low, interval.last) = (node, node);
     }
@@ -319,45 +328,41 @@ impl Sweep {
     /// Cuts off the triangles between `v` and a chain from its lowest node on. Returns the lowest node that is left and
     /// its edge to `v`.
     #[inline(always)]
-    fn cut_low(&mut self, mut low: u32, v: u32, mut edge: u32) -> (u32, u32) {
-        loop {
-            let Node { vertex: b, upper, edge: side, .. } = self.nodes[low as usize];
-            if upper == NONE {
-                return (low, edge);
+    fn cut_low(&mut self, mut low: u32, (v, point): (u32, DVec2), mut edge: u32) -> (u32, u32) {
+        let mut b = self.nodes[low as usize];
+        while b.upper != NONE {
+            let a = self.nodes[b.upper as usize];
+            if orient2d(a.point, b.point, point) <= 0.0 {
+                break;
             }
-            let a = self.nodes[upper as usize].vertex;
-            if self.turn([a, b, v]) <= 0.0 {
-                return (low, edge);
-            }
-            edge = self.mesh.add([a, b, v], [side, edge]);
-            low = upper;
+            edge = self.mesh.add([a.vertex, b.vertex, v], [b.edge, edge]);
+            (low, b) = (b.upper, a);
         }
+        (low, edge)
     }
 
     /// Appends `v` above a chain, as [`Self::extend_low`] does below.
     #[inline(always)]
     fn extend_high(&mut self, interval: u32, v: u32, mut edge: u32) {
+        let point = self.points[v as usize];
         let mut high = self.intervals[interval as usize].high;
-        loop {
-            let Node { vertex: b, lower, .. } = self.nodes[high as usize];
-            if lower == NONE {
+        let mut b = self.nodes[high as usize];
+        while b.lower != NONE {
+            let a = self.nodes[b.lower as usize];
+            if orient2d(point, b.point, a.point) <= 0.0 {
                 break;
             }
-            let Node { vertex: a, edge: side, .. } = self.nodes[lower as usize];
-            if self.turn([v, b, a]) <= 0.0 {
-                break;
-            }
-            edge = self.mesh.add([v, b, a], [edge, side]);
-            high = lower;
+            edge = self.mesh.add([v, b.vertex, a.vertex], [edge, a.edge]);
+            (high, b) = (b.lower, a);
         }
-        let node = self.add_node(v);
-        self.link(high, node, edge);
+        let node = self.add_node(Node { point, vertex: v, lower: high, upper: NONE, edge: BORDER });
+        (self.nodes[high as usize].upper, self.nodes[high as usize].edge) = (node, edge);
         let interval = &mut self.intervals[interval as usize];
         (interval.high, interval.last) = (node, node);
     }
 
-    fn add_node(&mut self, vertex: u32) -> u32 {
-        self.nodes.push(Node { vertex, lower: NONE, upper: NONE, edge: BORDER });
+    fn add_node(&mut self, node: Node) -> u32 {
+        self.nodes.push(node);
         self.nodes.len() as u32 - 1
     }
 
@@ -371,12 +376,37 @@ impl Sweep {
     }
 }
 
+/// Sorts keys by their upper half, which is a step, and then by their lower half, in which they ascend.
+fn sort_by_steps(keys: &mut Vec<u64>, spare: &mut Vec<u64>) {
+    if keys.len() < FEW_KEYS {
+        keys.sort_unstable();
+        return;
+    }
+    spare.resize(keys.len(), 0);
+    for shift in [32, 32 + DIGIT] {
+        let digit = |key: u64| (key >> shift) as usize % (1 << DIGIT);
+        let mut places = [0; 1 << DIGIT];
+        keys.iter().for_each(|&key| places[digit(key)] += 1);
+        let mut sum = 0;
+        for place in &mut places {
+            sum += std::mem::replace(place, sum);
+        }
+        for &key in &*keys {
+            let place = &mut places[digit(key)];
+            spare[*place] = key;
+            *place += 1;
+        }
+        std::mem::swap(keys, spare);
+    }
+}
+
 #[cfg(test)]
 pub(crate) use tests::{prove, rounds};
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::random::SplitMix;
     use std::f64::consts::TAU;
 
     /// Wavy loops around centres, each with a number of corners and a radius; clockwise where the number is negative.
@@ -459,6 +489,19 @@ mod tests {
             let turned: Vec<_> = comb.iter().map(|p| p.perp()).collect();
             let triangles = count as usize + 1;
             assert_eq!([comb, turned].map(|comb| sweep(&comb, &[0]).ok()), [Some(triangles); 2]);
+        }
+    }
+
+    #[test]
+    fn keys_are_sorted_by_digits_as_by_comparisons() {
+        let mut draw = SplitMix(3);
+        for steps in [1, 100, STEPS] {
+            let step = |_| u64::from((draw.unit() * f64::from(steps)) as u32);
+            let keys: Vec<u64> = (0..3 * FEW_KEYS).map(step).zip(0..).map(|(step, v)| step << 32 | v).collect();
+            let (mut by_digits, mut by_comparisons) = (keys.clone(), keys);
+            sort_by_steps(&mut by_digits, &mut vec![0; 10]);
+            by_comparisons.sort_unstable();
+            assert_eq!(by_digits, by_comparisons);
         }
     }
 
