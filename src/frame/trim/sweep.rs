@@ -10,7 +10,7 @@
 //! Diagonals and triangles are cut off chains, so the boundary of all triangles is the loops, whatever the input: that
 //! all are positive is the only thing to prove, and it is checked. Simple loops, with holes and islands to any depth,
 //! always pass. Cost: sorting, and searches in the list of intervals: one for each vertex that splits an interval, and
-//! one for each interval that is there when another is split.
+//! one for each interval that begins and is there when another is split.
 
 use super::flip::{BORDER, Mesh};
 use super::input::NONE;
@@ -35,10 +35,12 @@ pub(crate) struct Sweep {
     is_tall: bool,
     links: Vec<Link>,
     intervals: Vec<Interval>,
-    /// The intervals that the line cuts, from below, without those that wait.
+    /// The intervals that the line cut at the last split, from below: only a split has to know what is below it.
     cut: Runs,
-    /// Intervals that began since the last split: only a split has to know what is below it.
-    waiting: Vec<u32>,
+    /// Intervals that began since then.
+    began: Vec<u32>,
+    /// Intervals that ended since then.
+    ended: Vec<u32>,
     nodes: Vec<Node>,
     mesh: Mesh,
 }
@@ -137,7 +139,8 @@ impl Sweep {
         }
         self.intervals.clear();
         self.cut.clear();
-        self.waiting.clear();
+        self.began.clear();
+        self.ended.clear();
         self.nodes.clear();
         self.mesh.clear();
     }
@@ -191,7 +194,7 @@ impl Sweep {
             }
             (true, true) => {
                 let (over, under) = (self.bounded_by(from)?, self.bounded_by(v)?);
-                self.cut.remove(over);
+                self.ended.push(over);
                 if over == under {
                     self.finish(over, v)?;
                 } else {
@@ -233,9 +236,12 @@ impl Sweep {
         })
     }
 
-    /// Lists the intervals that wait, except those that have ended.
-    fn list_waiting(&mut self) {
-        while let Some(new) = self.waiting.pop() {
+    /// Makes `cut` the intervals that the line cuts now.
+    fn update_cut(&mut self) {
+        while let Some(old) = self.ended.pop() {
+            self.cut.remove(old);
+        }
+        while let Some(new) = self.began.pop() {
             let Interval { line: [start, end], low, .. } = self.intervals[new as usize];
             if low == NONE {
                 continue;
@@ -262,13 +268,13 @@ impl Sweep {
         self.intervals.push(Interval { line, above: from, low: node, high: node, last: node });
         self.links[v as usize].interval = interval;
         self.links[from as usize].interval = interval;
-        self.waiting.push(interval);
+        self.began.push(interval);
     }
 
     /// Splits the interval at a vertex that points to the left, into it. Its chain is split at its last vertex, from
     /// which a diagonal leads to `v`.
     fn split(&mut self, v: u32, [from, to]: [u32; 2]) -> Result<(), NotSimple> {
-        self.list_waiting();
+        self.update_cut();
         let place = self.place_of(v);
         let (lower, upper) = (self.cut.before(place).ok_or(NotSimple)?, self.intervals.len() as u32);
         let Interval { above, high, last, .. } = self.intervals[lower as usize];
@@ -506,7 +512,7 @@ mod tests {
     }
 
     #[test]
-    fn intervals_wait_for_a_split() {
+    fn a_split_after_intervals_that_began_apart() {
         // Two strips, each with a hole. The line of the steep one, which starts last, is below the other's start.
         let strip = |from: DVec2, slope: f64| {
             [(0.0, 0.0), (20.0, 0.0), (20.0, 1.0), (0.0, 1.0)].map(|(x, y)| from + DVec2::new(x, y + slope * x))
