@@ -140,6 +140,21 @@ fn comb(count: u32) -> Tile {
     Tile::new((1, 1)).with(points)
 }
 
+/// A comb whose teeth end in no order.
+fn mirrored_comb(count: u32) -> Tile {
+    let mut tile = comb(count);
+    tile.points.reverse();
+    tile.points.iter_mut().for_each(|p| p.x = 1.0 - p.x);
+    tile
+}
+
+/// One cell with a comb as a hole: each tooth splits an interval of the sweep line.
+fn comb_hole(count: u32) -> Tile {
+    let mut points = comb(count).points;
+    points.reverse();
+    Tile::new((1, 1)).with_border(1.0).with(points)
+}
+
 fn bench(c: &mut Criterion) {
     let mut run = |group: &str, id: BenchmarkId, tile: &Tile| {
         let (mut scratch, mut out) = (TrimScratch::default(), TrimOutput::default());
@@ -167,6 +182,8 @@ fn bench(c: &mut Criterion) {
     }
     for count in [1_000, 10_000, 100_000] {
         run("one_cell", BenchmarkId::new("comb", count), &comb(count));
+        run("one_cell", BenchmarkId::new("mirrored_comb", count), &mirrored_comb(count));
+        run("one_cell", BenchmarkId::new("comb_hole", count), &comb_hole(count));
     }
     run("cylinder", BenchmarkId::new("plate", 16), &plate((40, 1), 4));
     let tile = pierced(1.0);
