@@ -4,7 +4,7 @@ use super::lattice::{DensityMet, LatticeRequest, Lattices, is_exact, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
 use super::output::{EdgePolyline, LINES_OF_TILE, Made, PartPlan, Plan, TileLattice, cells};
 use super::rows::{BLOCK, PlanRows};
-use super::tessellants::{Tessellants, bare, bare_within};
+use super::tessellants::{NarrowestCells, Tessellants, bare, bare_within};
 use crate::control::{Call, Control, Jobs, Rayon, drop_later, map, width};
 use crate::frame::tolerance::{BoxTolerances, PartTolerance, Tolerance};
 use crate::math::keyed::Buckets;
@@ -439,7 +439,7 @@ impl Round {
         for stretch in stretches {
             let (asked, tiles) = (&self.wanted.asked[stretch.0], lattices(stretch.0));
             let edges = &self.wanted.parts[stretch.0].edges;
-            let mut strictest = None;
+            let (mut strictest, mut cells) = (None, NarrowestCells::of(tiles));
             planned.plan(stretch, &self.spent, |row| {
                 let edge = &edges[row];
                 // Most edges are one segment at the tolerance where their block is nearest, too.
@@ -448,7 +448,7 @@ impl Round {
                     strictest = asked.strictest(block.flat_map(|edge| edge.bounds.places()));
                 }
                 let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
-                let bare = bare.or_else(|| bare_within(edge, tiles, strictest.as_ref()?, self.density));
+                let bare = bare.or_else(|| bare_within(edge, &mut cells, strictest.as_ref()?, self.density));
                 let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
                     asked.over(edge.bounds.places(), &mut need);
                     tessellants.polyline(edge, tiles, &need, self.density)

@@ -171,6 +171,8 @@ pub(crate) struct ImageSpan {
     pub(crate) steps: u32,
     /// Index of the rates of its first strip.
     pub(crate) rate: u32,
+    /// The largest of its [`EdgeImage::rates`], in u and in v.
+    pub(crate) fastest: [f32; 2],
     /// See [`EdgeImage::ways`].
     pub(crate) ways: [f32; 2],
 }
@@ -209,7 +211,7 @@ impl EdgeImages {
 
     /// The image of the edge's use `k`.
     pub(crate) fn image(&self, k: usize) -> EdgeImage<'_> {
-        let ImageSpan { ends, strip, place, steps, rate, ways } = self.spans[k];
+        let ImageSpan { ends, strip, place, steps, rate, ways, .. } = self.spans[k];
         let (places_end, rates_end) = match self.spans.get(k + 1) {
             Some(next) => (next.place as usize, next.rate as usize),
             None => (self.places.len(), self.rates.len()),

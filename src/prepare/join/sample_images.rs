@@ -44,14 +44,16 @@ impl EdgeImages {
                 out.places.extend((1..=STEPS).map(|i| place(a + step * i as f64)));
             }
             let steps = thin(&mut out.places, at);
-            let (rate, mut ways) = (out.rates.len() as u32, [0.0; 2]);
+            let (rate, mut ways, mut fastest) = (out.rates.len() as u32, [0.0; 2], [0.0_f32; 2]);
             for (k, (a, b)) in (0..).zip(&strips) {
                 let crossings =
                     longest_step(&out.places[at + k * steps..=at + (k + 1) * steps]).map(|x| x * steps as f32);
-                out.rates.push(crossings.map(|x| rounded_down(f64::from(x) / (b - a))));
+                let rates = crossings.map(|x| rounded_down(f64::from(x) / (b - a)));
+                fastest = [0, 1].map(|axis| if rates[axis] <= fastest[axis] { fastest[axis] } else { rates[axis] });
+                out.rates.push(rates);
                 ways = [ways[0] + crossings[0], ways[1] + crossings[1]];
             }
-            out.spans.push(ImageSpan { ends, strip, place: at as u32, steps: steps as u32, rate, ways });
+            out.spans.push(ImageSpan { ends, strip, place: at as u32, steps: steps as u32, rate, fastest, ways });
         }
         out.places.shrink_to_fit();
         out.rates.shrink_to_fit();
