@@ -44,8 +44,8 @@ impl Density<'_> {
     fn strips(&self, a: f64, b: f64) -> impl Iterator<Item = (f64, f64)> {
         let last = self.rates.len() - 1;
         self.between(a, b).map(move |k| {
-            let from = if k == 0 { a } else { self.breaks[k].max(a) };
-            let to = if k == last { b } else { self.breaks[k + 1].min(b) };
+            let from = if k == 0 { a } else { larger(self.breaks[k], a) };
+            let to = if k == last { b } else { smaller(self.breaks[k + 1], b) };
             (self.rates[k], to - from)
         })
     }
@@ -218,35 +218,30 @@ impl<'a> Strides<'a> {
 
     fn over_borders(&mut self, end: f64) -> f64 {
         let x = self.x;
-        // A step below the spacing of floats goes to the next float: every stride advances.
-        let reach = |rate: f64, step: f64| {
-            let to = x + step;
-            if to > x {
-                to
-            } else if rate > 0.0 {
-                x.next_up()
-            } else {
-                f64::INFINITY
-            }
-        };
+        let reach = |rate: f64, step: f64| if x + step > x { x + step } else { beyond(x, rate) };
         let Density { breaks, rates } = *self.density;
         // All strips but the last have a border where they end.
-        let borders = &breaks[1..rates.len()];
+        let last = rates.len() - 1;
+        let mut strip = self.at;
         if self.border <= x {
-            let passed = borders[self.at..].iter().take_while(|&&border| border <= x).count();
-            self.enter(self.at + passed);
+            while strip < last && breaks[strip + 1] <= x {
+                strip += 1;
+            }
+            self.enter(strip);
         }
-        let (mut most, mut strip) = (rates[self.at] * self.scale, self.at);
-        let mut to = reach(most, self.step);
-        for (&border, rate) in borders[self.at..].iter().zip(&rates[self.at + 1..]) {
-            if to <= border || border >= end {
+        let mut most = rates[strip];
+        let mut to = reach(most * self.scale, self.step);
+        while strip < last {
+            let border = breaks[strip + 1];
+            if border >= smaller(to, end) {
                 break;
             }
             strip += 1;
-            let rate = rate * self.scale;
             // Most strips are not the densest so far, and leave the reach as it is.
-            if rate > most {
-                (most, to) = (rate, reach(rate, rate.recip()));
+            if rates[strip] > most {
+                most = rates[strip];
+                let rate = most * self.scale;
+                to = reach(rate, rate.recip());
                 // The strip is too dense to enter from here: the gap ends at the border.
                 if to <= border {
                     self.enter(strip);
@@ -254,12 +249,19 @@ impl<'a> Strides<'a> {
                 }
             }
         }
-        if to < end {
+        if to < end && strip != self.at {
             // Most of the next gaps end in the strip where this one ends.
             self.enter(strip);
         }
         smaller(to, end)
     }
+}
+
+/// Where a step from `x` ends that is below the spacing of floats: at the next float, so that every stride advances.
+#[cold]
+#[inline(never)]
+fn beyond(x: f64, rate: f64) -> f64 {
+    if rate > 0.0 { x.next_up() } else { f64::INFINITY }
 }
 
 /// Appends `n` even gaps, fewer where floats are not that fine.
