@@ -2,7 +2,7 @@
 //!
 //! Measured at the middles of the triangle's sides, which tell all about a surface of second degree.
 
-use crate::frame::vertices::evaluate::evaluate_three;
+use crate::frame::vertices::evaluate::{evaluate_three, three_positions};
 use crate::math::boxes::around;
 use crate::mesh::TileMesh;
 use crate::prepare::internals::{PreparedFace, newton_step};
@@ -10,6 +10,9 @@ use glam::{DVec2, DVec3};
 
 /// Share of a height by which the distance may exceed it unnoticed.
 const SLIGHT: f64 = 0.01;
+/// Share of the chord within which the middles of a triangle's sides prove that no point of it exceeds the chord: the
+/// largest value of a quadratic on a triangle is at most 4/3 of that at the middles. The rest is for rounding.
+const CLEAR: f64 = 0.74;
 /// Triangles where the tolerance is strictest are closer to the surface than this, in its terms, even if they fold.
 const MOST_OFF: f64 = 8.0;
 
@@ -93,6 +96,23 @@ impl FaceSurface<'_> {
         (MOST_OFF * self.chord..=self.loosest).contains(&off)
     }
 
+    /// Whether the [deviation](Self::deviation) of a triangle exceeds the chord.
+    pub(crate) fn exceeds(&self, mesh: &TileMesh, corners: [u32; 3]) -> bool {
+        !self.is_clearly_near(mesh, corners) && self.deviation(mesh, corners) > self.chord
+    }
+
+    /// Fast test that a triangle certainly is within the chord: its sides' middles are so near the surface's points at
+    /// the same parameters that normals do not matter.
+    fn is_clearly_near(&self, mesh: &TileMesh, [a, b, c]: [u32; 3]) -> bool {
+        let sides = [(a, b), (b, c), (c, a)];
+        let Some(on) = three_positions(&self.face.patches, sides.map(|(a, b)| self.middle(a, b))) else { return false };
+        let near = CLEAR * self.chord;
+        sides.into_iter().zip(on).all(|((a, b), on)| {
+            let below = mesh.positions[a as usize].midpoint(mesh.positions[b as usize]);
+            on.distance_squared(below) <= near * near
+        })
+    }
+
     /// Largest distance of the triangle from the surface.
     pub(crate) fn deviation(&self, mesh: &TileMesh, corners: [u32; 3]) -> f64 {
         most_of_quadratic(self.lifts(mesh, corners))
@@ -120,6 +140,7 @@ mod tests {
     use super::*;
     use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
+    use crate::sequence::random::SplitMix;
 
     /// Sides that run along the inside of a torus lie so far below it that the tube turns away beneath them.
     #[test]
@@ -150,6 +171,38 @@ mod tests {
         // A tolerance that is large enough even so needs no more than the height.
         let surface = FaceSurface { face, uvs: &mut uvs, chord: 2.0 * most, loosest: 2.0 * most };
         assert!(surface.lifts(&mesh, [0, 1, 2])[0].abs() < 0.99 * most);
+    }
+
+    #[test]
+    fn positions_alone_tell_most_triangles_that_are_near() {
+        let (mut draw, mut near, mut far) = (SplitMix(3), 0, 0);
+        for name in ["torus", "wave"] {
+            let prepared = prepare(shapes::by_name(name).expect("a shape"), &PrepareOptions::DEFAULT);
+            let prepared = prepared.expect("within the limits");
+            let face = prepared.parts[0].face_of(&prepared.parts[0].tiles[0]);
+            let patches = &face.patches;
+            let ends = [&patches.breaks_u, &patches.breaks_v].map(|breaks| [breaks[0], breaks[1]]);
+            for _ in 0..2000 {
+                let size = draw.range(0.01, 1.0);
+                let mut at = |[from, to]: [f64; 2]| draw.range(from, from + size * (to - from));
+                let mut uvs: Vec<DVec2> = (0..3).map(|_| DVec2::new(at(ends[0]), at(ends[1]))).collect();
+                let three = [uvs[0], uvs[1], uvs[2]];
+                let on = evaluate_three(patches, three);
+                assert_eq!(three_positions(patches, three), Some(on.map(|(position, _)| position)));
+                let (positions, normals) = on.map(|(position, n)| (position, n.as_vec3())).into_iter().unzip();
+                let mesh = TileMesh { positions, normals, ..TileMesh::default() };
+                let mut surface = FaceSurface { face, uvs: &mut uvs, chord: f64::INFINITY, loosest: f64::INFINITY };
+                let most = surface.deviation(&mesh, [0, 1, 2]);
+                for share in [0.5, 0.9, 1.1, 2.0] {
+                    surface.chord = share * most;
+                    let exceeds = surface.deviation(&mesh, [0, 1, 2]) > surface.chord;
+                    assert_eq!(surface.exceeds(&mesh, [0, 1, 2]), exceeds, "{name} {three:?}");
+                    near += usize::from(surface.is_clearly_near(&mesh, [0, 1, 2]));
+                    far += usize::from(exceeds);
+                }
+            }
+        }
+        assert!(near > 1000 && far > 1000, "{near} {far}");
     }
 
     #[test]

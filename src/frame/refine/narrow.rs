@@ -7,7 +7,7 @@
 
 use super::lift::FaceSurface;
 use super::web::{Change, TriangleShape, Web};
-use crate::math::lanes::{larger, smaller};
+use crate::math::lanes::{larger, smaller, widest};
 use crate::mesh::{Origin, TileMesh};
 use glam::DVec2;
 
@@ -25,17 +25,22 @@ const CHANGES: usize = 16;
 /// one deviates too far, also a few nanoseconds for every triangle of the tile.
 pub(crate) fn narrow(mesh: &mut TileMesh, count: usize, surface: &mut FaceSurface<'_>, cells: &[DVec2]) {
     let is_wider = |corners: [u32; 3]| {
-        let [a, b, c] = corners.map(|v| cells[v as usize]);
-        let width = |a: f64, b: f64, c: f64| larger(larger(a, b), c) - smaller(smaller(a, b), c);
-        (width(a.x, b.x, c.x) > 1.0 + HAIR) | (width(a.y, b.y, c.y) > 1.0 + HAIR)
+        let [a, b, c] = corners.map(|v| cells[v as usize].to_array());
+        let [x, y] = [0, 1].map(|k| larger(larger(a[k], b[k]), c[k]) - smaller(smaller(a[k], b[k]), c[k]));
+        (x > 1.0 + HAIR) | (y > 1.0 + HAIR)
     };
-    let far = |corners: [u32; 3]| surface.deviation(mesh, corners) > surface.chord;
-    let mut wide = Vec::new();
-    for (k, &t) in mesh.triangles.iter().take(count).enumerate() {
-        if is_wider(t) && far(t) {
-            wide.push(k);
-        }
-    }
+    let (triangles, mut wide) = (&mesh.triangles[..count], Vec::new());
+    widest(
+        #[inline(always)]
+        || {
+            for (k, &corners) in triangles.iter().enumerate() {
+                if is_wider(corners) {
+                    wide.push(k);
+                }
+            }
+        },
+    );
+    wide.retain(|&k| surface.exceeds(mesh, mesh.triangles[k]));
     if wide.is_empty() {
         return;
     }

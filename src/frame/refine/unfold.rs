@@ -186,7 +186,10 @@ impl Web<'_> {
 
     /// Whether the triangles are less folded than the original ones, and deviate no further than these or the chord.
     fn improves(&self, stated: &[[u32; 3]], near: &Near<'_>) -> bool {
-        let changed = || stated.iter().zip(&self.mesh.triangles).filter(|(old, new)| old != new);
+        let pairs = stated.iter().zip(&self.mesh.triangles);
+        // Few of a tile's triangles change.
+        let all: Vec<_> = pairs.filter(|(old, new)| old != new).collect();
+        let changed = || all.iter().copied();
         is_less(self.wrong(changed().map(|(_, new)| *new)), self.wrong(changed().map(|(old, _)| *old)))
             && self.is_as_near(changed(), near)
             && self.covers(changed(), near.chord)

@@ -117,7 +117,7 @@ impl<'a> Web<'a> {
     /// Cost: two passes over the triangles.
     pub(crate) fn new(mesh: &'a mut TileMesh) -> Self {
         let poles = Poles::of(mesh);
-        let corners = (0..).zip(&mesh.triangles).flat_map(|(t, corners)| corners.map(|v| (poles.one(v), t)));
+        let corners = (0..).zip(mesh.triangles.as_flattened()).map(|(k, &v)| (poles.one(v), k / 3));
         let around = Buckets::of(mesh.positions.len(), corners);
         Self { mesh, around, changed: HashMap::default(), poles }
     }

@@ -141,13 +141,17 @@ pub(crate) fn evaluate_three(patches: &BezierPatches, at: [DVec2; 3]) -> [(DVec3
         let normal = if points.is_regular(lane) { points.normal(lane) } else { DVec3::ZERO };
         (points.position(lane), normal)
     };
-    let together = |place: PatchPlace, at: [DVec2; 3]| in_fours(ThreePoints { patches, roles, place, at });
-    let place = PatchPlace::of(patches, roles, at[0]);
-    if place.contains(roles, at[1]) && place.contains(roles, at[2]) {
-        let points = together(place, at);
+    if let Some(three) = ThreePoints::of(patches, at) {
+        let points = in_fours(three);
         return [0, 1, 2].map(|lane| of(&points, lane));
     }
-    at.map(|p| of(&together(PatchPlace::of(patches, roles, p), [p; 3]), 0))
+    at.map(|p| of(&in_fours(ThreePoints { patches, roles, place: PatchPlace::of(patches, roles, p), at: [p; 3] }), 0))
+}
+
+/// As [`evaluate_three`], in less than half of the time, without normals. `None` if the points are in several patches.
+pub(crate) fn three_positions(patches: &BezierPatches, at: [DVec2; 3]) -> Option<[DVec3; 3]> {
+    let [x, y, z] = in_fours(ThreePositions(ThreePoints::of(patches, at)?));
+    Some([0, 1, 2].map(|lane| DVec3::new(x[lane], y[lane], z[lane])))
 }
 
 /// What [`evaluate_three`] does in one patch.
@@ -158,6 +162,16 @@ struct ThreePoints<'a> {
     at: [DVec2; 3],
 }
 
+impl<'a> ThreePoints<'a> {
+    /// `None` if they are in several patches.
+    #[inline(always)]
+    fn of(patches: &'a BezierPatches, at: [DVec2; 3]) -> Option<Self> {
+        let roles = Roles::of(patches);
+        let place = PatchPlace::of(patches, roles, at[0]);
+        (place.contains(roles, at[1]) && place.contains(roles, at[2])).then_some(Self { patches, roles, place, at })
+    }
+}
+
 impl Work for ThreePoints<'_> {
     type Output = Points<LANES>;
 
@@ -166,6 +180,18 @@ impl Work for ThreePoints<'_> {
         let Self { patches, roles, place, at } = self;
         let [[a, x], [b, y], [c, z]] = at.map(|p| roles.split(p));
         place.points(zero, patches, roles, [[a, b, c, c], [x, y, z, z]])
+    }
+}
+
+/// What [`three_positions`] does. The compiler leaves out what only normals need.
+struct ThreePositions<'a>(ThreePoints<'a>);
+
+impl Work for ThreePositions<'_> {
+    type Output = [[f64; LANES]; 3];
+
+    #[inline(always)]
+    fn run<F: Lanes<LANES>>(self, zero: F) -> [[f64; LANES]; 3] {
+        self.0.run(zero).position
     }
 }
 
