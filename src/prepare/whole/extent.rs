@@ -174,8 +174,18 @@ fn interior(
     // Most tiles have no sample outside the hull.
     let inside = LazyCell::new(|| region(tile.loops.iter().map(|l| polygon(part, l)).collect()));
     let mut out = Vec::new();
+    // The line of samples by its piece and parameter, and whether the hull holds all of it. Finding out costs as much
+    // as a point or two.
+    let (mut line, mut is_held) = ((usize::MAX, f64::NAN), false);
     for uv in region(Vec::new()).lattice(per_piece).1 {
-        if !reaching[face.patches.piece(uv.x, uv.y)] {
+        let piece = face.patches.piece(uv.x, uv.y);
+        if !reaching[piece] {
+            continue;
+        }
+        if line != (piece, uv.x) {
+            (line, is_held) = ((piece, uv.x), bounds.holds(face.patches.line_at(uv.x, piece)));
+        }
+        if is_held {
             continue;
         }
         let p = face.patches.point(uv.x, uv.y);
