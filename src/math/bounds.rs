@@ -104,33 +104,28 @@ fn polynomial_bounds(points_u: usize, points_v: usize, control: &[DVec4]) -> Net
 
 /// Bounds of `P / (A(u) B(v))`.
 fn separable_bounds(p: &Poly, a: &Poly, b: &Poly) -> NetBounds {
-    if p.nv == 1 {
-        return curve_bounds(p, a);
-    }
-    let (au, bv) = (a.by_u(), b.by_v());
-    let (a2, b2) = (sum(&[(1.0, a, a)]), sum(&[(1.0, b, b)]));
-    let qu = sum(&[(1.0, a, &p.by_u()), (-1.0, &au, p)]);
-    let qv = sum(&[(1.0, b, &p.by_v()), (-1.0, &bv, p)]);
-    let quu = sum(&[(1.0, a, &qu.by_u()), (-2.0, &au, &qu)]);
-    let quv = sum(&[(1.0, b, &qu.by_v()), (-1.0, &bv, &qu)]);
-    let qvv = sum(&[(1.0, b, &qv.by_v()), (-2.0, &bv, &qv)]);
-    let times = |x: &Poly, y: &Poly| sum(&[(1.0, x, y)]);
-    NetBounds {
-        du: qu.over(|| times(&a2, b)),
-        dv: qv.over(|| times(a, &b2)),
-        duu: quu.over(|| times(&times(&a2, a), b)),
-        duv: quv.over(|| times(&a2, &b2)),
-        dvv: qvv.over(|| times(a, &times(&b2, b))),
-    }
-}
-
-/// Bounds of `P / A(u)`, a curve.
-fn curve_bounds(p: &Poly, a: &Poly) -> NetBounds {
     let au = a.by_u();
     let a2 = sum(&[(1.0, a, a)]);
+    let a3 = sum(&[(1.0, &a2, a)]);
     let qu = sum(&[(1.0, a, &p.by_u()), (-1.0, &au, p)]);
     let quu = sum(&[(1.0, a, &qu.by_u()), (-2.0, &au, &qu)]);
-    NetBounds { du: qu.over(|| a2.clone()), duu: quu.over(|| sum(&[(1.0, &a2, a)])), ..NetBounds::default() }
+    if p.nv == 1 {
+        // A curve.
+        return NetBounds { du: qu.over(&a2, b), duu: quu.over(&a3, b), ..NetBounds::default() };
+    }
+    let bv = b.by_v();
+    let b2 = sum(&[(1.0, b, b)]);
+    let b3 = sum(&[(1.0, &b2, b)]);
+    let qv = sum(&[(1.0, b, &p.by_v()), (-1.0, &bv, p)]);
+    let quv = sum(&[(1.0, b, &qu.by_v()), (-1.0, &bv, &qu)]);
+    let qvv = sum(&[(1.0, b, &qv.by_v()), (-2.0, &bv, &qv)]);
+    NetBounds {
+        du: qu.over(&a2, b),
+        dv: qv.over(a, &b2),
+        duu: quu.over(&a3, b),
+        duv: quv.over(&a2, &b2),
+        dvv: qvv.over(a, &b3),
+    }
 }
 
 /// Bounds of `P / W`.
@@ -143,7 +138,7 @@ fn general_bounds(p: &Poly, w: &Poly) -> NetBounds {
     let quu = sum(&[(1.0, w, &qu.by_u()), (-2.0, &wu, &qu)]);
     let quv = sum(&[(1.0, w, &qu.by_v()), (-2.0, &wv, &qu)]);
     let qvv = sum(&[(1.0, w, &qv.by_v()), (-2.0, &wv, &qv)]);
-    // As `over` raises them, once for all. Neither direction is constant: the weights would be a product.
+    // As `over` raises the product, once for all. Neither direction is constant: the weights would be a product.
     let [w2, w3] = [w2, w3].map(|w| {
         let (nu, nv) = (w.nu + 1, w.nv + 1);
         w.raised(nu, nv)
@@ -273,19 +268,27 @@ impl Poly {
         );
     }
 
-    /// The largest ratio of a coefficient's length to the same coefficient of `below`, both raised to the same degrees;
-    /// 0 if there are none: curves have no derivatives by v.
-    fn over(self, below: impl FnOnce() -> Self) -> f64 {
+    /// The largest ratio of a coefficient's length to the same coefficient of `A(u) B(v)`, both raised to the same
+    /// degrees; 0 if there are none: curves have no derivatives by v.
+    fn over(self, a: &Self, b: &Self) -> f64 {
         if self.c.is_empty() {
             return 0.0;
         }
-        let below = below();
         // Coefficients approach values as the degree rises: one more degree halves the overestimate of low degrees.
-        let more = usize::from(below.c.len() > 1);
+        let more = usize::from(a.nu * b.nv > 1);
         // What is constant stays the same.
         let raised = |n: usize| if n > 1 { n + more } else { n };
-        let (nu, nv) = (raised(self.nu.max(below.nu)), raised(self.nv.max(below.nv)));
-        self.ratio(&below.raised(nu, nv))
+        let (nu, nv) = (raised(self.nu.max(a.nu)), raised(self.nv.max(b.nv)));
+        // Of a product of two functions of one variable each, so are the coefficients.
+        let (top, a, b) = (self.raised(nu, nv), a.clone().raised(nu, 1), b.clone().raised(1, nv));
+        let mut most = 0.0_f64;
+        for (row, a) in top.c.chunks_exact(3 * nv).zip(&a.c) {
+            for (n, b) in row.chunks_exact(3).zip(&b.c) {
+                let w = a * b;
+                most = larger((n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / (w * w), most);
+            }
+        }
+        most.sqrt()
     }
 
     /// The largest ratio of a coefficient's length to the same coefficient of `below`, which has at least as many; 0 if
