@@ -261,26 +261,22 @@ impl WrittenTile {
         let VertexLayout { uv: with_uv, tangent: with_tangent, origin: with_origin, .. } = self.layout;
         let uv = |k: usize| mesh.uvs.get(k).copied().unwrap_or_default();
         let words = |uv: Vec2| uv.to_array().map(f32::to_bits);
-        let to = (bytes.as_chunks_mut().0, mesh, position, normal);
-        // Loops of their own for what most layouts have: asking for each vertex takes as long as writing it.
+        let to = bytes.as_chunks_mut().0;
+        // A loop for each of the usual layouts: to ask for each vertex takes as long as to write it.
         match (with_tangent || with_origin, with_uv) {
-            (false, false) => put_vertices(to, |_| [], |_, _| ()),
-            (false, true) => put_vertices(to, |k| words(uv(k)), |_, _| ()),
-            (true, _) => put_vertices(
-                to,
-                |_| [],
-                |k, rest| {
-                    if with_uv {
-                        put(rest, words(uv(k)));
-                    }
-                    if with_tangent {
-                        put(rest, tangent(uv(k)).to_array().map(f32::to_bits));
-                    }
-                    if with_origin {
-                        put(rest, mesh.origins.get(k).map_or([u32::MAX; 3], Origin::words));
-                    }
-                },
-            ),
+            (false, false) => put_vertices(to, mesh, position, normal, |_, _| ()),
+            (false, true) => put_vertices(to, mesh, position, normal, |k, rest| put(rest, words(uv(k)))),
+            (true, _) => put_vertices(to, mesh, position, normal, |k, rest| {
+                if with_uv {
+                    put(rest, words(uv(k)));
+                }
+                if with_tangent {
+                    put(rest, tangent(uv(k)).to_array().map(f32::to_bits));
+                }
+                if with_origin {
+                    put(rest, mesh.origins.get(k).map_or([u32::MAX; 3], Origin::words));
+                }
+            }),
         }
     }
 
@@ -300,23 +296,19 @@ impl WrittenTile {
     }
 }
 
-/// Writes the words of each vertex: position, normal, `others`, and what `more` writes after these.
+/// Writes the words of each vertex: position, normal, and what `others` writes after these.
 #[inline(always)]
-fn put_vertices<const N: usize, const M: usize, const K: usize>(
-    (mut rest, mesh, position, normal): (
-        &mut [[u8; 4]],
-        &TileMesh,
-        impl Fn(DVec3) -> [u32; N],
-        impl Fn(Vec3) -> [u32; M],
-    ),
-    others: impl Fn(usize) -> [u32; K],
-    more: impl Fn(usize, &mut &mut [[u8; 4]]),
+fn put_vertices<const N: usize, const M: usize>(
+    mut rest: &mut [[u8; 4]],
+    mesh: &TileMesh,
+    position: impl Fn(DVec3) -> [u32; N],
+    normal: impl Fn(Vec3) -> [u32; M],
+    others: impl Fn(usize, &mut &mut [[u8; 4]]),
 ) {
     for (k, (&at, &outwards)) in mesh.positions.iter().zip(&mesh.normals).enumerate() {
         put(&mut rest, position(at));
         put(&mut rest, normal(outwards));
-        put(&mut rest, others(k));
-        more(k, &mut rest);
+        others(k, &mut rest);
     }
 }
 

@@ -235,7 +235,9 @@ mod tests {
                 assert!(!written || Rounding::fits_moved(&frame.scene, by, &larger), "{extension} {k} {by}");
             }
         }
-        assert!(told[0] > 20 && told[1] > 100, "{told:?}");
+        // Each format is refused and written often enough.
+        let formats = Format::ALL.len();
+        assert!(told[0] > 5 * formats && told[1] > 25 * formats, "{told:?}");
     }
 
     #[test]

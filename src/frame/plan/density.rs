@@ -257,7 +257,7 @@ impl<'a> Strides<'a> {
     }
 }
 
-/// Where a step from `x` ends that is below the spacing of floats: at the next float, so that every stride advances.
+/// The end of a step that is shorter than the spacing of floats at `x`: the next float. So every stride advances.
 #[cold]
 #[inline(never)]
 fn beyond(x: f64, rate: f64) -> f64 {

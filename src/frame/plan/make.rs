@@ -110,13 +110,12 @@ pub fn plan_for_view_on(
     limits: &PlanLimits,
     control: &Control,
 ) -> Result<Plan, PlanError> {
-    let mut asked = seen_by(jobs, view, &prepared.scene);
-    asked.iter_mut().for_each(|asked| asked.unusable |= view.lens().is_none());
+    let asked = tolerances_in_view(jobs, view, &prepared.scene);
     plan_parts(Call::new(jobs, control), prepared.parts.clone(), asked, limits, 0).ok_or(PlanError::Cancelled)
 }
 
-/// The tolerance of each part for the error of its instances in the picture of a camera.
-fn seen_by(jobs: &dyn Jobs, view: &View, Scene { parts, instances, .. }: &Scene) -> Vec<PartTolerance> {
+/// The tolerance of each part, by the screen-space error of its instances.
+fn tolerances_in_view(jobs: &dyn Jobs, view: &View, Scene { parts, instances, .. }: &Scene) -> Vec<PartTolerance> {
     /// Parts and instances that a thread takes at a time, of about 100 ns each.
     const SHARE: usize = 32;
     let (view, lens) = (*view, view.lens());
@@ -142,7 +141,9 @@ fn seen_by(jobs: &dyn Jobs, view: &View, Scene { parts, instances, .. }: &Scene)
         }
     };
     let made = map(jobs, lists, move |list| list.into_iter().map(&of_part).collect::<Vec<_>>());
-    made.into_iter().flatten().collect()
+    let mut asked: Vec<PartTolerance> = made.into_iter().flatten().collect();
+    asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
+    asked
 }
 
 /// The coarsest plan of some parts within limits, in their order. `None` once cancelled.

@@ -10,8 +10,8 @@ use glam::{DVec2, DVec3};
 
 /// Share of a height by which the distance may exceed it unnoticed.
 const SLIGHT: f64 = 0.01;
-/// Share of the chord within which the middles of a triangle's sides prove that no point of it exceeds the chord: the
-/// largest value of a quadratic on a triangle is at most 4/3 of that at the middles. The rest is for rounding.
+/// Share of the chord. If the middles of a triangle's sides are within it, the whole triangle is within the chord: the
+/// largest value of a quadratic is at most 4/3 of that at the middles. 0.74 instead of 3/4 leaves room for rounding.
 const CLEAR: f64 = 0.74;
 /// Triangles where the tolerance is strictest are closer to the surface than this, in its terms, even if they fold.
 const MOST_OFF: f64 = 8.0;

@@ -146,9 +146,15 @@ impl Runs {
 
     /// Removes a number, if the list has it.
     pub(crate) fn remove(&mut self, number: u32) {
-        let Some(index) = self.run_of.get_mut(number as usize).map(|run| std::mem::replace(run, NONE)) else { return };
-        let Some(run) = self.runs.get_mut(index as usize) else { return };
-        run.entries.iter().position(|&(_, other)| other == number).into_iter().for_each(|at| run.remove(at));
+        let Some(run) = self.run_of.get_mut(number as usize) else { return };
+        let index = std::mem::replace(run, NONE);
+        if index == NONE {
+            return;
+        }
+        let run = &mut self.runs[index as usize];
+        if let Some(at) = run.entries().iter().position(|&(_, other)| other == number) {
+            run.remove(at);
+        }
         if run.count == 0 && self.order.len() > 1 {
             self.order.retain(|&(_, other)| other != index);
         }
@@ -178,8 +184,10 @@ mod tests {
         };
         assert_eq!((runs.order.len() > 5000 / MOST, numbers(&runs)), (true, list.clone()));
         for number in (0..5000).map(|k| k * 2741 % 5000) {
-            // The second time, the list does not have it.
-            [number, number, 5000].into_iter().for_each(|number| runs.remove(number));
+            runs.remove(number);
+            // What the list does not have any more, and what it never had.
+            runs.remove(number);
+            runs.remove(5000);
             list.retain(|&other| other != number);
             let place = runs.after(key(number) as f32, |other| key(other) < key(number));
             assert_eq!(runs.before(place), list.iter().copied().rfind(|&other| key(other) < key(number)));

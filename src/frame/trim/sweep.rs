@@ -9,8 +9,8 @@
 //!
 //! Diagonals and triangles are cut off chains, so the boundary of all triangles is the loops, whatever the input: that
 //! all are positive is the only thing to prove, and it is checked. Simple loops, with holes and islands to any depth,
-//! always pass. Cost: sorting, and searches in the list of intervals: one for each vertex that splits an interval, and
-//! one for each interval that begins and is there when another is split.
+//! always pass. Cost: a sort, and searches in the list of intervals. There is one search per split, and one per interval
+//! that has begun since the last split and is still open.
 
 use super::flip::{BORDER, Mesh};
 use super::input::NONE;
@@ -24,9 +24,9 @@ use std::cmp::Ordering;
 #[derive(Default)]
 pub(crate) struct Sweep {
     /// By rank, which is the order in which the line meets the vertices: the vertex in its low half, and its coordinate
-    /// along the way of the line in the other, in [`STEPS`] of the box's length.
+    /// along the way of the line in the other. The box is [`STEPS`] long.
     order: Vec<u64>,
-    /// For [`sort_by_steps`].
+    /// Work space of [`sort_by_steps`].
     spare: Vec<u64>,
     /// By vertex, its rank. All else counts vertices by rank.
     rank: Vec<u32>,
@@ -35,7 +35,7 @@ pub(crate) struct Sweep {
     is_tall: bool,
     links: Vec<Link>,
     intervals: Vec<Interval>,
-    /// The intervals that the line cut at the last split, from below: only a split has to know what is below it.
+    /// The intervals that were open at the last split, from below. Only a split needs their order.
     cut: Runs,
     /// Intervals that began since then.
     began: Vec<u32>,
@@ -45,13 +45,13 @@ pub(crate) struct Sweep {
     mesh: Mesh,
 }
 
-/// Bits of each half of a step.
+/// Bits of a digit. A step has two.
 const DIGIT: u32 = 11;
 
 /// Steps along the way of the line.
 const STEPS: u32 = 1 << (2 * DIGIT);
 
-/// Fewer keys than this are sorted by comparisons.
+/// Fewer keys than this are sorted by comparisons: all digits are counted, however few keys there are.
 const FEW_KEYS: usize = 600;
 
 /// A vertex's neighbours in its loop, and the interval bounded by the segment that starts from it.
@@ -227,7 +227,7 @@ impl Sweep {
         (if self.is_tall { -point.x } else { point.y }) as f32
     }
 
-    /// The place after the intervals that begin below vertex `v`.
+    /// The place after the intervals whose lower segment is below vertex `v`.
     fn place_of(&self, v: u32) -> Place {
         let point = self.points[v as usize];
         self.cut.after(self.across(point), |interval| {
@@ -242,21 +242,21 @@ impl Sweep {
             self.cut.remove(old);
         }
         while let Some(new) = self.began.pop() {
-            let Interval { line: [start, end], low, .. } = self.intervals[new as usize];
+            let Interval { line, low, .. } = self.intervals[new as usize];
             if low == NONE {
                 continue;
             }
-            // Both segments reach from the later of their starts to the line.
-            let start_of = |low: u32| self.nodes[low as usize].vertex;
-            let place = self.cut.after(self.across(start), |other| {
-                let Interval { line: [from, to], low: other, .. } = self.intervals[other as usize];
-                if start_of(other) < start_of(low) {
-                    orient2d(from, to, start) > 0.0
+            // At the later of their starts, both segments are there.
+            let first = self.nodes[low as usize].vertex;
+            let place = self.cut.after(self.across(line[0]), |other| {
+                let other = &self.intervals[other as usize];
+                if self.nodes[other.low as usize].vertex < first {
+                    side(other.line, line) > 0.0
                 } else {
-                    orient2d(start, end, from) < 0.0
+                    side(line, other.line) < 0.0
                 }
             });
-            self.cut.insert(place, new, self.across(start));
+            self.cut.insert(place, new, self.across(line[0]));
         }
     }
 
@@ -382,7 +382,13 @@ impl Sweep {
     }
 }
 
-/// Sorts keys by their upper half, which is a step, and then by their lower half, in which they ascend.
+/// On which side of a line another one starts: positive on the left. If it starts on the line, on which side it ends.
+fn side([from, to]: [DVec2; 2], [start, end]: [DVec2; 2]) -> f64 {
+    let turn = orient2d(from, to, start);
+    if turn == 0.0 { orient2d(from, to, end) } else { turn }
+}
+
+/// Sorts keys. Their lower halves ascend already.
 fn sort_by_steps(keys: &mut Vec<u64>, spare: &mut Vec<u64>) {
     if keys.len() < FEW_KEYS {
         keys.sort_unstable();
@@ -534,6 +540,37 @@ mod tests {
                 points.extend(hole(DVec2::new(x, y), slope));
             }
             assert_eq!(sweep(&points, &starts).ok(), Some(2 * 7));
+        }
+    }
+
+    #[test]
+    fn a_split_after_intervals_that_begin_where_others_do() {
+        // A region whose first corner is a corner of another one, or lies on its border; and a hole in the upper one.
+        let touching = [
+            [vec![(0, 0), (20, 2), (20, 8)], vec![(0, 0), (20, -8), (20, -2)], vec![(8, 2), (12, 3), (12, 2)]],
+            [vec![(0, 0), (5, 0), (20, 3), (20, 8)], vec![(5, 0), (20, -8), (20, -2)], vec![(10, 3), (13, 4), (13, 3)]],
+            [vec![(0, 0), (20, 0), (20, 8)], vec![(5, 0), (20, -8), (20, -2)], vec![(10, 2), (13, 3), (13, 2)]],
+        ];
+        for [upper, lower, hole] in touching {
+            for mirrored in [false, true] {
+                let place = |&(x, y): &(i32, i32)| DVec2::new(f64::from(x), f64::from(if mirrored { -y } else { y }));
+                let in_order = |corners: &[(i32, i32)]| -> Vec<DVec2> {
+                    let mut points: Vec<DVec2> = corners.iter().map(place).collect();
+                    if mirrored {
+                        points.reverse();
+                    }
+                    points
+                };
+                for loops in [[&upper, &lower, &hole], [&lower, &upper, &hole], [&hole, &lower, &upper]] {
+                    let (mut points, mut starts) = (Vec::new(), Vec::new());
+                    for corners in loops {
+                        starts.push(points.len() as u32);
+                        points.extend(in_order(corners));
+                    }
+                    let triangles = upper.len() + lower.len() + hole.len() - 2;
+                    assert_eq!(sweep(&points, &starts).ok(), Some(triangles), "{points:?}");
+                }
+            }
         }
     }
 

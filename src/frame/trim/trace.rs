@@ -73,10 +73,11 @@ pub(crate) struct Trace {
     pub(crate) kept: Bits,
     /// Cells that are not full cells even if nothing crosses their edges: with a loop inside or a replaced corner.
     pub(crate) special: Bits,
-    /// Kept corners replaced by a tessellant, whether there are any, and by which.
+    /// Kept corners replaced by a tessellant, and by which.
     snapped: Bits,
-    snaps: bool,
     replacement: Vec<u32>,
+    /// Whether there are any.
+    has_snapped: bool,
     /// Corners close to a tessellant or a crossing. Distances of tessellants are scaled down, so that they win.
     candidates: Vec<CornerCandidate>,
     /// Loops that stay inside one cell, with that cell.
@@ -135,7 +136,7 @@ impl Trace {
         ] {
             bits.reset(nu + 1, nv + 1);
         }
-        self.snaps = false;
+        self.has_snapped = false;
         let edges = nu * (nv + 1) + (nu + 1) * nv;
         if self.lists.len() < edges {
             self.lists.resize(edges, EdgeList::default());
@@ -439,7 +440,7 @@ impl Trace {
             if self.kept.get(i, j) {
                 self.replacement[last as usize] = candidate.tessellant;
                 self.snapped.set(i, j);
-                self.snaps = true;
+                self.has_snapped = true;
                 for (x, y) in [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)] {
                     self.special.set(x, y);
                 }
@@ -452,7 +453,7 @@ impl Trace {
     /// The vertex of a kept corner: the corner itself, or the tessellant that replaces it.
     #[inline(always)]
     pub(crate) fn corner(&self, tile: &TrimInput<'_>, i: usize, j: usize) -> (u32, DVec2) {
-        if self.snaps && self.snapped.get(i, j) {
+        if self.has_snapped && self.snapped.get(i, j) {
             let vertex = self.replacement[j * (self.nu + 1) + i];
             (vertex, tile.points[vertex as usize])
         } else {
