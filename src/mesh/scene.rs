@@ -246,7 +246,6 @@ impl SceneChanges<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::PartId;
     use crate::sequence::random::SplitMix;
     use glam::{DAffine3, DMat3, DVec3};
 
