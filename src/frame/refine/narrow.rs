@@ -21,8 +21,8 @@ const CHANGES: usize = 16;
 /// Changes triangles that are wider than a cell, among the first `count`, until none deviates by more than the
 /// surface's chord or nothing helps. `cells`: positions of the vertices in cells.
 ///
-/// Cost: a few nanoseconds for each of these triangles, and half a microsecond for each that is wider than a cell. If
-/// one deviates too far, also a few nanoseconds for every triangle of the tile.
+/// Cost: a few nanoseconds for each of these triangles, and up to half a microsecond for each that is wider than a
+/// cell. If one deviates too far, also a few nanoseconds for every triangle of the tile.
 pub(crate) fn narrow(mesh: &mut TileMesh, count: usize, surface: &mut FaceSurface<'_>, cells: &[DVec2]) {
     let is_wider = |corners: [u32; 3]| {
         let [a, b, c] = corners.map(|v| cells[v as usize].to_array());
