@@ -230,10 +230,10 @@ impl<'a> Strides<'a> {
             self.enter(strip);
         }
         let mut most = rates[strip];
-        let mut to = reach(most * self.scale, self.step);
+        let mut to = smaller(reach(most * self.scale, self.step), end);
         while strip < last {
             let border = breaks[strip + 1];
-            if border >= smaller(to, end) {
+            if border >= to {
                 break;
             }
             strip += 1;
@@ -241,7 +241,7 @@ impl<'a> Strides<'a> {
             if rates[strip] > most {
                 most = rates[strip];
                 let rate = most * self.scale;
-                to = reach(rate, rate.recip());
+                to = smaller(reach(rate, rate.recip()), end);
                 // The strip is too dense to enter from here: the gap ends at the border.
                 if to <= border {
                     self.enter(strip);
@@ -253,7 +253,7 @@ impl<'a> Strides<'a> {
             // Most of the next gaps end in the strip where this one ends.
             self.enter(strip);
         }
-        smaller(to, end)
+        to
     }
 }
 
