@@ -119,14 +119,13 @@ impl Cell {
     ) -> bool {
         let load = |&ring: &usize| {
             rings.reload(tile, trace, ring, polygon);
-            (polygon.ids.clone(), polygon.points.clone())
+            polygon.corners.clone()
         };
         let around: Vec<_> = self.rings.iter().map(load).collect();
         polygon.clear();
-        for (ids, points) in around {
+        for corners in around {
             polygon.begin_loop();
-            polygon.ids.extend(ids);
-            polygon.points.extend(points);
+            polygon.corners.extend(corners);
         }
         self.loops.iter().for_each(|&l| polygon.add_loop(tile, l));
         polygon.triangulate(out)
@@ -153,8 +152,8 @@ fn triangulate<'a>(
         }
         for &ring in &cell.rings {
             rings.reload(tile, trace, ring, polygon);
-            let ids = &polygon.ids;
-            ids.iter().enumerate().for_each(|(k, &v)| add([v, ids[(k + 1) % ids.len()]]));
+            let corners = &polygon.corners;
+            corners.iter().enumerate().for_each(|(k, v)| add([v.id, corners[(k + 1) % corners.len()].id]));
         }
     }
     let mut edges = sum.edges();

@@ -170,7 +170,7 @@ fn walk(
         visit(k);
         let crossing = push_chain(tile, trace, k, polygon);
         if chains == 0 {
-            first_chain = polygon.ids.len();
+            first_chain = polygon.corners.len();
         }
         chains += 1;
         k = next_chain(trace, crossing, |i, j| {
@@ -185,9 +185,9 @@ fn walk(
             return None;
         }
     }
-    let open = polygon.ids.len();
+    let open = polygon.corners.len();
     polygon.close();
-    let n = polygon.ids.len();
+    let n = polygon.corners.len();
     let facing = (chains == 1 && n == first_chain + corners) || (chains == 2 && corners == 0);
     polygon.zip = if n == open && first_chain < n && facing { first_chain } else { 0 };
     Some(corners)

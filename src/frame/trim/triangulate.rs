@@ -10,15 +10,23 @@ use crate::math::lanes::smaller;
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
+/// A vertex of a polygon.
+#[derive(Clone, Copy)]
+pub(crate) struct Corner {
+    pub(crate) id: u32,
+    point: DVec2,
+}
+
 /// A polygon under construction, and the buffers to triangulate it.
 #[derive(Default)]
 pub(crate) struct Polygon {
-    pub(crate) ids: Vec<u32>,
-    pub(crate) points: Vec<DVec2>,
+    pub(crate) corners: Vec<Corner>,
     /// The first `zip` vertices and the others are two chains that face each other; 0 if they are not.
     pub(crate) zip: usize,
     /// Where each loop starts.
     starts: Vec<u32>,
+    /// The points of the corners, for the sweep.
+    points: Vec<DVec2>,
     levels: Levels,
 }
 
@@ -26,37 +34,34 @@ pub(crate) struct Polygon {
 const NO_EAR: f64 = -1.0;
 impl Polygon {
     pub(crate) fn clear(&mut self) {
-        self.ids.clear();
-        self.points.clear();
+        self.corners.clear();
         self.starts.clear();
         self.zip = 0;
     }
 
     /// Begins another loop: a hole in the region so far, an island in a hole, or a region beside it.
     pub(crate) fn begin_loop(&mut self) {
-        self.starts.push(self.ids.len() as u32);
+        self.starts.push(self.corners.len() as u32);
         self.zip = 0;
     }
 
     /// Adds a loop of the tile's.
     pub(crate) fn add_loop(&mut self, tile: &TrimInput<'_>, index: u32) {
-        let ends = tile.ends(index);
+        let [start, end] = tile.ends(index);
         self.begin_loop();
-        self.ids.extend(ends[0]..ends[1]);
-        self.points.extend_from_slice(&tile.points[ends[0] as usize..ends[1] as usize]);
+        self.corners.extend((start..end).map(|id| Corner { id, point: tile.points[id as usize] }));
     }
 
     /// Appends a vertex; a repeated vertex is skipped, and a spike v, w, v becomes v. Neither changes the boundary as a
     /// chain.
     #[inline(always)]
     pub(crate) fn push(&mut self, id: u32, point: DVec2) {
-        let n = self.ids.len();
-        if n > 0 && self.ids[n - 1] == id {
+        let n = self.corners.len();
+        if n > 0 && self.corners[n - 1].id == id {
             return;
         }
-        if n > 1 && self.ids[n - 2] == id {
-            self.ids.pop();
-            self.points.pop();
+        if n > 1 && self.corners[n - 2].id == id {
+            self.corners.pop();
             return;
         }
         self.push_distinct(id, point);
@@ -65,33 +70,30 @@ impl Polygon {
     /// Appends a vertex known to differ from the last two.
     #[inline(always)]
     pub(crate) fn push_distinct(&mut self, id: u32, point: DVec2) {
-        self.ids.push(id);
-        self.points.push(point);
+        self.corners.push(Corner { id, point });
     }
 
     /// Removes repeated vertices and spikes across the closing edge. Clears a polygon of fewer than three vertices.
     #[inline(always)]
     pub(crate) fn close(&mut self) {
         loop {
-            let n = self.ids.len();
+            let n = self.corners.len();
             if n < 3 {
                 self.clear();
                 return;
             }
-            let drop_last = if self.ids[n - 1] == self.ids[0] {
+            let id = |k: usize| self.corners[k].id;
+            let drop_last = if id(n - 1) == id(0) {
                 1
-            } else if self.ids[n - 2] == self.ids[0] {
+            } else if id(n - 2) == id(0) {
                 2
-            } else if self.ids[n - 1] == self.ids[1] {
-                self.ids.remove(0);
-                self.points.remove(0);
+            } else if id(n - 1) == id(1) {
+                self.corners.remove(0);
                 1
             } else {
                 return;
             };
-            let n = self.ids.len();
-            self.ids.truncate(n - drop_last);
-            self.points.truncate(n - drop_last);
+            self.corners.truncate(self.corners.len() - drop_last);
         }
     }
 
@@ -99,85 +101,117 @@ impl Polygon {
     /// fails. A polygon without vertices has no triangles.
     #[inline]
     pub(crate) fn triangulate(&mut self, out: &mut Vec<[u32; 3]>) -> bool {
-        if self.zip > 0 && self.ids.len() > 4 {
+        if self.zip > 0 && self.corners.len() > 4 {
             let before = out.len();
             if self.zipper(out) {
                 return true;
             }
             out.truncate(before);
         }
-        let whole = [0];
-        let starts = if self.starts.is_empty() { &whole[..] } else { &self.starts };
-        triangulate_loops(&mut self.levels, (&self.points, starts), |v| self.ids[v as usize], out)
+        let Self { corners, starts, points, levels, .. } = self;
+        let corners = &corners[..];
+        let name = |v: u32| corners[v as usize].id;
+        triangulate_loops(
+            (corners.len(), starts.len()),
+            |v| corners[v].point,
+            name,
+            out,
+            |out| {
+                points.clear();
+                points.extend(corners.iter().map(|corner| corner.point));
+                let starts = if starts.is_empty() { &[0][..] } else { &starts[..] };
+                sweep(levels, (points, starts), name, out)
+            },
+        )
     }
 
     /// As [`triangulate`](Self::triangulate), for all loops of a tile.
     pub(crate) fn triangulate_tile(&mut self, tile: &TrimInput<'_>, out: &mut Vec<[u32; 3]>) -> bool {
         let starts = &tile.loop_starts[..tile.loop_starts.len() - 1];
-        triangulate_loops(&mut self.levels, (tile.points, starts), |v| v, out)
+        let points = tile.points;
+        triangulate_loops(
+            (points.len(), starts.len()),
+            |v| points[v],
+            |v| v,
+            out,
+            |out| sweep(&mut self.levels, (points, starts), |v| v, out),
+        )
     }
 
     /// Advances along both chains from the edge between them, cutting off a positive triangle at each step.
     #[inline(always)]
     fn zipper(&self, out: &mut Vec<[u32; 3]>) -> bool {
-        let n = self.ids.len();
-        let (p, ids) = (&self.points[..n], &self.ids[..n]);
+        let corners = &self.corners[..];
+        let n = corners.len();
+        let p = |k: usize| corners[k].point;
         let (mut i, mut j) = (self.zip - 1, self.zip);
-        let (mut a, mut b) = (p[i], p[j]);
+        let (mut a, mut b) = (p(i), p(j));
         loop {
             let (left, right) = (i > 0, j + 1 < n);
             if !left && !right {
                 return true;
             }
-            let left_turn = if left { orient2d(p[i - 1], a, b) } else { NO_EAR };
-            let right_turn = if right { orient2d(a, b, p[j + 1]) } else { NO_EAR };
+            let left_turn = if left { orient2d(p(i - 1), a, b) } else { NO_EAR };
+            let right_turn = if right { orient2d(a, b, p(j + 1)) } else { NO_EAR };
             let advance_left = if left_turn > 0.0 && right_turn > 0.0 {
-                in_circle(p[i - 1], a, b, p[j + 1]) <= 0.0
+                in_circle(p(i - 1), a, b, p(j + 1)) <= 0.0
             } else if left_turn > 0.0 || right_turn > 0.0 {
                 left_turn > 0.0
             } else {
                 return false;
             };
             if advance_left {
-                out.push([ids[i - 1], ids[i], ids[j]]);
+                out.push([i - 1, i, j].map(|k| corners[k].id));
                 i -= 1;
-                a = p[i];
+                a = p(i);
             } else {
-                out.push([ids[i], ids[j], ids[j + 1]]);
+                out.push([i, j, j + 1].map(|k| corners[k].id));
                 j += 1;
-                b = p[j];
+                b = p(j);
             }
         }
     }
 }
 
-/// Triangulates the region of loops of points that start at `starts`, with these names for their points.
+/// Triangulates the region of so many points in so many loops, at these places and with these names. `rest`: for more
+/// than one loop of four points.
 #[inline(always)]
 fn triangulate_loops(
-    levels: &mut Levels,
-    (points, starts): (&[DVec2], &[u32]),
+    (points, loops): (usize, usize),
+    at: impl Fn(usize) -> DVec2,
     name: impl Fn(u32) -> u32,
     out: &mut Vec<[u32; 3]>,
+    rest: impl FnOnce(&mut Vec<[u32; 3]>) -> bool,
 ) -> bool {
-    match (points, starts.len()) {
-        ([] | [_] | [_, _], _) => true,
-        (&[a, b, c], 0..=1) => {
-            let is_positive = orient2d(a, b, c) > 0.0;
+    match (points, loops) {
+        (0..=2, _) => true,
+        (3, 0..=1) => {
+            let is_positive = orient2d(at(0), at(1), at(2)) > 0.0;
             out.extend(is_positive.then(|| [0, 1, 2].map(name)));
             is_positive
         }
-        (&[a, b, c, d], 0..=1) => {
-            let halves = quad([a, b, c, d]);
+        (4, 0..=1) => {
+            let halves = quad([0, 1, 2, 3].map(at));
             if let Some(halves) = halves {
                 halves.iter().for_each(|t| out.push(t.map(&name)));
             }
             halves.is_some()
         }
-        _ => levels.triangulate(points, starts).is_ok_and(|triangles| {
-            out.extend(triangles.map(|t| t.map(&name)));
-            true
-        }),
+        _ => rest(out),
     }
+}
+
+/// Triangulates the region of loops of points that start at `starts`, with these names for their points.
+fn sweep(
+    levels: &mut Levels,
+    (points, starts): (&[DVec2], &[u32]),
+    name: impl Fn(u32) -> u32,
+    out: &mut Vec<[u32; 3]>,
+) -> bool {
+    levels.triangulate(points, starts).is_ok_and(|triangles| {
+        out.extend(triangles.map(|t| t.map(&name)));
+        true
+    })
 }
 
 /// Splits a quadrilateral along the better diagonal, judged by its worse triangle. `None` if both have one that is not
@@ -220,13 +254,13 @@ mod tests {
             polygon.push(id, DVec2::new(f64::from(id), f64::from(id * id)));
         }
         polygon.close();
-        assert_eq!(polygon.ids, [3, 1, 4]);
+        assert_eq!(polygon.corners.iter().map(|corner| corner.id).collect::<Vec<_>>(), [3, 1, 4]);
         polygon.clear();
         for id in [7, 8, 7] {
             polygon.push(id, DVec2::ZERO);
         }
         polygon.close();
-        assert!(polygon.ids.is_empty() && polygon.points.is_empty());
+        assert!(polygon.corners.is_empty());
     }
 
     #[test]
@@ -235,10 +269,11 @@ mod tests {
         for count in 3..=arrow.len() {
             let mut out = Vec::new();
             let mut polygon = polygon(&arrow[..count]);
-            let want: f64 = (0..count).map(|k| polygon.points[k].perp_dot(polygon.points[(k + 1) % count])).sum();
+            let at = |k: usize| polygon.corners[k].point;
+            let want: f64 = (0..count).map(|k| at(k).perp_dot(at((k + 1) % count))).sum();
             assert!(polygon.triangulate(&mut out), "simple and counter-clockwise");
             let turn = |t: &[u32; 3]| {
-                let [a, b, c] = t.map(|v| polygon.points[v as usize]);
+                let [a, b, c] = t.map(|v| polygon.corners[v as usize].point);
                 (b - a).perp_dot(c - a)
             };
             let area: f64 = out.iter().map(turn).sum();
