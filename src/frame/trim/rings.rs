@@ -97,11 +97,7 @@ impl Rings {
         for row in 0..nv {
             for word in 0..trace.kept.words_per_row() {
                 let kept = |row| trace.kept.word(word, row) & trace.kept.word_after(word, row);
-                let crossed = trace.crossed_h.word(word, row)
-                    | trace.crossed_h.word(word, row + 1)
-                    | trace.crossed_v.word(word, row)
-                    | trace.crossed_v.word_after(word, row);
-                let full = kept(row) & kept(row + 1) & !crossed;
+                let full = kept(row) & kept(row + 1) & !trace.crossed_cells(word, row);
                 let special = full & trace.special.word(word, row);
                 self.corners += 4 * u64::from(full.count_ones());
                 for bit in ones(full & !special) {

@@ -62,13 +62,13 @@ pub(crate) struct Trace {
     nu: usize,
     nv: usize,
     pub(crate) crossings: Vec<Crossing>,
-    /// By lattice edge. Valid only where the bit in `crossed_h` or `crossed_v` is set, so it is never cleared.
+    /// By lattice edge. Valid only where the bit in `crossed` is set, so it is never cleared.
     lists: Vec<EdgeList>,
-    /// Horizontal lattice edges (i, j)-(i + 1, j) with crossings, and with an odd number of them.
-    pub(crate) crossed_h: Bits,
+    /// Lattice edges with crossings: the horizontal ones (i, j)-(i + 1, j), then in further rows the vertical ones
+    /// (i, j)-(i, j + 1).
+    crossed: Bits,
+    /// Horizontal lattice edges with an odd number of crossings.
     odd_h: Bits,
-    /// Vertical lattice edges (i, j)-(i, j + 1) with crossings.
-    pub(crate) crossed_v: Bits,
     /// Lattice corners inside the region.
     pub(crate) kept: Bits,
     /// Cells that are not full cells even if nothing crosses their edges: with a loop inside or a replaced corner.
@@ -126,22 +126,15 @@ impl Trace {
     pub(crate) fn reset(&mut self, tile: &TrimInput<'_>) {
         let (nu, nv) = (tile.cells.0 as usize, tile.cells.1 as usize);
         (self.nu, self.nv) = (nu, nv);
-        for bits in [
-            &mut self.crossed_h,
-            &mut self.odd_h,
-            &mut self.crossed_v,
-            &mut self.kept,
-            &mut self.special,
-            &mut self.snapped,
-        ] {
+        self.crossed.reset(nu + 1, 2 * (nv + 1));
+        for bits in [&mut self.odd_h, &mut self.kept, &mut self.special, &mut self.snapped] {
             bits.reset(nu + 1, nv + 1);
         }
         self.has_snapped = false;
-        let edges = nu * (nv + 1) + (nu + 1) * nv;
-        if self.lists.len() < edges {
-            self.lists.resize(edges, EdgeList::default());
-        }
         let corners = (nu + 1) * (nv + 1);
+        if self.lists.len() < 2 * corners {
+            self.lists.resize(2 * corners, EdgeList::default());
+        }
         if self.replacement.len() < corners {
             self.replacement.resize(corners, 0);
         }
@@ -239,12 +232,10 @@ impl Trace {
     fn push(&mut self, segment: &TracedSegment<'_>, cell: [i32; 2], side: u8, position: f64, snap: u32) -> u32 {
         let (i, j) = (cell[0] as usize, cell[1] as usize);
         let edge = self.edge(i, j, side);
-        let seen = if edge.horizontal {
+        if edge.horizontal {
             self.odd_h.flip(edge.column, edge.row);
-            self.crossed_h.set(edge.column, edge.row)
-        } else {
-            self.crossed_v.set(edge.column, edge.row)
-        };
+        }
+        let seen = self.crossed.set(edge.column, edge.row_of_all);
         let index = self.crossings.len() as u32;
         self.crossings.push(Crossing {
             position,
@@ -457,29 +448,24 @@ impl Trace {
             let vertex = self.replacement[j * (self.nu + 1) + i];
             (vertex, tile.points[vertex as usize])
         } else {
-            (tile.corner_id(i as u32, j as u32), DVec2::new(i as f64, j as f64))
+            let (i, j) = (i as u32, j as u32);
+            (tile.corner_id(i, j), DVec2::new(f64::from(i), f64::from(j)))
         }
     }
 
     #[inline(always)]
     fn edge(&self, i: usize, j: usize, side: u8) -> LatticeEdge {
-        let (column, row, horizontal) = match side {
-            0 => (i, j, true),
-            1 => (i + 1, j, false),
-            2 => (i, j + 1, true),
-            _ => (i, j, false),
-        };
-        let index =
-            if horizontal { row * self.nu + column } else { self.nu * (self.nv + 1) + row * (self.nu + 1) + column };
-        LatticeEdge { index, horizontal, column, row }
+        let (column, row) = (i + usize::from(side == 1), j + usize::from(side == 2));
+        let horizontal = side & 1 == 0;
+        let row_of_all = row + if horizontal { 0 } else { self.nv + 1 };
+        LatticeEdge { index: row_of_all * (self.nu + 1) + column, horizontal, column, row, row_of_all }
     }
 
     /// The first crossing of the cell's side when going around the cell counter-clockwise.
     #[inline(always)]
     pub(crate) fn first_on_side(&self, i: usize, j: usize, side: u8) -> Option<u32> {
         let edge = self.edge(i, j, side);
-        let crossed = if edge.horizontal { &self.crossed_h } else { &self.crossed_v };
-        crossed.get(edge.column, edge.row).then(|| {
+        self.crossed.get(edge.column, edge.row_of_all).then(|| {
             let list = &self.lists[edge.index];
             if side < 2 { list.first } else { list.last }
         })
@@ -499,6 +485,13 @@ impl Trace {
             _ => (i.saturating_sub(1), j),
         };
         (at, [beyond.0 as u32, beyond.1 as u32])
+    }
+
+    /// The cells with a crossing on a side, in a row: those of the columns from `64 * word` on.
+    pub(crate) fn crossed_cells(&self, word: usize, row: usize) -> u64 {
+        let (crossed, upright) = (&self.crossed, self.nv + 1 + row);
+        let (below, above) = (crossed.word(word, row), crossed.word(word, row + 1));
+        below | above | crossed.word(word, upright) | crossed.word_after(word, upright)
     }
 
     /// Number of columns and rows of cells.
@@ -530,4 +523,6 @@ struct LatticeEdge {
     horizontal: bool,
     column: usize,
     row: usize,
+    /// The row among those of all edges: vertical ones follow the horizontal ones.
+    row_of_all: usize,
 }
