@@ -111,31 +111,20 @@ impl Polygon {
         let Self { corners, starts, points, levels, .. } = self;
         let corners = &corners[..];
         let name = |v: u32| corners[v as usize].id;
-        triangulate_loops(
-            (corners.len(), starts.len()),
-            |v| corners[v].point,
-            name,
-            out,
-            |out| {
-                points.clear();
-                points.extend(corners.iter().map(|corner| corner.point));
-                let starts = if starts.is_empty() { &[0][..] } else { &starts[..] };
-                sweep(levels, (points, starts), name, out)
-            },
-        )
+        triangulate_few((corners.len(), starts.len()), |v| corners[v].point, name, out).unwrap_or_else(|| {
+            points.clear();
+            points.extend(corners.iter().map(|corner| corner.point));
+            let starts = if starts.is_empty() { &[0][..] } else { &starts[..] };
+            sweep(levels, (points, starts), name, out)
+        })
     }
 
     /// As [`triangulate`](Self::triangulate), for all loops of a tile.
     pub(crate) fn triangulate_tile(&mut self, tile: &TrimInput<'_>, out: &mut Vec<[u32; 3]>) -> bool {
         let starts = &tile.loop_starts[..tile.loop_starts.len() - 1];
         let points = tile.points;
-        triangulate_loops(
-            (points.len(), starts.len()),
-            |v| points[v],
-            |v| v,
-            out,
-            |out| sweep(&mut self.levels, (points, starts), |v| v, out),
-        )
+        triangulate_few((points.len(), starts.len()), |v| points[v], |v| v, out)
+            .unwrap_or_else(|| sweep(&mut self.levels, (points, starts), |v| v, out))
     }
 
     /// Advances along both chains from the edge between them, cutting off a positive triangle at each step.
@@ -173,31 +162,30 @@ impl Polygon {
     }
 }
 
-/// Triangulates the region of so many points in so many loops, at these places and with these names. `rest`: for more
-/// than one loop of four points.
+/// Triangulates a loop of at most four points, with these numbers of points and loops, places and names. Returns
+/// whether that succeeds; `None` if there are more points, or more loops.
 #[inline(always)]
-fn triangulate_loops(
+fn triangulate_few(
     (points, loops): (usize, usize),
     at: impl Fn(usize) -> DVec2,
     name: impl Fn(u32) -> u32,
     out: &mut Vec<[u32; 3]>,
-    rest: impl FnOnce(&mut Vec<[u32; 3]>) -> bool,
-) -> bool {
+) -> Option<bool> {
     match (points, loops) {
-        (0..=2, _) => true,
+        (0..=2, _) => Some(true),
         (3, 0..=1) => {
             let is_positive = orient2d(at(0), at(1), at(2)) > 0.0;
             out.extend(is_positive.then(|| [0, 1, 2].map(name)));
-            is_positive
+            Some(is_positive)
         }
         (4, 0..=1) => {
             let halves = quad([0, 1, 2, 3].map(at));
             if let Some(halves) = halves {
                 halves.iter().for_each(|t| out.push(t.map(&name)));
             }
-            halves.is_some()
+            Some(halves.is_some())
         }
-        _ => rest(out),
+        _ => None,
     }
 }
 
