@@ -9,8 +9,8 @@
 //!
 //! Diagonals and triangles are cut off chains, so the boundary of all triangles is the loops, whatever the input: that
 //! all are positive is the only thing to prove, and it is checked. Simple loops, with holes and islands to any depth,
-//! always pass. Cost: a sort, and searches in the list of intervals. There is one search per split, and one per interval
-//! that has begun since the last split and is still open.
+//! always pass. Cost: a sort, and searches in the list of intervals: one per split, and one per interval that has begun
+//! since the last split and is still open.
 
 use super::flip::{BORDER, Mesh};
 use super::input::NONE;
@@ -547,29 +547,24 @@ mod tests {
     fn a_split_after_intervals_that_begin_where_others_do() {
         // A region whose first corner is a corner of another one, or lies on its border; and a hole in the upper one.
         let touching = [
-            [vec![(0, 0), (20, 2), (20, 8)], vec![(0, 0), (20, -8), (20, -2)], vec![(8, 2), (12, 3), (12, 2)]],
-            [vec![(0, 0), (5, 0), (20, 3), (20, 8)], vec![(5, 0), (20, -8), (20, -2)], vec![(10, 3), (13, 4), (13, 3)]],
-            [vec![(0, 0), (20, 0), (20, 8)], vec![(5, 0), (20, -8), (20, -2)], vec![(10, 2), (13, 3), (13, 2)]],
+            [vec![(0.0, 0.0), (20.0, 2.0), (20.0, 8.0)], vec![(0.0, 0.0), (20.0, -8.0), (20.0, -2.0)]],
+            [vec![(0.0, 0.0), (5.0, 0.0), (20.0, 3.0), (20.0, 8.0)], vec![(5.0, 0.0), (20.0, -8.0), (20.0, -2.0)]],
+            [vec![(0.0, 0.0), (20.0, 0.0), (20.0, 8.0)], vec![(5.0, 0.0), (20.0, -8.0), (20.0, -2.0)]],
         ];
-        for [upper, lower, hole] in touching {
-            for mirrored in [false, true] {
-                let place = |&(x, y): &(i32, i32)| DVec2::new(f64::from(x), f64::from(if mirrored { -y } else { y }));
-                let in_order = |corners: &[(i32, i32)]| -> Vec<DVec2> {
-                    let mut points: Vec<DVec2> = corners.iter().map(place).collect();
-                    if mirrored {
-                        points.reverse();
+        let hole = vec![(10.0, 3.0), (13.0, 4.0), (13.0, 3.0)];
+        for ([upper, lower], up) in touching.iter().flat_map(|loops| [(loops, 1.0), (loops, -1.0)]) {
+            for loops in [[upper, lower, &hole], [lower, upper, &hole], [&hole, lower, upper]] {
+                let (mut points, mut starts) = (Vec::new(), Vec::new());
+                for corners in loops {
+                    let start = points.len();
+                    starts.push(start as u32);
+                    points.extend(corners.iter().map(|&(x, y)| DVec2::new(x, up * y)));
+                    if up < 0.0 {
+                        points[start..].reverse();
                     }
-                    points
-                };
-                for loops in [[&upper, &lower, &hole], [&lower, &upper, &hole], [&hole, &lower, &upper]] {
-                    let (mut points, mut starts) = (Vec::new(), Vec::new());
-                    for corners in loops {
-                        starts.push(points.len() as u32);
-                        points.extend(in_order(corners));
-                    }
-                    let triangles = upper.len() + lower.len() + hole.len() - 2;
-                    assert_eq!(sweep(&points, &starts).ok(), Some(triangles), "{points:?}");
                 }
+                let triangles = upper.len() + lower.len() + hole.len() - 2;
+                assert_eq!(sweep(&points, &starts).ok(), Some(triangles), "{points:?}");
             }
         }
     }
