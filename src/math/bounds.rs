@@ -110,7 +110,7 @@ fn separable_bounds(p: &Poly, a: &Poly, b: &Poly) -> NetBounds {
     let qu = sum(&[(1.0, a, &p.by_u()), (-1.0, &au, p)]);
     let quu = sum(&[(1.0, a, &qu.by_u()), (-2.0, &au, &qu)]);
     if p.nv == 1 {
-        // A curve.
+        // A curve: there is nothing by v.
         return NetBounds { du: qu.over(&a2, b), duu: quu.over(&a3, b), ..NetBounds::default() };
     }
     let bv = b.by_v();
@@ -269,7 +269,7 @@ impl Poly {
     }
 
     /// The largest ratio of a coefficient's length to the same coefficient of `A(u) B(v)`, both raised to the same
-    /// degrees; 0 if there are none: curves have no derivatives by v.
+    /// degrees; 0 if there are none, as for the derivative of a constant.
     fn over(self, a: &Self, b: &Self) -> f64 {
         if self.c.is_empty() {
             return 0.0;
@@ -279,7 +279,7 @@ impl Poly {
         // What is constant stays the same.
         let raised = |n: usize| if n > 1 { n + more } else { n };
         let (nu, nv) = (raised(self.nu.max(a.nu)), raised(self.nv.max(b.nv)));
-        // Of a product of two functions of one variable each, so are the coefficients.
+        // Coefficients of `A(u) B(v)` are products of those of `A` and of `B`, raised or not.
         let (top, a, b) = (self.raised(nu, nv), a.clone().raised(nu, 1), b.clone().raised(1, nv));
         let mut most = 0.0_f64;
         for (row, a) in top.c.chunks_exact(3 * nv).zip(&a.c) {

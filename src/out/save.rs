@@ -235,7 +235,7 @@ mod tests {
                 assert!(!written || Rounding::fits_moved(&frame.scene, by, &larger), "{extension} {k} {by}");
             }
         }
-        // Each format is refused and written often enough.
+        // Both happen often enough.
         let formats = Format::ALL.len();
         assert!(told[0] > 5 * formats && told[1] > 25 * formats, "{told:?}");
     }

@@ -308,6 +308,13 @@ fn case_18_one_row_or_one_cell() {
 // -- repeated points and slits
 
 #[test]
+fn rows_have_more_cells_than_words_have_bits() {
+    // Holes over the end of a word, and in a last word that is not full.
+    let hole = |x, radius, count| round((x, 1.6), radius, count, -1.0);
+    run((130, 3), &[border((130, 3), 4), hole(64.3, 1.2, 23), hole(127.6, 1.1, 17)]);
+}
+
+#[test]
 fn repeated_points_vanish() {
     let mut hole = round((2.0, 2.0), 1.1, 9, -1.0);
     let twice: Vec<DVec2> = hole.iter().flat_map(|&p| [p, p]).collect();

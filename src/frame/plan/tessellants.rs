@@ -226,8 +226,8 @@ fn one_is_enough(edge: &PreparedEdge, own: &OwnDensity<'_>, cells: &mut Narrowes
 /// The narrowest gaps of the lattices of a part. Edges that follow each other mostly run through the same tile.
 pub(crate) struct NarrowestCells<'a> {
     tiles: &'a PlanRows<TileLattice>,
-    /// The last tile, and its gaps in u and in v, NaN where they are not known. One of even uses of edges, one of odd
-    /// ones: most edges have two.
+    /// The last tile, and its gaps in u and in v, NaN where they are not known. One entry for even numbers of uses, one
+    /// for odd ones: most edges have two uses.
     last: [(TileId, [f64; 2]); 2],
 }
 
@@ -297,7 +297,7 @@ fn limit_to_cells(
     /// Maximum number of traversals of the lattice by one edge. The outline of a gear or a word as one spline has a few
     /// dozen.
     const TRAVERSALS: f64 = 64.0;
-    /// Share of a rate, for its single precision; cells, for the rounding of places.
+    /// What rounding may add: a share of rates, which are of single precision, and as much of a cell.
     const ROUNDING: f64 = 1e-6;
     let (nu, nv) = lattice.cells();
     let (nu, nv) = (f64::from(nu), f64::from(nv));
@@ -412,7 +412,7 @@ mod tests {
         assert!(one > 100 && others > 100, "{one} bent edges of one segment, {others} of several");
     }
 
-    /// Rates from all steps of an image.
+    /// Rates from all steps of an image that is no noise.
     fn rates_by_all_steps(image: &EdgeImage<'_>, lattice: &TileLattice, breaks: &[f64], own: f64) -> Vec<f64> {
         let lines = [&lattice.us[..], &lattice.vs[..]];
         let cell = |axis: usize, place: [f32; 2]| {

@@ -10,8 +10,9 @@ use glam::{DVec2, DVec3};
 
 /// Share of a height by which the distance may exceed it unnoticed.
 const SLIGHT: f64 = 0.01;
-/// Share of the chord. If the middles of a triangle's sides are within it, the whole triangle is within the chord: the
-/// largest value of a quadratic is at most 4/3 of that at the middles. 0.74 instead of 3/4 leaves room for rounding.
+/// Share of the chord. If the middles of a triangle's sides are within it, the whole triangle is within the chord. Its
+/// distance is 0 at the corners, and such a quadratic is at most 4/3 of what it is at the middles. 0.74 instead of 3/4
+/// leaves room for rounding.
 const CLEAR: f64 = 0.74;
 /// Triangles where the tolerance is strictest are closer to the surface than this, in its terms, even if they fold.
 const MOST_OFF: f64 = 8.0;

@@ -1,6 +1,6 @@
 //! Flags of lattice edges, corners or cells -> words of 64, to read 64 flags of a row at a time.
 
-/// Rows of bits, one row per lattice row.
+/// Rows of bits.
 #[derive(Default)]
 pub(crate) struct Bits {
     words_per_row: usize,

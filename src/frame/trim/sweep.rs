@@ -382,7 +382,7 @@ impl Sweep {
     }
 }
 
-/// On which side of a line another one starts: positive on the left. If it starts on the line, on which side it ends.
+/// The side of a line on which another one starts, positive on the left; on which it ends, if it starts on the line.
 fn side([from, to]: [DVec2; 2], [start, end]: [DVec2; 2]) -> f64 {
     let turn = orient2d(from, to, start);
     if turn == 0.0 { orient2d(from, to, end) } else { turn }

@@ -235,7 +235,7 @@ impl Trace {
         if edge.horizontal {
             self.odd_h.flip(edge.column, edge.row);
         }
-        let seen = self.crossed.set(edge.column, edge.row_of_all);
+        let seen = self.crossed.set(edge.column, edge.row_in_crossed);
         let index = self.crossings.len() as u32;
         self.crossings.push(Crossing {
             position,
@@ -457,15 +457,15 @@ impl Trace {
     fn edge(&self, i: usize, j: usize, side: u8) -> LatticeEdge {
         let (column, row) = (i + usize::from(side == 1), j + usize::from(side == 2));
         let horizontal = side & 1 == 0;
-        let row_of_all = row + if horizontal { 0 } else { self.nv + 1 };
-        LatticeEdge { index: row_of_all * (self.nu + 1) + column, horizontal, column, row, row_of_all }
+        let row_in_crossed = row + if horizontal { 0 } else { self.nv + 1 };
+        LatticeEdge { index: row_in_crossed * (self.nu + 1) + column, horizontal, column, row, row_in_crossed }
     }
 
     /// The first crossing of the cell's side when going around the cell counter-clockwise.
     #[inline(always)]
     pub(crate) fn first_on_side(&self, i: usize, j: usize, side: u8) -> Option<u32> {
         let edge = self.edge(i, j, side);
-        self.crossed.get(edge.column, edge.row_of_all).then(|| {
+        self.crossed.get(edge.column, edge.row_in_crossed).then(|| {
             let list = &self.lists[edge.index];
             if side < 2 { list.first } else { list.last }
         })
@@ -487,7 +487,7 @@ impl Trace {
         (at, [beyond.0 as u32, beyond.1 as u32])
     }
 
-    /// The cells with a crossing on a side, in a row: those of the columns from `64 * word` on.
+    /// The cells of a row with a crossing on a side: bit `k` is that of column `64 * word + k`.
     pub(crate) fn crossed_cells(&self, word: usize, row: usize) -> u64 {
         let (crossed, upright) = (&self.crossed, self.nv + 1 + row);
         let (below, above) = (crossed.word(word, row), crossed.word(word, row + 1));
@@ -523,6 +523,6 @@ struct LatticeEdge {
     horizontal: bool,
     column: usize,
     row: usize,
-    /// The row among those of all edges: vertical ones follow the horizontal ones.
-    row_of_all: usize,
+    /// The row in [`Trace::crossed`].
+    row_in_crossed: usize,
 }

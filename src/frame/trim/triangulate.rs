@@ -162,8 +162,8 @@ impl Polygon {
     }
 }
 
-/// Triangulates a loop of at most four points, with these numbers of points and loops, places and names. Returns
-/// whether that succeeds; `None` if there are more points, or more loops.
+/// Triangulates a loop of three or four points, which has these places and names; fewer points have no triangles.
+/// Returns whether that succeeds, `None` if there are more points or more loops: the sweep takes these.
 #[inline(always)]
 fn triangulate_few(
     (points, loops): (usize, usize),

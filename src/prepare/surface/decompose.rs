@@ -259,7 +259,7 @@ impl BezierPatches {
         locate(&self.breaks_u, u).0 * (self.breaks_v.len() - 1) + locate(&self.breaks_v, v).0
     }
 
-    /// The control points of the line at constant u of the piece `at`, an index as [`piece`](Self::piece) has it.
+    /// The control points of the line at constant u through a piece, which has an index as [`piece`](Self::piece) tells.
     pub(crate) fn line_at(&self, u: f64, piece: usize) -> impl Iterator<Item = DVec3> {
         let (_, x) = locate(&self.breaks_u, u);
         let columns = self.degree_v + 1;

@@ -162,7 +162,7 @@ fn per_piece(face: &PreparedFace, reaching: &[bool], bounds: &Hull) -> usize {
 }
 
 /// Samples inside a tile's loops and outside `bounds`, which they widen, `per_piece` in each direction. Skips pieces
-/// that are not `reaching`.
+/// that are not `reaching`, and lines of samples that `bounds` hold.
 fn interior(
     part: &PreparedPart,
     (face, tile): (&PreparedFace, &Tile),
@@ -174,8 +174,8 @@ fn interior(
     // Most tiles have no sample outside the hull.
     let inside = LazyCell::new(|| region(tile.loops.iter().map(|l| polygon(part, l)).collect()));
     let mut out = Vec::new();
-    // The line of samples by its piece and parameter, and whether the hull holds all of it. Finding out costs as much
-    // as a point or two.
+    // The line of the last sample, by its piece and parameter, and whether the hull holds its control points. To find
+    // out costs as much as a point or two.
     let (mut line, mut is_held) = ((usize::MAX, f64::NAN), false);
     for uv in region(Vec::new()).lattice(per_piece).1 {
         let piece = face.patches.piece(uv.x, uv.y);
@@ -214,6 +214,18 @@ mod tests {
     use crate::control::{Alone, Control};
     use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
+
+    #[test]
+    fn boxes_reach_what_bulges_between_the_corners() {
+        // Half the diagonal of the box.
+        for (name, half) in [("sphere", 5.0 * 3.0_f64.sqrt()), ("torus", 251.0_f64.sqrt())] {
+            let model = shapes::by_name(name).expect("a shape");
+            let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+            let control = Control::default();
+            let (_, radius) = centre(&cloud(Call::new(&Alone, &control), &prepared.parts[0])).expect("points");
+            assert!((radius / half - 1.0).abs() < 2e-3, "{name}: {radius} instead of {half}");
+        }
+    }
 
     #[test]
     fn lobes_of_negative_winding_belong_to_the_box() {
