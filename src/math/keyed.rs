@@ -28,9 +28,14 @@ impl<T: Copy + Default> Buckets<T> {
         Self { starts, values: sorted }
     }
 
+    /// All values.
+    pub(crate) fn all(&self) -> &[T] {
+        &self.values
+    }
+
     /// Where the values of a key are among all; empty if no key is that large.
     #[inline]
-    fn range(&self, k: u32) -> Range<usize> {
+    pub(crate) fn range(&self, k: u32) -> Range<usize> {
         match self.starts.get(k as usize..k as usize + 2) {
             Some(&[from, to]) => from as usize..to as usize,
             _ => 0..0,

@@ -8,7 +8,6 @@ pub use drawn::DrawnTiles;
 pub(crate) use drawn::tiles_of_word;
 
 mod scene;
-pub(crate) use scene::scale_of;
 pub use scene::{InstanceKey, PartKey, Scene, SceneChanges, SceneInstance, ScenePart};
 
 mod vertex_layout;

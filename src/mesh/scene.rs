@@ -128,7 +128,12 @@ impl SceneInstance {
     /// Uniform scale of the transform: the cube root of its determinant's absolute value.
     #[must_use]
     pub fn scale(&self) -> f64 {
-        scale_of(&self.transform)
+        /// Up to here the next term of the series is below half of the last digit.
+        const RIGID: f64 = 1e-8;
+        let volume = self.transform.matrix3.determinant().abs();
+        // Most instances, but for rounding. A frame asks for all of them.
+        let beyond = volume - 1.0;
+        if beyond.abs() <= RIGID { 1.0 + beyond / 3.0 } else { libm::cbrt(volume) }
     }
 
     /// The number of one of its faces, of those of all instances. Beyond 2³² faces, numbers begin again.
@@ -136,16 +141,6 @@ impl SceneInstance {
     pub const fn face_number(&self, face: FaceId) -> u32 {
         self.first_face.wrapping_add(face.0)
     }
-}
-
-/// See [`SceneInstance::scale`].
-pub(crate) fn scale_of(transform: &DAffine3) -> f64 {
-    /// Up to here the next term of the series is below half of the last digit.
-    const RIGID: f64 = 1e-8;
-    let volume = transform.matrix3.determinant().abs();
-    // Most instances, but for rounding. A frame asks for all of them.
-    let beyond = volume - 1.0;
-    if beyond.abs() <= RIGID { 1.0 + beyond / 3.0 } else { libm::cbrt(volume) }
 }
 
 impl From<&Instance> for SceneInstance {
@@ -246,6 +241,7 @@ impl SceneChanges<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::PartId;
     use crate::sequence::random::SplitMix;
     use glam::{DAffine3, DMat3, DVec3};
 
@@ -256,8 +252,9 @@ mod tests {
             // Both sides of where the series ends.
             let beyond = draw.range(-2e-8, 2e-8);
             let transform = DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(1.0 + beyond, 1.0, 1.0)));
+            let placed = SceneInstance::new(PartId(0), transform);
             let volume = transform.matrix3.determinant();
-            assert_eq!(scale_of(&transform).to_bits(), libm::cbrt(volume).to_bits(), "{volume}");
+            assert_eq!(placed.scale().to_bits(), libm::cbrt(volume).to_bits(), "{volume}");
         }
     }
 }

@@ -6,6 +6,7 @@ use super::output::{EdgePolyline, LINES_OF_TILE, Made, PartPlan, Plan, TileLatti
 use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{NarrowestCells, Tessellants, bare, bare_within};
 use crate::control::{Call, Control, Jobs, Rayon, drop_later, map, width};
+use crate::frame::tolerance::part_camera::PartCamera;
 use crate::frame::tolerance::{BoxTolerances, PartTolerance, Tolerance};
 use crate::math::keyed::Buckets;
 use crate::mesh::{DrawnTiles, Scene, ScenePart};
@@ -110,40 +111,20 @@ pub fn plan_for_view_on(
     limits: &PlanLimits,
     control: &Control,
 ) -> Result<Plan, PlanError> {
-    let asked = tolerances_in_view(jobs, view, &prepared.scene);
-    plan_parts(Call::new(jobs, control), prepared.parts.clone(), asked, limits, 0).ok_or(PlanError::Cancelled)
-}
-
-/// The tolerance of each part, by the screen-space error of its instances.
-fn tolerances_in_view(jobs: &dyn Jobs, view: &View, Scene { parts, instances, .. }: &Scene) -> Vec<PartTolerance> {
-    /// Parts and instances that a thread takes at a time, of about 100 ns each.
-    const SHARE: usize = 32;
-    let (view, lens) = (*view, view.lens());
-    let placed = Buckets::of(parts.len(), instances.iter().map(|placed| (placed.part.0, placed.transform)));
-    let (mut lists, mut room) = (Vec::new(), 0);
-    for (row, part) in (0..).zip(parts) {
-        if room == 0 {
-            lists.push(Vec::new());
-            room = SHARE;
-        }
-        if let Some(list) = lists.last_mut() {
-            list.push((row, part.centre, part.radius));
-        }
-        room = room.saturating_sub(1 + placed.at(row).len());
-    }
+    let (lens, Scene { parts, instances, .. }) = (view.lens(), &prepared.scene);
+    let rows = instances.iter().enumerate().map(|(row, instance)| (instance.part.0, row as u32));
+    let of_parts = Buckets::of(parts.len(), rows);
+    let sights = |lens| of_parts.all().iter().map(|&row| view.sight(lens, &instances[row as usize])).collect();
+    let cameras: Arc<[PartCamera]> = lens.map(sights).unwrap_or_default();
     let per_pixel = Tolerance { chord: view.deviation_px, angle: view.angle, max_edge: view.size_px };
     let unseen = Tolerance { chord: f64::INFINITY, angle: view.angle, max_edge: None };
-    let of_part = move |(row, centre, radius)| match (lens, placed.at(row)) {
-        (None, _) | (_, []) => PartTolerance::everywhere(&unseen, radius),
-        (Some(lens), placed) => {
-            let cameras = placed.iter().map(|transform| view.sight(lens, transform)).collect();
-            PartTolerance::seen(&per_pixel, cameras, (centre, radius))
-        }
+    let of_part = |(row, part): (usize, &ScenePart)| match of_parts.range(row as u32) {
+        seen if cameras.is_empty() || seen.is_empty() => PartTolerance::everywhere(&unseen, part.radius),
+        seen => PartTolerance::seen(&per_pixel, (Arc::clone(&cameras), seen), (part.centre, part.radius)),
     };
-    let made = map(jobs, lists, move |list| list.into_iter().map(&of_part).collect::<Vec<_>>());
-    let mut asked: Vec<PartTolerance> = made.into_iter().flatten().collect();
+    let mut asked: Vec<PartTolerance> = parts.iter().enumerate().map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
-    asked
+    plan_parts(Call::new(jobs, control), prepared.parts.clone(), asked, limits, 0).ok_or(PlanError::Cancelled)
 }
 
 /// The coarsest plan of some parts within limits, in their order. `None` once cancelled.

@@ -7,6 +7,8 @@ use crate::prepare::internals::BoundingBox;
 use glam::DVec3;
 use part_camera::{PartCamera, PixelScale};
 use std::f64::consts::{PI, SQRT_2, TAU};
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Least chord tolerance, as a fraction of the part's radius. Parameters on edges are accurate to about 1e-12 of a
 /// domain: finer meshes would only show rounding.
@@ -119,10 +121,12 @@ impl BoxTolerances {
 
 /// Tolerance of a part: the same everywhere, or in each box by the screen-space error of its instances.
 pub(crate) struct PartTolerance {
-    /// In part coordinates; with cameras, the tolerance where one millimetre covers one pixel.
+    /// In part coordinates; with `seen`, the tolerance where one millimetre covers one pixel.
     tolerance: Tolerance,
-    /// Cameras in the coordinates of its instances; none for the same tolerance everywhere.
-    cameras: Vec<PartCamera>,
+    /// Cameras in the coordinates of all instances, and where those of the part are; none for the same tolerance
+    /// everywhere.
+    cameras: Arc<[PartCamera]>,
+    seen: Range<usize>,
     radius: f64,
     /// The largest of any place of the part.
     loosest: Tolerance,
@@ -135,19 +139,27 @@ impl PartTolerance {
     pub(crate) fn everywhere(tolerance: &Tolerance, radius: f64) -> Self {
         let usable = tolerance.usable(radius);
         let unusable = usable != *tolerance;
-        Self { tolerance: usable, cameras: Vec::new(), radius, loosest: usable, unusable }
+        Self { tolerance: usable, cameras: Arc::default(), seen: 0..0, radius, loosest: usable, unusable }
     }
 
     /// Screen-space error of a part with this centre and radius: `per_pixel` is the tolerance where one millimetre of
-    /// the part covers one pixel. `cameras`: one in the coordinates of each instance.
-    pub(crate) fn seen(per_pixel: &Tolerance, cameras: Vec<PartCamera>, (centre, radius): (DVec3, f64)) -> Self {
+    /// the part covers one pixel. `seen`: where its cameras are among those of all instances.
+    pub(crate) fn seen(
+        per_pixel: &Tolerance,
+        (cameras, seen): (Arc<[PartCamera]>, Range<usize>),
+        (centre, radius): (DVec3, f64),
+    ) -> Self {
         let known = |x: f64| x > 0.0;
         let unusable = !(known(per_pixel.chord) && known(per_pixel.angle) && per_pixel.max_edge.is_none_or(known));
-        let mut new = Self { tolerance: *per_pixel, cameras, radius, loosest: *per_pixel, unusable };
+        let mut new = Self { tolerance: *per_pixel, cameras, seen, radius, loosest: *per_pixel, unusable };
         let whole = BoundingBox { low: centre - radius, high: centre + radius };
-        let least = new.cameras.iter().map(|camera| camera.pixel_scale(&whole).least).fold(0.0, larger);
+        let least = new.cameras().iter().map(|camera| camera.pixel_scale(&whole).least).fold(0.0, larger);
         new.loosest = new.at(least);
         new
+    }
+
+    fn cameras(&self) -> &[PartCamera] {
+        &self.cameras[self.seen.clone()]
     }
 
     /// See [`Tolerance::around`]; the fewest lines that any place of the part needs.
@@ -165,16 +177,16 @@ impl PartTolerance {
         let BoxTolerances { tolerance, shares, radius } = need;
         *radius = self.radius;
         shares.clear();
-        if self.cameras.is_empty() {
+        if self.seen.is_empty() {
             *tolerance = self.tolerance;
             return;
         }
         let whole = places.clone().fold(BoundingBox::EMPTY, |all, place| all.with(place));
-        let scales = self.cameras.iter().map(|camera| camera.pixel_scale(&whole));
+        let scales = self.cameras().iter().map(|camera| camera.pixel_scale(&whole));
         let PixelScale { mut most, least } = scales.fold(PixelScale { most: 0.0, least: 0.0 }, PixelScale::max);
         if least < SAME * most {
             let nearest = |place: &BoundingBox| {
-                self.cameras.iter().map(|camera| camera.pixels_per_length(place)).fold(0.0, |most, x| larger(x, most))
+                self.cameras().iter().map(|camera| camera.pixels_per_length(place)).fold(0.0, |most, x| larger(x, most))
             };
             shares.extend(places.map(nearest));
             most = shares.iter().fold(0.0, |most, &x| larger(x, most));
@@ -189,11 +201,11 @@ impl PartTolerance {
     /// A tolerance that is at most that of any tile or edge with some of these boxes. `None` unless all of them are
     /// certainly in the picture of each camera, and without cameras.
     pub(crate) fn strictest<'a>(&self, places: impl Iterator<Item = &'a BoundingBox>) -> Option<Tolerance> {
-        if self.cameras.is_empty() {
+        if self.seen.is_empty() {
             return None;
         }
         let whole = places.fold(BoundingBox::EMPTY, |all, place| all.with(place));
-        let scales = self.cameras.iter().map(|camera| camera.look_within(&whole));
+        let scales = self.cameras().iter().map(|camera| camera.look_within(&whole));
         let most = scales.reduce(|a, b| Some(a?.max(b?)))??.most;
         Some(self.at(most))
     }

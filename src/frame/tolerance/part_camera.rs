@@ -7,7 +7,7 @@
 
 use crate::math::lanes::{larger, smaller};
 use crate::math::sphere_tree::Sphere;
-use crate::mesh::scale_of;
+use crate::mesh::SceneInstance;
 use crate::prepare::internals::BoundingBox;
 use crate::view::{Projection, View};
 use glam::{DAffine3, DVec3};
@@ -248,21 +248,21 @@ impl View {
         !off
     }
 
-    /// This camera in the coordinates of an instance with this transform.
-    pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), transform: &DAffine3) -> PartCamera {
-        let to_part = transform.matrix3.transpose();
-        let place = transform.translation - self.camera.eye;
+    /// This camera in the coordinates of an instance.
+    pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> PartCamera {
+        let to_part = instance.transform.matrix3.transpose();
+        let place = instance.transform.translation - self.camera.eye;
         PartCamera {
             axes: axes.map(|axis| to_part * axis),
             origin: DVec3::from(axes.map(|axis| axis.dot(place))),
-            scale: scale_of(transform),
+            scale: instance.scale(),
             lens,
         }
     }
 
-    /// Where this camera is in the coordinates of an instance with this transform.
-    pub(crate) fn eye(&self, ([.., forward], lens): ([DVec3; 3], SightLens), transform: &DAffine3) -> PartEye {
-        let back = transform.inverse();
+    /// Where this camera is in the coordinates of an instance.
+    pub(crate) fn eye(&self, ([.., forward], lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> PartEye {
+        let back = instance.transform.inverse();
         PartEye { place: back.transform_point3(self.camera.eye), forward: back.transform_vector3(forward), lens }
     }
 }
@@ -287,7 +287,7 @@ mod tests {
 
     fn sight(view: &View, transform: DAffine3) -> PartCamera {
         let lens = view.lens().unwrap_or_else(|| panic!("invalid view: {view:?}"));
-        view.sight(lens, &transform)
+        view.sight(lens, &SceneInstance::new(crate::model::PartId(0), transform))
     }
 
     /// Projection of a point, pixels.
