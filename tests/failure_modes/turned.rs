@@ -254,7 +254,7 @@ fn a_circle_across_the_axis_is_the_sheet_on_which_its_seam_lies() {
 
 /// A quarter of a bent rod of radius 2 that is thicker than the radius of its bend: the side, on a surface that
 /// `surface` adds, and both ends go through the axis.
-fn bent_rod(bend: f64, surface: impl FnOnce(&mut Text) -> Id) {
+fn assert_bent_rod_climbs(bend: f64, surface: impl FnOnce(&mut Text) -> Id) {
     let mut text = Text::default();
     let [from, to] = [[2.0 + bend, 0.0, 0.0], [0.0, 2.0 + bend, 0.0]].map(|at| text.vertex(at));
     let about = text.frame([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
@@ -286,7 +286,7 @@ fn bent_rod(bend: f64, surface: impl FnOnce(&mut Text) -> Id) {
 #[test]
 fn a_turned_circle_is_kept_on_both_sides_of_the_axis() {
     for bend in [0.9, 1.0, 1.1, 1.8] {
-        bent_rod(bend, |text| {
+        assert_bent_rod_climbs(bend, |text| {
             let profile = text.conic("CIRCLE", [bend, 0.0, 0.0], "2.");
             text.turned_surface(profile)
         });
@@ -331,7 +331,7 @@ fn a_window_from_one_side_of_the_axis_to_the_other_is_on_both() {
 #[test]
 fn loops_go_through_the_poles_of_a_torus() {
     for bend in [0.9, 1.0, 1.1, 1.8] {
-        bent_rod(bend, |text| {
+        assert_bent_rod_climbs(bend, |text| {
             let frame = text.frame([0.0; 3], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]);
             text.add(&format!("TOROIDAL_SURFACE('',#{frame},{bend:?},2.)"))
         });

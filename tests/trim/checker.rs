@@ -40,7 +40,7 @@ impl Tile {
             format!("polygon(&{points:?})")
         };
         let loops: Vec<String> = self.loop_starts.windows(2).map(polygon).collect();
-        format!("#[test]\nfn NAME() {{\n    run({:?}, &[{}]);\n}}", self.cells, loops.join(", "))
+        format!("#[test]\nfn NAME() {{\n    assert_exact({:?}, &[{}]);\n}}", self.cells, loops.join(", "))
     }
 }
 
