@@ -132,18 +132,21 @@ def test_threads_share_a_model_and_make_the_same_mesh(large):
 
 
 def running():
-    """Threads of this process. One that was joined may still be listed for a moment, with the kernel's mark for exit."""
-    marks = []
+    """Ids of this process's threads. One that was joined may still be listed, with the kernel's mark for exit."""
+    ids = set()
     for stat in pathlib.Path("/proc/self/task").glob("*/stat"):
         try:
-            marks.append(int(stat.read_text().rpartition(")")[2].split()[6]))
+            mark = int(stat.read_text().rpartition(")")[2].split()[6])
         except (FileNotFoundError, ProcessLookupError):
             continue
-    return sum(not mark & 4 for mark in marks)
+        if not mark & 4:
+            ids.add(stat.parent.name)
+    return ids
 
 
 @pytest.mark.skipif(not pathlib.Path("/proc/self/task").is_dir(), reason="the system does not list threads")
 def test_threads_have_ended_once_a_call_returns(prepared):
+    # Compares ids, not counts: a thread of an earlier test that Python has joined may end only now.
     before = running()
     for call in (
         lambda: trimtess.read(SMALL, workers=64),
@@ -152,11 +155,11 @@ def test_threads_have_ended_once_a_call_returns(prepared):
         prepared.view,
     ):
         result = call()
-        assert running() == before, result
+        assert running() <= before, result
     session = prepared.session(workers=64)
-    assert running() == before + 64
+    assert len(running() - before) == 64
     del session
-    assert running() == before
+    assert running() <= before
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the system does not limit threads")
