@@ -35,7 +35,7 @@ fn curve() -> NurbsCurve3 {
 #[test]
 fn splines_are_refused_with_numbers() {
     type Change = fn(&mut NurbsCurve3);
-    let cases: [(Change, SplineError, &str); 10] = [
+    let cases: [(Change, SplineError, &str); 11] = [
         (|c| c.degree = 0, SplineError::Degree { degree: 0 }, "degree 0 is not in 1..=60"),
         (|c| c.degree = 61, SplineError::Degree { degree: 61 }, "degree 61 is not in 1..=60"),
         (
@@ -48,7 +48,12 @@ fn splines_are_refused_with_numbers() {
         (
             |c| c.weights[1] = -0.5,
             SplineError::Weight { index: 1, weight: -0.5 },
-            "weight 1 is -0.5, not positive and finite",
+            "weight 1 is -0.5, not within 1e-30 to 1e30",
+        ),
+        (
+            |c| c.weights[3] = 2e30,
+            SplineError::Weight { index: 3, weight: 2e30 },
+            "weight 3 is 2000000000000000000000000000000, not within 1e-30 to 1e30",
         ),
         (
             |c| c.knots[3] = 3.0,

@@ -395,4 +395,18 @@ mod tests {
             assert_eq!(patch_bounds(n, &curve, true), NetBounds { du: first, duu: second, ..NetBounds::default() });
         }
     }
+
+    /// A common factor of the weights cancels. 2^99 is the largest power of two in the range of weights.
+    #[test]
+    fn weights_at_the_ends_of_their_range_neither_vanish_nor_overflow() {
+        let mut draw = SplitMix(7);
+        for (nu, nv) in [(3, 1), (4, 1), (3, 3), (4, 4), (6, 6)] {
+            let control = net(&mut draw, nu * nv, true);
+            let bounds = patch_bounds(nu, &control, true);
+            for factor in [-99, 98].map(|k| 2.0_f64.powi(k)) {
+                let scaled: Vec<DVec4> = control.iter().map(|&c| c * factor).collect();
+                assert_eq!(patch_bounds(nu, &scaled, true), bounds, "{nu} {nv} {factor}");
+            }
+        }
+    }
 }

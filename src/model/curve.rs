@@ -68,7 +68,7 @@ impl Frame3 {
 /// A NURBS curve. `P` is [`DVec3`] for curves in space, [`DVec2`] for pcurves.
 ///
 /// `degree ≥ 1`; `knots.len() == points.len() + degree + 1`, finite, non-decreasing, interior multiplicity ≤ degree
-/// (clamped or not); `weights` is empty (all 1) or one positive number per control point.
+/// (clamped or not); `weights` is empty (all 1) or one number from 1e-30 to 1e30 per control point.
 /// Domain: `[knots[degree], knots[points.len()]]`. Functions of a curve for which [`check`](Self::check) fails may
 /// panic.
 #[derive(Clone, Debug, PartialEq)]

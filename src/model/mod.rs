@@ -59,6 +59,8 @@ pub use part::{Assembly, Coedge, CurveKind, Edge, Face, Instance, Loop, Model, P
 mod extent;
 
 mod validate;
+#[cfg(feature = "step")]
+pub(crate) use validate::check_weights;
 pub(crate) use validate::not_rigid;
 
 mod builder;

@@ -49,8 +49,8 @@ pub enum SplineError {
         /// Which.
         index: usize,
     },
-    /// A weight is not a positive finite number.
-    #[error("weight {index} is {weight}, not positive and finite")]
+    /// A weight is not within 1e-30 to 1e30.
+    #[error("weight {index} is {weight}, not within 1e-30 to 1e30")]
     Weight {
         /// Which.
         index: usize,

@@ -9,12 +9,16 @@ use super::{
 };
 use glam::{DAffine3, DMat3};
 use std::f64::consts::FRAC_PI_2;
+use std::ops::RangeInclusive;
 
 /// Largest error of orthonormality of frames and placements: files print directions with as few as six digits.
 const NOT_ORTHONORMAL: f64 = 1e-4;
 
 /// Shortest domain, as a share of its parameters. Points on a shorter one would be off by a millionth of the spline.
 const COARSE: f64 = 1e-10;
+
+/// The range of weights. Bounds of derivatives have sixth powers of weights, which must not leave the range of `f64`.
+const WEIGHTS: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Largest gap between an edge's end and its vertex, as a share of the part's size.
 const EDGE_GAP: f64 = 1e-4;
@@ -87,7 +91,12 @@ fn net<P: ControlPoint>(points: &[P], weights: &[f64]) -> Result<(), SplineError
     if let Some(index) = points.iter().position(|p| !p.finite()) {
         return Err(SplineError::Point { index });
     }
-    match weights.iter().position(|&w| !(w > 0.0 && w.is_finite())) {
+    check_weights(weights)
+}
+
+/// Checks that the weights are in range.
+pub(crate) fn check_weights(weights: &[f64]) -> Result<(), SplineError> {
+    match weights.iter().position(|w| !WEIGHTS.contains(w)) {
         Some(index) => Err(SplineError::Weight { index, weight: weights[index] }),
         None => Ok(()),
     }

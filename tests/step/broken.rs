@@ -272,7 +272,7 @@ fn faults_of_splines_are_told_with_their_numbers() {
         (knots(1, &two, "2,3 0.,1."), "step-spline", "5 knots do not fit 2 control points of degree 1"),
         (knots(61, &two, "2,2 0.,1."), "step-spline", "degree 61 is not in 1..=60"),
         (knots(1, &apart, "2,2,2 0.,1.,2."), "step-spline", "it jumps at knot 1"),
-        (rational, "step-spline", "weight 3 is -1, not positive and finite"),
+        (rational, "step-spline", "weight 3 is -1, not within 1e-30 to 1e30"),
         (format!("BEZIER_SURFACE('',2,1,{two})"), "step-spline", "2 control points are too few for degree 2"),
         (format!("BEZIER_SURFACE('',2,1,{apart})"), "step-spline", "4 control points are not a chain of Bézier pieces"),
         (knots(1, &net("(#81,#82),(#81)"), "2,2 0.,1."), "step-layout", ""),

@@ -292,13 +292,17 @@ fn b_spline_surfaces_of_every_form() {
     }
     let uniform = roof() + &format!("#60=UNIFORM_SURFACE('',1,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);");
     near(face(&uniform).surface.point(1.0, 0.5), DVec3::new(2.0, 2.0, 2.0));
-    let rational = roof()
-        + &format!(
+    let rational = |weights: &str| {
+        let net = format!(
             "#60=(BOUNDED_SURFACE()B_SPLINE_SURFACE(2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.)\
              B_SPLINE_SURFACE_WITH_KNOTS((3,3),(2,2),(0.,1.),(0.,1.),.UNSPECIFIED.)GEOMETRIC_REPRESENTATION_ITEM()\
-             RATIONAL_B_SPLINE_SURFACE(((1.,1.),(3.,3.),(1.,1.)))REPRESENTATION_ITEM('')SURFACE());"
+             RATIONAL_B_SPLINE_SURFACE(({weights}))REPRESENTATION_ITEM('')SURFACE());"
         );
-    near(face(&rational).surface.point(0.5, 0.5), DVec3::new(2.0, 2.0, 1.5));
+        face(&(roof() + &net)).surface.point(0.5, 0.5)
+    };
+    near(rational("(1.,1.),(3.,3.),(1.,1.)"), DVec3::new(2.0, 2.0, 1.5));
+    // Equal weights cancel, however large.
+    near(rational("(1.E200,1.E200),(1.E200,1.E200),(1.E200,1.E200)"), DVec3::new(2.0, 2.0, 1.0));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use super::spline;
 use super::table::{Entity, Read, Trouble};
-use crate::model::{MAX_DEGREE, NurbsCurve3, NurbsSurface, SplineError, StepTrouble};
+use crate::model::{self, MAX_DEGREE, NurbsCurve3, NurbsSurface, SplineError, StepTrouble};
 use std::iter::repeat_n;
 
 /// Implied knot vectors of B-splines that state none.
@@ -91,11 +91,11 @@ pub(super) fn check_weights(weights: Vec<f64>, count: usize, id: u64) -> Read<Ve
     if weights.len() != count {
         return Err(Trouble::new(id, SplineError::Weights { weights: weights.len(), points: count }));
     }
-    if let Some(index) = weights.iter().position(|w| *w <= 0.0) {
-        return Err(Trouble::new(id, SplineError::Weight { index, weight: weights[index] }));
+    if weights[0] > 0.0 && weights[0] < f64::INFINITY && weights.iter().all(|w| *w == weights[0]) {
+        return Ok(Vec::new());
     }
-    let equal = weights.windows(2).all(|pair| pair[0] == pair[1]);
-    Ok(if equal { Vec::new() } else { weights })
+    model::check_weights(&weights).map_err(|error| Trouble::new(id, error))?;
+    Ok(weights)
 }
 
 /// Removes knots of too high multiplicity where both sides of the break meet in one point.
