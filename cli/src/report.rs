@@ -471,8 +471,8 @@ mod tests {
             degradation,
         };
         let degraded = vec![
-            bad(0, Degradation::NotSimple { split: 1, depth: 1.0, place: None }, 0),
-            bad(0, Degradation::NotSimple { split: 2, depth: 1.0, place: None }, 1),
+            bad(0, Degradation::NotSimple { split: 1, depth: 1.0, chord: 0.5, place: None }, 0),
+            bad(0, Degradation::NotSimple { split: 2, depth: 1.0, chord: 0.5, place: None }, 1),
             bad(1, Degradation::Empty, 2),
             bad(2, Degradation::Empty, 3),
         ];

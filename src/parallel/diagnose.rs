@@ -8,7 +8,7 @@ use crate::model::{Diagnostic, DiagnosticKind, FaceId, PartId, Severity, TileTro
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedFace;
 use glam::DVec3;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 /// Fraction of a face's area that may have a winding number other than 1 without a warning. Noise in boundaries stays
 /// far below.
@@ -45,8 +45,7 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
             Degradation::NotSimple { .. } if row_of(prepared, tile.part, tile.face).is_some_and(|row| row.crosses) => {
                 continue;
             }
-            // Loops that touch, but for what the file treats as one point.
-            Degradation::NotSimple { depth, .. } if *depth <= coincidence(prepared, tile.part) => Severity::Note,
+            Degradation::NotSimple { .. } if !is_deep(tile, prepared) => Severity::Note,
             Degradation::NotSimple { .. } | Degradation::Filled(_) => Severity::Warning,
             Degradation::Empty if lost && !prepared.scene.has_no_area(tile.part, tile.face) => Severity::Warning,
             // The tile is thinner than the tolerance; its neighbours close over it.
@@ -70,14 +69,16 @@ fn add_degraded(all: &mut Vec<Diagnostic>, made: &FrameReport, meshed: &[Vec<boo
     }));
 }
 
+/// Whether loops of the tile overlap by more than the chord tolerance, and more than what the file treats as one point.
+/// Chords of curves that are tangent in a corner may cross where the curves do not: the mesh is within the tolerance.
+fn is_deep(tile: &DegradedTile, prepared: &Prepared) -> bool {
+    let coincidence = prepared.parts.get(tile.part.index()).map_or(0.0, |rows| rows.facts.coincidence);
+    matches!(tile.degradation, Degradation::NotSimple { depth, chord, .. } if depth > coincidence.max(chord))
+}
+
 /// The prepared face; `None` if prepare could not use it.
 fn row_of(prepared: &Prepared, part: PartId, face: FaceId) -> Option<&PreparedFace> {
     prepared.parts.get(part.index())?.face(face)
-}
-
-/// Distance within which the source of a part treats two points as one, mm.
-fn coincidence(prepared: &Prepared, part: PartId) -> f64 {
-    prepared.parts.get(part.index()).map_or(0.0, |rows| rows.facts.coincidence)
 }
 
 /// A point near the middle of a face's first tile, part coordinates.
@@ -135,9 +136,12 @@ fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &P
     }
 }
 
-/// Adds a warning for each face with rewound area above [`TOLERATED`] and beyond [`ROUNDING`].
+/// Adds a warning for each face with loops that overlap deeply, and rewound area above [`TOLERATED`] and beyond
+/// [`ROUNDING`].
 fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: &FrameView<'_>, prepared: &Prepared) {
-    let rewound = || made.fills.iter().filter(|fill| fill.rewound > 0.0);
+    let deep = made.degraded.iter().filter(|tile| is_deep(tile, prepared));
+    let deep: BTreeSet<(PartId, FaceId)> = deep.map(|tile| (tile.part, tile.face)).collect();
+    let rewound = || made.fills.iter().filter(|fill| fill.rewound > 0.0 && deep.contains(&(fill.part, fill.face)));
     let mut areas: BTreeMap<(PartId, FaceId), f64> = rewound().map(|fill| ((fill.part, fill.face), 0.0)).collect();
     for batch in &frame.batches {
         let Some(area) = areas.get_mut(&(batch.part, batch.face)) else { continue };

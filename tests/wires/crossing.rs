@@ -6,11 +6,11 @@ use crate::{
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
-use trimtess::frame::{Rung, Tolerance, plan};
+use trimtess::frame::{Degradation, Rung, Tolerance, plan};
 use trimtess::mesh::{MemorySink, check_scene};
 use trimtess::model::{
-    Coedge, CurveKind, DiagnosticKind, Edge, FaceTrouble, Frame3, Loop, NurbsCurve3, Part, PartBuilder, ShellKind,
-    Surface, WireTrouble,
+    Coedge, CurveKind, DiagnosticKind, Edge, FaceTrouble, Frame3, Loop, NurbsCurve3, Part, PartBuilder, Severity,
+    ShellKind, Surface, WireTrouble,
 };
 use trimtess::parallel::serial;
 
@@ -95,6 +95,42 @@ fn a_lobe_whose_edges_cross_above_each_other_leaves_no_crack() {
             }
         }
     }
+}
+
+#[test]
+fn chords_of_curves_that_touch_in_a_cusp_may_cross_within_the_tolerance() {
+    // Parabolas y = x² and y = (1 + gap) x² from (0, 0) to x = 4, and the line between their ends.
+    let mut crossed = 0;
+    for gap in [0.01, 0.02, 0.05, 0.1, 0.2] {
+        let mut part = PartBuilder::new("cusp");
+        let shell = part.plain_shell(ShellKind::Open);
+        let ends = [0.0, 16.0, 16.0 * (1.0 + gap)].map(|y: f64| DVec3::new(if y > 0.0 { 4.0 } else { 0.0 }, y, 0.0));
+        let [cusp, low, high] = ends.map(|p| part.vertex(p));
+        let parabola = |part: &mut PartBuilder, to, point: DVec3| {
+            let curve = NurbsCurve3::bezier(vec![DVec3::ZERO, DVec3::X * 2.0, point], Vec::new());
+            part.edge(Edge { range: curve.domain(), curve, start: cusp, end: to, kind: CurveKind::Spline, entity: 0 })
+        };
+        let sides = [parabola(&mut part, low, ends[1]), parabola(&mut part, high, ends[2])];
+        let wire = vec![sides[0].along(), part.line(low, high).along(), sides[1].against()];
+        part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(wire)], false);
+        let prepared = prepared(part.finish().expect("a sound part"));
+        for k in 0..40 {
+            let chord = 0.5 * 0.8_f64.powi(k);
+            let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge: None }));
+            let mut sink = MemorySink::default();
+            let report = serial(&prepared, &plan, true, &mut sink).expect("a frame");
+            let told = report.diagnostics(&sink, &prepared);
+            assert!(told.iter().all(|d| d.severity == Severity::Note), "{gap} {chord}: {told:?}");
+            let depths = report.degraded.iter().map(|tile| match tile.degradation {
+                Degradation::NotSimple { depth, .. } => depth,
+                _ => panic!("{gap} {chord}: {tile:?}"),
+            });
+            crossed += depths.filter(|depth| *depth > 1e-5).count();
+            let facts = check_scene(&sink).total;
+            assert_eq!(facts.defects, 0, "{gap} {chord}: {facts}");
+        }
+    }
+    assert!(crossed > 0, "no chords cross");
 }
 
 #[test]

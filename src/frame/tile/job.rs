@@ -95,7 +95,7 @@ impl<'a> Job<'a> {
                 let first = mesh.origins.iter().position(|o| matches!(o, Origin::Crossing { .. }));
                 let place = first.map(|k| mesh.positions[k]);
                 let depth = depth_of_layers(&scratch.trimmed.layers, &mesh.positions);
-                (Rung::Repaired.max(least), Some(Degradation::NotSimple { split, depth, place }))
+                (Rung::Repaired.max(least), Some(Degradation::NotSimple { split, depth, chord: lattice.chord, place }))
             }
             Ok(outcome) => (Rung::of(outcome, &scratch.trimmed.stats).max(least), None),
         };

@@ -96,6 +96,8 @@ pub enum Degradation {
         split: u32,
         /// How far points that the loops wind around, but not exactly once, may be from the outline of these, mm.
         depth: f64,
+        /// The tile's chord tolerance, mm.
+        chord: f64,
         /// The first crossing in the part's coordinates, if segments had to be split.
         place: Option<DVec3>,
     },
