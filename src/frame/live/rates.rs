@@ -10,7 +10,7 @@ use super::rate::{Rate, Step, Terms, band, growth_of, step, steps_of};
 use crate::frame::plan::lattice::{LatticeRequest, Lattices, is_single, places};
 use crate::frame::plan::limits::{Budget, PlanLimits};
 use crate::frame::plan::output::{EdgePolyline, Plan, cells};
-use crate::frame::plan::tessellants::{Tessellants, is_bare, turns_more_than_bends};
+use crate::frame::plan::tessellants::{NarrowestCells, Tessellants, is_bare, turns_more_than_bends};
 use crate::frame::tolerance::BoxTolerances;
 use crate::frame::tolerance::part_camera::PixelScale;
 use crate::math::bits::ones;
@@ -420,7 +420,7 @@ impl Rates {
                 return Some(NewTessellants { rate, made: None });
             }
         }
-        let (line, kept) = tessellants.polyline(edge, &page.tiles, &need, 1.0);
+        let (line, kept) = tessellants.polyline(edge, &mut NarrowestCells::of(&page.tiles), &need, 1.0);
         if *page.edges[k] == line {
             let made = TessellantUpdate { line: None, tiles: SmallVec::new(), kept };
             return Some(NewTessellants { rate, made: Some(made) });

@@ -433,7 +433,7 @@ impl Round {
                 let bare = bare.or_else(|| bare_within(edge, &mut cells, strictest.as_ref()?, self.density));
                 let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
                     asked.over(edge.bounds.places(), &mut need);
-                    tessellants.polyline(edge, tiles, &need, self.density)
+                    tessellants.polyline(edge, &mut cells, &need, self.density)
                 });
                 let tessellants = line.ts.len() as u64;
                 (line, tessellants, (!kept).then_some(()))

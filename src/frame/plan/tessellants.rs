@@ -73,12 +73,12 @@ impl Tessellants {
     pub(crate) fn polyline(
         &mut self,
         edge: &PreparedEdge,
-        tiles: &PlanRows<TileLattice>,
+        cells: &mut NarrowestCells<'_>,
         need: &BoxTolerances,
         factor: f64,
     ) -> (EdgePolyline, bool) {
         let own = OwnDensity::of(edge, &need.tolerance, factor);
-        if edge.uses.is_empty() || one_is_enough(edge, &own, &mut NarrowestCells::of(tiles)) {
+        if edge.uses.is_empty() || one_is_enough(edge, &own, cells) {
             return (breaks_alone(edge), true);
         }
         let most = most_lines(need.tolerance.around(need.radius, true));
@@ -87,7 +87,7 @@ impl Tessellants {
         let made = loop {
             // A segment in several strips must meet the tolerances of all of them.
             dilate(&need.shares, need.shares.len().max(1), reach, &mut shares);
-            let made = self.spread(edge, tiles, &own, (&shares, most));
+            let made = self.spread(edge, cells.tiles, &own, (&shares, most));
             let touched = if reach == 0 { 1 } else { most_touched(&edge.bounds.breaks, &made.0.ts) };
             if touched <= reach + 1 {
                 break made;
@@ -316,34 +316,27 @@ fn limit_to_cells(
     // The most cells that a step crosses per share of the tile.
     let per = [&lattice.us, &lattice.vs].map(|lines| (1.0 + ROUNDING) / narrowest(lines));
     let strips = strips.zip(breaks[image.strip..].windows(2));
-    if f64::from(image.ways[0]) * per[0] + f64::from(image.ways[1]) * per[1] <= TRAVERSALS * (nu + nv) {
-        // No noise: each strip by itself, and only those where cells may limit segments more than the rest does.
-        let (mut last, mut from) = (start, None);
-        for ((rate, &[u, v]), (steps, ends)) in rates.iter_mut().skip(image.strip).zip(image.rates).zip(strips) {
-            let length = length_of(ends);
-            let bound = larger(f64::from(u) * per[0], f64::from(v) * per[1]);
-            if bound * length + ROUNDING <= *rate * length {
-                from = None;
-            } else {
-                let begin = from.unwrap_or_else(|| cells_at(&mut along, last));
-                let (most, end) = longest_step(&mut along, begin, steps);
-                *rate = larger(image.steps as f64 * most / length, *rate);
-                from = Some(end);
-            }
-            last = steps[steps.len() - 1];
-        }
-        return;
-    }
+    let is_noise = f64::from(image.ways[0]) * per[0] + f64::from(image.ways[1]) * per[1] > TRAVERSALS * (nu + nv);
     wanted.clear();
-    let (mut total, mut from) = (0.0, cells_at(&mut along, start));
-    for (steps, ends) in strips {
-        let most;
-        (most, from) = longest_step(&mut along, from, steps);
-        let cells = image.steps as f64 * most;
-        wanted.push(cells / length_of(ends));
-        total += cells;
+    let (mut total, mut last, mut from) = (0.0, start, None);
+    for ((rate, &[u, v]), (steps, ends)) in rates.iter().skip(image.strip).zip(image.rates).zip(strips) {
+        let length = length_of(ends);
+        let bound = larger(f64::from(u) * per[0], f64::from(v) * per[1]);
+        if !is_noise && bound * length + ROUNDING <= *rate * length {
+            // Cells limit segments less than the rest does.
+            wanted.push(0.0);
+            from = None;
+        } else {
+            let begin = from.unwrap_or_else(|| cells_at(&mut along, last));
+            let (most, end) = longest_step(&mut along, begin, steps);
+            let cells = image.steps as f64 * most;
+            wanted.push(cells / length);
+            total += cells;
+            from = Some(end);
+        }
+        last = steps[steps.len() - 1];
     }
-    let share = (TRAVERSALS * (nu + nv) / total).min(1.0);
+    let share = if is_noise { (TRAVERSALS * (nu + nv) / total).min(1.0) } else { 1.0 };
     for (rate, wanted) in rates.iter_mut().skip(image.strip).zip(&*wanted) {
         *rate = larger(*wanted * share, *rate);
     }
@@ -465,5 +458,30 @@ mod tests {
             }
         }
         assert!(raised > 100 && kept > 100, "{raised} strips that cells limit, {kept} others");
+    }
+
+    #[test]
+    fn images_that_run_back_and_forth_get_64_traversals() {
+        let lines = |count: u32| (0..=count).map(|k| f64::from(k * (k + 9)) / f64::from(count * (count + 9))).collect();
+        let lattice = TileLattice { us: lines(8), vs: lines(1), chord: 1.0, loosest: 1.0 };
+        // Four traversals a strip. The last strips have half of a traversal in each of their steps.
+        let segments = |strips: usize, halves: usize| {
+            let turn = |k: usize| if k < 4 * strips { (k % 2) as f32 } else { (k % 2) as f32 / 2.0 };
+            let places: Vec<_> = (0..=4 * (strips + halves)).map(|k| [turn(k), 0.0]).collect();
+            let steps = std::iter::repeat_n([4.0, 0.0], strips).chain(std::iter::repeat_n([2.0, 0.0], halves));
+            let (rates, ends) = (steps.collect::<Vec<_>>(), [0.0, (strips + halves) as f64]);
+            let ways = [(4 * strips + 2 * halves) as f32, 0.0];
+            let image = EdgeImage { ends, strip: 0, places: &places, steps: 4, rates: &rates, ways };
+            let breaks: Vec<f64> = (0..=strips + halves).map(|k| k as f64).collect();
+            let mut rates = vec![0.5; strips + halves];
+            limit_to_cells(&image, &lattice, &breaks, &mut rates, &mut Vec::new());
+            rates
+        };
+        // As many traversals as may be, each of eight cells; and twice as many.
+        assert_eq!(segments(8, 0), [32.0; 8]);
+        let noise = segments(100, 100);
+        assert!((noise.iter().sum::<f64>() - 64.0 * 9.0).abs() < 1e-9, "{noise:?}");
+        let least = cell_coordinate(&lattice.us, 0.5) / 8.0;
+        assert!((noise[150] - least * noise[50]).abs() < 1e-9, "{noise:?}");
     }
 }
