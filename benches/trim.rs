@@ -155,6 +155,20 @@ fn comb_hole(count: u32) -> Tile {
     Tile::new((1, 1)).with_border(1.0).with(points)
 }
 
+/// One cell with a hole whose teeth lean, to both sides: half of them split an interval whichever way the sweep goes.
+fn double_comb_hole(count: u32) -> Tile {
+    let mut random = random();
+    let teeth = count / 4;
+    let lean = |x: f64, k: f64| DVec2::new(x, 0.35 + 0.3 * k / f64::from(teeth) + 0.4 * (x - 0.5));
+    let mut side = |outer: f64, inner: f64| {
+        let tooth =
+            |k: u32| [lean(outer + (0.5 - outer) * 0.8 * random(), f64::from(k)), lean(inner, f64::from(k) + 0.5)];
+        (0..teeth).flat_map(tooth).collect::<Vec<_>>()
+    };
+    let (left, right) = (side(0.1, 0.49), side(0.9, 0.51));
+    Tile::new((1, 1)).with_border(1.0).with(left.into_iter().chain(right.into_iter().rev()))
+}
+
 fn bench(c: &mut Criterion) {
     let mut run = |group: &str, id: BenchmarkId, tile: &Tile| {
         let (mut scratch, mut out) = (TrimScratch::default(), TrimOutput::default());
@@ -184,6 +198,7 @@ fn bench(c: &mut Criterion) {
         run("one_cell", BenchmarkId::new("comb", count), &comb(count));
         run("one_cell", BenchmarkId::new("mirrored_comb", count), &mirrored_comb(count));
         run("one_cell", BenchmarkId::new("comb_hole", count), &comb_hole(count));
+        run("one_cell", BenchmarkId::new("double_comb_hole", count), &double_comb_hole(count));
     }
     run("cylinder", BenchmarkId::new("plate", 16), &plate((40, 1), 4));
     let tile = pierced(1.0);
