@@ -18,6 +18,7 @@ pub(crate) mod output;
 mod bits;
 mod trace;
 mod runs;
+mod order;
 mod flip;
 mod sweep;
 mod levels;

@@ -10,31 +10,26 @@
 //! Diagonals and triangles are cut off chains, so the boundary of all triangles is the loops, whatever the input: that
 //! all are positive is the only thing to prove, and it is checked. Simple loops, with holes and islands to any depth,
 //! always pass. Cost: a sort, and searches in the list of intervals: one per split, and one per interval that has begun
-//! since the last split and is still open.
+//! since the last split and is still open. If there are many fewer splits from right to left, the line moves that way.
 
 use super::flip::{BORDER, Mesh};
 use super::input::NONE;
+use super::order::Order;
 use super::runs::{Place, Runs};
-use crate::math::lanes::{larger, smaller};
 use crate::math::predicates::orient2d;
 use glam::DVec2;
-use std::cmp::Ordering;
 
 /// Work space of [`Sweep::triangulate`].
 #[derive(Default)]
 pub(crate) struct Sweep {
-    /// By rank, which is the order in which the line meets the vertices: the vertex in its low half, and its coordinate
-    /// along the way of the line in the other. The box is [`STEPS`] long.
-    order: Vec<u64>,
-    /// Work space of [`sort_by_steps`].
-    spare: Vec<u64>,
-    /// By vertex, its rank. All else counts vertices by rank.
-    rank: Vec<u32>,
+    order: Order,
     points: Vec<DVec2>,
-    /// Whether the line moves along y.
-    is_tall: bool,
     links: Vec<Link>,
+    /// By vertex, the interval bounded by the segment that starts from it.
+    bounded: Vec<u32>,
     intervals: Vec<Interval>,
+    /// By interval, the ends of the segment below: the search needs nothing else.
+    lines: Vec<[DVec2; 2]>,
     /// The intervals that were open at the last split, from below. Only a split needs their order.
     cut: Runs,
     /// Intervals that began since then.
@@ -45,28 +40,16 @@ pub(crate) struct Sweep {
     mesh: Mesh,
 }
 
-/// Bits of a digit. A step has two.
-const DIGIT: u32 = 11;
-
-/// Steps along the way of the line.
-const STEPS: u32 = 1 << (2 * DIGIT);
-
-/// Fewer keys than this are sorted by comparisons: all digits are counted, however few keys there are.
-const FEW_KEYS: usize = 600;
-
-/// A vertex's neighbours in its loop, and the interval bounded by the segment that starts from it.
+/// A vertex's neighbours in its loop.
 #[derive(Clone, Copy)]
 struct Link {
     from: u32,
     to: u32,
-    interval: u32,
 }
 
 /// A stretch of the sweep line inside the region.
 #[derive(Clone, Copy)]
 struct Interval {
-    /// The ends of the segment below: the search needs nothing else.
-    line: [DVec2; 2],
     /// Where the segment above starts, which runs to the left.
     above: u32,
     /// The ends of the chain: nodes of the left ends of both segments. `low` is [`NONE`] once the interval has ended.
@@ -105,7 +88,7 @@ impl Sweep {
             self.meet(v)?;
         }
         self.mesh.flip(&self.points);
-        self.mesh.rename(|v| ids[self.order[v as usize] as u32 as usize]);
+        self.mesh.rename(|v| ids[self.order.vertex(v) as usize]);
         Ok(&mut self.mesh)
     }
 
@@ -115,29 +98,28 @@ impl Sweep {
     }
 
     fn load(&mut self, points: &[DVec2], ids: &[u32], starts: &[u32]) {
-        let n = ids.len() as u32;
-        let ends = starts.iter().skip(1).copied().chain([n]);
+        let ends = starts.iter().skip(1).copied().chain([ids.len() as u32]);
         // The two segments of a loop of two vertices cancel.
         let loops = starts.iter().copied().zip(ends).filter(|(start, end)| end - start > 2);
-        self.sort(|v| points[ids[v as usize] as usize], n, loops.clone());
-        self.rank.resize(ids.len(), 0);
-        for (&key, rank) in self.order.iter().zip(0..) {
-            self.rank[key as u32 as usize] = rank;
-        }
-        self.points.resize(self.order.len(), DVec2::ZERO);
-        self.links.resize(self.order.len(), Link { from: 0, to: 0, interval: NONE });
+        self.order.sort(points, ids, loops.clone());
+        let count = self.order.len();
+        self.points.resize(count, DVec2::ZERO);
+        self.links.resize(count, Link { from: 0, to: 0 });
         for (start, end) in loops {
             let vertices = start as usize..end as usize;
-            let ranks = &self.rank[vertices.clone()];
+            let ranks = &self.order.ranks()[vertices.clone()];
             let mut from = ranks[ranks.len() - 1];
             let after = ranks[1..].iter().chain(&ranks[..1]);
             for ((&rank, &to), &id) in ranks.iter().zip(after).zip(&ids[vertices]) {
                 self.points[rank as usize] = points[id as usize];
-                self.links[rank as usize] = Link { from, to, interval: NONE };
+                self.links[rank as usize] = Link { from, to };
                 from = rank;
             }
         }
+        self.bounded.clear();
+        self.bounded.resize(count, NONE);
         self.intervals.clear();
+        self.lines.clear();
         self.cut.clear();
         self.began.clear();
         self.ended.clear();
@@ -145,52 +127,22 @@ impl Sweep {
         self.mesh.clear();
     }
 
-    /// Puts the vertices of loops into the order in which the line meets them. It moves along the longer side of their
-    /// box: the triangles that it leaves are wider that way, and fewer of them are flipped.
-    fn sort(&mut self, point: impl Fn(u32) -> DVec2, count: u32, loops: impl Iterator<Item = (u32, u32)>) {
-        let (low, high) = (0..count).map(&point).fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
-            let axis = |k: usize| (smaller(p[k], low[k]), larger(p[k], high[k]));
-            let [x, y] = [0, 1].map(axis);
-            (DVec2::new(x.0, y.0), DVec2::new(x.1, y.1))
-        });
-        // Turned by a right angle if it is tall.
-        let size = high - low;
-        let tall = size.y > size.x;
-        self.is_tall = tall;
-        let along = |p: DVec2| if tall { p.y } else { p.x };
-        let steps = f64::from(STEPS - 1) / along(size);
-        self.order.clear();
-        for (start, end) in loops {
-            let key = |v: u32| u64::from(((along(point(v)) - along(low)) * steps) as u32) << 32 | u64::from(v);
-            self.order.extend((start..end).map(key));
-        }
-        sort_by_steps(&mut self.order, &mut self.spare);
-        // Those of one step.
-        let exact = |key: u64| {
-            let p = point(key as u32);
-            (along(p), if tall { -p.x } else { p.y }, key)
-        };
-        for same in self.order.chunk_by_mut(|a, b| a >> 32 == b >> 32).filter(|same| same.len() > 1) {
-            same.sort_unstable_by(|&a, &b| exact(a).partial_cmp(&exact(b)).unwrap_or(Ordering::Equal));
-        }
-    }
-
     /// Moves the line over vertex `v`.
     #[inline(always)]
     fn meet(&mut self, v: u32) -> Result<(), NotSimple> {
-        let Link { from, to, .. } = self.links[v as usize];
+        let Link { from, to } = self.links[v as usize];
         match (from < v, to < v) {
             (true, false) => {
                 let interval = self.bounded_by(from)?;
                 self.extend_low(interval, v, BORDER);
-                self.intervals[interval as usize].line = [v, to].map(|v| self.points[v as usize]);
-                self.links[v as usize].interval = interval;
+                self.lines[interval as usize] = [v, to].map(|v| self.points[v as usize]);
+                self.bounded[v as usize] = interval;
             }
             (false, true) => {
                 let interval = self.bounded_by(v)?;
                 self.extend_high(interval, v, BORDER);
                 self.intervals[interval as usize].above = from;
-                self.links[from as usize].interval = interval;
+                self.bounded[from as usize] = interval;
             }
             (true, true) => {
                 let (over, under) = (self.bounded_by(from)?, self.bounded_by(v)?);
@@ -218,20 +170,15 @@ impl Sweep {
 
     /// The interval bounded by the segment that starts from `v`.
     fn bounded_by(&self, v: u32) -> Result<u32, NotSimple> {
-        let interval = self.links[v as usize].interval;
+        let interval = self.bounded[v as usize];
         if interval == NONE { Err(NotSimple) } else { Ok(interval) }
-    }
-
-    /// The coordinate of a point along the line, rounded.
-    fn across(&self, point: DVec2) -> f32 {
-        (if self.is_tall { -point.x } else { point.y }) as f32
     }
 
     /// The place after the intervals whose lower segment is below vertex `v`.
     fn place_of(&self, v: u32) -> Place {
         let point = self.points[v as usize];
-        self.cut.after(self.across(point), |interval| {
-            let [from, to] = self.intervals[interval as usize].line;
+        self.cut.after(self.order.height(point), |interval| {
+            let [from, to] = self.lines[interval as usize];
             orient2d(from, to, point) > 0.0
         })
     }
@@ -242,21 +189,21 @@ impl Sweep {
             self.cut.remove(old);
         }
         while let Some(new) = self.began.pop() {
-            let Interval { line, low, .. } = self.intervals[new as usize];
+            let (low, line) = (self.intervals[new as usize].low, self.lines[new as usize]);
             if low == NONE {
                 continue;
             }
             // At the later of their starts, both segments are there.
             let first = self.nodes[low as usize].vertex;
-            let place = self.cut.after(self.across(line[0]), |other| {
-                let other = &self.intervals[other as usize];
-                if self.nodes[other.low as usize].vertex < first {
-                    side(other.line, line) > 0.0
+            let place = self.cut.after(self.order.height(line[0]), |other| {
+                let other_line = self.lines[other as usize];
+                if self.nodes[self.intervals[other as usize].low as usize].vertex < first {
+                    side(other_line, line) > 0.0
                 } else {
-                    side(line, other.line) < 0.0
+                    side(line, other_line) < 0.0
                 }
             });
-            self.cut.insert(place, new, self.across(line[0]));
+            self.cut.insert(place, new, self.order.height(line[0]));
         }
     }
 
@@ -265,9 +212,10 @@ impl Sweep {
         let line = [v, to].map(|v| self.points[v as usize]);
         let node = self.add_node(Node { point: line[0], vertex: v, lower: NONE, upper: NONE, edge: BORDER });
         let interval = self.intervals.len() as u32;
-        self.intervals.push(Interval { line, above: from, low: node, high: node, last: node });
-        self.links[v as usize].interval = interval;
-        self.links[from as usize].interval = interval;
+        self.lines.push(line);
+        self.intervals.push(Interval { above: from, low: node, high: node, last: node });
+        self.bounded[v as usize] = interval;
+        self.bounded[from as usize] = interval;
         self.began.push(interval);
     }
 
@@ -285,13 +233,14 @@ impl Sweep {
         self.link(twin, onward, edge);
         let line = [v, to].map(|v| self.points[v as usize]);
         let high_of_upper = if onward == NONE { twin } else { high };
-        self.intervals.push(Interval { line, above, low: twin, high: high_of_upper, last: twin });
+        self.lines.push(line);
+        self.intervals.push(Interval { above, low: twin, high: high_of_upper, last: twin });
         let interval = &mut self.intervals[lower as usize];
         (interval.above, interval.high) = (from, last);
-        self.links[from as usize].interval = lower;
-        self.links[above as usize].interval = upper;
-        self.links[v as usize].interval = upper;
-        self.cut.insert(place, upper, self.across(line[0]));
+        self.bounded[from as usize] = lower;
+        self.bounded[above as usize] = upper;
+        self.bounded[v as usize] = upper;
+        self.cut.insert(place, upper, self.order.height(line[0]));
         let diagonal = self.mesh.add_edge();
         self.extend_high(lower, v, diagonal);
         self.extend_low(upper, v, diagonal);
@@ -300,15 +249,16 @@ impl Sweep {
 
     /// Joins two intervals that meet at a vertex which points to the right, into the region.
     fn join(&mut self, under: u32, over: u32, v: u32) {
-        self.extend_high(under, v, BORDER);
-        self.extend_low(over, v, BORDER);
+        let point = self.points[v as usize];
         let Interval { above, low, high, .. } = self.intervals[over as usize];
-        let joint = self.intervals[under as usize].high;
-        let Node { upper: onward, edge, .. } = self.nodes[low as usize];
-        self.link(joint, onward, edge);
+        let (lower, lower_edge) = self.cut_high(self.intervals[under as usize].high, (v, point), BORDER);
+        let (upper, edge) = self.cut_low(low, (v, point), BORDER);
+        let joint = self.add_node(Node { point, vertex: v, lower, upper, edge });
+        self.link(lower, joint, lower_edge);
+        self.nodes[upper as usize].lower = joint;
         let interval = &mut self.intervals[under as usize];
         (interval.above, interval.high, interval.last) = (above, high, joint);
-        self.links[above as usize].interval = under;
+        self.bounded[above as usize] = under;
         self.intervals[over as usize].low = NONE;
     }
 
@@ -349,9 +299,18 @@ impl Sweep {
 
     /// Appends `v` above a chain, as [`Self::extend_low`] does below.
     #[inline(always)]
-    fn extend_high(&mut self, interval: u32, v: u32, mut edge: u32) {
+    fn extend_high(&mut self, interval: u32, v: u32, edge: u32) {
         let point = self.points[v as usize];
-        let mut high = self.intervals[interval as usize].high;
+        let (high, edge) = self.cut_high(self.intervals[interval as usize].high, (v, point), edge);
+        let node = self.add_node(Node { point, vertex: v, lower: high, upper: NONE, edge: BORDER });
+        self.link(high, node, edge);
+        let interval = &mut self.intervals[interval as usize];
+        (interval.high, interval.last) = (node, node);
+    }
+
+    /// Cuts off the triangles between `v` and a chain from its highest node on, as [`Self::cut_low`] does.
+    #[inline(always)]
+    fn cut_high(&mut self, mut high: u32, (v, point): (u32, DVec2), mut edge: u32) -> (u32, u32) {
         let mut b = self.nodes[high as usize];
         while b.lower != NONE {
             let a = self.nodes[b.lower as usize];
@@ -361,10 +320,7 @@ impl Sweep {
             edge = self.mesh.add([v, b.vertex, a.vertex], [edge, a.edge]);
             (high, b) = (b.lower, a);
         }
-        let node = self.add_node(Node { point, vertex: v, lower: high, upper: NONE, edge: BORDER });
-        (self.nodes[high as usize].upper, self.nodes[high as usize].edge) = (node, edge);
-        let interval = &mut self.intervals[interval as usize];
-        (interval.high, interval.last) = (node, node);
+        (high, edge)
     }
 
     fn add_node(&mut self, node: Node) -> u32 {
@@ -386,30 +342,6 @@ impl Sweep {
 fn side([from, to]: [DVec2; 2], [start, end]: [DVec2; 2]) -> f64 {
     let turn = orient2d(from, to, start);
     if turn == 0.0 { orient2d(from, to, end) } else { turn }
-}
-
-/// Sorts keys. Their lower halves ascend already.
-fn sort_by_steps(keys: &mut Vec<u64>, spare: &mut Vec<u64>) {
-    if keys.len() < FEW_KEYS {
-        keys.sort_unstable();
-        return;
-    }
-    spare.resize(keys.len(), 0);
-    for shift in [32, 32 + DIGIT] {
-        let digit = |key: u64| (key >> shift) as usize % (1 << DIGIT);
-        let mut places = [0; 1 << DIGIT];
-        keys.iter().for_each(|&key| places[digit(key)] += 1);
-        let mut sum = 0;
-        for place in &mut places {
-            sum += std::mem::replace(place, sum);
-        }
-        for &key in &*keys {
-            let place = &mut places[digit(key)];
-            spare[*place] = key;
-            *place += 1;
-        }
-        std::mem::swap(keys, spare);
-    }
 }
 
 #[cfg(test)]
@@ -505,19 +437,6 @@ mod tests {
     }
 
     #[test]
-    fn keys_are_sorted_by_digits_as_by_comparisons() {
-        let mut draw = SplitMix(3);
-        for steps in [1, 100, STEPS] {
-            let step = |_| u64::from((draw.unit() * f64::from(steps)) as u32);
-            let keys: Vec<u64> = (0..3 * FEW_KEYS).map(step).zip(0..).map(|(step, v)| step << 32 | v).collect();
-            let (mut by_digits, mut by_comparisons) = (keys.clone(), keys);
-            sort_by_steps(&mut by_digits, &mut vec![0; 10]);
-            by_comparisons.sort_unstable();
-            assert_eq!(by_digits, by_comparisons);
-        }
-    }
-
-    #[test]
     fn a_split_after_intervals_that_began_apart() {
         // Two strips, each with a hole. The line of the steep one, which starts last, is below the other's start.
         let strip = |from: DVec2, slope: f64| {
@@ -565,6 +484,28 @@ mod tests {
                 }
                 let triangles = upper.len() + lower.len() + hole.len() - 2;
                 assert_eq!(sweep(&points, &starts).ok(), Some(triangles), "{points:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn holes_with_many_teeth_in_any_direction() {
+        // Teeth of random depths to the left and to the right: the line moves one way or the other.
+        let mut draw = SplitMix(5);
+        for (left, right) in [(300, 300), (400, 0), (0, 400), (200, 20), (20, 200)] {
+            let mut side = |teeth: u32, sign: f64| {
+                let corner = |k: u32| {
+                    let x = if k.is_multiple_of(2) { 1.0 } else { 2.0 + 5.0 * draw.unit() };
+                    DVec2::new(sign * x, 8.0 * f64::from(k) / f64::from(2 * teeth).max(1.0) - 4.0)
+                };
+                (0..=2 * teeth).map(corner).chain((teeth == 0).then(|| DVec2::new(sign, 4.0))).collect::<Vec<_>>()
+            };
+            let (up, down) = (side(left, -1.0), side(right, 1.0));
+            let corners = [(-9.0, -5.0), (9.0, -5.0), (9.0, 5.0), (-9.0, 5.0)].map(DVec2::from);
+            let mut points: Vec<_> = corners.into_iter().chain(up).chain(down.into_iter().rev()).collect();
+            for _ in 0..4 {
+                assert_eq!(sweep(&points, &[0, 4]).ok(), Some(points.len()), "{left}, {right}");
+                points.iter_mut().for_each(|p| *p = p.perp());
             }
         }
     }

@@ -1,0 +1,191 @@
+//! Loops -> the order in which a sweep line meets their vertices, and the way that it moves.
+
+use crate::math::lanes::{larger, smaller};
+use glam::DVec2;
+use std::cmp::Ordering;
+
+/// Where vertices are along the way of a line, and where points are on the line.
+#[derive(Default)]
+pub(crate) struct Order {
+    /// By rank, which is the order in which the line meets the vertices: the vertex in its low half, and its coordinate
+    /// along the way of the line in the other.
+    keys: Vec<u64>,
+    /// By vertex, its rank.
+    ranks: Vec<u32>,
+    /// Points upwards along the line; across the segments if the vertices are many.
+    up: DVec2,
+}
+
+/// Fewer vertices are met from left to right, or upwards if their box is tall.
+const FEW: usize = 500;
+
+/// The line moves the other way if that saves a split per this many vertices.
+const PER_SPLIT: usize = 16;
+
+impl Order {
+    /// Puts the vertices of loops into the order in which the line meets them. `loops` are ranges of `ids`, each of at
+    /// least three.
+    ///
+    /// The line moves along the longer side of their box: the triangles that it leaves are wider that way, and fewer of
+    /// them are flipped.
+    pub(crate) fn sort(&mut self, points: &[DVec2], ids: &[u32], loops: impl Iterator<Item = (u32, u32)> + Clone) {
+        let point = |v: u32| points[ids[v as usize] as usize];
+        let bounds = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (low, high) = (0..ids.len() as u32).map(point).fold(bounds, |(low, high), p| {
+            let axis = |k: usize| (smaller(p[k], low[k]), larger(p[k], high[k]));
+            let [x, y] = [0, 1].map(axis);
+            (DVec2::new(x.0, y.0), DVec2::new(x.1, y.1))
+        });
+        // Turned by a right angle if it is tall.
+        let size = high - low;
+        let right = if size.y > size.x { DVec2::Y } else { DVec2::X };
+        self.up = right.perp();
+        let steps = f64::from(u32::MAX) / right.dot(size);
+        self.keys.clear();
+        for (start, end) in loops.clone() {
+            let key = |v: u32| u64::from((right.dot(point(v) - low) * steps) as u32) << 32 | u64::from(v);
+            self.keys.extend((start..end).map(key));
+        }
+        self.keys.sort_unstable();
+        // Those of one step.
+        let exact = |key: u64| {
+            let p = point(key as u32);
+            (right.dot(p), self.up.dot(p), key)
+        };
+        for same in self.keys.chunk_by_mut(|a, b| a >> 32 == b >> 32).filter(|same| same.len() > 1) {
+            same.sort_unstable_by(|&a, &b| exact(a).partial_cmp(&exact(b)).unwrap_or(Ordering::Equal));
+        }
+        self.ranks.resize(ids.len(), 0);
+        self.number();
+        if self.keys.len() >= FEW {
+            self.look_ahead(point, right, loops);
+        }
+    }
+
+    /// Ranks the vertices by the order of their keys.
+    fn number(&mut self) {
+        for (&key, rank) in self.keys.iter().zip(0..) {
+            self.ranks[key as u32 as usize] = rank;
+        }
+    }
+
+    /// Makes the line move the other way if many splits, which need a search, are joins then. Turns `up` across the
+    /// segments: both ends of a segment have one height where all have one slope.
+    fn look_ahead(&mut self, point: impl Fn(u32) -> DVec2, right: DVec2, loops: impl Iterator<Item = (u32, u32)>) {
+        // How many more splits than joins there are, at least. A vertex that points to the left splits an interval or
+        // starts one; an outline has one start more than joins, and a hole one less.
+        let mut surplus = 0;
+        let mut squares = DVec2::ZERO;
+        for (start, end) in loops {
+            let vertex = |v: u32| (self.ranks[v as usize], point(v));
+            let (mut before, mut at) = (vertex(end - 2), vertex(end - 1));
+            surplus -= 1;
+            for after in (start..end).map(vertex) {
+                let step = after.1 - at.1;
+                // Rounded: it is a guess. Without branches, which nobody foresees.
+                let turn = (at.1 - before.1).perp_dot(step);
+                let is_left = (at.0 < before.0) & (at.0 < after.0);
+                surplus += i64::from(is_left) * if turn < 0.0 { 1 } else { -1 };
+                squares += right.dot(step) * DVec2::new(right.dot(step), self.up.dot(step));
+                (before, at) = (at, after);
+            }
+        }
+        self.up -= right * (squares.y / squares.x);
+        if surplus > (self.keys.len() / PER_SPLIT) as i64 {
+            self.up = -self.up;
+            self.keys.reverse();
+            self.number();
+        }
+    }
+
+    /// The number of vertices.
+    pub(crate) fn len(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// The vertex of a rank.
+    pub(crate) fn vertex(&self, rank: u32) -> u32 {
+        self.keys[rank as usize] as u32
+    }
+
+    /// By vertex, its rank.
+    pub(crate) fn ranks(&self) -> &[u32] {
+        &self.ranks
+    }
+
+    /// About where a segment that starts from a point is on the line, from below.
+    pub(crate) fn height(&self, point: DVec2) -> f32 {
+        self.up.dot(point) as f32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A comb of this many teeth that point to the left and rise; it is wider than tall.
+    fn comb(teeth: u32, slope: f64) -> Vec<DVec2> {
+        let corner = |k: u32| {
+            let x = if k.is_multiple_of(2) { f64::from(k * 7 % 11) } else { 20.0 };
+            DVec2::new(x, 4.0 - 4.0 * f64::from(k) / f64::from(2 * teeth) + slope * x)
+        };
+        let back = [0.0, 4.0].map(|y| DVec2::new(30.0, y + slope * 30.0));
+        (0..=2 * teeth).map(corner).chain(back).collect()
+    }
+
+    /// The order of one loop, and the points in it.
+    fn ordered(points: &[DVec2]) -> (Order, Vec<DVec2>) {
+        let mut order = Order::default();
+        let ids: Vec<u32> = (0..points.len() as u32).collect();
+        order.sort(points, &ids, std::iter::once((0, points.len() as u32)));
+        assert!(order.ranks().iter().zip(0..).all(|(&rank, v)| order.vertex(rank) == v));
+        let along = (0..points.len() as u32).map(|rank| points[order.vertex(rank) as usize]).collect();
+        (order, along)
+    }
+
+    #[test]
+    fn the_line_moves_so_that_teeth_are_joined() {
+        let outline = comb(300, 0.0);
+        let hole: Vec<_> = outline.iter().rev().copied().collect();
+        // Where each tooth starts an interval, and where it would split one.
+        for (points, is_reversed) in [(&outline, false), (&hole, true)] {
+            for is_tall in [false, true] {
+                let points: Vec<_> = points.iter().map(|&p| if is_tall { p.perp() } else { p }).collect();
+                let (order, along) = ordered(&points);
+                let [right, up] = if is_tall { [DVec2::Y, DVec2::NEG_X] } else { [DVec2::X, DVec2::Y] };
+                let place = |p: &DVec2| (right.dot(*p), up.dot(*p));
+                let ascends = along.is_sorted_by_key(place);
+                let descends = along.iter().rev().is_sorted_by_key(place);
+                assert_eq!([ascends, descends], [!is_reversed, is_reversed], "{is_tall}");
+                assert_eq!(order.height(up) < 0.0, is_reversed, "{is_tall}");
+            }
+        }
+        // Few are always met from the left, and so is a comb whose teeth are few among its corners.
+        let few: Vec<_> = comb(200, 0.0).into_iter().rev().collect();
+        let mut smooth: Vec<_> = comb(20, 0.0).into_iter().rev().collect();
+        let side = |k: u32| DVec2::new(30.0, f64::from(600 - k) / 150.0);
+        smooth.splice(1..1, (1..600).map(side));
+        for points in [few, smooth] {
+            assert!(ordered(&points).1.is_sorted_by_key(|p| (p.x, p.y)));
+        }
+    }
+
+    #[test]
+    fn heights_follow_segments_of_one_slope() {
+        for slope in [-0.5, 0.0, 0.3] {
+            let points = comb(300, slope);
+            let (order, _) = ordered(&points);
+            let teeth = points[..601].windows(2).map(|ends| order.height(ends[0]) - order.height(ends[1]));
+            let most = teeth.fold(0.0, |most: f32, rise| most.max(rise.abs()));
+            assert!(most < 0.02, "{slope}: {most}");
+        }
+    }
+
+    #[test]
+    fn vertices_of_one_step_are_in_exact_order() {
+        // Closer than a share of 2^-32 of the box, in falling order.
+        let near = (0..40).map(|k| DVec2::new(1.0 - f64::from(k / 4) * 1e-13, f64::from(k * 7 % 40)));
+        let points: Vec<_> = [DVec2::ZERO, DVec2::new(100.0, 0.0)].into_iter().chain(near).collect();
+        assert!(ordered(&points).1.is_sorted_by_key(|p| (p.x, p.y)));
+    }
+}
