@@ -1,7 +1,6 @@
 //! A density of lines along a parameter -> the fewest lines that meet it, spaced as evenly as it allows.
 
 use crate::math::lanes::{larger, smaller};
-use std::ops::Range;
 
 /// A piecewise constant density of lines along one parameter.
 #[derive(Clone, Copy)]
@@ -21,32 +20,26 @@ const SHORT: f64 = 1.0 / 32.0;
 /// Number of scales of a density to try until the last gap is that full.
 const TRIALS: usize = 6;
 
-impl Density<'_> {
-    /// The strip that contains `a`; at a border, the one that begins there.
-    fn strip(&self, a: f64) -> usize {
-        // Mostly the first.
-        if a < self.breaks[1] {
-            return 0;
-        }
-        self.breaks.partition_point(|&x| x <= a).saturating_sub(1).min(self.rates.len() - 1)
-    }
-
-    /// The strips between `a` and `b`.
+impl<'a> Density<'a> {
+    /// The same density, of the strips between `a` and `b` alone.
     #[inline]
-    fn between(&self, a: f64, b: f64) -> Range<usize> {
+    fn within(&self, a: f64, b: f64) -> Self {
+        let Self { breaks, rates } = *self;
+        let n = rates.len();
         // Mostly all of them.
-        let n = self.rates.len();
-        let end = if b > self.breaks[n - 1] { n } else { self.breaks[..n].partition_point(|&x| x < b).max(1) };
-        self.strip(a)..end
+        let first = if a < breaks[1] { 0 } else { breaks.partition_point(|&x| x <= a).saturating_sub(1).min(n - 1) };
+        let end = if b > breaks[n - 1] { n } else { breaks[..n].partition_point(|&x| x < b).max(first + 1) };
+        Self { breaks: &breaks[first..=end], rates: &rates[first..end] }
     }
 
     /// The strips between `a` and `b`: the density of each, and its width there.
     fn strips(&self, a: f64, b: f64) -> impl Iterator<Item = (f64, f64)> {
-        let last = self.rates.len() - 1;
-        self.between(a, b).map(move |k| {
-            let from = if k == 0 { a } else { larger(self.breaks[k], a) };
-            let to = if k == last { b } else { smaller(self.breaks[k + 1], b) };
-            (self.rates[k], to - from)
+        let Self { breaks, rates } = self.within(a, b);
+        let last = rates.len() - 1;
+        (0..).zip(rates).map(move |(k, &rate)| {
+            let from = if k == 0 { a } else { breaks[k] };
+            let to = if k == last { b } else { breaks[k + 1] };
+            (rate, to - from)
         })
     }
 
@@ -55,16 +48,16 @@ impl Density<'_> {
         self.strips(a, b).fold(0.0, |mass, (rate, width)| mass + rate * width)
     }
 
-    /// The largest density between `a` and `b`.
-    fn most(&self, a: f64, b: f64) -> f64 {
-        self.between(a, b).fold(0.0, |most, k| larger(self.rates[k], most))
+    /// The largest density of all strips.
+    fn most(&self) -> f64 {
+        self.rates.iter().fold(0.0, |most, &rate| larger(rate, most))
     }
 
     /// Counts the fewest gaps from `a` to `b` that meet the density times `scale`, up to `limit` + 1, and returns where
-    /// the last of them begins. Calls `line` for the end of each gap before `b`.
+    /// the last of them begins. Calls `line` for the end of each gap before `b`. All strips must be between these.
     #[inline(always)]
     fn count(&self, a: f64, b: f64, scale: f64, limit: usize, mut line: impl FnMut(f64)) -> (usize, f64) {
-        let mut strides = Strides::new(self, a, scale);
+        let mut strides = Strides::new(*self, a, scale);
         let mut x = a;
         for n in 0..limit {
             let from = x;
@@ -82,29 +75,34 @@ impl Density<'_> {
     #[inline(always)]
     fn filled(&self, a: f64, b: f64, scale: f64, limit: usize, line: impl FnMut(f64)) -> (usize, f64) {
         let (n, from) = self.count(a, b, scale, limit, line);
-        let last =
-            if n <= limit { (scale * self.most(from, b) * (b - from)).min(1.0) } else { scale * self.mass(from, b) };
+        let last = if n <= limit {
+            (scale * self.within(from, b).most() * (b - from)).min(1.0)
+        } else {
+            scale * self.mass(from, b)
+        };
         (n, (n - 1) as f64 + last)
     }
 
     /// The fewest gaps from `a` to `b` that meet the density, counted up to `limit`: as many as
     /// [`spread`](Self::spread) makes.
     pub(crate) fn fewest(&self, a: f64, b: f64, limit: usize) -> usize {
-        let most = self.most(a, b);
+        let density = self.within(a, b);
+        let most = density.most();
         let even = even_gaps(most, a, b).min(limit as f64) as usize;
         // Strides accumulate rounding and may be one more.
-        if self.is_even(most, a, b) { even } else { self.count(a, b, 1.0, limit, |_| ()).0.min(even) }
+        if density.is_even(most, a, b) { even } else { density.count(a, b, 1.0, limit, |_| ()).0.min(even) }
     }
 
     /// The fewest gaps from `a` to `b` that meet the density, counted up to `limit`, and how full they are together: 1
     /// for each gap but the last, which counts by its fullness.
     pub(crate) fn fewest_and_full(&self, a: f64, b: f64, limit: usize) -> (usize, f64) {
-        let most = self.most(a, b);
+        let density = self.within(a, b);
+        let most = density.most();
         let even = even_gaps(most, a, b).min(limit as f64);
-        let (n, full) = if self.is_even(most, a, b) {
+        let (n, full) = if density.is_even(most, a, b) {
             (even as usize, most * (b - a))
         } else {
-            self.filled(a, b, 1.0, limit, |_| ())
+            density.filled(a, b, 1.0, limit, |_| ())
         };
         // Strides accumulate rounding and may be one more.
         (n.min(even as usize), smaller(full, even))
@@ -112,7 +110,7 @@ impl Density<'_> {
 
     /// Whether even gaps are the fewest, given the largest density `most`.
     fn is_even(&self, most: f64, a: f64, b: f64) -> bool {
-        even_gaps(most, a, b) <= 2.0 || self.between(a, b).all(|k| self.rates[k] >= 0.999 * most)
+        even_gaps(most, a, b) <= 2.0 || self.rates.iter().all(|&rate| rate >= 0.999 * most)
     }
 
     /// Appends parameters after `a` and up to `b > a`, strictly increasing and ending with `b`. They are the fewest
@@ -121,20 +119,19 @@ impl Density<'_> {
     /// If that takes more than `limit` gaps, the whole density is scaled down until it does not. Returns whether the
     /// density is met. Cost: a handful of passes over the gaps; at most one if they are even.
     pub(crate) fn spread(&self, a: f64, b: f64, limit: usize, out: &mut Vec<f64>) -> bool {
-        let most = self.most(a, b);
+        let density = self.within(a, b);
+        let most = density.most();
         let even = even_gaps(most, a, b);
-        if self.is_even(most, a, b) {
+        if density.is_even(most, a, b) {
             evenly(a, b, even.min(limit as f64) as usize, out);
             return even <= limit as f64;
         }
         let first = out.len();
-        let lines_at = |scale: f64, limit: usize, out: &mut Vec<f64>| {
-            out.truncate(first);
-            self.filled(a, b, scale, limit, |x| out.push(x))
-        };
+        let lines_at =
+            |scale: f64, limit: usize, out: &mut Vec<f64>| density.filled(a, b, scale, limit, |x| out.push(x));
         let (asked, mut filled) = lines_at(1.0, limit, out);
         let (n, kept) = (asked.min(limit), asked <= limit);
-        let mass = self.mass(a, b);
+        let mass = density.mass(a, b);
         // Even gaps are as few, or the density is infinite.
         if kept && n as f64 >= even || !mass.is_finite() {
             out.truncate(first);
@@ -144,10 +141,12 @@ impl Density<'_> {
         }
         // The largest scale that takes no more gaps makes the last gap as full as the others. A gap holds at most one
         // line of the density, and at most one gap per strip is not full: this bounds the scale from both sides.
-        let (full, strips) = (n as f64, self.between(a, b).len() as f64);
+        let (full, strips) = (n as f64, density.rates.len() as f64);
         let mut low = if kept { 1.0 } else { ((full - strips - 1.0) / mass).max(0.5 / (most * (b - a))) };
         let mut high = if kept { (full / mass).clamp(1.0, 2.0) } else { (full / mass).max(low) };
         let mut scale = 1.0;
+        // Where the lines at `low` end, once they are known.
+        let mut end = if kept { out.len() } else { first };
         for _ in 0..TRIALS {
             if scale == low && filled >= full - SHORT {
                 break;
@@ -155,11 +154,18 @@ impl Density<'_> {
             // Spreads the missing fullness over all gaps; exact if no strip border lies between.
             let next = scale + (full - 0.5 * SHORT - filled) / mass;
             scale = if low < next && next < high { next } else { 0.5 * (low + high) };
+            out.truncate(end);
             let gaps;
             (gaps, filled) = lines_at(scale, n, out);
-            if gaps <= n { low = scale } else { high = scale }
+            if gaps <= n {
+                out.drain(first..end);
+                (low, end) = (scale, out.len());
+            } else {
+                high = scale;
+            }
         }
-        if scale != low {
+        out.truncate(end);
+        if end == first {
             lines_at(low, n - 1, out);
         }
         // A line a hair before the end is only rounding: the rest holds at most a millionth of a line.
@@ -182,7 +188,7 @@ fn even_gaps(most: f64, a: f64, b: f64) -> f64 {
 
 /// Steps along a density, each as long as the largest density on the way, times `scale`, allows.
 struct Strides<'a> {
-    density: &'a Density<'a>,
+    density: Density<'a>,
     scale: f64,
     x: f64,
     /// The strip of `x`, or one before it.
@@ -193,18 +199,24 @@ struct Strides<'a> {
 }
 
 impl<'a> Strides<'a> {
-    fn new(density: &'a Density<'a>, from: f64, scale: f64) -> Self {
+    /// From a place in the first strip.
+    fn new(density: Density<'a>, from: f64, scale: f64) -> Self {
         let mut new = Self { density, scale, x: from, at: 0, border: 0.0, step: 0.0 };
-        new.enter(density.strip(from));
+        new.enter(0, new.step_in(0));
         new
     }
 
-    /// Goes to strip `k`.
-    fn enter(&mut self, k: usize) {
-        let Density { breaks, rates } = *self.density;
-        self.at = k;
-        self.border = if k + 1 == rates.len() { f64::INFINITY } else { breaks[k + 1] };
-        self.step = (rates[k] * self.scale).recip();
+    /// Goes to a strip that allows this step.
+    #[inline(always)]
+    fn enter(&mut self, strip: usize, step: f64) {
+        let Density { breaks, rates } = self.density;
+        let border = if strip + 1 == rates.len() { f64::INFINITY } else { breaks[strip + 1] };
+        (self.at, self.border, self.step) = (strip, border, step);
+    }
+
+    #[inline(always)]
+    fn step_in(&self, strip: usize) -> f64 {
+        (self.density.rates[strip] * self.scale).recip()
     }
 
     /// Moves to the furthest `x ≤ end` with `(x − before)·ρ ≤ 1` for the largest ρ on the way, but always past
@@ -217,51 +229,34 @@ impl<'a> Strides<'a> {
     }
 
     fn over_borders(&mut self, end: f64) -> f64 {
-        let x = self.x;
-        let reach = |rate: f64, step: f64| if x + step > x { x + step } else { beyond(x, rate) };
-        let Density { breaks, rates } = *self.density;
+        let (x, mut strip) = (self.x, self.at);
+        let Density { breaks, rates } = self.density;
         // All strips but the last have a border where they end.
         let last = rates.len() - 1;
-        let mut strip = self.at;
-        if self.border <= x {
-            while strip < last && breaks[strip + 1] <= x {
-                strip += 1;
-            }
-            self.enter(strip);
-        }
-        let mut most = rates[strip];
-        let mut to = smaller(reach(most * self.scale, self.step), end);
-        while strip < last {
-            let border = breaks[strip + 1];
-            if border >= to {
-                break;
-            }
+        while strip < last && breaks[strip + 1] <= x {
             strip += 1;
-            // Most strips are not the densest so far, and leave the reach as it is.
-            if rates[strip] > most {
-                most = rates[strip];
-                let rate = most * self.scale;
-                to = smaller(reach(rate, rate.recip()), end);
-                // The strip is too dense to enter from here: the gap ends at the border.
-                if to <= border {
-                    self.enter(strip);
-                    return border;
-                }
-            }
         }
-        if to < end && strip != self.at {
-            // Most of the next gaps end in the strip where this one ends.
-            self.enter(strip);
+        let mut step = self.step_in(strip);
+        let mut to = smaller(if x + step > x { x + step } else { beyond(x, step) }, end);
+        while strip < last && breaks[strip + 1] < to {
+            strip += 1;
+            step = self.step_in(strip);
+            // A strip that is too dense to enter from here ends the gap at its border. Without a branch: processors
+            // cannot guess which strips are denser than those before.
+            to = smaller(larger(breaks[strip], x + step), to);
         }
+        // Most of the next gaps end in the strip where this one ends.
+        self.enter(strip, step);
         to
     }
 }
 
-/// The end of a step that is shorter than the spacing of floats at `x`: the next float. So every stride advances.
+/// The end of a step that is shorter than the spacing of floats at `x`: the next float. So every stride advances. No end
+/// for a step that is not a number.
 #[cold]
 #[inline(never)]
-fn beyond(x: f64, rate: f64) -> f64 {
-    if rate > 0.0 { x.next_up() } else { f64::INFINITY }
+fn beyond(x: f64, step: f64) -> f64 {
+    if x + step == x { x.next_up() } else { f64::INFINITY }
 }
 
 /// Appends `n` even gaps, fewer where floats are not that fine.
