@@ -164,7 +164,7 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
     }
     // How many triangles may be wider than a cell: halves of full cells are not.
     let mut count = mesh.triangles.len();
-    push_full_cells(mesh, (&s.runs, &s.corners), lattice.us.len(), face.reversed);
+    push_full_cells(mesh, (&s.runs, &s.vertices[s.outline.len()..]), lattice.us.len(), face.reversed);
     if face.kind == SurfaceKind::Plane {
         return;
     }
@@ -186,26 +186,25 @@ fn make_triangles(face: &PreparedFace, (tile, lattice): (&Tile, &TileLattice), s
 fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch) -> usize {
     let tessellants = s.cells.len() as u32;
     let (nu, nv) = lattice.cells();
-    let corners = (nu + 1) * (nv + 1);
-    s.corners.clear();
-    s.corners.resize(corners as usize, NONE);
     let width = nu + 1;
-    s.used.clear();
-    let mut used = UsedCorners { tessellants, used: &mut s.used };
-    let slots = &mut s.corners[..];
+    let corners = width * (nv + 1);
+    s.vertices.clear();
+    s.vertices.extend(0..tessellants);
+    s.vertices.resize((tessellants + corners) as usize, NONE);
+    s.used.resize(corners as usize + 1, [0; 2]);
+    let mut used = UsedCorners { tessellants, used: &mut s.used, count: 0 };
+    let vertices = &mut s.vertices[..];
     s.trimmed.rename(
         tessellants,
         // Inlined, because it is called for every corner of every triangle.
         #[inline(always)]
-        |v| {
-            if v < tessellants + corners {
-                let c = v - tessellants;
-                used.vertex(&mut slots[c as usize], || [c % width, c / width])
-            } else {
-                v
-            }
-        },
+        |v| vertices.get_mut(v as usize).map_or(v, |slot| used.vertex(slot, [v, 0])),
     );
+    for place in &mut used.used[..used.count] {
+        let c = place[0] - tessellants;
+        *place = [c % width, c / width];
+    }
+    let slots = &mut vertices[tessellants as usize..];
     s.runs.clear();
     for run in s.trimmed.full_cells.chunk_by(|&[i, j], &[k, l]| k == i + 1 && l == j) {
         let ([i, j], count) = (run[0], run.len());
@@ -214,27 +213,29 @@ fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch) -> usi
         let [first, below @ ..] = &mut below[..=count] else { continue };
         let [last, above @ ..] = &mut above[..=count] else { continue };
         // Counter-clockwise around each cell, without the vertices where the one before it ends.
-        used.vertex(first, || [i, j]);
+        used.vertex(first, [i, j]);
         for (k, (b, c)) in (i + 1..).zip(below.iter_mut().zip(above)) {
-            used.vertex(b, || [k, j]);
-            used.vertex(c, || [k, j + 1]);
+            used.vertex(b, [k, j]);
+            used.vertex(c, [k, j + 1]);
             if k == i + 1 {
-                used.vertex(last, || [i, j + 1]);
+                used.vertex(last, [i, j + 1]);
             }
         }
     }
+    let corners_used = used.count as u32;
+    s.used.truncate(corners_used as usize);
     let (us, vs) = (&lattice.us[..], &lattice.vs[..]);
     s.uvs.extend(s.used.iter().map(|&[i, j]| DVec2::new(us[i as usize], vs[j as usize])));
     s.cells.extend(s.used.iter().map(|&[i, j]| DVec2::new(f64::from(i), f64::from(j))));
     s.origins.extend(s.used.iter().map(|&[i, j]| Origin::Lattice { i, j }));
-    let corners_used = s.used.len() as u32;
     for (k, p) in s.trimmed.extra_points.iter().enumerate() {
         s.uvs.push(from_cells(lattice, *p / cell_size(tile, lattice)));
         s.cells.push(*p);
         s.origins.push(Origin::Crossing { k: k as u32 });
     }
     if !s.trimmed.extra_points.is_empty() {
-        s.trimmed.rename(tessellants + corners, |v| v - corners + corners_used);
+        let first = tessellants + corners;
+        s.trimmed.rename(first, |v| if v < first { v } else { v - corners + corners_used });
     }
     corners_used as usize
 }
@@ -243,17 +244,21 @@ fn name_vertices((tile, lattice): (&Tile, &TileLattice), s: &mut Scratch) -> usi
 struct UsedCorners<'a> {
     /// Number of vertices before them.
     tessellants: u32,
-    used: &'a mut Vec<[u32; 2]>,
+    /// The first `count` are used; at least one more follows.
+    used: &'a mut [[u32; 2]],
+    count: usize,
 }
 
 impl UsedCorners<'_> {
-    /// The vertex of the lattice point `place`. Makes one if the slot of that point is [`NONE`].
+    /// The vertex of a slot. Makes one at `place` if the slot is [`NONE`], which is larger than all.
+    ///
+    /// Without a branch: processors cannot guess which corners come for the first time.
     #[inline(always)]
-    fn vertex(&mut self, slot: &mut u32, place: impl FnOnce() -> [u32; 2]) -> u32 {
-        if *slot == NONE {
-            *slot = self.tessellants + self.used.len() as u32;
-            self.used.push(place());
-        }
+    fn vertex(&mut self, slot: &mut u32, place: [u32; 2]) -> u32 {
+        let next = self.tessellants + self.count as u32;
+        self.used[self.count] = place;
+        *slot = next.min(*slot);
+        self.count += usize::from(*slot == next);
         *slot
     }
 }

@@ -77,7 +77,7 @@ impl TrimOutput {
         self.stats = TrimStats::default();
     }
 
-    /// Renames the vertices from `first` on of all triangles, but not of full cells.
+    /// Renames the vertices of all triangles, but not of full cells. `name` must not change numbers below `first`.
     pub(crate) fn rename(&mut self, first: u32, mut name: impl FnMut(u32) -> u32) {
         // Most tiles have tessellants alone. Finding the largest number costs less than a pass that renames none.
         let vertices = self.triangles.as_flattened();
@@ -86,11 +86,11 @@ impl TrimOutput {
             || vertices.iter().fold(0, |most, &v| most.max(v)),
         ) >= first;
         let triangles = if renamed { self.triangles.as_flattened_mut() } else { &mut [] };
-        let layers = self.layers.iter_mut().flat_map(|(triangle, _)| triangle);
-        for v in triangles.iter_mut().filter(|v| **v >= first) {
+        for v in triangles {
             *v = name(*v);
         }
-        for v in layers.chain(self.closing.as_flattened_mut()).filter(|v| **v >= first) {
+        let layers = self.layers.iter_mut().flat_map(|(triangle, _)| triangle);
+        for v in layers.chain(self.closing.as_flattened_mut()) {
             *v = name(*v);
         }
     }

@@ -32,8 +32,8 @@ pub struct Scratch {
     pub(crate) loop_starts: Vec<u32>,
     /// Parameters of the tessellants of one use of an edge.
     pub(crate) ts: Vec<f64>,
-    /// Vertex of each lattice point, or `NONE`.
-    pub(crate) corners: Vec<u32>,
+    /// Vertex of each tessellant, which is itself, then of each lattice point, or `NONE`.
+    pub(crate) vertices: Vec<u32>,
     /// The lattice points that have a vertex, in its order.
     pub(crate) used: Vec<[u32; 2]>,
     /// Runs of full cells along a row: column and row of the first, and how many.
@@ -206,8 +206,9 @@ pub(crate) fn evaluate_vertices(
     s: &mut Scratch,
     mesh: &mut TileMesh,
 ) {
-    let Scratch { outline, uvs, corners, evaluate, .. } = s;
+    let Scratch { outline, uvs, vertices, evaluate, .. } = s;
     let (tessellants, side) = (outline.len(), if face.reversed { -1.0 } else { 1.0 });
+    let corners = &vertices[tessellants..];
     let TileMesh { positions, normals, .. } = mesh;
     positions.reserve_exact(uvs.len());
     positions.extend_from_slice(outline);
