@@ -164,8 +164,7 @@ impl Seeds {
         let row = self.counts[1];
         let here = distances[us[0] * row + j];
         let vs = self.around(1, j);
-        let is_no_nearer = |other: usize| here.total_cmp(&distances[other]).is_le();
-        here.is_finite() && us.iter().all(|&i| vs.iter().all(|&j| is_no_nearer(i * row + j)))
+        here.is_finite() && us.iter().all(|&i| vs.iter().all(|&j| here <= distances[i * row + j]))
     }
 }
 
