@@ -32,10 +32,10 @@ pub use whole::prepare::{PrepareOptions, prepare, prepare_on};
 /// What this project's own program, benches and tests use of the stages. Not part of the stable interface.
 #[doc(hidden)]
 pub mod internals {
-    pub(crate) use super::join::prepared::EdgeImage;
     pub use super::join::prepared::{
         Break, EdgeImages, EdgeShape, EdgeUse, OpenEdges, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse,
     };
+    pub(crate) use super::join::prepared::{EDGES_PER_BOX, EdgeImage};
     pub(crate) use super::report::panic_message;
     pub use super::surface::decompose::{self, BezierPatches, BezierSpline3};
     pub use super::surface::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};

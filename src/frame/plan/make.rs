@@ -12,7 +12,7 @@ use crate::math::keyed::Buckets;
 use crate::mesh::{DrawnTiles, Scene, ScenePart};
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
-use crate::prepare::internals::PreparedPart;
+use crate::prepare::internals::{EDGES_PER_BOX, PreparedPart};
 use crate::view::View;
 use smallvec::SmallVec;
 use std::ops::Range;
@@ -420,14 +420,13 @@ impl Round {
         let mut planned = Planned::with_room(stretches);
         for stretch in stretches {
             let (asked, tiles) = (&self.wanted.asked[stretch.0], lattices(stretch.0));
-            let edges = &self.wanted.parts[stretch.0].edges;
+            let PreparedPart { edges, edge_boxes, .. } = &*self.wanted.parts[stretch.0];
             let (mut strictest, mut cells) = (None, NarrowestCells::of(tiles));
             planned.plan(stretch, &self.spent, |row| {
                 let edge = &edges[row];
                 // Most edges are one segment at the tolerance where their block is nearest, too.
-                if row % BLOCK == 0 {
-                    let block = edges[row..].iter().take(BLOCK);
-                    strictest = asked.strictest(block.flat_map(|edge| edge.bounds.places()));
+                if row % EDGES_PER_BOX == 0 {
+                    strictest = asked.strictest(&edge_boxes[row / EDGES_PER_BOX]);
                 }
                 let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
                 let bare = bare.or_else(|| bare_within(edge, &mut cells, strictest.as_ref()?, self.density));
@@ -479,6 +478,18 @@ mod tests {
             assert_each_cancels("shapes", 1000, |control| {
                 plan_on(&Alone, &prepared, &tolerance, &limits, control) == Err(PlanError::Cancelled)
             });
+        }
+    }
+
+    #[test]
+    fn boxes_of_edges_contain_their_strips() {
+        let prepared = prepare(shapes::all(), &PrepareOptions::DEFAULT).expect("within the limits");
+        for PreparedPart { edges, edge_boxes, .. } in prepared.parts.iter().map(|part| &**part) {
+            assert_eq!(edge_boxes.len(), edges.len().div_ceil(EDGES_PER_BOX));
+            for (edges, all) in edges.chunks(EDGES_PER_BOX).zip(edge_boxes) {
+                let mut places = edges.iter().flat_map(|edge| edge.bounds.places());
+                assert!(places.all(|place| all.with(place) == *all), "{all:?}");
+            }
         }
     }
 }

@@ -1,13 +1,14 @@
 //! The rows of a plan, in blocks: threads make and free blocks side by side, and no row moves when they are put
 //! together.
 
+use crate::prepare::internals::EDGES_PER_BOX;
 use std::iter::Flatten;
 use std::ops::{Index, IndexMut};
 use std::slice;
 use std::sync::Arc;
 
 /// Rows of a block. The last block of a part may have fewer.
-pub(crate) const BLOCK: usize = 64;
+pub(crate) const BLOCK: usize = EDGES_PER_BOX;
 
 /// One row per tile, or per edge, of a part.
 #[derive(Clone, Debug, PartialEq)]

@@ -198,14 +198,13 @@ impl PartTolerance {
         *tolerance = self.at(most);
     }
 
-    /// A tolerance that is at most that of any tile or edge with some of these boxes. `None` unless all of them are
-    /// certainly in the picture of each camera, and without cameras.
-    pub(crate) fn strictest<'a>(&self, places: impl Iterator<Item = &'a BoundingBox>) -> Option<Tolerance> {
+    /// A tolerance that is at most that of any tile or edge with boxes within this one. `None` unless it is certainly
+    /// in the picture of each camera, and without cameras.
+    pub(crate) fn strictest(&self, whole: &BoundingBox) -> Option<Tolerance> {
         if self.seen.is_empty() {
             return None;
         }
-        let whole = places.fold(BoundingBox::EMPTY, |all, place| all.with(place));
-        let scales = self.cameras().iter().map(|camera| camera.look_within(&whole));
+        let scales = self.cameras().iter().map(|camera| camera.look_within(whole));
         let most = scales.reduce(|a, b| Some(a?.max(b?)))??.most;
         Some(self.at(most))
     }

@@ -175,7 +175,7 @@ impl PreparedMemory {
             let curve = if let EdgeShape::Curve(curve) = &edge.shape { of_spline(curve) } else { 0 };
             size_of::<PreparedEdge>() + curve + edge.breaks.len() * size_of::<Break>() + of_bounds(&edge.bounds)
         });
-        self.edges += edges.sum::<usize>() as u64;
+        self.edges += (edges.sum::<usize>() + size_of_val(&part.edge_boxes[..])) as u64;
         let uses = part.tiles.iter().flat_map(|tile| &tile.loops).flatten();
         let uses = uses.map(|u| size_of::<EdgeUse>() + of_image(&u.uv) + PREPARED_USE).sum::<usize>();
         self.tiles += (part.tiles.len() * (size_of::<Tile>() + 24 + 2 * ALLOCATION) + uses) as u64;

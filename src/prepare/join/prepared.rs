@@ -7,7 +7,7 @@ use crate::control::Call;
 use crate::mesh::Scene;
 use crate::model::{AxisMap, Diagnostic, EdgeId, FaceId, PartId, RowId, SurfaceKind, TileId};
 use crate::prepare::surface::decompose::{BezierPatches, BezierSpline3};
-use crate::prepare::surface::tables::{CurveBounds, SurfaceBounds};
+use crate::prepare::surface::tables::{BoundingBox, CurveBounds, SurfaceBounds};
 use crate::prepare::uv::uv_curve::UvCurve;
 use glam::{DVec2, DVec3};
 use smallvec::SmallVec;
@@ -283,6 +283,9 @@ pub(crate) struct PartCost {
     pub(crate) bytes: usize,
 }
 
+/// Number of edges that have a box in common.
+pub(crate) const EDGES_PER_BOX: usize = 64;
+
 /// A part ready for tessellation.
 #[derive(Clone, Debug, Default)]
 pub struct PreparedPart {
@@ -298,6 +301,8 @@ pub struct PreparedPart {
     pub edges: Vec<PreparedEdge>,
     /// Number of `edges` that come before the borders of tiles.
     pub brep_edges: usize,
+    /// The box of each [`EDGES_PER_BOX`] of `edges`, in their order.
+    pub(crate) edge_boxes: Vec<BoundingBox>,
     /// What [`Prepared::update`] and diagnostics need of it.
     pub(crate) facts: PartFacts,
 }

@@ -1,13 +1,15 @@
 //! Face drafts of a part -> one table of edges: breaks from all faces, borders numbered, loops of tiles closed.
 
 use super::closing::{Closure, Wanted, close};
-use super::prepared::{Break, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse};
+use super::prepared::{
+    Break, EDGES_PER_BOX, EdgeShape, EdgeUse, PreparedEdge, PreparedFace, PreparedPart, Tile, TileUse,
+};
 use super::sample_images;
 use crate::control::Call;
 use crate::model::{CurveKind, Edge, FaceError, FaceId, Part, RowId, SurfaceKind, TileId};
 use crate::prepare::report::guarded;
 use crate::prepare::surface::decompose::BezierSpline3;
-use crate::prepare::surface::tables::CurveBounds;
+use crate::prepare::surface::tables::{BoundingBox, CurveBounds};
 use crate::prepare::tiles::draft::{DraftAlong, DraftBorder, DraftEnd, DraftShape, DraftUse, FaceDraft};
 use crate::prepare::tiles::extent::Patched;
 use crate::prepare::uv::uv_curve::SAME_SHARE;
@@ -131,6 +133,11 @@ pub(crate) fn assemble(
         }
     }
     sample_images::sample(call, &mut edges, &out.tiles);
+    let around = |edges: &[PreparedEdge]| {
+        let places = edges.iter().flat_map(|edge| edge.bounds.places());
+        places.fold(BoundingBox::EMPTY, |all, place| all.with(place))
+    };
+    out.edge_boxes = edges.chunks(EDGES_PER_BOX).map(around).collect();
     out.edges = edges;
     out
 }
