@@ -87,7 +87,7 @@ impl Tessellants {
         let made = loop {
             // A segment in several strips must meet the tolerances of all of them.
             dilate(&need.shares, need.shares.len().max(1), reach, &mut shares);
-            let made = self.spread(edge, cells.tiles, &own, (&shares, most));
+            let made = self.spread(edge, cells, &own, (&shares, most));
             let touched = if reach == 0 { 1 } else { most_touched(&edge.bounds.breaks, &made.0.ts) };
             if touched <= reach + 1 {
                 break made;
@@ -103,7 +103,7 @@ impl Tessellants {
     fn spread(
         &mut self,
         edge: &PreparedEdge,
-        tiles: &PlanRows<TileLattice>,
+        cells: &mut NarrowestCells<'_>,
         own: &OwnDensity<'_>,
         (shares, most): (&[f64], usize),
     ) -> (EdgePolyline, bool) {
@@ -114,9 +114,10 @@ impl Tessellants {
         let breaks = edge.images.strips(bounds);
         refine(&bounds.breaks, of_bounds, breaks, rates);
         for (k, TileUse { tile, .. }) in edge.uses.iter().enumerate() {
-            let lattice = &tiles[tile.0 as usize];
+            let lattice = &cells.tiles[tile.0 as usize];
             if lattice.us.len() > 2 || lattice.vs.len() > 2 {
-                limit_to_cells(&edge.images.image(k), lattice, breaks, rates, wanted);
+                let narrowest = |axis: usize| cells.narrowest(k, *tile, axis);
+                limit_to_cells(&edge.images.image(k), (lattice, narrowest), breaks, rates, wanted);
             }
         }
         if is_closed(edge) {
@@ -286,10 +287,10 @@ fn cells_at([along_u, along_v]: &mut [Option<CellWalk<'_>>; 2], [u, v]: [f32; 2]
 /// Raises `rates` so that a segment spans at most one cell of `lattice` in each direction.
 ///
 /// An image that runs back and forth over the lattice far more often than any real edge is noise. It gets as many
-/// segments as 64 traversals of the lattice.
+/// segments as 64 traversals of the lattice. `narrowest`: the narrowest gap of the lattice along an axis.
 fn limit_to_cells(
     image: &EdgeImage<'_>,
-    lattice: &TileLattice,
+    (lattice, narrowest): (&TileLattice, impl FnMut(usize) -> f64),
     breaks: &[f64],
     rates: &mut [f64],
     wanted: &mut Vec<f64>,
@@ -314,7 +315,7 @@ fn limit_to_cells(
     let mut along = [walk(0, &lattice.us), walk(1, &lattice.vs)];
     let length_of = |ends: &[f64]| smaller(ends[1], image.ends[1]) - larger(ends[0], image.ends[0]);
     // The most cells that a step crosses per share of the tile.
-    let per = [&lattice.us, &lattice.vs].map(|lines| (1.0 + ROUNDING) / narrowest(lines));
+    let per = [0, 1].map(narrowest).map(|gap| (1.0 + ROUNDING) / gap);
     let strips = strips.zip(breaks[image.strip..].windows(2));
     let is_noise = f64::from(image.ways[0]) * per[0] + f64::from(image.ways[1]) * per[1] > TRAVERSALS * (nu + nv);
     wanted.clear();
@@ -391,7 +392,7 @@ mod tests {
                     let edges = part.edges.iter().filter(|edge| !edge.uses.is_empty());
                     for (edge, factor) in edges.flat_map(|edge| [0.01, 1.0, 3.0].map(|factor| (edge, factor))) {
                         let own = OwnDensity::of(edge, &tolerance, factor);
-                        let made = Tessellants::default().spread(edge, tiles, &own, (&[], MAX_LINES));
+                        let made = Tessellants::default().spread(edge, &mut cells, &own, (&[], MAX_LINES));
                         if one_is_enough(edge, &own, &mut cells) {
                             assert_eq!(made, (breaks_alone(edge), true), "{tolerance:?}, {factor}");
                             one += usize::from(!edge.straight);
@@ -449,7 +450,7 @@ mod tests {
                     let length = edge.breaks[edge.breaks.len() - 1].t - edge.breaks[0].t;
                     for own in [0.0, 1.0, 8.0, 64.0, 512.0].map(|segments| segments / length) {
                         let mut rates = vec![own; breaks.len() - 1];
-                        limit_to_cells(&image, &lattice, breaks, &mut rates, &mut Vec::new());
+                        limit_to_cells(&image, (&lattice, gaps(&lattice)), breaks, &mut rates, &mut Vec::new());
                         assert_eq!(rates, rates_by_all_steps(&image, &lattice, breaks, own));
                         raised += rates.iter().filter(|rate| **rate > own).count();
                         kept += rates.iter().filter(|rate| **rate == own).count();
@@ -458,6 +459,11 @@ mod tests {
             }
         }
         assert!(raised > 100 && kept > 100, "{raised} strips that cells limit, {kept} others");
+    }
+
+    /// The narrowest gap along an axis.
+    fn gaps(lattice: &TileLattice) -> impl FnMut(usize) -> f64 {
+        |axis| narrowest([&lattice.us, &lattice.vs][axis])
     }
 
     #[test]
@@ -474,7 +480,7 @@ mod tests {
             let image = EdgeImage { ends, strip: 0, places: &places, steps: 4, rates: &rates, ways };
             let breaks: Vec<f64> = (0..=strips + halves).map(|k| k as f64).collect();
             let mut rates = vec![0.5; strips + halves];
-            limit_to_cells(&image, &lattice, &breaks, &mut rates, &mut Vec::new());
+            limit_to_cells(&image, (&lattice, gaps(&lattice)), &breaks, &mut rates, &mut Vec::new());
             rates
         };
         // As many traversals as may be, each of eight cells; and twice as many.
