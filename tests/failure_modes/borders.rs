@@ -65,8 +65,15 @@ fn holes_tangent_to_each_other() {
 }
 
 #[test]
-fn holes_that_overlap_by_rounding_are_a_note() {
-    for (overlap, severity) in [(1e-11, Severity::Note), (1e-9, Severity::Note), (1e-5, Severity::Warning)] {
+fn holes_that_overlap_by_less_than_the_tolerances_are_a_note() {
+    // The part's own tolerance is 1e-7.
+    for (overlap, chord, severity) in [
+        (1e-11, 1e-3, Severity::Note),
+        (1e-9, 1e-3, Severity::Note),
+        (1e-5, 1e-3, Severity::Note),
+        (1e-9, 1e-6, Severity::Note),
+        (1e-5, 1e-6, Severity::Warning),
+    ] {
         let mut body = Body::sheet();
         let holes = [(-3.0, 0.0), (3.0 - overlap, PI)];
         let holes = holes.map(|(x, angle)| vec![ring(&mut body, (x, 0.0), 3.0, angle).against()]);
@@ -76,10 +83,10 @@ fn holes_that_overlap_by_rounding_are_a_note() {
         let prepared = prepared(part);
         assert!(prepared.diagnostics.is_empty(), "{:?}", prepared.diagnostics);
         let (sink, report) =
-            frame(&prepared, &plan(&prepared, &Tolerance { chord: 1e-3, angle: 0.35, max_edge: None }), true);
+            frame(&prepared, &plan(&prepared, &Tolerance { chord, angle: 0.35, max_edge: None }), true);
         let told = report.diagnostics(&sink, &prepared);
         let told: Vec<_> = told.iter().map(|d| (d.severity, d.kind.code())).collect();
-        assert_eq!(told, [(severity, "tile-crosses-itself")], "{overlap}");
+        assert_eq!(told, [(severity, "tile-crosses-itself")], "{overlap} {chord}");
     }
 }
 
