@@ -106,8 +106,8 @@ impl Sights {
     pub(super) fn of(mut all: Vec<InstanceSight>, parts: usize, part_of: impl Fn(usize) -> usize) -> Self {
         let part_of = |sight: &InstanceSight| part_of(sight.instance);
         all.retain(|sight| part_of(sight) < parts);
-        // Stable: those of a part stay ascending.
-        all.sort_by_key(part_of);
+        // Stable: those of a part stay ascending. Each moves few times: they are large.
+        all.sort_by_cached_key(part_of);
         let mut end = 0;
         let of_part = |sights: &[InstanceSight]| {
             let first = end;

@@ -252,6 +252,7 @@ impl PlacedInstances {
             let Some(lens) = of.usable_lens() else { continue };
             shown.views += 1;
             self.tree.iter().for_each(|tree| tree.find(|sphere| of.may_show(lens, sphere), &mut found));
+            shown.sights.reserve(found.len());
             for instance in found.drain(..).map(|number| number as usize) {
                 let placed = &self.instances[instance];
                 let Attributes { tolerance_scale, priority, .. } = *self.attributes.of(instance);
