@@ -15,10 +15,10 @@ use smallvec::SmallVec;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Width of a band: the ratio of pixels per millimetre at its ends.
-const BAND: f64 = 4.0;
-/// Hysteresis: an instance leaves its band once it is outside by this factor.
-const SLACK: f64 = 1.2;
+/// Width of a band, as the binary logarithm of the ratio of pixels per millimetre at its ends: a factor of 4.
+const BAND: f64 = 2.0;
+/// Hysteresis: an instance leaves its band once it is outside by so many bands: a factor of 1.2.
+const SLACK: f64 = 0.263_034_405_833_793_8 / BAND;
 
 /// A band of screen-space scales; the higher, the finer. `None`: not assigned yet.
 type Band = Option<i32>;
@@ -211,9 +211,8 @@ pub(crate) fn add_level(prepared: &mut Prepared, part: PartId) -> PartId {
 
 /// The band of a scale, in pixels of the allowed deviation per millimetre. Keeps `before` within the hysteresis.
 fn band_of(most: f64, before: Band) -> i32 {
-    let exact = libm::log2(most) / libm::log2(BAND);
-    let slack = libm::log2(SLACK) / libm::log2(BAND);
-    let near = |&band: &i32| exact >= f64::from(band) - slack && exact < f64::from(band) + 1.0 + slack;
+    let exact = libm::log2(most) / BAND;
+    let near = |&band: &i32| exact >= f64::from(band) - SLACK && exact < f64::from(band) + 1.0 + SLACK;
     #[allow(clippy::cast_possible_truncation, reason = "the logarithm of a number is below 1100")]
     before.filter(near).unwrap_or(exact.floor() as i32)
 }
