@@ -150,10 +150,10 @@ pub(super) fn commit(
     report.fills = by_face(&mut rows.fills);
     report.slivers = report.fills.iter().map(|fill| u64::from(fill.slivers)).sum();
     let all = match feed {
-        Feed::All(_, seats) => Some((scene, seats.without_triangles(scene, bare))),
+        Feed::All(_, seats) => Some((scene, seats)),
         Feed::Views { .. } => None,
     };
-    (report.rungs, report.ladder) = climbed(all, &rows.rungs);
+    (report.rungs, report.ladder) = climbed(all, bare, &rows.rungs);
     // A sink that panics has refused: the session goes on, with a whole frame.
     let fed = catch_unwind(AssertUnwindSafe(|| rows.feed(scene, seats, (report.whole, feed), (writer, sink))));
     let fed = fed.unwrap_or_else(|panic| Err(sink_panicked(&*panic)));
@@ -374,9 +374,14 @@ fn by_face(tiles: &mut [(TileId, FaceFill)]) -> Vec<FaceFill> {
 }
 
 /// The worst rung of each face that left the normal path, and the number of faces per rung. `all`: the scene and its
-/// faces without triangles, if all of it was made; then all faces are counted.
-fn climbed(all: Option<(&Scene, Vec<(PartId, FaceId)>)>, tiles: &[FaceRung]) -> (Vec<FaceRung>, Ladder) {
-    let (scene, empty) = all.map_or((None, Vec::new()), |(scene, empty)| (Some(scene), empty));
+/// seats, if all of it was made; then all faces are counted. `bare`: the faces of the tiles without triangles.
+fn climbed(all: Option<(&Scene, &Seats)>, bare: Vec<(PartId, FaceId)>, tiles: &[FaceRung]) -> (Vec<FaceRung>, Ladder) {
+    let scene = all.map(|(scene, _)| scene);
+    let of_all = |(scene, seats): (&Scene, &Seats)| {
+        let parts = scene.parts.len();
+        (seats.faces(parts), seats.without_triangles(parts, bare))
+    };
+    let (faces, empty) = all.map(of_all).unwrap_or_default();
     let has_no_area = |part: PartId, face: FaceId| scene.is_some_and(|scene| scene.has_no_area(part, face));
     // A tile without area does not affect a face that has other tiles.
     let is_vanished = |tile: &&FaceRung| tile.rung == Rung::NoArea;
@@ -395,7 +400,6 @@ fn climbed(all: Option<(&Scene, Vec<(PartId, FaceId)>)>, tiles: &[FaceRung]) -> 
     worst.dedup_by_key(|tile| (tile.part, tile.face));
     let mut ladder = Ladder::default();
     worst.iter().for_each(|face| ladder.add(face.rung, 1));
-    let faces: usize = scene.map_or(0, |scene| scene.parts.iter().map(|part| part.face_colours.len()).sum());
     ladder.add(Rung::Normal, faces.saturating_sub(worst.len()) as u64);
     (worst, ladder)
 }

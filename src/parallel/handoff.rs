@@ -210,18 +210,19 @@ pub(super) struct Seats {
     parts: Vec<PartSeats>,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct PartSeats {
     /// Where its seats end.
     end: usize,
-    /// Number of the tiles of each face, up to the last one that has any.
+    /// Number of the tiles of each face.
     tiles: Vec<u32>,
-    /// The faces before that which have none.
+    /// The faces that have none.
     without: Vec<FaceId>,
 }
 
 impl Seats {
-    pub(super) fn of(hands: &[Hand]) -> Self {
+    /// The tiles of `hands`, which are those of the parts of `scene`.
+    pub(super) fn of(hands: &[Hand], scene: &Scene) -> Self {
         let tiles = (0..).zip(hands).flat_map(|(worker, hand): (u32, &Hand)| {
             let rows = (0_u32..).zip(&hand.tiles);
             rows.map(move |(row, &(part, tile, face))| ((part, tile), face, (worker, row)))
@@ -229,14 +230,13 @@ impl Seats {
         let mut tiles: Vec<_> = tiles.collect();
         // Hands are ascending: a stable sort merges them.
         tiles.sort();
-        let mut all = Self::default();
-        for of_part in tiles.chunk_by(|a, b| a.0.0 == b.0.0) {
-            let part = of_part[0].0.0.index();
-            let nothing = || PartSeats { end: all.seats.len(), ..PartSeats::default() };
-            all.parts.resize_with(part, nothing);
-            let (mut seats, mut tiles) = (Vec::new(), Vec::new());
+        let (mut all, mut left) = (Self::default(), &tiles[..]);
+        for (part, of_scene) in scene.parts.iter().enumerate() {
+            let count = left.partition_point(|((of, _), ..)| of.index() == part);
+            let (of_part, others) = left.split_at(count);
+            left = others;
+            let (mut seats, mut tiles) = (Vec::new(), vec![0; of_scene.face_colours.len()]);
             for &(_, face, (worker, row)) in of_part {
-                tiles.resize(tiles.len().max(face.index() + 1), 0);
                 tiles[face.index()] += 1;
                 Seat::push(&mut seats, worker, row);
             }
@@ -249,24 +249,22 @@ impl Seats {
 
     /// The seats of the first `parts` parts.
     pub(super) fn of_first(&self, parts: usize) -> &[Seat] {
-        let known = &self.parts[..parts.min(self.parts.len())];
-        &self.seats[..known.last().map_or(0, |part| part.end)]
+        &self.seats[..self.parts[..parts].last().map_or(0, |part| part.end)]
     }
 
-    /// The faces of `scene` without triangles, if these are the faces of all tiles that have none.
-    pub(super) fn without_triangles(&self, scene: &Scene, mut of_bare: Vec<(PartId, FaceId)>) -> Vec<(PartId, FaceId)> {
+    /// Number of the faces of the first `parts` parts.
+    pub(super) fn faces(&self, parts: usize) -> usize {
+        self.parts[..parts].iter().map(|of_part| of_part.tiles.len()).sum()
+    }
+
+    /// The faces of the first `parts` parts without triangles, if these are the faces of all tiles that have none.
+    pub(super) fn without_triangles(&self, parts: usize, mut of_bare: Vec<(PartId, FaceId)>) -> Vec<(PartId, FaceId)> {
         of_bare.sort_unstable();
-        let tiles = |(part, face): (PartId, FaceId)| -> usize {
-            let count = self.parts.get(part.index()).and_then(|of_part| of_part.tiles.get(face.index()));
-            count.map_or(0, |&count| count as usize)
-        };
+        let tiles = |(part, face): (PartId, FaceId)| self.parts[part.index()].tiles[face.index()] as usize;
         let bare = of_bare.chunk_by(|a, b| a == b).filter(|of_face| of_face.len() == tiles(of_face[0]));
         let mut faces: Vec<_> = bare.map(|of_face| of_face[0]).collect();
-        for (part, of_scene) in scene.parts.iter().enumerate() {
-            let known = self.parts.get(part);
-            let without = known.map_or(&[][..], |known| &known.without).iter().copied();
-            let beyond = known.map_or(0, |known| known.tiles.len())..of_scene.face_colours.len();
-            faces.extend(without.chain(beyond.map(FaceId::new)).map(|face| (PartId::new(part), face)));
+        for (part, of_part) in self.parts[..parts].iter().enumerate() {
+            faces.extend(of_part.without.iter().map(|&face| (PartId::new(part), face)));
         }
         faces
     }
@@ -288,25 +286,26 @@ mod tests {
             vec![row(1, 4, 2)],
         ];
         let hands = tiles.clone().map(|tiles| Hand { tiles, edges: Vec::new() });
-        let seats = Seats::of(&hands);
+        let part = |faces| ScenePart { face_colours: vec![None; faces], ..ScenePart::default() };
+        let scene = Scene { parts: vec![part(4), part(4), part(0)], ..Scene::default() };
+        let seats = Seats::of(&hands, &scene);
         let found = |parts| {
             let of = |seat: &Seat| &tiles[seat.worker as usize][seat.rows()];
             seats.of_first(parts).iter().flat_map(of).copied().collect::<Vec<_>>()
         };
         let mut all = tiles.concat();
         all.sort_unstable();
-        assert_eq!(found(9), all);
+        assert_eq!(found(3), all);
         assert_eq!(found(1), all[..4]);
         assert_eq!(found(0), []);
-        assert_eq!(seats.of_first(9).iter().map(|seat| seat.rows().len()).collect::<Vec<_>>(), [1, 1, 2, 1, 1, 1]);
+        assert_eq!(seats.of_first(3).iter().map(|seat| seat.rows().len()).collect::<Vec<_>>(), [1, 1, 2, 1, 1, 1]);
 
-        let part = |faces| ScenePart { face_colours: vec![None; faces], ..ScenePart::default() };
-        let scene = Scene { parts: vec![part(4), part(4)], ..Scene::default() };
+        assert_eq!([0, 1, 2, 3].map(|parts| seats.faces(parts)), [0, 4, 8, 8]);
         let face = |part, face| (PartId(part), FaceId(face));
         let never = [face(0, 1), face(1, 1), face(1, 3)];
-        let mut bare = seats.without_triangles(&scene, vec![face(1, 2), face(0, 2), face(0, 0)]);
+        let mut bare = seats.without_triangles(3, vec![face(1, 2), face(0, 2), face(0, 0)]);
         bare.sort_unstable();
         assert_eq!(bare, [vec![never[0], face(0, 2)], never[1..].to_vec()].concat());
-        assert_eq!(seats.without_triangles(&scene, vec![face(1, 2); 2]), [&[face(1, 2)][..], &never].concat());
+        assert_eq!(seats.without_triangles(3, vec![face(1, 2); 2]), [&[face(1, 2)][..], &never].concat());
     }
 }

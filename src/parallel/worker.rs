@@ -192,7 +192,7 @@ impl Crew {
             prepared: Arc::clone(prepared),
             took: vec![Duration::ZERO; hands.len()],
             scratches: Vec::new(),
-            seats: Seats::of(&hands),
+            seats: Seats::of(&hands, &prepared.scene),
             hands: Arc::new(hands),
         }
     }
