@@ -3,7 +3,7 @@
 
 use super::limits::Shortfall;
 use super::rows::PlanRows;
-use crate::control::{Jobs, drop_later, map};
+use crate::control::{Jobs, drop_later, map, width};
 use crate::mesh::DrawnTiles;
 use crate::prepare::internals::PreparedPart;
 use smallvec::SmallVec;
@@ -157,48 +157,52 @@ impl PartPlan {
         (self.tiles.len(), self.edges.len()) == (part.tiles.len(), part.edges.len())
     }
 
-    /// Its rows in pieces of at most so many blocks, one piece if possible, with the number of blocks of each.
-    fn pieces(mut self, most: usize) -> SmallVec<[(Self, usize); 1]> {
-        let mut pieces = SmallVec::new();
-        loop {
-            let blocks = self.tiles.blocks().len() + self.edges.blocks().len();
-            if blocks <= most {
-                pieces.push((self, blocks));
-                return pieces;
-            }
-            let edges = self.edges.take_last(most);
-            let tiles = self.tiles.take_last(most - edges.blocks().len());
-            pieces.push((Self { tiles, edges }, most));
-        }
+    /// Number of blocks of its rows.
+    fn blocks(&self) -> usize {
+        self.tiles.blocks().len() + self.edges.blocks().len()
+    }
+
+    /// Takes the last blocks, which it has.
+    fn take_last(&mut self, blocks: usize) -> Self {
+        let edges = self.edges.take_last(blocks);
+        let tiles = self.tiles.take_last(blocks - edges.blocks().len());
+        Self { tiles, edges }
     }
 }
 
 /// Frees plans on all threads: each has an allocation per tile and per edge.
 pub(crate) fn free(jobs: &dyn Jobs, plans: Vec<PartPlan>) {
     let _span = tracing::trace_span!("free").entered();
-    map(jobs, in_pieces(plans), drop);
+    /// Pieces of a thread.
+    const SHARE: usize = 2;
+    let blocks: usize = plans.iter().map(PartPlan::blocks).sum();
+    let size = FEWEST.max(blocks.div_ceil(SHARE * width(jobs)));
+    map(jobs, in_pieces(plans, size), drop);
 }
 
 /// As [`free`], after this returns.
 pub(crate) fn free_later(jobs: &dyn Jobs, plans: Vec<PartPlan>) {
-    drop_later(jobs, in_pieces(plans));
+    drop_later(jobs, in_pieces(plans, FEWEST));
 }
 
-/// Plans in pieces that take about as long to free.
-fn in_pieces(plans: Vec<PartPlan>) -> Vec<Vec<PartPlan>> {
-    /// Blocks of rows of a piece, less than twice as many.
-    const BLOCKS: usize = 16;
-    let (mut calls, mut call, mut freed) = (Vec::new(), Vec::new(), 0);
-    for (piece, blocks) in plans.into_iter().flat_map(|part| part.pieces(BLOCKS)) {
-        call.push(piece);
-        freed += blocks;
-        if freed >= BLOCKS {
-            calls.push(std::mem::take(&mut call));
-            freed = 0;
+/// Fewest blocks of rows of a piece.
+const FEWEST: usize = 16;
+
+/// Plans in pieces of so many blocks, which take about as long to free. The last one may have fewer.
+fn in_pieces(plans: Vec<PartPlan>, size: usize) -> Vec<Vec<PartPlan>> {
+    let (mut pieces, mut piece, mut room) = (Vec::new(), Vec::new(), size);
+    for mut plan in plans {
+        let mut blocks = plan.blocks();
+        while blocks > room {
+            piece.push(plan.take_last(room));
+            pieces.push(std::mem::take(&mut piece));
+            (blocks, room) = (blocks - room, size);
         }
+        piece.push(plan);
+        room -= blocks;
     }
-    calls.push(call);
-    calls
+    pieces.push(piece);
+    pieces
 }
 
 /// The plan of a frame: everything that workers receive.
@@ -258,22 +262,27 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn pieces_of_a_part_have_all_rows() {
+    fn pieces_have_all_rows_and_as_many_blocks() {
         let lattice = || Arc::new(TileLattice { us: SmallVec::new(), vs: SmallVec::new(), chord: 1.0, loosest: 1.0 });
         let line = || Arc::new(EdgePolyline { ts: SmallVec::new(), breaks: SmallVec::new() });
-        for (tiles, edges) in [(0_usize, 0_usize), (1, 0), (0, 65), (200, 500)] {
-            let part = PartPlan {
+        let rows = [(0_usize, 0_usize), (1, 0), (0, 65), (200, 500), (64, 64), (0, 0), (1, 1)];
+        for count in 0..=rows.len() {
+            let part = |&(tiles, edges): &(usize, usize)| PartPlan {
                 tiles: (0..tiles).map(|_| lattice()).collect(),
                 edges: (0..edges).map(|_| line()).collect(),
             };
-            let blocks = tiles.div_ceil(64) + edges.div_ceil(64);
-            for most in [1, 2, 100] {
-                let pieces = part.clone().pieces(most);
-                assert_eq!(pieces.len(), blocks.div_ceil(most).max(1));
-                assert!(pieces.iter().all(|(_, blocks)| *blocks <= most));
-                let sum = |of: fn(&(PartPlan, usize)) -> usize| pieces.iter().map(of).sum::<usize>();
-                assert_eq!(sum(|(_, blocks)| *blocks), blocks);
-                assert_eq!((sum(|(piece, _)| piece.tiles.len()), sum(|(piece, _)| piece.edges.len())), (tiles, edges));
+            let parts: Vec<PartPlan> = rows[..count].iter().map(part).collect();
+            let blocks: usize = parts.iter().map(PartPlan::blocks).sum();
+            for size in [1, 2, 5, 100] {
+                let pieces = in_pieces(parts.clone(), size);
+                let of_pieces = pieces.iter().map(|piece| piece.iter().map(PartPlan::blocks).sum::<usize>());
+                let sizes: Vec<usize> = of_pieces.collect();
+                assert_eq!(sizes.iter().sum::<usize>(), blocks);
+                let (last, full) = sizes.split_last().expect("at least one piece");
+                assert!(*last <= size && full.iter().all(|blocks| *blocks == size), "{size}: {sizes:?}");
+                let sum = |of: fn(&PartPlan) -> usize| pieces.iter().flatten().map(of).sum::<usize>();
+                assert_eq!(sum(|part| part.tiles.len()), rows[..count].iter().map(|(tiles, _)| tiles).sum::<usize>());
+                assert_eq!(sum(|part| part.edges.len()), rows[..count].iter().map(|(_, edges)| edges).sum::<usize>());
             }
         }
     }
