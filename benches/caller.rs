@@ -171,7 +171,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (parts, instances) = (prepared.parts.len(), prepared.scene.instances.clone());
     for k in 1..=copies {
         let up = DAffine3::from_translation(DVec3::Z * (10.0 * k as f64 * prepared.diagonal));
-        prepared.parts.extend_from_within(..parts);
+        Arc::make_mut(&mut prepared.parts).extend_from_within(..parts);
         prepared.scene.parts.extend_from_within(..parts);
         prepared.scene.instances.extend(instances.iter().map(|instance| SceneInstance {
             part: PartId::new(k * parts + instance.part.index()),

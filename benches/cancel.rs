@@ -96,7 +96,7 @@ fn copied(prepared: &Prepared, copies: usize) -> Arc<Prepared> {
     let mut many = prepared.clone();
     for _ in 1..copies {
         let first = many.parts.len();
-        many.parts.extend_from_slice(&prepared.parts);
+        Arc::make_mut(&mut many.parts).extend_from_slice(&prepared.parts);
         many.scene.parts.extend_from_slice(&prepared.scene.parts);
         let moved = prepared.scene.instances.iter().cloned().map(|mut instance| {
             instance.part.0 += first as u32;

@@ -106,7 +106,7 @@ fn crowds(c: &mut Criterion) {
     for count in [10, 100, 1000] {
         let mut many = one.clone();
         for k in 1..count {
-            many.parts.push(Arc::clone(&one.parts[0]));
+            Arc::make_mut(&mut many.parts).push(Arc::clone(&one.parts[0]));
             many.scene.parts.push(one.scene.parts[0].clone());
             let mut instance = one.scene.instances[0].clone();
             instance.part = PartId::new(k);

@@ -266,7 +266,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     edited.instances.iter_mut().for_each(|instance| instance.part.0 += 1);
     edited.instances.push(Instance { part: PartId(0), ..edited.instances[0].clone() });
     let next = Arc::new(prepared.update_on(&*pool, &edited, &PrepareOptions::DEFAULT, &Control::default())?);
-    assert!(next.parts[1..].iter().zip(&prepared.parts).all(|(new, old)| Arc::ptr_eq(new, old)));
+    assert!(next.parts[1..].iter().zip(&*prepared.parts).all(|(new, old)| Arc::ptr_eq(new, old)));
     session.update(Arc::clone(&next))?;
     let report = session.view(&views[59..], &mut sink)?;
     assert!(!report.whole && report.tiles <= next.parts[0].tiles.len());

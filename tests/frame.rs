@@ -170,7 +170,7 @@ fn a_tile_whose_boundary_cancels_is_empty() {
         (outcome.rung, outcome.degradation)
     };
     // The first face folded to its diagonal: its parameters enclose an area, its edges cancel.
-    let part = Arc::make_mut(&mut prepared.parts[0]);
+    let part = Arc::make_mut(&mut Arc::make_mut(&mut prepared.parts)[0]);
     let uses: Vec<usize> = part.tiles[0].loops.iter().flatten().map(|u| u.edge.index()).collect();
     for edge in uses {
         let breaks = &mut part.edges[edge].breaks;
@@ -181,7 +181,7 @@ fn a_tile_whose_boundary_cancels_is_empty() {
     }
     assert_eq!(tile(&prepared), (Rung::NoArea, Some(Degradation::Empty)));
     // A face without loops is no loss.
-    let part = Arc::make_mut(&mut prepared.parts[0]);
+    let part = Arc::make_mut(&mut Arc::make_mut(&mut prepared.parts)[0]);
     part.tiles[0].loops.clear();
     part.edges.iter_mut().for_each(|e| e.uses.retain(|u| u.tile != TileId(0)));
     assert_eq!(tile(&prepared), (Rung::NoArea, Some(Degradation::Empty)));
@@ -208,7 +208,8 @@ fn a_panic_costs_the_inside_of_its_tile_or_a_line_and_neither_frame_nor_session(
         for face in (0..prepared.parts[0].faces.len()).filter(is_curved) {
             // Half of the surface is missing: the boundaries of its tiles are filled, and join their neighbours.
             let mut broken = Prepared::clone(&prepared);
-            let patches = Arc::make_mut(&mut Arc::make_mut(&mut broken.parts[0]).faces[face].patches);
+            let patches =
+                Arc::make_mut(&mut Arc::make_mut(&mut Arc::make_mut(&mut broken.parts)[0]).faces[face].patches);
             patches.control.truncate(patches.control.len() / 2);
             for (sink, report) in frames(broken, &plan, workers) {
                 assert!(check_scene(&sink).total.is_closed(), "{name}, face {face}");
@@ -228,7 +229,7 @@ fn a_panic_costs_the_inside_of_its_tile_or_a_line_and_neither_frame_nor_session(
     // A tile whose edges are missing too is lost; an edge without ends has no polyline.
     let prepared = shape("box");
     let mut broken = Prepared::clone(&prepared);
-    let part = Arc::make_mut(&mut broken.parts[0]);
+    let part = Arc::make_mut(&mut Arc::make_mut(&mut broken.parts)[0]);
     part.tiles[2].loops[0][0].edge = RowId(99);
     part.edges[0].breaks.clear();
     for (sink, report) in frames(broken, &frame::plan(&prepared, &CHORD), 3) {

@@ -23,7 +23,7 @@ fn row_of(name: &str, parts: usize, instances: usize) -> Arc<Prepared> {
     let step = 1.2 * (high - low);
     let (part, of_scene) = (many.parts[0].clone(), many.scene.parts[0].clone());
     let one = many.scene.instances[0].clone();
-    many.parts = vec![part; parts];
+    many.parts = Arc::new(vec![part; parts]);
     many.scene.parts = vec![of_scene; parts];
     many.scene.instances.clear();
     for row in 0..parts * instances {

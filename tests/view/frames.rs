@@ -322,7 +322,7 @@ fn a_frame_that_was_begun_keeps_the_places_of_its_instances() {
 fn degraded_tiles_are_told_for_as_long_as_the_sink_has_them() {
     let mut prepared = Prepared::clone(&shape("box"));
     // A tile without loops is empty whenever it is made.
-    let part = Arc::make_mut(&mut prepared.parts[0]);
+    let part = Arc::make_mut(&mut Arc::make_mut(&mut prepared.parts)[0]);
     part.tiles[0].loops.clear();
     part.edges.iter_mut().for_each(|edge| edge.uses.retain(|place| place.tile != TileId(0)));
     let prepared = Arc::new(prepared);

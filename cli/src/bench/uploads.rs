@@ -97,7 +97,7 @@ impl Uploads {
     /// Creates a sink for frames of a model.
     pub(super) fn of(prepared: &Prepared) -> Self {
         let mut starts = vec![0];
-        for part in &prepared.parts {
+        for part in prepared.parts.iter() {
             starts.push(starts[starts.len() - 1] + part.tiles.len());
         }
         Self { starts, held: Vec::new(), lists: Vec::new(), whole: false, staging: None, sent: Vec::new(), uploaded: 0 }

@@ -204,7 +204,8 @@ impl Levels {
 /// Appends an LOD of a part, and returns its row.
 pub(crate) fn add_level(prepared: &mut Prepared, part: PartId) -> PartId {
     let row = PartId::new(prepared.parts.len());
-    prepared.parts.push(Arc::clone(&prepared.parts[part.index()]));
+    let of_part = Arc::clone(&prepared.parts[part.index()]);
+    Arc::make_mut(&mut prepared.parts).push(of_part);
     prepared.scene.add_level(part);
     row
 }

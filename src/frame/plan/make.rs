@@ -65,7 +65,7 @@ pub fn plan_on(
         |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
     let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
     let held_mib = u32::try_from(prepared.memory().total().div_ceil(1 << 20)).unwrap_or(u32::MAX);
-    let planned = plan_parts(Call::new(jobs, control), prepared.parts.clone(), asked, limits, held_mib);
+    let planned = plan_parts(Call::new(jobs, control), Arc::clone(&prepared.parts), asked, limits, held_mib);
     planned.ok_or(PlanError::Cancelled)
 }
 
@@ -124,7 +124,7 @@ pub fn plan_for_view_on(
     };
     let mut asked: Vec<PartTolerance> = parts.iter().enumerate().map(of_part).collect();
     asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
-    plan_parts(Call::new(jobs, control), prepared.parts.clone(), asked, limits, 0).ok_or(PlanError::Cancelled)
+    plan_parts(Call::new(jobs, control), Arc::clone(&prepared.parts), asked, limits, 0).ok_or(PlanError::Cancelled)
 }
 
 /// The coarsest plan of some parts within limits, in their order. `None` once cancelled.
@@ -137,7 +137,7 @@ pub(crate) fn coarsest(
     let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
     let asked = rows.iter().map(|&row| PartTolerance::everywhere(&coarsest, prepared.scene.parts[row].radius));
     let parts = rows.iter().map(|&row| Arc::clone(&prepared.parts[row]));
-    Some(plan_parts(call, parts.collect(), asked.collect(), limits, 0)?.parts)
+    Some(plan_parts(call, Arc::new(parts.collect()), asked.collect(), limits, 0)?.parts)
 }
 
 /// The plan, with the coarsest rows for parts of `prepared` that it has none of, also those after its last.
@@ -146,7 +146,7 @@ pub(crate) fn completed(jobs: &dyn Jobs, plan: &Arc<Plan>, prepared: &Prepared, 
     if all.parts.len() < prepared.parts.len() {
         Arc::make_mut(&mut all).parts.resize_with(prepared.parts.len(), PartPlan::default);
     }
-    let parts = all.parts.iter().zip(&prepared.parts).enumerate();
+    let parts = all.parts.iter().zip(&*prepared.parts).enumerate();
     let bare = parts.filter(|(_, (plan, part))| !plan.is_of(part)).map(|(row, _)| row);
     let rows: Vec<usize> = bare.collect();
     if !rows.is_empty() {
@@ -164,7 +164,7 @@ pub(crate) fn completed(jobs: &dyn Jobs, plan: &Arc<Plan>, prepared: &Prepared, 
 /// memory of the prepared model that counts towards the limits, MiB.
 fn plan_parts(
     call: Call<'_>,
-    parts: Vec<Arc<PreparedPart>>,
+    parts: Arc<Vec<Arc<PreparedPart>>>,
     asked: Vec<PartTolerance>,
     limits: &PlanLimits,
     held_mib: u32,
@@ -216,7 +216,7 @@ fn plan_parts(
 
 /// Parts, and the tolerance of each.
 struct Wanted {
-    parts: Vec<Arc<PreparedPart>>,
+    parts: Arc<Vec<Arc<PreparedPart>>>,
     asked: Vec<PartTolerance>,
 }
 

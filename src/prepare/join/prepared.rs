@@ -310,9 +310,10 @@ pub struct PreparedPart {
 /// A model ready for tessellation.
 #[derive(Clone, Debug, Default)]
 pub struct Prepared {
-    /// Parts in the model's order. Levels of detail of a part share its data.
+    /// Parts in the model's order. Levels of detail of a part share its data. Shared, so that the jobs of a plan take one
+    /// reference instead of one per part.
     #[doc(hidden)]
-    pub parts: Vec<Arc<PreparedPart>>,
+    pub parts: Arc<Vec<Arc<PreparedPart>>>,
     /// Names, colours and instances, for sinks.
     pub scene: Scene,
     /// The model's diagnostics and prepare's own.
@@ -519,8 +520,8 @@ mod tests {
         for (name, is_closed) in [("box", true), ("torus", true), ("washer", true), ("square", false), ("wave", false)]
         {
             let model = shapes::by_name(name).expect("a shape");
-            let mut prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
-            let part = prepared.parts.remove(0);
+            let prepared = prepare(model, &PrepareOptions::DEFAULT).expect("within the limits");
+            let part = &prepared.parts[0];
             assert_eq!((part.is_closed(), part.open_edges().count == 0), (is_closed, is_closed), "{name}");
             // Edges with one stretch are not looked at: each of their uses has all of it.
             let uses = part.tiles.iter().flat_map(|tile| tile.loops.iter().flatten());

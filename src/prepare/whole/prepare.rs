@@ -202,7 +202,7 @@ fn update(
         discard(call, parts);
         return Err(PrepareError::Cancelled);
     }
-    Ok(Prepared { parts, scene, diagnostics, bounds, diagonal })
+    Ok(Prepared { parts: Arc::new(parts), scene, diagnostics, bounds, diagonal })
 }
 
 /// Frees parts that nobody else has on all threads.

@@ -95,13 +95,13 @@ fn parts_are_planned_once_a_view_shows_them() {
         assert!(new.iter().all(|part| !known.contains(part)), "{new:?}, {known:?}");
         known.extend(new);
         let plan = Arc::clone(planner.last());
-        for (row, (plan, part)) in plan.parts.iter().zip(&prepared.parts).enumerate() {
+        for (row, (plan, part)) in plan.parts.iter().zip(&*prepared.parts).enumerate() {
             assert!(plan.is_of(part) || plan.tiles.is_empty() && plan.edges.is_empty());
             assert_eq!(plan.is_of(part), known.contains(&PartId::new(row)), "part {row}");
         }
         assert!(!known.is_empty() && (known.len() == prepared.parts.len()) == are_all, "{known:?}");
         let whole = completed(&Alone, &plan, &prepared, &PlanLimits::DEFAULT);
-        assert!(whole.parts.iter().zip(&prepared.parts).all(|(plan, part)| plan.is_of(part)));
+        assert!(whole.parts.iter().zip(&*prepared.parts).all(|(plan, part)| plan.is_of(part)));
         assert!(known.iter().all(|part| whole.parts[part.index()] == plan.parts[part.index()]));
         assert_eq!(Arc::ptr_eq(&whole, &plan), are_all);
     }
