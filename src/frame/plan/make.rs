@@ -262,7 +262,7 @@ impl PlanRequest<'_> {
             let id = (PartId::new(part), TileId(tile as u32));
             let of_part = &self.wanted.parts[part];
             let (row, exact) = (&of_part.tiles[tile], is_exact(of_part.face_of(&of_part.tiles[tile])));
-            unusable |= !kept.lines && !row.entangled && too_small(part, exact);
+            unusable = unusable || !kept.lines && !row.entangled && too_small(part, exact);
             shortfall.tiles.extend((!kept.cells).then_some(id));
             shortfall.lines.extend((!kept.lines).then_some(id));
         })?;
@@ -274,7 +274,7 @@ impl PlanRequest<'_> {
         let (rows, lists) = stretches(jobs, &edges);
         let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
         let lines = together(jobs, made, &edges, |part, edge, ()| {
-            unusable |= too_small(part, false);
+            unusable = unusable || too_small(part, false);
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
         shortfall.unusable |= unusable;

@@ -127,9 +127,8 @@ pub(crate) struct PartTolerance {
     /// everywhere.
     cameras: Arc<[PartCamera]>,
     seen: Range<usize>,
+    centre: DVec3,
     radius: f64,
-    /// The largest of any place of the part.
-    loosest: Tolerance,
     /// Whether a requested value is invalid or too small to meet.
     pub(crate) unusable: bool,
 }
@@ -139,7 +138,7 @@ impl PartTolerance {
     pub(crate) fn everywhere(tolerance: &Tolerance, radius: f64) -> Self {
         let usable = tolerance.usable(radius);
         let unusable = usable != *tolerance;
-        Self { tolerance: usable, cameras: Arc::default(), seen: 0..0, radius, loosest: usable, unusable }
+        Self { tolerance: usable, cameras: Arc::default(), seen: 0..0, centre: DVec3::ZERO, radius, unusable }
     }
 
     /// Screen-space error of a part with this centre and radius: `per_pixel` is the tolerance where one millimetre of
@@ -151,20 +150,21 @@ impl PartTolerance {
     ) -> Self {
         let known = |x: f64| x > 0.0;
         let unusable = !(known(per_pixel.chord) && known(per_pixel.angle) && per_pixel.max_edge.is_none_or(known));
-        let mut new = Self { tolerance: *per_pixel, cameras, seen, radius, loosest: *per_pixel, unusable };
-        let whole = BoundingBox { low: centre - radius, high: centre + radius };
-        let least = new.cameras().iter().map(|camera| camera.pixel_scale(&whole).least).fold(0.0, larger);
-        new.loosest = new.at(least);
-        new
+        Self { tolerance: *per_pixel, cameras, seen, centre, radius, unusable }
     }
 
     fn cameras(&self) -> &[PartCamera] {
         &self.cameras[self.seen.clone()]
     }
 
-    /// See [`Tolerance::around`]; the fewest lines that any place of the part needs.
+    /// See [`Tolerance::around`]; the fewest lines that any place of the part needs. Cost: a look at each camera.
     pub(crate) fn around(&self, exact: bool) -> f64 {
-        self.loosest.around(self.radius, exact)
+        let least = || {
+            let whole = BoundingBox { low: self.centre - self.radius, high: self.centre + self.radius };
+            self.cameras().iter().map(|camera| camera.pixel_scale(&whole).least).fold(0.0, larger)
+        };
+        let loosest = if self.seen.is_empty() { self.tolerance } else { self.at(least()) };
+        loosest.around(self.radius, exact)
     }
 
     /// Whether the length of edges is limited.
