@@ -3,7 +3,7 @@
 use super::lattice::{DensityMet, LatticeRequest, Lattices, is_exact, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
 use super::output::{EdgePolyline, LINES_OF_TILE, Made, PartPlan, Plan, TileLattice, cells};
-use super::rows::{BLOCK, PlanRows};
+use super::rows::{BLOCK, Block, PlanRows};
 use super::tessellants::{NarrowestCells, Tessellants, bare, bare_within};
 use crate::control::{Call, Control, Jobs, Rayon, drop_later, map, width};
 use crate::frame::tolerance::part_camera::PartCamera;
@@ -258,7 +258,7 @@ impl PlanRequest<'_> {
         // Where the part itself needs as many lines as there may be, they do not follow noise.
         let too_small = |part: usize, exact: bool| self.wanted.asked[part].around(exact) >= LINES_OF_TILE as f64;
         let mut unusable = false;
-        let lattices = together(jobs, made, &tiles, |part, tile, kept: DensityMet| {
+        let lattices = together(jobs, made, parts.len(), |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
             let of_part = &self.wanted.parts[part];
             let (row, exact) = (&of_part.tiles[tile], is_exact(of_part.face_of(&of_part.tiles[tile])));
@@ -273,7 +273,7 @@ impl PlanRequest<'_> {
         let beside = Arc::clone(&lattices);
         let (rows, lists) = stretches(jobs, &edges);
         let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
-        let lines = together(jobs, made, &edges, |part, edge, ()| {
+        let lines = together(jobs, made, parts.len(), |part, edge, ()| {
             unusable = unusable || too_small(part, false);
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
@@ -285,28 +285,25 @@ impl PlanRequest<'_> {
     }
 }
 
-/// The rows of each part, from the blocks of all lists in their order. `counts`: rows by part. Calls `short` for each
-/// row that limits made coarser than asked. `None` if the budget did not suffice for a list.
+/// The rows of so many parts, from all lists in their order. Calls `short` for each row that limits made coarser than
+/// asked. `None` if the budget did not suffice for a list.
 fn together<T: Send + Sync + 'static, K: Send + 'static>(
     jobs: &dyn Jobs,
     made: Vec<Option<Planned<T, K>>>,
-    counts: &[(usize, usize)],
+    parts: usize,
     mut short: impl FnMut(usize, usize, K),
 ) -> Option<Vec<PlanRows<T>>> {
     if made.iter().any(Option::is_none) {
         drop_later(jobs, made);
         return None;
     }
-    let mut parts: Vec<_> = counts.iter().map(|&(_, count)| PlanRows::with_room(count)).collect();
-    let mut at = 0;
-    for Planned { blocks, short: rows } in made.into_iter().flatten() {
+    let mut parts: Vec<PlanRows<T>> = Vec::with_capacity(parts);
+    for Planned { more, begun, short: rows } in made.into_iter().flatten() {
         rows.into_iter().for_each(|(part, row, kept)| short(part, row, kept));
-        for block in blocks {
-            while parts[at].len() == counts[at].1 {
-                at += 1;
-            }
-            parts[at].push_block(block);
+        for block in more {
+            parts.last_mut().expect("a list before has begun it").push_block(block);
         }
+        parts.extend(begun);
     }
     Some(parts)
 }
@@ -332,11 +329,12 @@ fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> (Vec<Stretch>, Vec<R
     let threads = width(jobs);
     let size = |left: usize| if threads == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * threads)) };
     let mut left = counts.iter().map(|(_, count)| count).sum();
-    let (mut stretches, mut lists, mut room) = (Vec::new(), Vec::new(), size(left));
+    let (mut stretches, mut lists, mut room) = (Vec::with_capacity(2 * counts.len()), Vec::new(), size(left));
     let mut first = 0;
     for &(part, count) in counts {
-        let mut from = 0;
-        while from < count {
+        let mut from: usize = 0;
+        // A part without rows has an empty stretch.
+        loop {
             let to = count.min(from.saturating_add(room.div_ceil(BLOCK).saturating_mul(BLOCK)));
             stretches.push((part, from..to));
             (room, left) = (room.saturating_sub(to - from), left - (to - from));
@@ -344,6 +342,9 @@ fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> (Vec<Stretch>, Vec<R
             if room == 0 {
                 lists.push(first..stretches.len());
                 (first, room) = (stretches.len(), size(left));
+            }
+            if from == count {
+                break;
             }
         }
     }
@@ -353,26 +354,30 @@ fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> (Vec<Stretch>, Vec<R
 
 /// A plan for a list of stretches.
 struct Planned<T, K> {
-    /// Of one part after the other. Most lists have one.
-    blocks: SmallVec<[Vec<Arc<T>>; 1]>,
+    /// Blocks of the part that a list before has begun. Inline, because most lists are short, and one thread reads all.
+    more: SmallVec<[Block<T>; 4]>,
+    /// Rows of the parts that follow. Most lists begin one at most.
+    begun: SmallVec<[PlanRows<T>; 1]>,
     /// The rows that limits made coarser than asked, by part.
     short: Vec<(usize, usize, K)>,
 }
 
 impl<T, K> Planned<T, K> {
-    fn with_room(stretches: &[Stretch]) -> Self {
-        let blocks = stretches.iter().map(|(_, rows)| rows.len().div_ceil(BLOCK)).sum();
-        Self { blocks: SmallVec::with_capacity(blocks), short: Vec::new() }
+    fn new() -> Self {
+        Self { more: SmallVec::new(), begun: SmallVec::new(), short: Vec::new() }
     }
 
-    /// Plans a stretch by `row`, which returns the cells or tessellants and what limits made coarser, too. `None` once
-    /// there are too many.
+    /// Plans a stretch by `row`, which returns the cells or tessellants and what limits made coarser, too. `count`: rows
+    /// of the part. `None` once there are too many.
     fn plan(
         &mut self,
         (part, rows): &Stretch,
-        budget: &SharedBudget,
+        (count, budget): (usize, &SharedBudget),
         mut row: impl FnMut(usize) -> (T, u64, Option<K>),
     ) -> Option<()> {
+        if rows.start == 0 {
+            self.begun.push(PlanRows::with_room(count));
+        }
         for from in rows.clone().step_by(BLOCK) {
             let mut block = Vec::with_capacity(BLOCK.min(rows.end - from));
             let mut cells = 0u64;
@@ -383,7 +388,10 @@ impl<T, K> Planned<T, K> {
                 self.short.extend(short.map(|short| (*part, k, short)));
             }
             budget.add(cells)?;
-            self.blocks.push(block);
+            match self.begun.last_mut() {
+                Some(begun) => begun.push_block(block),
+                None => self.more.push(block),
+            }
         }
         Some(())
     }
@@ -393,10 +401,10 @@ impl Round {
     /// The lattices of some tiles.
     fn lattices(&self, stretches: &[Stretch]) -> Option<Planned<TileLattice, DensityMet>> {
         let (mut need, mut lattices) = (BoxTolerances::default(), Lattices::default());
-        let mut planned = Planned::with_room(stretches);
+        let mut planned = Planned::new();
         for stretch in stretches {
             let (asked, part) = (&self.wanted.asked[stretch.0], &self.wanted.parts[stretch.0]);
-            planned.plan(stretch, &self.spent, |row| {
+            planned.plan(stretch, (part.tiles.len(), &self.spent), |row| {
                 let tile = &part.tiles[row];
                 let face = part.face_of(tile);
                 asked.over(places(face, tile), &mut need);
@@ -417,12 +425,12 @@ impl Round {
         lattices: impl Fn(usize) -> &'a PlanRows<TileLattice>,
     ) -> Option<Planned<EdgePolyline, ()>> {
         let (mut need, mut tessellants) = (BoxTolerances::default(), Tessellants::default());
-        let mut planned = Planned::with_room(stretches);
+        let mut planned = Planned::new();
         for stretch in stretches {
             let (asked, tiles) = (&self.wanted.asked[stretch.0], lattices(stretch.0));
             let PreparedPart { edges, edge_boxes, .. } = &*self.wanted.parts[stretch.0];
             let (mut strictest, mut cells) = (None, NarrowestCells::of(tiles));
-            planned.plan(stretch, &self.spent, |row| {
+            planned.plan(stretch, (edges.len(), &self.spent), |row| {
                 let edge = &edges[row];
                 // Most edges are one segment at the tolerance where their block is nearest, too.
                 if row % EDGES_PER_BOX == 0 {
@@ -466,7 +474,7 @@ impl SharedBudget {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::{Alone, assert_each_cancels};
+    use crate::control::{Alone, Threads, assert_each_cancels};
     use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
 
@@ -490,6 +498,32 @@ mod tests {
                 let mut places = edges.iter().flat_map(|edge| edge.bounds.places());
                 assert!(places.all(|place| all.with(place) == *all), "{all:?}");
             }
+        }
+    }
+
+    #[test]
+    fn parts_have_all_rows_whatever_the_lists() {
+        let counts: Vec<(usize, usize)> = [0, 5, 0, 700, 64, 0, 1, 65, 0].into_iter().enumerate().collect();
+        let budget = SharedBudget { cells: AtomicU64::new(0), left: u64::MAX, control: Control::default() };
+        for threads in [1, 2, 3] {
+            let (stretches, lists) = stretches(&Threads::start(threads).expect("threads"), &counts);
+            assert!((lists.len() == 1) == (threads == 1) && lists.iter().all(|list| !list.is_empty()));
+            let made = lists.into_iter().map(|list| {
+                let mut planned = Planned::<(usize, usize), ()>::new();
+                for stretch in &stretches[list] {
+                    let (part, with) = (stretch.0, (counts[stretch.0].1, &budget));
+                    planned.plan(stretch, with, |row| ((part, row), 1, (row % 100 == 7).then_some(())))?;
+                }
+                Some(planned)
+            });
+            let mut short = Vec::new();
+            let rows = together(&Alone, made.collect(), counts.len(), |part, row, ()| short.push((part, row)));
+            let rows: Vec<Vec<_>> =
+                rows.expect("enough").iter().map(|rows| rows.iter().map(|row| **row).collect()).collect();
+            let all = |&(part, count): &(usize, usize)| (0..count).map(|row| (part, row)).collect::<Vec<_>>();
+            assert_eq!(rows, counts.iter().map(all).collect::<Vec<_>>());
+            let of_long = [7, 107, 207, 307, 407, 507, 607].map(|row| (3, row));
+            assert_eq!(short, [&of_long[..], &[(4, 7), (7, 7)]].concat());
         }
     }
 }

@@ -10,13 +10,16 @@ use std::sync::Arc;
 /// Rows of a block. The last block of a part may have fewer.
 pub(crate) const BLOCK: usize = EDGES_PER_BOX;
 
+/// [`BLOCK`] rows, or those that are left.
+pub(crate) type Block<T> = Vec<Arc<T>>;
+
 /// One row per tile, or per edge, of a part.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlanRows<T>(Vec<Vec<Arc<T>>>);
+pub struct PlanRows<T>(Vec<Block<T>>);
 
 impl<T> PlanRows<T> {
     /// Appends a block. All blocks before it are full.
-    pub(crate) fn push_block(&mut self, block: Vec<Arc<T>>) {
+    pub(crate) fn push_block(&mut self, block: Block<T>) {
         debug_assert!(self.0.last().is_none_or(|last| last.len() == BLOCK) && block.len() <= BLOCK);
         self.0.push(block);
     }
@@ -27,7 +30,7 @@ impl<T> PlanRows<T> {
     }
 
     /// The blocks in their order.
-    pub(crate) fn blocks(&self) -> &[Vec<Arc<T>>] {
+    pub(crate) fn blocks(&self) -> &[Block<T>] {
         &self.0
     }
 
@@ -49,14 +52,14 @@ impl<T> PlanRows<T> {
     }
 
     /// The rows in their order.
-    pub fn iter(&self) -> Flatten<slice::Iter<'_, Vec<Arc<T>>>> {
+    pub fn iter(&self) -> Flatten<slice::Iter<'_, Block<T>>> {
         self.0.iter().flatten()
     }
 }
 
 impl<'a, T> IntoIterator for &'a PlanRows<T> {
     type Item = &'a Arc<T>;
-    type IntoIter = Flatten<slice::Iter<'a, Vec<Arc<T>>>>;
+    type IntoIter = Flatten<slice::Iter<'a, Block<T>>>;
 
     fn into_iter(self) -> Self::IntoIter {
         self.iter()
@@ -65,7 +68,7 @@ impl<'a, T> IntoIterator for &'a PlanRows<T> {
 
 impl<'a, T> IntoIterator for &'a mut PlanRows<T> {
     type Item = &'a mut Arc<T>;
-    type IntoIter = Flatten<slice::IterMut<'a, Vec<Arc<T>>>>;
+    type IntoIter = Flatten<slice::IterMut<'a, Block<T>>>;
 
     fn into_iter(self) -> Self::IntoIter {
         self.0.iter_mut().flatten()
