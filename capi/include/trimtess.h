@@ -314,7 +314,7 @@ typedef struct {
     const double *knots;
     // `count` control points, not multiplied by weights: 3 numbers each in space, 2 in (u,v).
     const double *points;
-    // `count` weights, or null for a polynomial curve.
+    // `count` weights from 1e-30 to 1e30, or null for a polynomial curve.
     const double *weights;
     // Number of control points.
     size_t count;
@@ -352,7 +352,7 @@ typedef struct {
     const double *knots_v;
     // B-splines: `count_u * count_v` control points of 3 numbers. Point (i, j) is number `i * count_v + j`.
     const double *points;
-    // B-splines: weights in the same order, or null.
+    // B-splines: weights in the same order, from 1e-30 to 1e30, or null.
     const double *weights;
     // B-splines: number of control points along u.
     size_t count_u;

@@ -18,7 +18,7 @@ pub struct tt_curve {
     pub knots: *const f64,
     /// `count` control points, not multiplied by weights: 3 numbers each in space, 2 in (u,v).
     pub points: *const f64,
-    /// `count` weights, or null for a polynomial curve.
+    /// `count` weights from 1e-30 to 1e30, or null for a polynomial curve.
     pub weights: *const f64,
     /// Number of control points.
     pub count: usize,
@@ -81,7 +81,7 @@ pub struct tt_surface {
     pub knots_v: *const f64,
     /// B-splines: `count_u * count_v` control points of 3 numbers. Point (i, j) is number `i * count_v + j`.
     pub points: *const f64,
-    /// B-splines: weights in the same order, or null.
+    /// B-splines: weights in the same order, from 1e-30 to 1e30, or null.
     pub weights: *const f64,
     /// B-splines: number of control points along u.
     pub count_u: usize,

@@ -237,6 +237,7 @@ impl Seats {
             left = others;
             let (mut seats, mut tiles) = (Vec::new(), vec![0; of_scene.face_colours.len()]);
             for &(_, face, (worker, row)) in of_part {
+                tiles.resize(tiles.len().max(face.index() + 1), 0);
                 tiles[face.index()] += 1;
                 Seat::push(&mut seats, worker, row);
             }

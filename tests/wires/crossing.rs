@@ -100,7 +100,7 @@ fn a_lobe_whose_edges_cross_above_each_other_leaves_no_crack() {
 #[test]
 fn chords_of_curves_that_touch_in_a_cusp_may_cross_within_the_tolerance() {
     // Parabolas y = x² and y = (1 + gap) x² from (0, 0) to x = 4, and the line between their ends.
-    let mut crossed = 0;
+    let (mut crossed, mut rewound) = (0, 0);
     for gap in [0.01, 0.02, 0.05, 0.1, 0.2] {
         let mut part = PartBuilder::new("cusp");
         let shell = part.plain_shell(ShellKind::Open);
@@ -110,6 +110,7 @@ fn chords_of_curves_that_touch_in_a_cusp_may_cross_within_the_tolerance() {
             let curve = NurbsCurve3::bezier(vec![DVec3::ZERO, DVec3::X * 2.0, point], Vec::new());
             part.edge(Edge { range: curve.domain(), curve, start: cusp, end: to, kind: CurveKind::Spline, entity: 0 })
         };
+        let area = gap * 64.0 / 3.0;
         let sides = [parabola(&mut part, low, ends[1]), parabola(&mut part, high, ends[2])];
         let wire = vec![sides[0].along(), part.line(low, high).along(), sides[1].against()];
         part.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![Loop::Edges(wire)], false);
@@ -126,11 +127,12 @@ fn chords_of_curves_that_touch_in_a_cusp_may_cross_within_the_tolerance() {
                 _ => panic!("{gap} {chord}: {tile:?}"),
             });
             crossed += depths.filter(|depth| *depth > 1e-5).count();
+            rewound += usize::from(report.fills.iter().any(|fill| fill.rewound > 2e-4 * area));
             let facts = check_scene(&sink).total;
             assert_eq!(facts.defects, 0, "{gap} {chord}: {facts}");
         }
     }
-    assert!(crossed > 0, "no chords cross");
+    assert!(crossed > 0 && rewound > 0, "{crossed} crossings, {rewound} with a large share of the face");
 }
 
 #[test]
@@ -151,6 +153,15 @@ fn a_wire_wound_twice_through_one_vertex_is_covered_twice() {
     assert!((report.fills[0].rewound - 72.0).abs() < 1e-9, "{:?}", report.fills);
     assert!(warned(&prepared, |k| *k == FaceTrouble::Crosses.into()), "{:?}", told(&prepared));
     assert_eq!(report.ladder.count(Rung::Repaired), 1);
+    // Also where edges are short, so that triangles lie far within.
+    for (max_edge, chord) in [(None, 0.1), (Some(0.5), 2.0)] {
+        let plan = Arc::new(plan(&prepared, &Tolerance { chord, angle: 0.5, max_edge }));
+        let mut sink = MemorySink::default();
+        let report = serial(&prepared, &plan, true, &mut sink).expect("a frame");
+        let told = report.diagnostics(&sink, &prepared);
+        let codes: Vec<_> = told.iter().map(|d| (d.severity, d.kind.code())).collect();
+        assert!(codes.contains(&(Severity::Warning, "face-wound-again")), "{chord}: {codes:?}");
+    }
 }
 
 /// A plate with a hole, its wires changed.

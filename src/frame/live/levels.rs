@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// Width of a band, as the binary logarithm of the ratio of pixels per millimetre at its ends: a factor of 4.
 const BAND: f64 = 2.0;
-/// Hysteresis: an instance leaves its band once it is outside by so many bands: a factor of 1.2.
+/// Hysteresis, in bands: log2(1.2), so an instance leaves its band once it is outside by a factor of 1.2.
 const SLACK: f64 = 0.263_034_405_833_793_8 / BAND;
 
 /// A band of screen-space scales; the higher, the finer. `None`: not assigned yet.

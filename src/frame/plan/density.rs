@@ -251,8 +251,8 @@ impl<'a> Strides<'a> {
     }
 }
 
-/// The end of a step that is shorter than the spacing of floats at `x`: the next float. So every stride advances. No end
-/// for a step that is not a number.
+/// The end of a step that is shorter than the spacing of floats at `x`: the next float, so every stride advances.
+/// Infinity for NaN.
 #[cold]
 #[inline(never)]
 fn beyond(x: f64, step: f64) -> f64 {

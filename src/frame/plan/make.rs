@@ -256,7 +256,14 @@ impl PlanRequest<'_> {
         let made = map(jobs, lists, move |list| shared.lattices(&rows[list]));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
         // Where the part itself needs as many lines as there may be, they do not follow noise.
-        let too_small = |part: usize, exact: bool| self.wanted.asked[part].around(exact) >= LINES_OF_TILE as f64;
+        let mut known = (usize::MAX, [None; 2]);
+        let mut too_small = |part: usize, exact: bool| {
+            if known.0 != part {
+                known = (part, [None; 2]);
+            }
+            let lines = || self.wanted.asked[part].around(exact);
+            *known.1[usize::from(exact)].get_or_insert_with(lines) >= LINES_OF_TILE as f64
+        };
         let mut unusable = false;
         let lattices = together(jobs, made, parts.len(), |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
@@ -354,7 +361,7 @@ fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> (Vec<Stretch>, Vec<R
 
 /// A plan for a list of stretches.
 struct Planned<T, K> {
-    /// Blocks of the part that a list before has begun. Inline, because most lists are short, and one thread reads all.
+    /// Blocks of the part that an earlier list began. Inline, because most lists are short, and one thread reads all.
     more: SmallVec<[Block<T>; 4]>,
     /// Rows of the parts that follow. Most lists begin one at most.
     begun: SmallVec<[PlanRows<T>; 1]>,
@@ -367,8 +374,8 @@ impl<T, K> Planned<T, K> {
         Self { more: SmallVec::new(), begun: SmallVec::new(), short: Vec::new() }
     }
 
-    /// Plans a stretch by `row`, which returns the cells or tessellants and what limits made coarser, too. `count`: rows
-    /// of the part. `None` once there are too many.
+    /// Plans a stretch by `row`, which returns the cells or tessellants and what limits made coarser, too. `count`:
+    /// rows of the part. `None` once there are too many.
     fn plan(
         &mut self,
         (part, rows): &Stretch,
@@ -475,8 +482,10 @@ impl SharedBudget {
 mod tests {
     use super::*;
     use crate::control::{Alone, Threads, assert_each_cancels};
-    use crate::model::shapes;
+    use crate::model::{Frame3, Loop, PartBuilder, ShellKind, Surface, shapes};
     use crate::prepare::{PrepareOptions, prepare};
+    use glam::DVec2;
+    use std::f64::consts::TAU;
 
     #[test]
     fn plans_are_cancelled_wherever_they_look() {
@@ -491,10 +500,18 @@ mod tests {
 
     #[test]
     fn boxes_of_edges_contain_their_strips() {
-        let prepared = prepare(shapes::all(), &PrepareOptions::DEFAULT).expect("within the limits");
-        for PreparedPart { edges, edge_boxes, .. } in prepared.parts.iter().map(|part| &**part) {
-            assert_eq!(edge_boxes.len(), edges.len().div_ceil(EDGES_PER_BOX));
-            for (edges, all) in edges.chunks(EDGES_PER_BOX).zip(edge_boxes) {
+        let mut polygon = PartBuilder::new("polygon");
+        let shell = polygon.plain_shell(ShellKind::Open);
+        let corner = |k: u32| (DVec2::from_angle(TAU * f64::from(k) / 200.0) * 10.0).extend(0.0);
+        let wire = Loop::Edges(polygon.polygon(&(0..200).map(corner).collect::<Vec<_>>()));
+        polygon.plain_face(Surface::Plane { frame: Frame3::WORLD }, shell, vec![wire], false);
+        let models = [polygon.finish().expect("a sound part").into(), shapes::all()];
+        let [polygon, shapes] =
+            models.map(|model| prepare(model, &PrepareOptions::DEFAULT).expect("within the limits"));
+        assert!(polygon.parts[0].edge_boxes.len() > 3);
+        for part in polygon.parts.iter().chain(&*shapes.parts) {
+            assert_eq!(part.edge_boxes.len(), part.edges.len().div_ceil(EDGES_PER_BOX));
+            for (edges, all) in part.edges.chunks(EDGES_PER_BOX).zip(&part.edge_boxes) {
                 let mut places = edges.iter().flat_map(|edge| edge.bounds.places());
                 assert!(places.all(|place| all.with(place) == *all), "{all:?}");
             }

@@ -162,7 +162,7 @@ impl PartPlan {
         self.tiles.blocks().len() + self.edges.blocks().len()
     }
 
-    /// Takes the last blocks, which it has.
+    /// Takes the last `blocks` blocks; it has as many.
     fn take_last(&mut self, blocks: usize) -> Self {
         let edges = self.edges.take_last(blocks);
         let tiles = self.tiles.take_last(blocks - edges.blocks().len());
@@ -173,7 +173,7 @@ impl PartPlan {
 /// Frees plans on all threads: each has an allocation per tile and per edge.
 pub(crate) fn free(jobs: &dyn Jobs, plans: Vec<PartPlan>) {
     let _span = tracing::trace_span!("free").entered();
-    /// Pieces of a thread.
+    /// Pieces per thread.
     const SHARE: usize = 2;
     let blocks: usize = plans.iter().map(PartPlan::blocks).sum();
     let size = FEWEST.max(blocks.div_ceil(SHARE * width(jobs)));
@@ -193,7 +193,7 @@ fn in_pieces(plans: Vec<PartPlan>, size: usize) -> Vec<Vec<PartPlan>> {
     let (mut pieces, mut piece, mut room) = (Vec::new(), Vec::new(), size);
     for mut plan in plans {
         let mut blocks = plan.blocks();
-        while blocks > room {
+        while blocks >= room {
             piece.push(plan.take_last(room));
             pieces.push(std::mem::take(&mut piece));
             (blocks, room) = (blocks - room, size);

@@ -7,7 +7,7 @@ use std::ops::{Index, IndexMut};
 use std::slice;
 use std::sync::Arc;
 
-/// Rows of a block. The last block of a part may have fewer.
+/// Rows of a block, so that each block of edges has one box. The last block of a part may have fewer.
 pub(crate) const BLOCK: usize = EDGES_PER_BOX;
 
 /// [`BLOCK`] rows, or those that are left.

@@ -17,6 +17,7 @@ use crate::model::{AxisMap, PartId, SurfaceKind, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{PreparedFace, PreparedPart, Tile};
 use glam::{DVec2, DVec3, Vec2};
+use smallvec::SmallVec;
 use std::collections::BTreeMap;
 
 /// Tessellates one tile by a plan. Of the lists that not every sink reads, the mesh has these.
@@ -125,21 +126,42 @@ fn add_layers(face: &PreparedFace, s: &Scratch, mesh: &mut TileMesh) -> f64 {
     area
 }
 
-/// How far points of the layers may be from their outline, mm: the heights of triangles over sides on it. A triangle
-/// without such a side counts with its largest height.
+/// How far points of the layers may be from their outline, mm: the heights of triangles, added up from triangle to
+/// triangle, from those with a side on it. Layers without an outline count with their largest height.
 fn depth_of_layers(layers: &[([u32; 3], i32)], positions: &[DVec3]) -> f64 {
-    let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]].map(|[from, to]| [from.min(to), from.max(to)]);
-    let mut uses: BTreeMap<[u32; 2], u32> = BTreeMap::new();
-    layers.iter().flat_map(|(t, _)| sides(*t)).for_each(|side| *uses.entry(side).or_default() += 1);
-    let depth = |t: [u32; 3]| {
-        let [p, q, r] = t.map(|v| positions[v as usize]);
-        let twice = (q - p).cross(r - p).length();
-        // No number over a side that is a point.
-        let height = |[from, to]: [u32; 2]| twice / positions[from as usize].distance(positions[to as usize]);
-        let outer = sides(t).into_iter().filter(|side| uses[side] == 1).map(height).reduce(f64::min);
-        outer.unwrap_or_else(|| sides(t).map(height).into_iter().fold(0.0, f64::max))
+    let sides = |k: usize| {
+        let [a, b, c] = layers[k].0;
+        [[a, b], [b, c], [c, a]].map(|[from, to]| [from.min(to), from.max(to)])
     };
-    layers.iter().map(|(t, _)| depth(*t)).fold(0.0, f64::max)
+    let mut beside: BTreeMap<[u32; 2], SmallVec<[usize; 2]>> = BTreeMap::new();
+    (0..layers.len()).for_each(|k| sides(k).into_iter().for_each(|side| beside.entry(side).or_default().push(k)));
+    let height = |k: usize, [from, to]: [u32; 2]| {
+        let [p, q, r] = layers[k].0.map(|v| positions[v as usize]);
+        let height = (q - p).cross(r - p).length() / positions[from as usize].distance(positions[to as usize]);
+        // A side that is a point has none, and its triangle has no area.
+        height.max(0.0)
+    };
+    let least = |k: usize| {
+        let outer = sides(k).into_iter().filter(|side| beside[side].len() == 1);
+        outer.map(|side| height(k, side)).reduce(f64::min)
+    };
+    let mut depths: Vec<Option<f64>> = (0..layers.len()).map(least).collect();
+    let mut reached: Vec<usize> = (0..layers.len()).filter(|&k| depths[k].is_some()).collect();
+    let mut at = 0;
+    while let Some(&k) = reached.get(at) {
+        at += 1;
+        for side in sides(k) {
+            for &other in &beside[&side] {
+                if depths[other].is_none() {
+                    depths[other] = depths[k].map(|depth| depth + height(other, side));
+                    reached.push(other);
+                }
+            }
+        }
+    }
+    let largest = |k: usize| sides(k).map(|side| height(k, side)).into_iter().fold(0.0, f64::max);
+    let depths = depths.iter().enumerate().map(|(k, depth)| depth.unwrap_or_else(|| largest(k)));
+    depths.fold(0.0, f64::max)
 }
 
 /// Makes lattice points, normals and oriented triangles, and refines those of the trim stage.
@@ -429,5 +451,11 @@ mod tests {
             assert!(depth > 0.99 * across && depth < 1.01 * across, "{across} {step}: {depth}");
         }
         assert_eq!(depth_of_layers(&[], &[]), 0.0);
+        // A square of many cells.
+        let positions: Vec<_> = (0..51 * 51).map(|k| DVec3::new(f64::from(k % 51), f64::from(k / 51), 0.0)).collect();
+        let corners = (0..50 * 50).map(|k| k / 50 * 51 + k % 50);
+        let cells = corners.flat_map(|v| [[v, v + 1, v + 52], [v, v + 52, v + 51]]);
+        let depth = depth_of_layers(&cells.map(|t| (t, 1)).collect::<Vec<_>>(), &positions);
+        assert!((25.0..=50.0).contains(&depth), "{depth}");
     }
 }

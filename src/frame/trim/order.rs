@@ -12,14 +12,14 @@ pub(crate) struct Order {
     keys: Vec<u64>,
     /// By vertex, its rank.
     ranks: Vec<u32>,
-    /// Points upwards along the line; across the segments if the vertices are many.
+    /// The direction in which heights grow: along the line, or across the mean slope of segments if there are many.
     up: DVec2,
 }
 
-/// Fewer vertices are met from left to right, or upwards if their box is tall.
+/// Fewest vertices for which a look at all loops may turn the line: with fewer it costs what it saves (decision 054).
 const FEW: usize = 500;
 
-/// The line moves the other way if that saves a split per this many vertices.
+/// The line moves the other way if that saves a split per this many vertices. Fewer gain nothing (decision 054).
 const PER_SPLIT: usize = 16;
 
 impl Order {
@@ -75,7 +75,8 @@ impl Order {
         // How many more splits than joins there are, at least. A vertex that points to the left splits an interval or
         // starts one; an outline has one start more than joins, and a hole one less.
         let mut surplus = 0;
-        let mut squares = DVec2::ZERO;
+        // Of squares of widths, and of widths times heights: the slope of least squares is their ratio.
+        let mut sums = DVec2::ZERO;
         for (start, end) in loops {
             let vertex = |v: u32| (self.ranks[v as usize], point(v));
             let (mut before, mut at) = (vertex(end - 2), vertex(end - 1));
@@ -86,11 +87,11 @@ impl Order {
                 let turn = (at.1 - before.1).perp_dot(step);
                 let is_left = (at.0 < before.0) & (at.0 < after.0);
                 surplus += i64::from(is_left) * if turn < 0.0 { 1 } else { -1 };
-                squares += right.dot(step) * DVec2::new(right.dot(step), self.up.dot(step));
+                sums += right.dot(step) * DVec2::new(right.dot(step), self.up.dot(step));
                 (before, at) = (at, after);
             }
         }
-        self.up -= right * (squares.y / squares.x);
+        self.up -= right * (sums.y / sums.x);
         if surplus > (self.keys.len() / PER_SPLIT) as i64 {
             self.up = -self.up;
             self.keys.reverse();

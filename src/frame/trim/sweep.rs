@@ -492,7 +492,7 @@ mod tests {
     fn holes_with_many_teeth_in_any_direction() {
         // Teeth of random depths to the left and to the right: the line moves one way or the other.
         let mut draw = SplitMix(5);
-        for (left, right) in [(300, 300), (400, 0), (0, 400), (200, 20), (20, 200)] {
+        for (left, right) in [(300, 300), (400, 0), (0, 400), (400, 40), (40, 400)] {
             let mut side = |teeth: u32, sign: f64| {
                 let corner = |k: u32| {
                     let x = if k.is_multiple_of(2) { 1.0 } else { 2.0 + 5.0 * draw.unit() };

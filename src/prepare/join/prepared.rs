@@ -283,7 +283,7 @@ pub(crate) struct PartCost {
     pub(crate) bytes: usize,
 }
 
-/// Number of edges that have a box in common.
+/// Edges per box of `edge_boxes`. A plan looks at so many at once: about as many as a thread plans in one go.
 pub(crate) const EDGES_PER_BOX: usize = 64;
 
 /// A part ready for tessellation.
@@ -301,7 +301,7 @@ pub struct PreparedPart {
     pub edges: Vec<PreparedEdge>,
     /// Number of `edges` that come before the borders of tiles.
     pub brep_edges: usize,
-    /// The box of each [`EDGES_PER_BOX`] of `edges`, in their order.
+    /// The box of each run of [`EDGES_PER_BOX`] `edges`; the last run may be shorter.
     pub(crate) edge_boxes: Vec<BoundingBox>,
     /// What [`Prepared::update`] and diagnostics need of it.
     pub(crate) facts: PartFacts,
