@@ -16,10 +16,10 @@ pub(crate) struct Order {
     up: DVec2,
 }
 
-/// Fewest vertices for which a look at all loops may turn the line: with fewer it costs what it saves (decision 054).
+/// Fewest vertices for which a look at all loops decides which way the line moves, and what heights are.
 const FEW: usize = 500;
 
-/// The line moves the other way if that saves a split per this many vertices. Fewer gain nothing (decision 054).
+/// The line moves the other way if that saves more than a split per this many vertices.
 const PER_SPLIT: usize = 16;
 
 impl Order {

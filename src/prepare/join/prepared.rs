@@ -283,7 +283,7 @@ pub(crate) struct PartCost {
     pub(crate) bytes: usize,
 }
 
-/// Edges per box of `edge_boxes`. A plan looks at so many at once: about as many as a thread plans in one go.
+/// Edges per box of `edge_boxes`. Blocks of a plan have as many.
 pub(crate) const EDGES_PER_BOX: usize = 64;
 
 /// A part ready for tessellation.
