@@ -1,14 +1,14 @@
 //! What a frame reports of its tiles and edges -> diagnostics of faces. No face without triangles goes unexplained.
 
 use super::commit::FrameReport;
-use super::handoff::DegradedTile;
+use super::handoff::{DegradedTile, FaceFill};
 use crate::frame::Degradation;
 use crate::mesh::FrameView;
 use crate::model::{Diagnostic, DiagnosticKind, FaceId, PartId, Severity, TileTrouble};
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedFace;
 use glam::DVec3;
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, HashSet};
 
 /// Fraction of a face's area that may have a winding number other than 1 without a warning. Noise in boundaries stays
 /// far below.
@@ -136,12 +136,16 @@ fn add_unexplained(all: &mut Vec<Diagnostic>, meshed: &[Vec<bool>], prepared: &P
     }
 }
 
-/// Adds a warning for each face with loops that overlap deeply, and rewound area above [`TOLERATED`] and beyond
-/// [`ROUNDING`].
+/// Adds a warning for each face with rewound area above [`TOLERATED`] and beyond [`ROUNDING`], unless its loops are known
+/// to overlap within the tolerance.
 fn add_rewound(all: &mut Vec<Diagnostic>, made: &FrameReport, frame: &FrameView<'_>, prepared: &Prepared) {
-    let deep = made.degraded.iter().filter(|tile| is_deep(tile, prepared));
-    let deep: BTreeSet<(PartId, FaceId)> = deep.map(|tile| (tile.part, tile.face)).collect();
-    let rewound = || made.fills.iter().filter(|fill| fill.rewound > 0.0 && deep.contains(&(fill.part, fill.face)));
+    // By face with loops that overlap, whether they do so deeply.
+    let mut deep: BTreeMap<(PartId, FaceId), bool> = BTreeMap::new();
+    for tile in made.degraded.iter().filter(|tile| matches!(tile.degradation, Degradation::NotSimple { .. })) {
+        *deep.entry((tile.part, tile.face)).or_default() |= is_deep(tile, prepared);
+    }
+    let is_slight = |fill: &FaceFill| deep.get(&(fill.part, fill.face)) == Some(&false);
+    let rewound = || made.fills.iter().filter(|fill| fill.rewound > 0.0 && !is_slight(fill));
     let mut areas: BTreeMap<(PartId, FaceId), f64> = rewound().map(|fill| ((fill.part, fill.face), 0.0)).collect();
     for batch in &frame.batches {
         let Some(area) = areas.get_mut(&(batch.part, batch.face)) else { continue };
