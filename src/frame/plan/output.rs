@@ -172,9 +172,9 @@ impl PartPlan {
 
 /// Frees plans on all threads: each has an allocation per tile and per edge.
 pub(crate) fn free(jobs: &dyn Jobs, plans: Vec<PartPlan>) {
-    let _span = tracing::trace_span!("free").entered();
     /// Pieces per thread.
     const SHARE: usize = 2;
+    let _span = tracing::trace_span!("free").entered();
     let blocks: usize = plans.iter().map(PartPlan::blocks).sum();
     let size = FEWEST.max(blocks.div_ceil(SHARE * width(jobs)));
     map(jobs, in_pieces(plans, size), drop);

@@ -134,7 +134,11 @@ fn depth_of_layers(layers: &[([u32; 3], i32)], positions: &[DVec3]) -> f64 {
         [[a, b], [b, c], [c, a]].map(|[from, to]| [from.min(to), from.max(to)])
     };
     let mut beside: BTreeMap<[u32; 2], SmallVec<[usize; 2]>> = BTreeMap::new();
-    (0..layers.len()).for_each(|k| sides(k).into_iter().for_each(|side| beside.entry(side).or_default().push(k)));
+    for k in 0..layers.len() {
+        for side in sides(k) {
+            beside.entry(side).or_default().push(k);
+        }
+    }
     let height = |k: usize, [from, to]: [u32; 2]| {
         let [p, q, r] = layers[k].0.map(|v| positions[v as usize]);
         let height = (q - p).cross(r - p).length() / positions[from as usize].distance(positions[to as usize]);
