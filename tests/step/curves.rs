@@ -1,6 +1,8 @@
 //! Edges on every kind of curve: from vertex to vertex, in the stated sense, exactly.
 
-use crate::{bounded_face, clean, edge_of, is, model, near, only_face, only_part, placement, point, vertex, world};
+use crate::{
+    assert_near, bounded_face, clean, edge_of, is, model, only_face, only_part, placement, point, vertex, world,
+};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use trimtess::model::{CurveKind, CurveTrouble, Edge, Part, StepTrouble};
@@ -23,7 +25,7 @@ fn edge(start: [f64; 3], end: [f64; 3], same_sense: bool, curve: &str) -> (Part,
     assert!(edge.range.0 < edge.range.1);
     // A short edge far from the origin is a part far from it.
     let placed = |t: f64| model.instances[0].transform.transform_point3(edge.curve.point(t));
-    near(placed(edge.range.0), DVec3::from(start));
+    assert_near(placed(edge.range.0), DVec3::from(start));
     assert!(placed(edge.range.1).distance(DVec3::from(end)) < 1e-8);
     assert_eq!(edge.start == edge.end, start == end);
     (part, edge)
@@ -46,10 +48,10 @@ fn a_line_is_two_points() {
 #[test]
 fn the_sense_of_a_circle_tells_the_short_arc_from_the_long_one() {
     let (_, short) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, CIRCLE);
-    near(at(&short, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+    assert_near(at(&short, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
     assert_eq!((short.kind, short.curve.points.len()), (CurveKind::Circle, 3));
     let (_, long) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], false, CIRCLE);
-    near(at(&long, 0.5), DVec3::new(-2.0, -2.0, 0.0) * FRAC_1_SQRT_2);
+    assert_near(at(&long, 0.5), DVec3::new(-2.0, -2.0, 0.0) * FRAC_1_SQRT_2);
     assert_eq!(long.curve.points.len(), 7);
 }
 
@@ -59,8 +61,8 @@ fn a_closed_circle_starts_at_its_vertex() {
         let (_, edge) = edge([0.0, 2.0, 0.0], [0.0, 2.0, 0.0], same_sense, CIRCLE);
         assert!((edge.range.1 - edge.range.0 - TAU).abs() < 1e-12);
         let side = if same_sense { -2.0 } else { 2.0 };
-        near(at(&edge, 0.25), DVec3::new(side, 0.0, 0.0));
-        near(at(&edge, 0.5), DVec3::new(0.0, -2.0, 0.0));
+        assert_near(at(&edge, 0.25), DVec3::new(side, 0.0, 0.0));
+        assert_near(at(&edge, 0.5), DVec3::new(0.0, -2.0, 0.0));
     }
 }
 
@@ -109,7 +111,7 @@ fn a_circle_alone_in_its_loop_closes_where_corners_join() {
 #[test]
 fn conics_are_exact() {
     let (_, ellipse) = edge([3.0, 0.0, 0.0], [0.0, 1.0, 0.0], true, "#60=ELLIPSE('',#20,3.,1.);");
-    near(at(&ellipse, 0.5), DVec3::new(3.0, 1.0, 0.0) * FRAC_1_SQRT_2);
+    assert_near(at(&ellipse, 0.5), DVec3::new(3.0, 1.0, 0.0) * FRAC_1_SQRT_2);
     assert_eq!(ellipse.kind, CurveKind::Conic);
     let ends = |t: f64| [3.0 * t.cosh(), 2.0 * t.sinh(), 0.0];
     // On an open curve the sense has no effect.
@@ -120,7 +122,7 @@ fn conics_are_exact() {
             assert!(((p.x / 3.0).powi(2) - (p.y / 2.0).powi(2) - 1.0).abs() < 1e-10, "{p}");
         }
         let (_, parabola) = edge([1.0, -2.0, 0.0], [4.0, 4.0, 0.0], same_sense, "#60=PARABOLA('',#20,1.);");
-        near(at(&parabola, 0.5), DVec3::new(0.25, 1.0, 0.0));
+        assert_near(at(&parabola, 0.5), DVec3::new(0.25, 1.0, 0.0));
     }
 }
 
@@ -141,10 +143,10 @@ fn a_b_spline_is_kept_and_reversed_where_the_sense_says_so() {
     assert_eq!((forth.kind, forth.range), (CurveKind::Spline, (0.0, 2.0)));
     assert_eq!(forth.curve.knots, [0.0, 0.0, 0.0, 0.0, 2.0, 2.0, 2.0, 2.0]);
     let (_, back) = edge([4.0, 0.0, 0.0], [0.0; 3], false, &spline);
-    near(back.curve.points[0], DVec3::new(4.0, 0.0, 0.0));
+    assert_near(back.curve.points[0], DVec3::new(4.0, 0.0, 0.0));
     // A flag that contradicts the vertices is ignored.
     let (_, wrong) = edge([4.0, 0.0, 0.0], [0.0; 3], true, &spline);
-    near(at(&wrong, 0.25), at(&back, 0.25));
+    assert_near(at(&wrong, 0.25), at(&back, 0.25));
 }
 
 #[test]
@@ -154,7 +156,7 @@ fn an_edge_may_use_a_part_of_its_curve() {
     let (start, end) = (at(&whole, 0.25), at(&whole, 0.75));
     let (_, part) = edge(start.into(), end.into(), true, &spline);
     assert!((part.range.0 - 0.25).abs() < 1e-9 && (part.range.1 - 0.75).abs() < 1e-9, "{:?}", part.range);
-    near(at(&part, 0.5), at(&whole, 0.5));
+    assert_near(at(&part, 0.5), at(&whole, 0.5));
 }
 
 #[test]
@@ -175,7 +177,7 @@ const QUARTER: &str = "#60=(BOUNDED_CURVE()B_SPLINE_CURVE(2,(#61,#62,#63),.CIRCU
 fn a_rational_b_spline_is_complex() {
     let points = point(61, [2.0, 0.0, 0.0]) + &point(62, [2.0, 2.0, 0.0]) + &point(63, [0.0, 2.0, 0.0]);
     let (_, edge) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, &(points + QUARTER));
-    near(at(&edge, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+    assert_near(at(&edge, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
     assert_eq!(edge.curve.weights.len(), 3);
 }
 
@@ -196,12 +198,12 @@ fn a_closed_spline_is_passed_through_its_seam() {
     let spline = arches(60);
     let (_, across) = edge([0.0, 4.0, 0.0], [4.0, 0.0, 0.0], true, &spline);
     assert!((across.range.1 - across.range.0 - 2.0).abs() < 1e-9);
-    near(at(&across, 0.5), DVec3::ZERO);
+    assert_near(at(&across, 0.5), DVec3::ZERO);
     let (_, whole) = edge([4.0, 4.0, 0.0], [4.0, 4.0, 0.0], true, &spline);
-    near(at(&whole, 0.5), DVec3::ZERO);
-    near(at(&whole, 0.25), DVec3::new(0.0, 4.0, 0.0));
+    assert_near(at(&whole, 0.5), DVec3::ZERO);
+    assert_near(at(&whole, 0.25), DVec3::new(0.0, 4.0, 0.0));
     let (_, against) = edge([4.0, 4.0, 0.0], [4.0, 4.0, 0.0], false, &spline);
-    near(at(&against, 0.25), DVec3::new(4.0, 0.0, 0.0));
+    assert_near(at(&against, 0.25), DVec3::new(4.0, 0.0, 0.0));
 }
 
 #[test]
@@ -230,7 +232,7 @@ fn a_closed_spline_is_trimmed_up_to_its_seam_and_from_it() {
             + &format!("#81=TRIMMED_CURVE('',#80,{trims});")
             + "#82=COMPOSITE_CURVE_SEGMENT(.DISCONTINUOUS.,.T.,#81);#60=COMPOSITE_CURVE('',(#82),.F.);";
         let (_, half) = edge(start, end, true, &text);
-        near(at(&half, 0.5), DVec3::new(middle[0], middle[1], 0.0));
+        assert_near(at(&half, 0.5), DVec3::new(middle[0], middle[1], 0.0));
     }
 }
 
@@ -240,7 +242,7 @@ fn wrapped_curves_are_unwrapped() {
         "#61=CIRCLE('',#20,2.);#60=TRIMMED_CURVE('',#61,(PARAMETER_VALUE(0.)),(PARAMETER_VALUE(90.)),.F.,.PARAMETER.);";
     // The trimmed curve is opposite to the circle, and the edge to the trimmed curve.
     let (_, arc) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], false, trimmed);
-    near(at(&arc, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+    assert_near(at(&arc, 0.5), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
     let surface_curve = "#61=CIRCLE('',#20,2.);#60=SURFACE_CURVE('',#61,(#77),.CURVE_3D.);";
     let (_, arc) = edge([2.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, surface_curve);
     assert_eq!(arc.kind, CurveKind::Circle);
@@ -264,9 +266,9 @@ fn a_composite_curve_joins_its_segments() {
     let (_, edge) = edge([4.0, 0.0, 0.0], [0.0, 2.0, 0.0], true, &curve);
     assert_eq!(edge.curve.degree, 2);
     let (a, joint) = (edge.range.0, edge.curve.knots[3]);
-    near(edge.curve.point(joint), DVec3::new(2.0, 0.0, 0.0));
-    near(edge.curve.point(0.5 * (a + joint)), DVec3::new(3.0, 0.0, 0.0));
-    near(edge.curve.point(0.5 * (joint + edge.range.1)), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+    assert_near(edge.curve.point(joint), DVec3::new(2.0, 0.0, 0.0));
+    assert_near(edge.curve.point(0.5 * (a + joint)), DVec3::new(3.0, 0.0, 0.0));
+    assert_near(edge.curve.point(0.5 * (joint + edge.range.1)), DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
 }
 
 #[test]
@@ -313,7 +315,7 @@ fn a_trim_of_a_curve_against_its_circle_runs_along_that_curve() {
         let p = edge.curve.point(a + (b - a) * f64::from(k) / 100.0);
         assert!((p.length() - 2.0).abs() < 1e-9 || p.y.abs() < 1e-9 && p.x > 2.0, "{p}");
     }
-    near(edge.curve.point(a), DVec3::from(start));
+    assert_near(edge.curve.point(a), DVec3::from(start));
 }
 
 #[test]
@@ -321,7 +323,7 @@ fn a_polyline_keeps_its_kind() {
     let line = arch() + "#60=POLYLINE('',(#61,#62,#63,#64));";
     let (_, edge) = edge([0.0; 3], [4.0, 0.0, 0.0], true, &line);
     assert_eq!((edge.kind, edge.curve.degree), (CurveKind::Polyline, 1));
-    near(edge.curve.point(1.0), DVec3::new(1.0, 2.0, 0.0));
+    assert_near(edge.curve.point(1.0), DVec3::new(1.0, 2.0, 0.0));
 }
 
 #[test]
@@ -362,7 +364,7 @@ fn trims_by_point_and_placed_circles() {
         + "#67=CIRCLE('',#61,1.);#68=TRIMMED_CURVE('',#67,(#65),(#66),.T.,.CARTESIAN.);\
            #69=COMPOSITE_CURVE_SEGMENT(.CONTINUOUS.,.T.,#68);#60=COMPOSITE_CURVE('',(#69),.F.);";
     let (_, edge) = edge([0.0, 0.0, 0.0], [1.0, -1.0, 0.0], true, &curve);
-    near(at(&edge, 0.5), DVec3::new(1.0 - (PI / 4.0).cos(), -(PI / 4.0).sin(), 0.0));
+    assert_near(at(&edge, 0.5), DVec3::new(1.0 - (PI / 4.0).cos(), -(PI / 4.0).sin(), 0.0));
 }
 
 #[test]
@@ -398,7 +400,7 @@ fn different_vertices_in_one_place_make_a_turn_where_the_loop_says_so() {
     };
     for end in [[2.0, 0.0, 0.0], [2.0, 1e-6, 0.0]] {
         let alone = arc(end, &[50]);
-        near(at(edge_of(&alone, 50), 0.5), DVec3::X * -2.0);
+        assert_near(at(edge_of(&alone, 50), 0.5), DVec3::X * -2.0);
     }
     // Among other edges it is an edge without length.
     let triangle = arc([2.0, 0.0, 0.0], &[50, 51, 52, 53]);

@@ -1,6 +1,8 @@
 //! Entities defined by other geometry: replicas, offset curves, points on curves and surfaces, trimmed surfaces.
 
-use crate::{bounded_face, clean, edge_of, file, is, model, near, only_face, only_part, point, shell, vertex, world};
+use crate::{
+    assert_near, bounded_face, clean, edge_of, file, is, model, only_face, only_part, point, shell, vertex, world,
+};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
 use trimtess::import::step::{StepOptions, read};
@@ -30,9 +32,9 @@ fn offsets_of_lines_and_circles_are_exact() {
     let circle = |sign: &str| format!("{up}#60=OFFSET_CURVE_3D('',#61,{sign}0.5,.F.,#80);#61=CIRCLE('',#20,2.);");
     // Up × tangent points to the centre.
     let inner = edge([1.5, 0.0, 0.0], [0.0, 1.5, 0.0], &circle(""));
-    near(middle(&inner), DVec3::new(1.5, 1.5, 0.0) * FRAC_1_SQRT_2);
+    assert_near(middle(&inner), DVec3::new(1.5, 1.5, 0.0) * FRAC_1_SQRT_2);
     let outer = edge([2.5, 0.0, 0.0], [0.0, 2.5, 0.0], &circle("-"));
-    near(middle(&outer), DVec3::new(2.5, 2.5, 0.0) * FRAC_1_SQRT_2);
+    assert_near(middle(&outer), DVec3::new(2.5, 2.5, 0.0) * FRAC_1_SQRT_2);
     let line = format!("{up}#60=OFFSET_CURVE_3D('',#61,2.,.F.,#80);#61=LINE('',#21,#62);#62=VECTOR('',#23,1.);");
     assert_eq!(edge([0.0, 2.0, 0.0], [5.0, 2.0, 0.0], &line).curve.points.len(), 2);
 }
@@ -51,16 +53,16 @@ fn offsets_of_trimmed_curves_keep_their_ends() {
         + &point(89, [0.5, 0.0, 0.0]);
     let edge = edge([1.5, 0.0, 0.0], [0.0, 5.0, 0.0], &curve);
     let corner = edge.range.0 + FRAC_PI_2;
-    near(edge.curve.point(edge.range.0 + 0.5 * FRAC_PI_2), DVec3::new(1.5, 1.5, 0.0) * FRAC_1_SQRT_2);
-    near(edge.curve.point(corner), DVec3::Y * 1.5);
-    near(edge.curve.point(0.5 * (corner + edge.range.1)), DVec3::Y * 3.25);
+    assert_near(edge.curve.point(edge.range.0 + 0.5 * FRAC_PI_2), DVec3::new(1.5, 1.5, 0.0) * FRAC_1_SQRT_2);
+    assert_near(edge.curve.point(corner), DVec3::Y * 1.5);
+    assert_near(edge.curve.point(0.5 * (corner + edge.range.1)), DVec3::Y * 3.25);
     // Against the direction of the circle, the left is outside.
     let reversed = curve
         .replace("(0.)),(PARAMETER_VALUE(1.5707963267948966)),.T.", "(1.5707963267948966)),(PARAMETER_VALUE(0.)),.F.")
         .replace(".T.,#83", ".F.,#83")
         .replace(&point(89, [0.5, 0.0, 0.0]), &point(89, [0.5, 1.0, 0.0]));
     let outer = self::edge([2.5, 0.0, 0.0], [0.0, 6.0, 0.0], &reversed);
-    near(outer.curve.point(outer.range.0 + FRAC_PI_2), DVec3::Y * 2.5);
+    assert_near(outer.curve.point(outer.range.0 + FRAC_PI_2), DVec3::Y * 2.5);
 }
 
 #[test]
@@ -98,7 +100,7 @@ fn replicas_of_curves_and_surfaces_are_moved_exactly() {
     let operator = point(80, [1.0, 0.0, 0.0]) + "#81=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#80,2.,$);";
     let circle = operator.clone() + "#60=CURVE_REPLICA('',#61,#81);#61=CIRCLE('',#20,1.);";
     let arc = edge([3.0, 0.0, 0.0], [1.0, 2.0, 0.0], &circle);
-    near(middle(&arc), DVec3::X + DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
+    assert_near(middle(&arc), DVec3::X + DVec3::new(2.0, 2.0, 0.0) * FRAC_1_SQRT_2);
     let text = world()
         + &vertex(30, [1.0, 0.0, 4.0])
         + &operator
@@ -125,19 +127,19 @@ fn vertex_at(context: u32, stated: &str) -> DVec3 {
 
 #[test]
 fn points_may_be_defined_by_others() {
-    near(vertex_at(2, "#40=POINT_ON_CURVE('',#41,90.);#41=CIRCLE('',#20,3.);"), DVec3::Y * 3.0);
-    near(
+    assert_near(vertex_at(2, "#40=POINT_ON_CURVE('',#41,90.);#41=CIRCLE('',#20,3.);"), DVec3::Y * 3.0);
+    assert_near(
         vertex_at(2, "#40=POINT_ON_SURFACE('',#41,90.,5.);#41=CYLINDRICAL_SURFACE('',#20,3.);"),
         DVec3::new(0.0, 3.0, 5.0),
     );
     let moved = point(42, [1.0, 1.0, 1.0])
         + "#40=POINT_REPLICA('',#42,#43);#43=CARTESIAN_TRANSFORMATION_OPERATOR_3D('','',$,$,$,#42,3.,$);";
-    near(vertex_at(1, &moved), DVec3::splat(4.0));
+    assert_near(vertex_at(1, &moved), DVec3::splat(4.0));
     // The image of v = 90 degrees on a sphere is its pole.
     let pole = "#40=DEGENERATE_PCURVE('',#41,#43);#41=SPHERICAL_SURFACE('',#20,3.);\
                 #43=DEFINITIONAL_REPRESENTATION('',(#44),#2);#44=POLYLINE('',(#45,#46));\
                 #45=CARTESIAN_POINT('',(0.,90.));#46=CARTESIAN_POINT('',(360.,90.));";
-    near(vertex_at(2, pole), DVec3::Z * 3.0);
+    assert_near(vertex_at(2, pole), DVec3::Z * 3.0);
     let circle = "#40=POINT_REPLICA('',#40,#20);";
     let text = world()
         + circle
@@ -174,7 +176,7 @@ fn a_line_in_the_parameters_of_a_plane_ends_at_the_vertices() {
                  #66=DIRECTION('',(1.,2.));";
     let line = edge([1.0, 2.0, 0.0], [3.0, 6.0, 0.0], curve);
     assert_eq!((line.kind, line.range), (CurveKind::Line, (0.0, 1.0)));
-    near(middle(&line), DVec3::new(2.0, 4.0, 0.0));
+    assert_near(middle(&line), DVec3::new(2.0, 4.0, 0.0));
 }
 
 /// The edge between two points along a line of a surface's parameters, and a point of it.
@@ -187,9 +189,9 @@ fn along(surface: &str, at: [f64; 2], direction: [f64; 2], [start, end]: [[f64; 
         numbers(direction)
     );
     let edge = edge(start, end, &line);
-    near(edge.curve.point(edge.range.0), start.into());
-    near(self::middle(&edge), middle.into());
-    near(edge.curve.point(edge.range.1), end.into());
+    assert_near(edge.curve.point(edge.range.0), start.into());
+    assert_near(self::middle(&edge), middle.into());
+    assert_near(edge.curve.point(edge.range.1), end.into());
     edge.kind
 }
 
@@ -233,7 +235,7 @@ fn a_conic_in_the_parameters_of_a_plane_is_a_conic() {
     // x = 1 - 2t, y = t²
     let arc = edge([3.0, 1.0, 0.0], [-1.0, 1.0, 0.0], curve);
     assert_eq!(arc.kind, CurveKind::Conic);
-    near(middle(&arc), DVec3::new(1.0, 0.0, 0.0));
+    assert_near(middle(&arc), DVec3::new(1.0, 0.0, 0.0));
 }
 
 /// A geometric set of one rectangular trimmed surface #60 over surface #61.
@@ -261,7 +263,7 @@ fn corners(model: &Model) -> [DVec3; 5] {
 fn trimmed_surfaces_without_faces_end_where_they_are_trimmed() {
     let plane = rectangle(3, "#61=PLANE('',#20);", "1.,2.,3.,5.,.T.,.T.");
     for (p, (x, y)) in corners(&plane).into_iter().zip([(1.0, 3.0), (2.0, 3.0), (1.0, 5.0), (2.0, 5.0), (1.5, 4.0)]) {
-        near(p, DVec3::new(x, y, 0.0) * 25.4);
+        assert_near(p, DVec3::new(x, y, 0.0) * 25.4);
     }
     let tube = rectangle(2, "#61=CYLINDRICAL_SURFACE('',#20,2.);", "350.,10.,0.,4.,.T.,.T.");
     let at = |degrees: f64, z: f64| {
@@ -269,15 +271,15 @@ fn trimmed_surfaces_without_faces_end_where_they_are_trimmed() {
         DVec3::new(2.0 * cos, 2.0 * sin, z)
     };
     for (p, q) in corners(&tube).into_iter().zip([at(350., 0.), at(10., 0.), at(350., 4.), at(10., 4.), at(0., 2.)]) {
-        near(p, q);
+        assert_near(p, q);
     }
     let swept = "#61=SURFACE_OF_LINEAR_EXTRUSION('',#62,#63);#62=CIRCLE('',#20,2.);#63=VECTOR('',#22,1.);";
     let swept = rectangle(2, swept, "20.,50.,0.,4.,.T.,.T.");
     for (p, q) in corners(&swept).into_iter().zip([at(20., 0.), at(50., 0.), at(20., 4.), at(50., 4.)]) {
-        near(p, q);
+        assert_near(p, q);
     }
     let turned = rectangle(1, "#61=PLANE('',#20);", "2.,1.,3.,5.,.F.,.T.");
-    near(corners(&turned)[0], DVec3::new(1.0, 3.0, 0.0));
+    assert_near(corners(&turned)[0], DVec3::new(1.0, 3.0, 0.0));
     assert!(only_face(&turned).reversed);
     let empty = rectangle(1, "#61=PLANE('',#20);", "2.,1.,3.,5.,.T.,.T.");
     assert!(
@@ -352,7 +354,7 @@ fn a_swept_line_keeps_the_units_of_both_directions() {
                 #63=VECTOR('',#65,2.);#65=DIRECTION('',(3.,0.,4.));";
     let at = |u: f64, v: f64| DVec3::new(3.0 * u + 1.2 * v, 0.0, 1.6 * v);
     corners_at(skew, [-1.0, 5.0, 2.0, 4.0], at);
-    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,-2.,5.);{skew}")), at(-2.0, 5.0));
+    assert_near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,-2.,5.);{skew}")), at(-2.0, 5.0));
     let nested = skew.replace("#61=", "#66=") + "#61=RECTANGULAR_TRIMMED_SURFACE('',#66,-1.,5.,2.,4.,.T.,.T.);";
     corners_at(&nested, [1.0, 2.0, 0.5, 1.0], |u, v| at(u - 1.0, v + 2.0));
 }
@@ -368,23 +370,26 @@ fn parameters_on_derived_surfaces_are_those_of_their_basis() {
     corners_at(&nested, [10.0, 70.0, 1.0, 2.0], |u, v| on_circle(20.0 + u, 2.0, v + 1.0));
     let back = nested.replace("20.,100.,1.,5.,.T.,.T.", "100.,20.,5.,1.,.F.,.F.");
     let found = corners(&rectangle(2, &back, "10.,70.,1.,2.,.T.,.T."));
-    near(found[0], on_circle(30.0, 2.0, 3.0));
-    near(found[3], on_circle(90.0, 2.0, 4.0));
+    assert_near(found[0], on_circle(30.0, 2.0, 3.0));
+    assert_near(found[3], on_circle(90.0, 2.0, 4.0));
     let spindle = "#61=DEGENERATE_TOROIDAL_SURFACE('',#20,1.,2.,.T.);";
     let at = |u: f64, v: f64| {
         let (sin, cos) = v.to_radians().sin_cos();
         on_circle(u, 1.0 + 2.0 * cos, 2.0 * sin)
     };
     corners_at(spindle, [20.0, 50.0, -70.0, 25.0], at);
-    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,20.,25.);{spindle}")), at(20.0, 25.0));
+    assert_near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,20.,25.);{spindle}")), at(20.0, 25.0));
 }
 
 #[test]
 fn points_and_curves_on_swept_curves_use_the_angle_of_a_circle() {
     let extrusion = CIRCLE.to_owned() + EXTRUSION;
-    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,20.,3.);{extrusion}")), on_circle(20.0, 2.0, 3.0));
-    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,380.,3.);{extrusion}")), on_circle(20.0, 2.0, 3.0));
-    near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,90.,60.);{RING}")), DVec3::new(0.0, 5.5, 0.75_f64.sqrt()));
+    assert_near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,20.,3.);{extrusion}")), on_circle(20.0, 2.0, 3.0));
+    assert_near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,380.,3.);{extrusion}")), on_circle(20.0, 2.0, 3.0));
+    assert_near(
+        vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,90.,60.);{RING}")),
+        DVec3::new(0.0, 5.5, 0.75_f64.sqrt()),
+    );
     let helix = "#60=PCURVE('',#61,#66);#66=DEFINITIONAL_REPRESENTATION('',(#67),#1);\
                  #67=POLYLINE('',(#68,#69));#68=CARTESIAN_POINT('',(0.,0.));\
                  #69=CARTESIAN_POINT('',(1.5707963267948966,3.));"
@@ -443,6 +448,6 @@ fn a_replica_of_a_turned_line_ends_with_its_own_face() {
     let moved = "#60=SURFACE_REPLICA('',#65,#80);#65=SURFACE_OF_REVOLUTION('',#62,#66);\
         #80=CARTESIAN_TRANSFORMATION_OPERATOR_3D('',$,$,#81,1.,$);#81=CARTESIAN_POINT('',(0.,0.,10.));";
     let curve = crate::surfaces::turned_cone(10.0, moved);
-    near(curve.points[0], DVec3::Z * 10.0);
+    assert_near(curve.points[0], DVec3::Z * 10.0);
     assert!(curve.points[1].z > 12.0);
 }

@@ -3,8 +3,8 @@
 
 use crate::common::prepared;
 use crate::{
-    bounded_face, clean, edge_of, file, is, model, model_of_file, near, only_face, only_part, point, shell, vertex,
-    world,
+    assert_near, bounded_face, clean, edge_of, file, is, model, model_of_file, only_face, only_part, point, shell,
+    vertex, world,
 };
 use glam::DVec3;
 use trimtess::model::{Loop, Model, Severity, StepTrouble, Surface};
@@ -36,13 +36,13 @@ fn a_face_without_surface_lies_in_the_plane_of_its_bounds() {
         let model = model(&(square() + &shell(face, 1)));
         clean(&model);
         let (origin, normal) = plane(&model);
-        near(normal, DVec3::Z);
+        assert_near(normal, DVec3::Z);
         assert!((origin.z - 1.0).abs() < 1e-12, "{origin}");
         assert!(!only_face(&model).reversed && only_part(&model).edges.len() == 4);
     }
     let clockwise = model(&(square().replace("#75,.T.)", "#75,.F.)") + &shell("FACE('',(#76))", 1)));
     clean(&clockwise);
-    near(plane(&clockwise).1, -DVec3::Z);
+    assert_near(plane(&clockwise).1, -DVec3::Z);
 }
 
 #[test]
@@ -55,14 +55,14 @@ fn polygons_and_holes_imply_their_plane() {
     let polygon = "#75=POLY_LOOP('',(#40,#41,#42,#43));#76=FACE_BOUND('',#75,.T.);";
     let model = model(&(world() + &points + polygon + &shell("FACE('',(#76))", 1)));
     clean(&model);
-    near(plane(&model).1, DVec3::new(0.0, -1.0, 1.0).normalize());
+    assert_near(plane(&model).1, DVec3::new(0.0, -1.0, 1.0).normalize());
     // A round hole in a square; the hole alone would give the opposite normal.
     let hole = "#80=CIRCLE('',#81,0.5);#81=AXIS2_PLACEMENT_3D('',#83,#22,#23);#83=CARTESIAN_POINT('',(1.,1.,1.));\
                 #84=VERTEX_POINT('',#85);#85=CARTESIAN_POINT('',(1.5,1.,1.));#86=EDGE_CURVE('',#84,#84,#80,.T.);\
                 #87=ORIENTED_EDGE('',*,*,#86,.F.);#88=EDGE_LOOP('',(#87));#89=FACE_BOUND('',#88,.T.);";
     let holed = crate::model(&(square() + hole + &shell("FACE('',(#89,#76))", 1)));
     clean(&holed);
-    near(plane(&holed).1, DVec3::Z);
+    assert_near(plane(&holed).1, DVec3::Z);
     assert_eq!(only_face(&holed).loops.len(), 2);
 }
 
@@ -219,7 +219,7 @@ fn a_subedge_is_part_of_its_parents_curve() {
     let at = 0.5_f64.sqrt();
     for (entity, x) in [(51, at), (52, -at)] {
         let edge = edge_of(only_part(&sound), entity);
-        near(edge.curve.point(0.5 * (edge.range.0 + edge.range.1)), DVec3::new(x, at, 0.0));
+        assert_near(edge.curve.point(0.5 * (edge.range.0 + edge.range.1)), DVec3::new(x, at, 0.0));
     }
     // Parents that form a cycle, do not exist, or have no geometry cost the curve, neither the face nor the file.
     for (bad, reason) in [
@@ -255,7 +255,7 @@ fn vertices_may_be_points_on_curves_and_surfaces() {
     clean(&sound);
     let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
     for (p, [x, y]) in only_part(&sound).vertices.iter().zip(corners) {
-        near(*p, DVec3::new(x, y, 1.0));
+        assert_near(*p, DVec3::new(x, y, 1.0));
     }
     // A vertex without a place costs the face; the message names the point.
     for (good, bad, entity) in [
@@ -329,8 +329,8 @@ fn edges_on_one_long_curve_and_faces_on_one_surface_are_separate() {
         // Each edge keeps only the control points that it needs.
         assert!(edge.curve.points.len() < 50, "{}", edge.curve.points.len());
         let ends = [edge.range.0, edge.range.1].map(|t| edge.curve.point(t));
-        near(ends[0], part.vertices[edge.start.index()]);
-        near(ends[1], part.vertices[edge.end.index()]);
+        assert_near(ends[0], part.vertices[edge.start.index()]);
+        assert_near(ends[1], part.vertices[edge.end.index()]);
         assert!((edge.range.1 - edge.range.0 - 40.0).abs() < 1e-9);
     }
     let first = &part.faces[0].surface;

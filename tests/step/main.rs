@@ -97,7 +97,7 @@ fn edge_of(part: &Part, entity: u64) -> &Edge {
     part.edges.iter().find(|edge| edge.entity == entity).unwrap_or_else(|| panic!("no edge #{entity}"))
 }
 
-fn near(a: DVec3, b: DVec3) {
+fn assert_near(a: DVec3, b: DVec3) {
     assert!(a.distance(b) < 1e-9, "{a} is not {b}");
 }
 

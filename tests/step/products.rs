@@ -1,6 +1,6 @@
 //! Product structure: assemblies, mapped items, units, colours, and entities without a product.
 
-use crate::{clean, model, near, placement, world};
+use crate::{assert_near, clean, model, placement, world};
 use glam::DVec3;
 use std::sync::Arc;
 use trimtess::import::step::{StepError, StepOptions, read};
@@ -71,7 +71,7 @@ fn nested_assemblies_share_their_part() {
         clean(&model);
         assert_eq!((model.parts.len(), model.parts[0].name.as_str()), (1, "ball"));
         assert_eq!(origins(&model), [DVec3::new(1.0, 10.0, 0.0), DVec3::new(1.0, 20.0, 0.0)], "swapped: {swap}");
-        near(model.instances[1].transform.transform_point3(DVec3::X * 2.0), DVec3::new(1.0, 22.0, 0.0));
+        assert_near(model.instances[1].transform.transform_point3(DVec3::X * 2.0), DVec3::new(1.0, 22.0, 0.0));
         assert_eq!(&*model.instances[0].name, "use 200");
         let assemblies = |k: usize| model.instances[k].assembly.as_ref().expect("an assembly");
         let names = |k| assemblies(k).ancestors().map(|assembly| &*assembly.name).collect::<Vec<_>>();
@@ -132,7 +132,7 @@ fn a_mapping_operator_may_scale() {
         + &product(100, "big ball", 54);
     let model = model(&text);
     clean(&model);
-    near(model.instances[0].transform.transform_point3(DVec3::X), DVec3::X * 7.0);
+    assert_near(model.instances[0].transform.transform_point3(DVec3::X), DVec3::X * 7.0);
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn a_negative_scale_reflects() {
         assert_eq!(model.instances.len(), 2);
         // The ball is at (1, 0, 0) in the reflected assembly, rotated by 90° about z.
         let placed = &model.instances[0].transform;
-        near(placed.transform_point3(DVec3::new(2.0, 0.0, 3.0)), image);
+        assert_near(placed.transform_point3(DVec3::new(2.0, 0.0, 3.0)), image);
         assert!(placed.matrix3.determinant() < 0.0, "{placed}");
     }
 }

@@ -1,7 +1,7 @@
 //! Faces on every kind of surface, against the formulas of ISO 10303-42.
 
 use crate::common::prepared;
-use crate::{bounded_face, clean, model, near, only_face, only_part, placement, point, shell, vertex, world};
+use crate::{assert_near, bounded_face, clean, model, only_face, only_part, placement, point, shell, vertex, world};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 use trimtess::model::{
@@ -26,15 +26,15 @@ fn face(surface: &str) -> Face {
 fn elementary_surfaces_stay_what_they_are() {
     let tilted = placement(61, [1.0, 2.0, 3.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
     let plane = face(&format!("{tilted}#60=PLANE('',#61);")).surface;
-    near(plane.point(2.0, 5.0), DVec3::new(6.0, 2.0, 5.0));
+    assert_near(plane.point(2.0, 5.0), DVec3::new(6.0, 2.0, 5.0));
     assert_eq!(plane.normal(0.0, 0.0), Some(DVec3::Y));
     let cylinder = face(&format!("{tilted}#60=CYLINDRICAL_SURFACE('',#61,2.);")).surface;
-    near(cylinder.point(0.0, 4.0), DVec3::new(1.0, 6.0, 5.0));
-    near(cylinder.point(FRAC_PI_2, 0.0), DVec3::new(3.0, 2.0, 3.0));
+    assert_near(cylinder.point(0.0, 4.0), DVec3::new(1.0, 6.0, 5.0));
+    assert_near(cylinder.point(FRAC_PI_2, 0.0), DVec3::new(3.0, 2.0, 3.0));
     let sphere = face("#60=SPHERICAL_SURFACE('',#20,2.);").surface;
-    near(sphere.point(0.0, FRAC_PI_2), DVec3::new(0.0, 0.0, 2.0));
+    assert_near(sphere.point(0.0, FRAC_PI_2), DVec3::new(0.0, 0.0, 2.0));
     let torus = face("#60=TOROIDAL_SURFACE('',#20,5.,2.);").surface;
-    near(torus.point(PI, 0.0), DVec3::new(-7.0, 0.0, 0.0));
+    assert_near(torus.point(PI, 0.0), DVec3::new(-7.0, 0.0, 0.0));
 }
 
 #[test]
@@ -46,13 +46,13 @@ fn units_reach_radii_and_half_angles() {
     assert!((half_angle - 0.25f64.to_radians()).abs() < 1e-15);
     let Surface::Cone { radius, half_angle, .. } = cone(3) else { panic!("no cone") };
     assert!((radius - 50.8).abs() < 1e-12 && half_angle == 0.25);
-    near(cone(1).point(0.0, 4.0), DVec3::new(2.0 + 4.0 * 0.25f64.tan(), 0.0, 4.0));
+    assert_near(cone(1).point(0.0, 4.0), DVec3::new(2.0 + 4.0 * 0.25f64.tan(), 0.0, 4.0));
 }
 
 #[test]
 fn a_half_angle_that_must_be_degrees_is_taken_for_degrees() {
     let cone = face("#60=CONICAL_SURFACE('',#20,2.,45.);").surface;
-    near(cone.point(0.0, 1.0), DVec3::new(3.0, 0.0, 1.0));
+    assert_near(cone.point(0.0, 1.0), DVec3::new(3.0, 0.0, 1.0));
 }
 
 #[test]
@@ -61,7 +61,7 @@ fn a_degenerate_torus_is_its_outer_or_inner_part() {
     for (surface, far) in [(part('T'), 3.0), (part('F'), -1.0)] {
         let [_, (v0, v1)] = surface.natural_domain();
         let middle = 0.5 * (v0 + v1);
-        near(surface.point(0.0, middle), DVec3::new(far, 0.0, 0.0));
+        assert_near(surface.point(0.0, middle), DVec3::new(far, 0.0, 0.0));
         // Both ends lie on the axis, where the tube crosses it.
         let height = 3.0f64.sqrt();
         assert!((surface.point(1.0, v0) - DVec3::Z * (-height * far.signum())).length() < 1e-12);
@@ -77,11 +77,11 @@ fn a_swept_line_is_a_plane_and_a_swept_circle_a_tube() {
     let line = "#61=LINE('',#21,#62);#62=VECTOR('',#63,1.);#63=DIRECTION('',(1.,0.,0.));\
                 #64=VECTOR('',#65,3.);#65=DIRECTION('',(0.,1.,0.));#60=SURFACE_OF_LINEAR_EXTRUSION('',#61,#64);";
     let Surface::Plane { frame } = face(line).surface else { panic!("no plane") };
-    near(frame.z, DVec3::Z);
+    assert_near(frame.z, DVec3::Z);
     let tube = "#61=CIRCLE('',#20,2.);#64=VECTOR('',#65,3.);#65=DIRECTION('',(0.,0.,1.));\
                 #60=SURFACE_OF_LINEAR_EXTRUSION('',#61,#64);";
     let surface = face(tube).surface;
-    near(surface.point(PI, 2.0), DVec3::new(-2.0, 0.0, 6.0));
+    assert_near(surface.point(PI, 2.0), DVec3::new(-2.0, 0.0, 6.0));
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn a_swept_parabola_reaches_the_whole_boundary() {
     let (a, b) = curve.domain();
     assert!(curve.point(a).y < -4.0 && curve.point(b).y > 6.0);
     assert!(curve.point(a).y > -5.0 && curve.point(b).y < 7.0);
-    near(curve.point(0.3), DVec3::new(0.09, 0.6, 0.0));
+    assert_near(curve.point(0.3), DVec3::new(0.09, 0.6, 0.0));
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn a_turned_line_is_bounded_by_its_face() {
     let (a, b) = curve.domain();
     assert!(curve.point(a).z < 1.0 && curve.point(b).z > 3.0, "{curve:?}");
     assert!(curve.point(a).z > 0.9 && curve.point(b).z < 3.1, "{curve:?}");
-    near(curve.point(0.5 * (a + b)) * DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 0.0, 0.0));
+    assert_near(curve.point(0.5 * (a + b)) * DVec3::new(1.0, 1.0, 0.0), DVec3::new(2.0, 0.0, 0.0));
 }
 
 /// Profile of the line through `at` along `direction`, turned about z. Circles with these radii and heights bound its
@@ -264,7 +264,7 @@ pub(crate) fn turned_cone(apex: f64, surface: &str) -> NurbsCurve3 {
 #[test]
 fn a_turned_line_bounded_by_one_ring_reaches_the_apex() {
     let curve = turned_cone(0.0, "#60=SURFACE_OF_REVOLUTION('',#62,#66);");
-    near(curve.points[0], DVec3::ZERO);
+    assert_near(curve.points[0], DVec3::ZERO);
     assert!(curve.points[1].z > 2.0);
 }
 
@@ -285,13 +285,13 @@ fn b_spline_surfaces_of_every_form() {
         );
     let Surface::Nurbs(net) = face(&knots).surface else { panic!("no net") };
     assert_eq!((net.degree_u, net.degree_v, net.knots_u.len(), net.knots_v.len()), (2, 1, 6, 4));
-    near(net.point(1.0, 0.5), DVec3::new(2.0, 2.0, 1.0));
+    assert_near(net.point(1.0, 0.5), DVec3::new(2.0, 2.0, 1.0));
     for form in ["BEZIER", "QUASI_UNIFORM"] {
         let text = roof() + &format!("#60={form}_SURFACE('',2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);");
-        near(face(&text).surface.point(0.5, 0.5), DVec3::new(2.0, 2.0, 1.0));
+        assert_near(face(&text).surface.point(0.5, 0.5), DVec3::new(2.0, 2.0, 1.0));
     }
     let uniform = roof() + &format!("#60=UNIFORM_SURFACE('',1,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.);");
-    near(face(&uniform).surface.point(1.0, 0.5), DVec3::new(2.0, 2.0, 2.0));
+    assert_near(face(&uniform).surface.point(1.0, 0.5), DVec3::new(2.0, 2.0, 2.0));
     let rational = |weights: &str| {
         let net = format!(
             "#60=(BOUNDED_SURFACE()B_SPLINE_SURFACE(2,1,{NET},.UNSPECIFIED.,.F.,.F.,.F.)\
@@ -300,9 +300,9 @@ fn b_spline_surfaces_of_every_form() {
         );
         face(&(roof() + &net)).surface.point(0.5, 0.5)
     };
-    near(rational("(1.,1.),(3.,3.),(1.,1.)"), DVec3::new(2.0, 2.0, 1.5));
+    assert_near(rational("(1.,1.),(3.,3.),(1.,1.)"), DVec3::new(2.0, 2.0, 1.5));
     // Equal weights cancel, however large.
-    near(rational("(1.E200,1.E200),(1.E200,1.E200),(1.E200,1.E200)"), DVec3::new(2.0, 2.0, 1.0));
+    assert_near(rational("(1.E200,1.E200),(1.E200,1.E200),(1.E200,1.E200)"), DVec3::new(2.0, 2.0, 1.0));
 }
 
 #[test]
@@ -314,7 +314,7 @@ fn offsets_are_exact_where_the_kind_allows_and_close_elsewhere() {
     let base = Surface::Cone { frame: trimtess::model::Frame3::WORLD, radius: 2.0, half_angle: 0.25 };
     let moved = base.point(0.3, 1.0) + base.normal(0.3, 1.0).expect("a normal") * 0.5;
     let back = cone.invert(moved).expect("a cone");
-    near(cone.point(back.x, back.y), moved);
+    assert_near(cone.point(back.x, back.y), moved);
     let net = roof().replace("#61=", "#161=")
         + "#61=BEZIER_SURFACE('',2,1,((#161,#62),(#63,#64),(#65,#66)),.UNSPECIFIED.,.F.,.F.,.F.);";
     let bent = offset(&net);

@@ -1,7 +1,7 @@
 //! Loops, senses, shells: topology as files state it, with all its flags.
 
 use crate::common::prepared;
-use crate::{bounded_face, clean, edge_of, is, model, near, only_face, only_part, point, shell, vertex, world};
+use crate::{assert_near, bounded_face, clean, edge_of, is, model, only_face, only_part, point, shell, vertex, world};
 use glam::DVec3;
 use trimtess::model::{Coedge, FaceId, Loop, Model, Part, PartId, Severity, ShellKind, StepTrouble};
 
@@ -25,7 +25,7 @@ fn corners(part: &Part, bound: &Loop) -> Vec<DVec3> {
     for (i, coedge) in coedges(bound).iter().enumerate() {
         let edge = &part.edges[coedge.edge.index()];
         let end = part.vertices[if coedge.reversed { edge.start } else { edge.end }.index()];
-        near(end, points[(i + 1) % points.len()]);
+        assert_near(end, points[(i + 1) % points.len()]);
     }
     points
 }
@@ -154,9 +154,9 @@ fn swapped_vertices_of_an_arc_are_exchanged_when_all_loops_say_so() {
     let near_side = DVec3::new(at, at, 0.0);
     let sound = quarter("#50=EDGE_CURVE('',#30,#32,#64,.T.);", ['T', 'T']);
     clean(&sound);
-    near(middle(&sound, 50), near_side);
+    assert_near(middle(&sound, 50), near_side);
     let swapped = quarter("#50=EDGE_CURVE('',#32,#30,#64,.T.);", ['T', 'T']);
-    near(middle(&swapped, 50), near_side);
+    assert_near(middle(&swapped, 50), near_side);
     let told: Vec<_> = swapped.diagnostics.iter().map(|d| (d.severity, d.entity)).collect();
     assert_eq!(told, [(Severity::Warning, 50)], "{:?}", swapped.diagnostics);
     for face in &only_part(&swapped).faces {
@@ -164,10 +164,10 @@ fn swapped_vertices_of_an_arc_are_exchanged_when_all_loops_say_so() {
     }
     // One loop alone does not overrule the edge: there the use is reversed.
     let doubtful = quarter("#50=EDGE_CURVE('',#32,#30,#64,.T.);", ['T', 'F']);
-    near(middle(&doubtful, 50), -near_side);
+    assert_near(middle(&doubtful, 50), -near_side);
     // Exchanging the vertices of an edge on an open curve has no effect.
     let straight = quarter("#50=EDGE_CURVE('',#32,#30,#63,.T.);", ['T', 'T']);
-    near(middle(&straight, 50), DVec3::new(0.5, 0.5, 0.0));
+    assert_near(middle(&straight, 50), DVec3::new(0.5, 0.5, 0.0));
 }
 
 #[test]
@@ -422,7 +422,7 @@ fn a_vertex_that_ends_one_closed_edge_is_moved_onto_its_curve() {
     let model = disc(0.01, "", "");
     clean(&model);
     let (part, edge) = (only_part(&model), edge_of(only_part(&model), 50));
-    near(part.vertices[edge.start.index()], DVec3::X * 2.0);
+    assert_near(part.vertices[edge.start.index()], DVec3::X * 2.0);
     for i in 0..=20 {
         let t = edge.range.0 + (edge.range.1 - edge.range.0) * f64::from(i) / 20.0;
         assert!((edge.curve.point(t).length() - 2.0).abs() < 1e-12);
@@ -441,8 +441,8 @@ fn a_vertex_that_ends_another_edge_or_is_a_loop_stays_where_it_is() {
     for rest in [slit.as_str(), point] {
         let model = disc(0.01, ",#79", rest);
         let (part, edge) = (only_part(&model), edge_of(only_part(&model), 50));
-        near(part.vertices[edge.start.index()], DVec3::X * 1.99);
-        near(edge.curve.point(edge.range.0), DVec3::X * 1.99);
+        assert_near(part.vertices[edge.start.index()], DVec3::X * 1.99);
+        assert_near(edge.curve.point(edge.range.0), DVec3::X * 1.99);
         let told: Vec<_> = model.diagnostics.iter().filter(|d| d.entity == 50).collect();
         assert!(told.len() == 1 && told[0].kind.code() == "step-edge-pulled", "{told:?}");
     }

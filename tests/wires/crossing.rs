@@ -1,7 +1,7 @@
 //! Wires of a plane face that cross, overlap, touch or are out of order.
 
 use crate::{
-    CHORDS, PLATE, crosses, flat, has_area, mesh, one_lobe, one_turned, out_of_order, prepared, sheet, told, warned,
+    CHORDS, PLATE, assert_area, crosses, flat, mesh, one_lobe, one_turned, out_of_order, prepared, sheet, told, warned,
 };
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -25,7 +25,7 @@ fn a_figure_eight_keeps_both_lobes() {
         (back, 13.0, (3.0, 3.0)),
         ([(0.0, 0.0), (10.0, 10.0), (10.0, 0.0), (0.0, 10.0)], 50.0, (5.0, 5.0)),
     ] {
-        let (prepared, report) = has_area(sheet(&[&wire]), area);
+        let (prepared, report) = assert_area(sheet(&[&wire]), area);
         assert!(warned(&prepared, one_lobe), "{:?}", told(&prepared));
         let at = prepared.diagnostics[0].place.expect("a place");
         assert!(at.distance(DVec3::new(place.0, place.1, 0.0)) < 1e-9, "{at}");
@@ -58,7 +58,7 @@ fn an_eight_with_kinks_keeps_both_lobes() {
         let from_crossing = |p: DVec3| (p - crossing).truncate();
         let right = points.windows(2).filter(|w| w[0].x > 0.0 && w[1].x > 0.0);
         let lobe: f64 = right.map(|w| 0.5 * from_crossing(w[0]).perp_dot(from_crossing(w[1]))).sum();
-        let (prepared, report) = has_area(part.finish().expect("a sound part"), 2.0 * lobe.abs());
+        let (prepared, report) = assert_area(part.finish().expect("a sound part"), 2.0 * lobe.abs());
         assert!(warned(&prepared, one_lobe), "{corners}: {:?}", told(&prepared));
         assert_eq!(report.ladder.count(Rung::Repaired), 1);
     }
@@ -139,17 +139,17 @@ fn chords_of_curves_that_touch_in_a_cusp_may_cross_within_the_tolerance() {
 fn a_hole_like_an_eight_is_two_holes() {
     // Two lobes of 2 x 2 / 2 around (3, 4), and the same crossing at a vertex that is passed twice.
     let lobes = [(2.0, 3.0), (4.0, 5.0), (4.0, 3.0), (2.0, 5.0)];
-    let (prepared, _) = has_area(sheet(&[&PLATE, &lobes]), 78.0);
+    let (prepared, _) = assert_area(sheet(&[&PLATE, &lobes]), 78.0);
     assert!(warned(&prepared, one_lobe), "{:?}", told(&prepared));
     let through = [(2.0, 3.0), (3.0, 4.0), (4.0, 5.0), (4.0, 3.0), (3.0, 4.0), (2.0, 5.0)];
-    let (prepared, _) = has_area(sheet(&[&PLATE, &through]), 78.0);
+    let (prepared, _) = assert_area(sheet(&[&PLATE, &through]), 78.0);
     assert!(warned(&prepared, one_lobe), "{:?}", told(&prepared));
 }
 
 #[test]
 fn a_wire_wound_twice_through_one_vertex_is_covered_twice() {
     let wire = [(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0), (0.0, 0.0), (9.0, 1.0), (9.0, 9.0), (1.0, 9.0)];
-    let (prepared, report) = has_area(sheet(&[&wire]), 100.0 + 72.0);
+    let (prepared, report) = assert_area(sheet(&[&wire]), 100.0 + 72.0);
     assert!((report.fills[0].rewound - 72.0).abs() < 1e-9, "{:?}", report.fills);
     assert!(warned(&prepared, |k| *k == FaceTrouble::Crosses.into()), "{:?}", told(&prepared));
     assert_eq!(report.ladder.count(Rung::Repaired), 1);
@@ -190,7 +190,7 @@ fn edges_listed_in_another_order_are_chained() {
             loops[which] = Loop::Edges(all);
         });
         for (part, of) in [(shuffled, out_of_order as fn(&DiagnosticKind) -> bool), (mistaken, one_turned)] {
-            let (prepared, _) = has_area(part, 76.0);
+            let (prepared, _) = assert_area(part, 76.0);
             assert!(warned(&prepared, of), "{:?}", told(&prepared));
             assert_eq!(prepared.diagnostics.len(), 1, "{:?}", told(&prepared));
         }
@@ -202,7 +202,7 @@ fn edges_listed_in_another_order_are_chained() {
         all.extend(hole.map(|mut l| coedges(&mut l)).unwrap_or_default());
         loops[0] = Loop::Edges(all);
     });
-    let (prepared, _) = has_area(joined, 76.0);
+    let (prepared, _) = assert_area(joined, 76.0);
     assert!(warned(&prepared, out_of_order), "{:?}", told(&prepared));
 }
 
@@ -236,7 +236,7 @@ fn an_inner_wire_across_the_outer_is_reversed_outside() {
     for (inside, x) in [(2.0, 8.0), (0.5, 9.5), (3.5, 6.5)] {
         let hole: [(f64, f64); 4] = [(x, 3.0), (x, 5.0), (x + 4.0, 5.0), (x + 4.0, 3.0)];
         let outside = 8.0 - 2.0 * inside;
-        let (prepared, report) = has_area(sheet(&[&PLATE, &hole]), 80.0 - 2.0 * inside + outside);
+        let (prepared, report) = assert_area(sheet(&[&PLATE, &hole]), 80.0 - 2.0 * inside + outside);
         assert!((report.fills[0].rewound - outside).abs() < 1e-9, "{:?}", report.fills);
         assert!(warned(&prepared, crosses), "{:?}", told(&prepared));
         assert_eq!(report.ladder.count(Rung::Repaired), 1);
@@ -247,7 +247,7 @@ fn an_inner_wire_across_the_outer_is_reversed_outside() {
 fn holes_are_reversed_where_they_overlap() {
     let holes: [[(f64, f64); 4]; 2] =
         [[(2.0, 2.0), (2.0, 5.0), (6.0, 5.0), (6.0, 2.0)], [(4.0, 3.0), (4.0, 7.0), (8.0, 7.0), (8.0, 3.0)]];
-    let (prepared, _) = has_area(sheet(&[&PLATE, &holes[0], &holes[1]]), 80.0 - 12.0 - 16.0 + 2.0 * 4.0);
+    let (prepared, _) = assert_area(sheet(&[&PLATE, &holes[0], &holes[1]]), 80.0 - 12.0 - 16.0 + 2.0 * 4.0);
     assert!(warned(&prepared, crosses), "{:?}", told(&prepared));
 }
 
@@ -255,16 +255,16 @@ fn holes_are_reversed_where_they_overlap() {
 fn holes_that_share_a_side_or_a_corner_are_two() {
     let a: [(f64, f64); 4] = [(2.0, 2.0), (2.0, 5.0), (4.0, 5.0), (4.0, 2.0)];
     for b in [[(4.0, 2.0), (4.0, 5.0), (6.0, 5.0), (6.0, 2.0)], [(4.0, 5.0), (4.0, 7.0), (6.0, 7.0), (6.0, 5.0)]] {
-        has_area(sheet(&[&PLATE, &a, &b]), 80.0 - 12.0 + if b[0].1 == 2.0 { 0.0 } else { 2.0 });
+        assert_area(sheet(&[&PLATE, &a, &b]), 80.0 - 12.0 + if b[0].1 == 2.0 { 0.0 } else { 2.0 });
     }
     // A side on part of the outer wire, and a corner on it.
-    has_area(sheet(&[&PLATE, &[(10.0, 2.0), (7.0, 2.0), (7.0, 5.0), (10.0, 5.0)]]), 71.0);
-    has_area(sheet(&[&PLATE, &[(10.0, 4.0), (8.0, 3.0), (8.0, 5.0)]]), 78.0);
+    assert_area(sheet(&[&PLATE, &[(10.0, 2.0), (7.0, 2.0), (7.0, 5.0), (10.0, 5.0)]]), 71.0);
+    assert_area(sheet(&[&PLATE, &[(10.0, 4.0), (8.0, 3.0), (8.0, 5.0)]]), 78.0);
 }
 
 #[test]
 fn a_wire_outside_the_others_is_kept_as_a_region_of_its_own() {
-    has_area(sheet(&[&PLATE, &[(12.0, 0.0), (12.0, 3.0), (14.0, 3.0), (14.0, 0.0)]]), 86.0);
+    assert_area(sheet(&[&PLATE, &[(12.0, 0.0), (12.0, 3.0), (14.0, 3.0), (14.0, 0.0)]]), 86.0);
 }
 
 #[test]
@@ -278,6 +278,6 @@ fn a_pentagram_is_covered_twice_in_the_middle() {
     let notch = 5.0 * (TAU / 5.0).cos() / (TAU / 10.0).cos();
     let once = 5.0 * 5.0 * notch * (TAU / 10.0).sin();
     let middle = 2.5 * notch * notch * (TAU / 5.0).sin();
-    let (prepared, _) = has_area(sheet(&[&star]), once + middle);
+    let (prepared, _) = assert_area(sheet(&[&star]), once + middle);
     assert!(warned(&prepared, crosses), "{:?}", told(&prepared));
 }

@@ -1,7 +1,7 @@
 //! Wires that leave gaps, miss bounds or have no region.
 
 use crate::random::SplitMix;
-use crate::{CHORDS, PLATE, gaps, has_area, mesh, prepared, sheet, told, warned};
+use crate::{CHORDS, PLATE, assert_area, gaps, mesh, prepared, sheet, told, warned};
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use trimtess::frame::{Degradation, Rung};
@@ -46,7 +46,7 @@ fn wider_gaps_are_closed_straight_and_reported() {
     let mut part = sheet(&[&PLATE]);
     let Loop::Edges(coedges) = &mut part.faces[0].loops[0] else { unreachable!("a loop of edges") };
     coedges.remove(1);
-    let (prepared, report) = has_area(part, 80.0);
+    let (prepared, report) = assert_area(part, 80.0);
     let gap = WireTrouble::Bridged { width_mm: 8.0, gaps: 1 }.into();
     assert!(warned(&prepared, |k| *k == gap), "{:?}", told(&prepared));
     assert_eq!(report.ladder.count(Rung::Repaired), 1);

@@ -83,7 +83,7 @@ pub(crate) fn sheet(wires: &[&[(f64, f64)]]) -> Part {
 }
 
 /// Asserts that a plane face has this area at all chords. Returns the prepared part and the report of the finest frame.
-pub(crate) fn has_area(part: Part, area: f64) -> (Arc<Prepared>, FrameReport) {
+pub(crate) fn assert_area(part: Part, area: f64) -> (Arc<Prepared>, FrameReport) {
     let prepared = prepared(part);
     let mut last = FrameReport::default();
     for chord in CHORDS {
