@@ -1,5 +1,6 @@
-//! What frames cost on an engine's pool, against threads of the session's own. By the pool: the session's threads,
-//! rayon's global pool, an engine's (rayon's, too, without priorities and loops of its own), and the caller alone.
+//! What frames cost on an engine's pool, against threads of the session's own. By the pool: the session's threads and
+//! the caller, an engine's and the caller (rayon's, without priorities and loops of its own), as many threads apart
+//! from the caller, rayon's global pool apart from it, and the caller alone.
 //!
 //! `cargo bench --bench pools -- FILE [FRAMES [ROUNDS]]`. Without a file, the brake assembly. Each round flies once on
 //! every pool, frame by frame in turn, so that a machine that is slower for a while is slower for all. Of each frame,
@@ -12,7 +13,7 @@ use trimtess::control::{Alone, Job, Jobs, Priority, Rayon, Threads};
 use trimtess::frame::PlanLimits;
 use trimtess::import::step::{self, StepOptions};
 use trimtess::parallel::{Session, SessionOptions};
-use trimtess::prepare::{PrepareOptions, Prepared, prepare};
+use trimtess::prepare::{PrepareOptions, prepare};
 use trimtess::view::{CameraPath, Picture, View};
 
 #[path = "common/nowhere.rs"]
@@ -26,7 +27,8 @@ struct Engine(rayon::ThreadPool);
 
 impl Jobs for Engine {
     fn width(&self) -> usize {
-        self.0.current_num_threads()
+        // The caller is none of them.
+        self.0.current_num_threads() + 1
     }
 
     fn spawn(&self, _: Priority, job: Job) {
@@ -43,9 +45,7 @@ struct Column {
 }
 
 impl Column {
-    fn of(name: &'static str, jobs: Arc<dyn Jobs>, prepared: &Arc<Prepared>, frames: usize) -> Self {
-        let options = SessionOptions::DEFAULT.with_edge_lines(false);
-        let session = Session::start_on(jobs, Arc::clone(prepared), &options);
+    fn of(name: &'static str, session: Session, frames: usize) -> Self {
         Self { name, session, cold: vec![Duration::MAX; frames], coherent: vec![Duration::MAX; frames] }
     }
 
@@ -67,6 +67,9 @@ impl Column {
     }
 }
 
+/// Ways to run frames.
+const COLUMNS: usize = 5;
+
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     let model = match arguments.first() {
@@ -78,21 +81,25 @@ fn main() -> Result<(), Box<dyn Error>> {
     let prepared = Arc::new(prepare(model, &PrepareOptions::DEFAULT)?);
     let views = CameraPath::Orbit.views(prepared.bounds.ok_or("an empty model")?, frames, &PICTURE);
 
-    let own = Threads::start(0)?;
-    let threads = own.width();
-    let pools: [(_, Arc<dyn Jobs>); 4] = [
-        ("own threads", Arc::new(own)),
-        ("rayon's", Arc::new(Rayon)),
-        ("an engine's", Arc::new(Engine(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?))),
-        ("the caller", Arc::new(Alone)),
+    let threads = Rayon.width();
+    let options = SessionOptions::DEFAULT.with_edge_lines(false).with_threads(threads);
+    let on = |jobs: Arc<dyn Jobs>| Session::start_on(jobs, Arc::clone(&prepared), &options);
+    let engine = Engine(rayon::ThreadPoolBuilder::new().num_threads((threads - 1).max(1)).build()?);
+    let mut columns: [Column; COLUMNS] = [
+        Column::of("own threads", Session::start(Arc::clone(&prepared), &options)?, frames),
+        Column::of("an engine's", on(Arc::new(engine)), frames),
+        Column::of("threads apart", on(Arc::new(Threads::start(threads)?)), frames),
+        Column::of("rayon's", on(Arc::new(Rayon)), frames),
+        Column::of("the caller", on(Arc::new(Alone)), frames),
     ];
-    let mut columns = pools.map(|(name, jobs)| Column::of(name, jobs, &prepared, frames));
-    for _ in 0..rounds {
+    for round in 0..rounds {
+        // The first to make a frame reads the model's rows for the others. Each is first in turn.
+        let turn = |k: usize| (0..COLUMNS).map(move |place| (round + k + place) % COLUMNS);
         for (k, view) in views.iter().enumerate() {
-            columns.iter_mut().try_for_each(|column| column.cold(k, view))?;
+            turn(k).try_for_each(|column| columns[column].cold(k, view))?;
         }
         for (k, view) in views.iter().enumerate() {
-            columns.iter_mut().try_for_each(|column| column.coherent(k, view))?;
+            turn(k).try_for_each(|column| columns[column].coherent(k, view))?;
         }
     }
 
@@ -104,7 +111,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{threads} threads, {frames} views, least of {rounds} rounds: ms a frame, and as a share of own threads");
     for Column { name, cold: theirs, coherent: changes, .. } in &columns {
         let (a, b) = (ms(theirs), ms(changes));
-        println!("{name:<12} cold {a:>8.3} {:>6.3}   coherent {b:>8.3} {:>6.3}", a / cold, b / coherent);
+        println!("{name:<13} cold {a:>8.3} {:>6.3}   coherent {b:>8.3} {:>6.3}", a / cold, b / coherent);
     }
     Ok(())
 }

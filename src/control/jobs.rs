@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use rayon::{ThreadBuilder, ThreadPool, ThreadPoolBuilder};
+use std::num::NonZeroUsize;
 use std::thread::{self, JoinHandle};
 
 /// A job that a pool runs once.
@@ -48,7 +49,10 @@ pub type Job = Box<dyn FnOnce() + Send>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Jobs: Send + Sync {
-    /// How many jobs can run at the same time. 0 counts as 1.
+    /// How many threads can work at the same time. 0 counts as 1.
+    ///
+    /// A caller who waits for a frame works at it, and counts if it is none of the pool's threads: beside as many
+    /// threads as there are cores, it would be one too many.
     fn width(&self) -> usize;
 
     /// Runs `job` once, on any thread, now or later. A pool may drop the job instead, at the price of time: whoever
@@ -76,7 +80,7 @@ pub enum Priority {
     Helper,
 }
 
-/// How many jobs can run at the same time, at least 1.
+/// How many threads can work at the same time, at least 1.
 pub(crate) fn width(jobs: &dyn Jobs) -> usize {
     jobs.width().max(1)
 }
@@ -158,6 +162,46 @@ impl Jobs for Threads {
     }
 }
 
+/// Threads of one caller, who is one of them while it waits for a frame and works at it. So one less is started, but at
+/// least one, for frames that nobody waits for yet. One more would run on a core of the others while it looks for work.
+#[derive(Debug)]
+pub(crate) struct WithCaller {
+    others: Threads,
+    width: usize,
+}
+
+impl WithCaller {
+    /// With `count` threads at work, the caller's among them; 0 as in [`Threads::start`].
+    ///
+    /// # Errors
+    /// When the system refuses a thread.
+    pub(crate) fn start(count: usize) -> Result<Self, StartError> {
+        let width = if count > 0 { count } else { default_count() };
+        Ok(Self { others: Threads::start((width - 1).max(1))?, width })
+    }
+}
+
+/// As many threads as rayon starts unless it is told.
+fn default_count() -> usize {
+    let told = std::env::var("RAYON_NUM_THREADS").ok().and_then(|count| count.parse().ok());
+    let cores = || thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    told.filter(|&count| count > 0).unwrap_or_else(cores)
+}
+
+impl Jobs for WithCaller {
+    fn width(&self) -> usize {
+        self.width
+    }
+
+    fn spawn(&self, priority: Priority, job: Job) {
+        self.others.spawn(priority, job);
+    }
+
+    fn for_each(&self, count: usize, body: &(dyn Fn(usize) + Sync)) {
+        self.others.for_each(count, body);
+    }
+}
+
 /// The rayon pool that the calling thread belongs to, else rayon's global one: one thread per core, or as many as the
 /// environment variable `RAYON_NUM_THREADS` says, which start at the first use and do not end.
 ///
@@ -209,6 +253,17 @@ mod tests {
 
     thread_local! {
         static LAST: RefCell<Option<Last>> = const { RefCell::new(None) };
+    }
+
+    #[test]
+    fn the_caller_counts_among_the_threads_of_a_session() {
+        for (count, others) in [(1, 1), (2, 1), (3, 2)] {
+            let threads = WithCaller::start(count).expect("threads");
+            assert_eq!((threads.width(), threads.others.width()), (count, others));
+        }
+        let threads = WithCaller::start(0).expect("threads");
+        assert_eq!(threads.width(), Rayon.width());
+        assert_eq!(threads.others.width(), (threads.width() - 1).max(1));
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! What callers have to say about long work: where it runs, how far it is, and when to stop it.
 
 mod jobs;
-pub(crate) use jobs::width;
 pub use jobs::{Alone, Job, Jobs, Priority, Rayon, StartError, Threads};
+pub(crate) use jobs::{WithCaller, width};
 
 mod map;
 pub(crate) use map::{chunks, drop_later, map, map_with};

@@ -61,25 +61,23 @@ fn is_awaited<T>(stage: &mut Stage<T>) -> bool {
 pub(super) struct Flight<T>(Arc<Slot<T>>);
 
 impl<T: Send + 'static> Flight<T> {
-    /// Starts `work` on `jobs`.
-    pub(super) fn start(jobs: &dyn Jobs, work: impl FnOnce() -> T + Send + 'static) -> Self {
-        let flight =
-            Self(Arc::new(Slot { stage: Mutex::new(Stage::Unclaimed(Box::new(work))), landed: Condvar::new() }));
-        flight.spawn(jobs);
-        flight
+    /// Nobody begins `work` before [`spawn`](Self::spawn) or [`land`](Self::land).
+    pub(super) fn of(work: impl FnOnce() -> T + Send + 'static) -> Self {
+        Self(Arc::new(Slot { stage: Mutex::new(Stage::Unclaimed(Box::new(work))), landed: Condvar::new() }))
     }
 
-    fn spawn(&self, jobs: &dyn Jobs) {
-        let theirs = Arc::clone(&self.0);
-        jobs.spawn(Priority::Frame, Box::new(move || theirs.claim()));
+    /// Gives the work to `jobs`, unless they have it or someone has begun it.
+    pub(super) fn spawn(&self, jobs: &dyn Jobs) {
+        if Arc::strong_count(&self.0) == 1 && matches!(*self.0.lock(), Stage::Unclaimed(_)) {
+            let theirs = Arc::clone(&self.0);
+            jobs.spawn(Priority::Frame, Box::new(move || theirs.claim()));
+        }
     }
 
     /// Whether [`land`](Self::land) would return at once. Spawns the work again if `jobs` have dropped it: whoever only
     /// asks would wait for ever.
     pub(super) fn has_landed(&self, jobs: &dyn Jobs) -> bool {
-        if Arc::strong_count(&self.0) == 1 && matches!(*self.0.lock(), Stage::Unclaimed(_)) {
-            self.spawn(jobs);
-        }
+        self.spawn(jobs);
         !is_awaited(&mut self.0.lock())
     }
 
@@ -133,6 +131,12 @@ mod tests {
     use super::*;
     use crate::control::{Alone, Job, Threads};
 
+    fn start<T: Send + 'static>(jobs: &dyn Jobs, work: impl FnOnce() -> T + Send + 'static) -> Flight<T> {
+        let flight = Flight::of(work);
+        flight.spawn(jobs);
+        flight
+    }
+
     /// Keeps jobs, or drops them.
     struct Holding(Mutex<Vec<Job>>, bool);
 
@@ -151,11 +155,12 @@ mod tests {
     #[test]
     fn work_is_done_once_whoever_begins_it() {
         for jobs in [&Alone as &dyn Jobs, &Threads::start(2).expect("threads")] {
-            assert_eq!(Flight::start(jobs, || 7).land(), Ok(7));
+            assert_eq!(start(jobs, || 7).land(), Ok(7));
+            assert_eq!(Flight::of(|| 7).land(), Ok(7));
         }
         for keeps in [true, false] {
             let jobs = Holding(Mutex::default(), keeps);
-            let flight = Flight::start(&jobs, || 7);
+            let flight = start(&jobs, || 7);
             assert!(!flight.has_landed(&jobs) && !flight.lands_within(&jobs, Duration::from_millis(1)));
             assert_eq!(flight.land(), Ok(7));
             let kept = jobs.0.into_inner().expect("no panic");
@@ -166,7 +171,7 @@ mod tests {
 
     #[test]
     fn work_that_was_dropped_is_spawned_again_by_whoever_asks() {
-        let flight = Flight::start(&Holding(Mutex::default(), false), || 7);
+        let flight = start(&Holding(Mutex::default(), false), || 7);
         assert!(flight.has_landed(&Alone));
         assert_eq!(flight.land(), Ok(7));
     }
@@ -182,7 +187,7 @@ mod tests {
 
     #[test]
     fn what_was_waited_for_lands_once() {
-        let flight = Flight::start(&Alone, || 7);
+        let flight = start(&Alone, || 7);
         for _ in 0..2 {
             assert!(flight.lands_within(&Alone, Duration::ZERO) && flight.has_landed(&Alone));
         }
@@ -193,13 +198,13 @@ mod tests {
     fn a_job_may_wait_for_one_of_its_own_pool() {
         let jobs = Arc::new(Threads::start(1).expect("a thread"));
         let inner = Arc::clone(&jobs);
-        assert_eq!(Flight::start(&*jobs, move || Flight::start(&*inner, || 7).land()).land(), Ok(Ok(7)));
+        assert_eq!(start(&*jobs, move || start(&*inner, || 7).land()).land(), Ok(Ok(7)));
     }
 
     #[test]
     fn a_panic_is_told() {
         let jobs = Threads::start(1).expect("a thread");
-        let landed = Flight::start(&jobs, || assert!(std::hint::black_box(false), "told")).land();
+        let landed = start(&jobs, || assert!(std::hint::black_box(false), "told")).land();
         assert_eq!(landed, Err("told".into()));
     }
 }

@@ -9,7 +9,7 @@ use super::flight::{Flight, Orders};
 use super::handoff::DegradedTile;
 use super::metrics::SessionMemory;
 use super::scene_keys::SceneKeys;
-use crate::control::{Control, Jobs, StartError, Threads};
+use crate::control::{Control, Jobs, StartError, WithCaller};
 use crate::frame::internals::{InstanceLook, Levels, add_level, completed};
 use crate::frame::{Plan, PlanLimits, Shortfall, Tolerance, plan_for_view_on, plan_on};
 use crate::mesh::{InstanceKey, MeshSink, Scene, TileMemory, VertexLayout};
@@ -68,7 +68,8 @@ use std::time::Duration;
 /// # }
 /// ```
 ///
-/// Frames run on [`Threads`] of the session's own, or on an engine's pool ([`start_on`](Self::start_on)).
+/// Frames run on threads of the session's own and on the caller's while it waits, or on a pool
+/// ([`start_on`](Self::start_on)).
 pub struct Session {
     /// With the parts of all [`Levels`] that the engine had when it landed.
     prepared: Arc<Prepared>,
@@ -112,13 +113,14 @@ struct FrameOrder {
 }
 
 impl Session {
-    /// Deals the tiles, and starts threads for them ([`SessionOptions::threads`]), which end when the session is
-    /// dropped.
+    /// Deals the tiles, and starts threads for them, one less than [`SessionOptions::threads`], but at least one. They
+    /// end when the session is dropped. A caller who never waits for a frame may start all of them:
+    /// [`start_on`](Self::start_on) with [`Threads`](crate::control::Threads).
     ///
     /// # Errors
     /// When the system refuses a thread.
     pub fn start(prepared: Arc<Prepared>, options: &SessionOptions) -> Result<Self, StartError> {
-        let threads = Threads::start(options.threads)?;
+        let threads = WithCaller::start(options.threads)?;
         Ok(Self::start_on(Arc::new(threads), prepared, options))
     }
 
@@ -339,7 +341,7 @@ impl Session {
     }
 
     /// Updates `sink` for all of these views together: one picture, both eyes, shadow maps. `sink` must be the one of
-    /// the last frame of views.
+    /// the last frame of views. The caller makes the frame, and threads help.
     ///
     /// The first frame is whole. Later frames send the tiles that changed and [`MeshSink::drawn`]. If nothing changed,
     /// not even the drawn tiles, the sink gets no calls.
@@ -353,7 +355,7 @@ impl Session {
     /// # Errors
     /// As [`begin`](Self::begin) and [`finish`](Self::finish).
     pub fn view(&mut self, views: &[View], sink: &mut dyn MeshSink) -> Result<FrameReport, FrameError> {
-        self.begin(views)?;
+        self.order(views)?;
         self.finish(sink)
     }
 
@@ -368,6 +370,15 @@ impl Session {
     /// [`FrameError::View`] if a view is invalid: nothing changes, and a frame that was begun goes on.
     /// [`FrameError::Lost`] after an internal error: the session is over.
     pub fn begin(&mut self, views: &[View]) -> Result<(), FrameError> {
+        self.order(views)?;
+        if let EngineState::Busy(flight, _) = &self.engine {
+            flight.spawn(&*self.jobs);
+        }
+        Ok(())
+    }
+
+    /// As [`begin`](Self::begin), for whoever waits for the frame at once: no job is spawned.
+    fn order(&mut self, views: &[View]) -> Result<(), FrameError> {
         let _span = tracing::debug_span!("begin").entered();
         for (k, view) in views.iter().enumerate() {
             view.check().map_err(|why| FrameError::View { view: k, why })?;
@@ -409,7 +420,7 @@ impl Session {
             }
             (engine, frame)
         };
-        self.engine = EngineState::Busy(Flight::start(&*self.jobs, make), control);
+        self.engine = EngineState::Busy(Flight::of(make), control);
         Ok(())
     }
 

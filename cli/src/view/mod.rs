@@ -17,6 +17,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 use std::time::Instant;
+use trimtess::control::{StartError, Threads};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::{PrepareOptions, Prepared, prepare};
 
@@ -82,6 +83,12 @@ struct Loader {
     threads: usize,
 }
 
+/// A session whose threads all work while the window's, which only asks for frames, does something else.
+fn session_of(prepared: &Arc<Prepared>, options: &SessionOptions) -> Result<Session, StartError> {
+    let threads = Arc::new(Threads::start(options.threads)?);
+    Ok(Session::start_on(threads, Arc::clone(prepared), options))
+}
+
 struct Loaded {
     name: String,
     prepared: Arc<Prepared>,
@@ -105,7 +112,7 @@ impl Loader {
         let start = Instant::now();
         let model = input.read(&self.limits.step())?;
         let prepared = Arc::new(prepare(model, &self.prepare).map_err(unprepared)?);
-        let session = Session::start(Arc::clone(&prepared), session).map_err(Failure::cannot)?;
+        let session = session_of(&prepared, session).map_err(Failure::cannot)?;
         Ok(Loaded { name: input.name(), prepared, session, seconds: start.elapsed().as_secs_f64() })
     }
 

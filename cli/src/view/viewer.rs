@@ -2,7 +2,7 @@
 
 use super::paint::{Canvas, PICTURE, Painter, texture};
 use super::panel::{self, Action, Looks, PanelText};
-use super::{Loaded, Loader, Loading};
+use super::{Loaded, Loader, Loading, session_of};
 use crate::Failure;
 use crate::input::Input;
 use std::sync::Arc;
@@ -321,7 +321,7 @@ impl Viewer {
         let options = self.session_options();
         let Some(model) = &mut self.model else { return Ok(waiting) };
         if model.workers != self.looks.workers {
-            model.session = Session::start(Arc::clone(&model.prepared), &options).map_err(|error| error.to_string())?;
+            model.session = session_of(&model.prepared, &options).map_err(|error| error.to_string())?;
             (model.workers, model.underway) = (self.looks.workers, None);
         }
         if self.scene.keep_lattice(self.looks.picture.lattice).map_err(|error| error.to_string())? {
