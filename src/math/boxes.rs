@@ -43,6 +43,11 @@ pub(crate) fn around<P: Corner>(points: impl IntoIterator<Item = P>) -> [P; 2] {
     points.into_iter().fold(P::NOTHING, |all, p| p.added(all))
 }
 
+/// The smallest box around two boxes.
+pub(crate) fn joined(a: Aabb, b: Aabb) -> Aabb {
+    [a[0].min(b[0]), a[1].max(b[1])]
+}
+
 /// The squared distance of a point from a box; 0 within.
 pub(crate) fn distance_squared([low, high]: Aabb, p: DVec3) -> f64 {
     p.distance_squared(p.clamp(low, high))

@@ -1,16 +1,21 @@
-//! A part -> the box around it, and the same part at another place.
+//! A part -> points that span it, and the same part at another place.
 
 use super::{Face, FreeTrims, Part, Surface};
-use crate::math::boxes::around;
 use glam::DVec3;
 
 impl Part {
-    /// Corners of the box of vertices and control points, and of surface points of faces without edges; `[+∞, -∞]`
-    /// without any. A size, not a bound.
-    pub(crate) fn control_box(&self) -> [DVec3; 2] {
-        let edges = self.edges.iter().flat_map(|edge| &edge.curve.points);
-        let alone = self.faces.iter().filter(|face| face.wires().next().is_none());
-        around(self.vertices.iter().chain(edges).copied().chain(alone.flat_map(samples)))
+    /// Vertices, control points of edges, and surface points of faces without edges: the size of the part, not a bound.
+    pub(crate) fn control_points(&self) -> impl Iterator<Item = DVec3> {
+        self.points_of_edges().chain(self.faces_without_edges().flat_map(surface_points))
+    }
+
+    /// Vertices and control points of edges.
+    pub(crate) fn points_of_edges(&self) -> impl Iterator<Item = DVec3> {
+        self.vertices.iter().chain(self.edges.iter().flat_map(|edge| &edge.curve.points)).copied()
+    }
+
+    pub(crate) fn faces_without_edges(&self) -> impl Iterator<Item = &Face> {
+        self.faces.iter().filter(|face| face.wires().next().is_none())
     }
 
     /// Moves vertices, edges and surfaces by `by`, millimetres.
@@ -26,7 +31,7 @@ impl Part {
 
 /// Points of a face's surface, all over the domain that it or its trims bound; none if neither does, or if the surface
 /// is unsound.
-fn samples(face: &Face) -> Vec<DVec3> {
+pub(crate) fn surface_points(face: &Face) -> Vec<DVec3> {
     if face.surface.check().is_err() {
         return Vec::new();
     }

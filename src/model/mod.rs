@@ -57,6 +57,7 @@ mod part;
 pub use part::{Assembly, Coedge, CurveKind, Edge, Face, Instance, Loop, Model, Part, Shell, ShellKind};
 
 mod extent;
+pub(crate) use extent::surface_points;
 
 mod validate;
 #[cfg(feature = "step")]

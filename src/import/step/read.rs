@@ -9,6 +9,7 @@ use super::text::{self, piece};
 use super::tree::Tree;
 use super::units::Contexts;
 use crate::control::{Alone, Call, Control, Counter, Jobs, Rayon, Stage, width};
+use crate::math::boxes::{Corner as _, around};
 use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome};
 use glam::{DAffine3, DVec3};
 use std::borrow::Cow;
@@ -224,7 +225,17 @@ fn foreign_files(table: &Table, has_bare: bool) -> Option<Diagnostic> {
 /// Moves a part further than [`FAR`] from the origin to it, with what was said of it, and reports that. Returns where
 /// its centre was. Otherwise every surface would be computed in numbers that have few digits for it.
 fn about_its_centre(part: &mut Part, found: &mut Vec<Diagnostic>) -> Option<DVec3> {
-    let [low, high] = part.control_box();
+    // A few points tell of nearly all parts: a box that reaches that far from its own corner only grows.
+    let mut seen = around([]);
+    let is_near = part.control_points().any(|point| {
+        seen = point.added(seen);
+        let [low, high] = seen;
+        low.length() <= 0.5 * FAR * (high - low).length()
+    });
+    if is_near {
+        return None;
+    }
+    let [low, high] = seen;
     let (centre, size_mm) = (0.5 * low + 0.5 * high, (high - low).length());
     let distance_mm = centre.length();
     if !(size_mm > 0.0 && distance_mm.is_finite() && distance_mm > FAR * size_mm) {

@@ -10,9 +10,10 @@ use super::prepared::{PartCost, PartFacts, PreparedPart};
 use super::topology::{self, ClosingOutcome, Unclosed};
 use super::{chains, fill, shells};
 use crate::control::Call;
+use crate::math::boxes::{around, joined};
 use crate::model::{
     BorderTrouble, Diagnostic, EdgeId, Face, FaceError, FaceId, FaceTrouble, Part, PartId, Severity, ShellKind,
-    ShellTrouble, WireTrouble,
+    ShellTrouble, WireTrouble, surface_points,
 };
 use crate::prepare::report::{Finding, guarded};
 use crate::prepare::sew::sew_edges::{SewSummary, sew};
@@ -43,8 +44,7 @@ pub(crate) fn prepare_part(
     budget: &PrepareBudget<'_>,
 ) -> PreparedPart {
     let call = budget.call;
-    let [low, high] = stated.control_box();
-    let size = (high - low).length();
+    let size = size_of(call, stated);
     let (trimmed, mut free) = free_edges::free_faces(call, stated, size);
     let mut healings = Vec::new();
     if budget.exceeded() {
@@ -113,6 +113,13 @@ pub(crate) fn prepare_part(
     let (diagnostics, coincidence) = (maker.diagnostics, maker.part.tolerance);
     part.facts = PartFacts { diagnostics, without_area, closedness, coincidence, cost, kept, ..PartFacts::default() };
     part
+}
+
+/// The diagonal of the box around a part's control points; infinite without any.
+fn size_of(call: Call<'_>, part: &Part) -> f64 {
+    let of_face = call.each(1, part.faces_without_edges(), |face| around(surface_points(face)));
+    let [low, high] = of_face.into_iter().fold(around(part.points_of_edges()), joined);
+    (high - low).length()
 }
 
 /// A part while it is prepared.

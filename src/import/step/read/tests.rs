@@ -2,11 +2,12 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::super::text::PIECE;
-use super::{read, read_in_pieces};
+use super::{FAR, about_its_centre, read, read_in_pieces};
 use crate::control::{Alone, Call, Control, Threads, assert_each_cancels};
 use crate::import::step::{StepError, StepOptions};
-use crate::model::Model;
+use crate::model::{Model, Part};
 use crate::sequence::random::SplitMix;
+use glam::DVec3;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -245,5 +246,20 @@ fn reads_are_cancelled_wherever_they_look() {
                 matches!(read, Err(StepError::Cancelled))
             });
         }
+    }
+}
+
+#[test]
+fn parts_are_moved_by_their_whole_box() {
+    let moved = |xs: &[f64]| {
+        let vertices = xs.iter().map(|&x| DVec3::new(x, 0.0, 0.0)).collect();
+        about_its_centre(&mut Part { vertices, ..Part::default() }, &mut Vec::new()).map(|centre| centre.x)
+    };
+    let far = 1.5 * FAR;
+    assert_eq!(moved(&[far, far + 1.0]), Some(far + 0.5));
+    assert_eq!(moved(&[far, far + 1.0, far + 0.5, far - 0.2]), Some(far + 0.4));
+    // The last point widens the box.
+    for xs in [&[far, far + 1.0, 0.0][..], &[far, far + 1.0, far + 2.0], &[0.0, 1.0], &[0.0], &[far], &[]] {
+        assert_eq!(moved(xs), None, "{xs:?}");
     }
 }
