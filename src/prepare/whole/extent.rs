@@ -65,20 +65,34 @@ struct Hull {
 }
 
 impl Hull {
-    fn of(points: &[DVec3]) -> Self {
-        let mut hull = Self { low: [f64::INFINITY; 16], high: [f64::NEG_INFINITY; 16] };
-        widest(
-            #[inline(always)]
-            || points.iter().for_each(|p| hull.add(*p)),
-        );
+    fn of(call: Call<'_>, points: &[DVec3]) -> Self {
+        /// Points that a thread takes at a time: some microseconds.
+        const POINTS: usize = 512;
+        let nothing = || Self { low: [f64::INFINITY; 16], high: [f64::NEG_INFINITY; 16] };
+        let of_some = call.each(1, points.chunks(POINTS), |some| {
+            let mut hull = nothing();
+            widest(
+                #[inline(always)]
+                || some.iter().for_each(|p| hull.add(*p)),
+            );
+            hull
+        });
+        let mut hull = nothing();
+        of_some.iter().for_each(|Self { low, high }| hull.extend(low, high));
         hull
     }
 
     #[inline(always)]
     fn add(&mut self, p: DVec3) {
         let along = along(p);
-        self.low = std::array::from_fn(|k| if along[k] < self.low[k] { along[k] } else { self.low[k] });
-        self.high = std::array::from_fn(|k| if along[k] > self.high[k] { along[k] } else { self.high[k] });
+        self.extend(&along, &along);
+    }
+
+    /// Widens it to these extents.
+    #[inline(always)]
+    fn extend(&mut self, low: &[f64; 16], high: &[f64; 16]) {
+        self.low = std::array::from_fn(|k| if low[k] < self.low[k] { low[k] } else { self.low[k] });
+        self.high = std::array::from_fn(|k| if high[k] > self.high[k] { high[k] } else { self.high[k] });
     }
 
     /// The longest side of the box; negative for no points.
@@ -106,7 +120,7 @@ impl Hull {
 pub(crate) fn cloud(call: Call<'_>, part: &PreparedPart) -> Vec<DVec3> {
     let used = part.edges.iter().filter(|e| !e.uses.is_empty());
     let mut out = call.each(SHARE, used, points_of).concat();
-    let mut bounds = Hull::of(&out);
+    let mut bounds = Hull::of(call, &out);
     let faces = part.tiles.chunk_by(|a, b| a.face == b.face).map(|tiles| (part.face_of(&tiles[0]), tiles));
     // Most faces are within the hull of the edges, and no face leaves it once it is wider.
     let beyond = call.each(SHARE, faces, |(face, tiles)| {
@@ -225,6 +239,17 @@ mod tests {
             let (_, radius) = centre(&cloud(Call::new(&Alone, &control), &prepared.parts[0])).expect("points");
             assert!((radius / half - 1.0).abs() < 2e-3, "{name}: {radius} instead of {half}");
         }
+    }
+
+    #[test]
+    fn hulls_of_pieces_hold_all_points_and_no_more() {
+        let points: Vec<DVec3> = (0..2000).map(|k| DVec3::new(1.0, 0.3, -0.7) * f64::from(k % 1777)).collect();
+        let control = Control::default();
+        let hull = Hull::of(Call::new(&Alone, &control), &points);
+        assert!(hull.holds(points.iter().copied()));
+        assert!(!hull.holds([DVec3::new(1776.1, 532.8, -1243.2)]) && !hull.holds([DVec3::NEG_X]));
+        assert_eq!(hull.size(), 1776.0);
+        assert_eq!(Hull::of(Call::new(&Alone, &control), &[]).size(), f64::NEG_INFINITY);
     }
 
     #[test]
