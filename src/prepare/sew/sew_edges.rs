@@ -37,6 +37,9 @@ const ROUNDS: usize = 16;
 /// Pairs that a thread takes at a time: about 10 µs each.
 const SHARE: usize = 8;
 
+/// Edges that a thread looks at at a time: less than a microsecond each.
+const LOOKED_AT: usize = 64;
+
 /// Summary of the merged borders.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SewSummary {
@@ -78,7 +81,7 @@ pub(crate) fn sew<'a>(
     reach: f64,
     done: &mut Vec<Healing>,
 ) -> (Cow<'a, Part>, SewSummary) {
-    let candidates = candidates(&part, free, reach);
+    let candidates = candidates(call, &part, free, reach);
     let courses: Vec<OnceLock<CurveQuery>> = candidates.iter().map(|_| OnceLock::new()).collect();
     let course = |k: usize| courses[k].get_or_init(|| CurveQuery::new(&part.edges[candidates[k].used.edge as usize]));
     let (pairs, left_out) = pairs(&part, &candidates);
@@ -144,7 +147,7 @@ pub(crate) fn sew<'a>(
 }
 
 /// Free edges, by shell. In shells with faces without topology, all edges of these faces as well.
-fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
+fn candidates(call: Call<'_>, part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
     let may_sew = part.tolerance > 0.0 || free.iter().any(|made| matches!(made, Some(Ok(_))));
     if !may_sew {
         // Faces with topology are sewn within the part's own tolerance only.
@@ -171,10 +174,11 @@ fn candidates(part: &Part, free: &FreeFaces, reach: f64) -> Vec<Candidate> {
             continue;
         }
         let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
-        out.extend(wanted.filter_map(|u| {
+        let usable = call.each(LOOKED_AT, wanted, |u| {
             let is_usable = is_sound(part, part.edges.get(u.edge as usize)?);
             is_usable.then_some(Candidate { used: *u, tolerance, open: open && !u.untold })
-        }));
+        });
+        out.extend(usable.into_iter().flatten());
     }
     out
 }
