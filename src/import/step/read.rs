@@ -15,7 +15,7 @@ use glam::{DAffine3, DVec3};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 /// Reads a STEP file. The model's name is the file's, without extension.
@@ -37,24 +37,59 @@ pub fn read_file_on(
     options: &StepOptions,
     control: &Control,
 ) -> Result<Model, StepError> {
-    let io = |error| StepError::Io { path: path.to_owned(), error };
-    let file = File::open(path).map_err(io)?;
-    let bytes = file.metadata().map_err(io)?.len();
+    let fail = |error| StepError::Io { path: path.to_owned(), error };
+    let file = File::open(path).map_err(fail)?;
+    let bytes = file.metadata().map_err(fail)?.len();
     check(bytes, options)?;
     // Devices and pipes have no length beforehand and may be endless.
     let most = options.max_bytes.min(options.max_memory / BYTES_PER_BYTE);
-    let mut file = file.take(most.saturating_add(1));
     let mut text = Vec::with_capacity(text::MAGIC_WITHIN);
-    file.by_ref().take(text::MAGIC_WITHIN as u64).read_to_end(&mut text).map_err(io)?;
+    (&file).take(most.min(text::MAGIC_WITHIN as u64)).read_to_end(&mut text).map_err(fail)?;
     // A film or a disk image is refused before all of it is in memory.
     text::magic(&text)?;
+    let call = Call::new(jobs, control);
+    text = in_stretches(call, &file, bytes.min(most)).map_err(fail)?.unwrap_or(text);
     let rest = usize::try_from(bytes.min(most)).unwrap_or(usize::MAX).saturating_sub(text.len());
-    text.try_reserve_exact(rest).map_err(|error| io(error.into()))?;
-    file.read_to_end(&mut text).map_err(io)?;
+    text.try_reserve_exact(rest).map_err(|error| fail(error.into()))?;
+    (&file).take(most.saturating_add(1).saturating_sub(text.len() as u64)).read_to_end(&mut text).map_err(fail)?;
     let piece = piece(text.len(), width(jobs));
-    let mut model = read_in_pieces(Call::new(jobs, control), text.into(), options, piece)?;
+    let mut model = read_in_pieces(call, text.into(), options, piece)?;
     model.name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     Ok(model)
+}
+
+/// The first `length` bytes of a file, read on all threads: the system fills pages for them, which takes longer than a
+/// copy. The file then goes on behind them. `None` if it is shorter, small or huge, or if the system reads files at one
+/// place alone.
+///
+/// One handle reads all: a file that is replaced meanwhile is read as it was.
+fn in_stretches(call: Call<'_>, mut file: &File, length: u64) -> io::Result<Option<Vec<u8>>> {
+    /// Bytes that a thread reads at a time.
+    const STRETCH: usize = 1 << 18;
+    /// The list must not be so long that the system refuses it.
+    const MOST: u64 = 1 << 30;
+    if !cfg!(unix) || length <= STRETCH as u64 || length > MOST {
+        return Ok(None);
+    }
+    // Zeros of the system are pages that nobody has touched.
+    let mut text = vec![0; length as usize];
+    let stretches = text.chunks_mut(STRETCH).enumerate();
+    let read = call.each(1, stretches, |(k, stretch)| read_at(file, stretch, (k * STRETCH) as u64));
+    if read.iter().any(Result::is_err) {
+        return Ok(None);
+    }
+    file.seek(SeekFrom::Start(length))?;
+    Ok(Some(text))
+}
+
+#[cfg(unix)]
+fn read_at(file: &File, to: &mut [u8], from: u64) -> io::Result<()> {
+    std::os::unix::fs::FileExt::read_exact_at(file, to, from)
+}
+
+#[cfg(not(unix))]
+fn read_at(_: &File, _: &mut [u8], _: u64) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
 }
 
 fn check(bytes: u64, options: &StepOptions) -> Result<(), StepError> {
