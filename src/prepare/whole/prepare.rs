@@ -91,10 +91,14 @@ impl Prepared {
         let control = Control::default();
         let call = Call::new(&Rayon, &control);
         let updated = update(call, &self.parts, &model, diagnostics, options);
-        for part in model.parts {
-            call.discard(part.faces);
-            call.discard(part.edges);
-        }
+        call.each_by_size(
+            model.parts,
+            |part| part.faces.len(),
+            |part| {
+                call.discard(part.faces);
+                call.discard(part.edges);
+            },
+        );
         updated
     }
 
