@@ -66,8 +66,8 @@ pub fn read_file_on(
 fn in_stretches(call: Call<'_>, mut file: &File, length: u64) -> io::Result<Option<Vec<u8>>> {
     /// Bytes that a thread reads at a time.
     const STRETCH: usize = 1 << 18;
-    /// The list must not be so long that the system refuses it.
-    const MOST: u64 = 1 << 30;
+    /// Room for more is asked for in a way that the system may refuse.
+    const MOST: u64 = 1 << 28;
     if !cfg!(unix) || length <= STRETCH as u64 || length > MOST {
         return Ok(None);
     }
