@@ -9,6 +9,7 @@ use glam::{DAffine3, DVec3};
 use std::error::Error;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+use trimtess::control::{StartError, Threads};
 use trimtess::import::step::{self, StepOptions};
 use trimtess::mesh::{
     Batch, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, TileMemory, VertexLayout, WrittenTile,
@@ -189,7 +190,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     let tiles = prepared.tiles().count();
     println!("{}: {tiles} tiles, {} instances", prepared.scene.name, prepared.scene.instances.len());
-    let start = || Session::start(Arc::clone(&prepared), &SessionOptions::DEFAULT.with_edge_lines(false));
+    // The caller asks for frames, and makes none.
+    let start = || {
+        let options = SessionOptions::DEFAULT.with_edge_lines(false);
+        Ok::<_, StartError>(Session::start_on(Arc::new(Threads::start(0)?), Arc::clone(&prepared), &options))
+    };
     for (name, views) in &flights {
         let mut session = start()?;
         Spent::flight(&mut session, &mut Copies::default(), views)?.print(&format!("{name}, batches copied"));

@@ -118,7 +118,7 @@ fn jobs_say_what_they_are_for() {
     frames(Arc::clone(&jobs) as Arc<dyn Jobs>, 3, &model());
     let told = jobs.0.lock().unwrap();
     let begun = told.iter().filter(|priority| **priority == Priority::Frame).count();
-    // Of eight frames, every second is begun, and every third is begun once more. The caller makes the others.
+    // Frames 0, 2, 4 and 6 are begun, 2 and 5 also before another one replaces them. `view` spawns none.
     assert_eq!((told[0], begun), (Priority::Frame, 6));
     assert!(told.len() > begun && told.iter().all(|priority| *priority <= Priority::Helper), "{told:?}");
 }

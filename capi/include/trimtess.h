@@ -257,7 +257,7 @@ typedef void (*tt_body)(void *of, uint32_t number);
 typedef struct {
     // `sizeof(tt_jobs)`.
     uint32_t size;
-    // How many jobs can run at the same time, 1 to 1024.
+    // How many threads can work at the same time, the caller's included while it makes a frame, 1 to 1024.
     uint32_t width;
     // Passed to the functions. Valid until the session is freed, or the call returns.
     void *user;
@@ -638,9 +638,8 @@ typedef struct {
     // 1 leaves out tiles of closed parts that face away from all cameras. Right as long as no camera is within a part,
     // and the near plane clips none.
     uint32_t cull_back_faces;
-    // Number of threads that make a frame while the caller waits for it, the caller's among them, at most 1024; 0 =
-    // one per core, see "Threads" at the head of this file. The session starts one less, but at least one. Must be 0
-    // with jobs, and with `no_threads`.
+    // Number of threads that the session starts, at most 1024; 0 = one per core, see "Threads" at the head of this
+    // file. Must be 0 with jobs, and with `no_threads`.
     uint32_t threads;
     // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     // for the next frame. 0 = any.

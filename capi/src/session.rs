@@ -15,7 +15,7 @@ use crate::sink::{Lists, Sink, tt_sink};
 use crate::status::{self, Failure, tt_status};
 use crate::view::{tt_view, view};
 use std::sync::{Arc, Mutex};
-use trimtess::control::Alone;
+use trimtess::control::{Alone, Threads};
 use trimtess::mesh::{InstanceKey, SceneInstance};
 use trimtess::model::PartId;
 use trimtess::parallel::{EditError, FrameReport, Session};
@@ -75,7 +75,8 @@ pub unsafe extern "C" fn tt_session_new(
             }
             Some(jobs) => Session::start_on(jobs, prepared, &options),
             None if no_threads => Session::start_on(Arc::new(Alone), prepared, &options),
-            None => Session::start(prepared, &options)?,
+            // All of them work: a caller who begins a frame does something else meanwhile.
+            None => Session::start_on(Arc::new(Threads::start(options.threads)?), prepared, &options),
         };
         out.give(tt_session { id: SESSIONS.add(Mutex::new(Some(Row { session, lists, diagonal }))) });
         Ok(())

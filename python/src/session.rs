@@ -11,7 +11,7 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
-use trimtess::control::Threads;
+use trimtess::control::{StartError, Threads};
 use trimtess::glam::{DAffine3, DMat4};
 use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, InstanceKey, MeshLists, MeshSink, Scene, SceneChanges, SceneInstance, SinkError,
@@ -110,9 +110,12 @@ pub(crate) struct Session(Mutex<State>);
 
 impl Session {
     pub(crate) fn start(py: Python<'_>, prepared: &Arc<prepare::Prepared>, options: &SessionOptions) -> PyResult<Self> {
-        // All of them work: the caller's thread listens for interrupts while a frame is made.
-        let threads = Threads::start(options.threads).map_err(|failure| errors::no_threads(py, &failure))?;
-        let session = py.detach(|| parallel::Session::start_on(Arc::new(threads), Arc::clone(prepared), options));
+        // All threads work: the caller's only waits for interrupts.
+        let session = py.detach(|| {
+            let threads = Arc::new(Threads::start(options.threads)?);
+            Ok::<_, StartError>(parallel::Session::start_on(threads, Arc::clone(prepared), options))
+        });
+        let session = session.map_err(|failure| errors::no_threads(py, &failure))?;
         let instances = Arc::new(session.scene().instances.clone());
         Ok(Self(Mutex::new(State { session, drawn: Arc::default(), instances })))
     }

@@ -49,10 +49,10 @@ pub type Job = Box<dyn FnOnce() + Send>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Jobs: Send + Sync {
-    /// How many threads can work at the same time. 0 counts as 1.
+    /// How many threads can work at the same time, the caller's included while it makes a frame. 0 counts as 1.
     ///
-    /// A caller who waits for a frame works at it, and counts if it is none of the pool's threads: beside as many
-    /// threads as there are cores, it would be one too many.
+    /// A pool of one thread per core has that number. One that leaves a core to the caller has one more than it has
+    /// threads.
     fn width(&self) -> usize;
 
     /// Runs `job` once, on any thread, now or later. A pool may drop the job instead, at the price of time: whoever
@@ -162,8 +162,8 @@ impl Jobs for Threads {
     }
 }
 
-/// Threads of one caller, who is one of them while it waits for a frame and works at it. So one less is started, but at
-/// least one, for frames that nobody waits for yet. One more would run on a core of the others while it looks for work.
+/// Threads of a session whose caller makes frames, as one of them. So one less is started, but at least one, for frames
+/// that are begun. One more would look for work on a core that another one needs (decision 084).
 #[derive(Debug)]
 pub(crate) struct WithCaller {
     others: Threads,
@@ -181,7 +181,7 @@ impl WithCaller {
     }
 }
 
-/// As many threads as rayon starts unless it is told.
+/// As many threads as rayon starts by default.
 fn default_count() -> usize {
     let told = std::env::var("RAYON_NUM_THREADS").ok().and_then(|count| count.parse().ok());
     let cores = || thread::available_parallelism().map_or(1, NonZeroUsize::get);
@@ -195,10 +195,6 @@ impl Jobs for WithCaller {
 
     fn spawn(&self, priority: Priority, job: Job) {
         self.others.spawn(priority, job);
-    }
-
-    fn for_each(&self, count: usize, body: &(dyn Fn(usize) + Sync)) {
-        self.others.for_each(count, body);
     }
 }
 

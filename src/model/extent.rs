@@ -4,12 +4,8 @@ use super::{Face, FreeTrims, Part, Surface};
 use glam::DVec3;
 
 impl Part {
-    /// Vertices, control points of edges, and surface points of faces without edges: the size of the part, not a bound.
-    pub(crate) fn control_points(&self) -> impl Iterator<Item = DVec3> {
-        self.points_of_edges().chain(self.faces_without_edges().flat_map(surface_points))
-    }
-
-    /// Vertices and control points of edges.
+    /// Vertices and control points of edges. Their box, with that of [`surface_points`], measures the part's size and
+    /// bounds nothing.
     pub(crate) fn points_of_edges(&self) -> impl Iterator<Item = DVec3> {
         self.vertices.iter().chain(self.edges.iter().flat_map(|edge| &edge.curve.points)).copied()
     }

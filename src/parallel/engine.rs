@@ -30,9 +30,10 @@ use std::time::Duration;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SessionOptions {
-    /// Number of threads that make a frame while the caller waits for it, the caller's among them; 0 = one per core,
-    /// see [`Threads::start`](crate::control::Threads::start). [`Session::start`](super::Session::start) starts the
-    /// others, [`Session::start_on`](super::Session::start_on) none.
+    /// Number of threads that make a frame, the caller's included; 0 = one per core, see
+    /// [`Threads::start`](crate::control::Threads::start). [`Session::start`](super::Session::start) starts one less,
+    /// but at least one. They make frames that were [begun](super::Session::begin) by themselves.
+    /// [`Session::start_on`](super::Session::start_on) starts none.
     pub threads: usize,
     /// Number of workers of a session, which own the tiles; more than [`MOST_WORKERS`](Self::MOST_WORKERS) count as
     /// that many. Workers in excess of the tiles stay idle.

@@ -61,12 +61,12 @@ fn is_awaited<T>(stage: &mut Stage<T>) -> bool {
 pub(super) struct Flight<T>(Arc<Slot<T>>);
 
 impl<T: Send + 'static> Flight<T> {
-    /// Nobody begins `work` before [`spawn`](Self::spawn) or [`land`](Self::land).
+    /// Keeps `work` until [`spawn`](Self::spawn) or [`land`](Self::land).
     pub(super) fn of(work: impl FnOnce() -> T + Send + 'static) -> Self {
         Self(Arc::new(Slot { stage: Mutex::new(Stage::Unclaimed(Box::new(work))), landed: Condvar::new() }))
     }
 
-    /// Gives the work to `jobs`, unless they have it or someone has begun it.
+    /// Spawns the work on `jobs`, unless they have it or someone has begun it.
     pub(super) fn spawn(&self, jobs: &dyn Jobs) {
         if Arc::strong_count(&self.0) == 1 && matches!(*self.0.lock(), Stage::Unclaimed(_)) {
             let theirs = Arc::clone(&self.0);

@@ -68,8 +68,8 @@ use std::time::Duration;
 /// # }
 /// ```
 ///
-/// Frames run on threads of the session's own and on the caller's while it waits, or on a pool
-/// ([`start_on`](Self::start_on)).
+/// Frames run on threads of the session's own, and on the caller's in [`view`](Self::view) and [`frame`](Self::frame);
+/// or on a pool ([`start_on`](Self::start_on)).
 pub struct Session {
     /// With the parts of all [`Levels`] that the engine had when it landed.
     prepared: Arc<Prepared>,
@@ -114,8 +114,8 @@ struct FrameOrder {
 
 impl Session {
     /// Deals the tiles, and starts threads for them, one less than [`SessionOptions::threads`], but at least one. They
-    /// end when the session is dropped. A caller who never waits for a frame may start all of them:
-    /// [`start_on`](Self::start_on) with [`Threads`](crate::control::Threads).
+    /// end when the session is dropped. A caller who [begins](Self::begin) frames and does something else meanwhile lets
+    /// all of them work: [`start_on`](Self::start_on) with [`Threads`](crate::control::Threads).
     ///
     /// # Errors
     /// When the system refuses a thread.
@@ -341,7 +341,7 @@ impl Session {
     }
 
     /// Updates `sink` for all of these views together: one picture, both eyes, shadow maps. `sink` must be the one of
-    /// the last frame of views. The caller makes the frame, and threads help.
+    /// the last frame of views. The caller makes the frame and threads help, unless a job makes the one before.
     ///
     /// The first frame is whole. Later frames send the tiles that changed and [`MeshSink::drawn`]. If nothing changed,
     /// not even the drawn tiles, the sink gets no calls.

@@ -10,7 +10,7 @@ use super::tree::Tree;
 use super::units::Contexts;
 use crate::control::{Alone, Call, Control, Counter, Jobs, Rayon, Stage, width};
 use crate::math::boxes::{Corner as _, around};
-use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome};
+use crate::model::{Diagnostic, Instance, Model, Part, PartId, Severity, StepOutcome, surface_points};
 use glam::{DAffine3, DVec3};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -27,7 +27,7 @@ pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError>
 }
 
 /// As [`read_file`], on the threads of `jobs`, with progress and cancellation. The bytes are read before the first look
-/// whether the work is cancelled.
+/// whether the work is cancelled; threads of `jobs` read them, and wait for the disk.
 ///
 /// # Errors
 /// As [`read_file`] and [`read_on`].
@@ -58,20 +58,20 @@ pub fn read_file_on(
     Ok(model)
 }
 
-/// The first `length` bytes of a file, read on all threads: the system fills pages for them, which takes longer than a
-/// copy. The file then goes on behind them. `None` if it is shorter, small or huge, or if the system reads files at one
-/// place alone.
+/// The first `length` bytes of a file, read on all threads, because new pages take longer than the copy into them. The
+/// handle is left behind them. `None` if the file is shorter, not longer than a stretch or above `MOST`, or if the
+/// system cannot read it by position.
 ///
-/// One handle reads all: a file that is replaced meanwhile is read as it was.
+/// One handle reads all: if another file takes the name meanwhile, the old one is read.
 fn in_stretches(call: Call<'_>, mut file: &File, length: u64) -> io::Result<Option<Vec<u8>>> {
     /// Bytes that a thread reads at a time.
     const STRETCH: usize = 1 << 18;
-    /// Room for more is asked for in a way that the system may refuse.
+    /// Larger files are read into room that the system can refuse without an abort.
     const MOST: u64 = 1 << 28;
     if !cfg!(unix) || length <= STRETCH as u64 || length > MOST {
         return Ok(None);
     }
-    // Zeros of the system are pages that nobody has touched.
+    // The system's zeros are pages that nobody has touched.
     let mut text = vec![0; length as usize];
     let stretches = text.chunks_mut(STRETCH).enumerate();
     let read = call.each(1, stretches, |(k, stretch)| read_at(file, stretch, (k * STRETCH) as u64));
@@ -260,9 +260,10 @@ fn foreign_files(table: &Table, has_bare: bool) -> Option<Diagnostic> {
 /// Moves a part further than [`FAR`] from the origin to it, with what was said of it, and reports that. Returns where
 /// its centre was. Otherwise every surface would be computed in numbers that have few digits for it.
 fn about_its_centre(part: &mut Part, found: &mut Vec<Diagnostic>) -> Option<DVec3> {
-    // A few points tell of nearly all parts: a box that reaches that far from its own corner only grows.
+    // Nearly all parts are told by a few points: where a box is near the origin for its size, a larger one is, too.
     let mut seen = around([]);
-    let is_near = part.control_points().any(|point| {
+    let points = part.points_of_edges().chain(part.faces_without_edges().flat_map(surface_points));
+    let is_near = { points }.any(|point| {
         seen = point.added(seen);
         let [low, high] = seen;
         low.length() <= 0.5 * FAR * (high - low).length()

@@ -115,7 +115,8 @@ pub(crate) fn prepare_part(
     part
 }
 
-/// The diagonal of the box around a part's control points; infinite without any.
+/// The diagonal of the box around vertices, control points of edges, and points of faces without edges; infinite
+/// without any.
 fn size_of(call: Call<'_>, part: &Part) -> f64 {
     let of_face = call.each(1, part.faces_without_edges(), |face| around(surface_points(face)));
     let [low, high] = of_face.into_iter().fold(around(part.points_of_edges()), joined);

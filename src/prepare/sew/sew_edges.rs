@@ -37,8 +37,8 @@ const ROUNDS: usize = 16;
 /// Pairs that a thread takes at a time: about 10 µs each.
 const SHARE: usize = 8;
 
-/// Edges that a thread looks at at a time: less than a microsecond each.
-const LOOKED_AT: usize = 64;
+/// Edges that a thread checks at a time: less than a microsecond each.
+const CHECKED: usize = 64;
 
 /// Summary of the merged borders.
 #[derive(Clone, Copy, Debug, Default)]
@@ -174,7 +174,7 @@ fn candidates(call: Call<'_>, part: &Part, free: &FreeFaces, reach: f64) -> Vec<
             continue;
         }
         let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
-        let usable = call.each(LOOKED_AT, wanted, |u| {
+        let usable = call.each(CHECKED, wanted, |u| {
             let is_usable = is_sound(part, part.edges.get(u.edge as usize)?);
             is_usable.then_some(Candidate { used: *u, tolerance, open: open && !u.untold })
         });

@@ -66,10 +66,10 @@ struct Hull {
 
 impl Hull {
     fn of(call: Call<'_>, points: &[DVec3]) -> Self {
-        /// Points that a thread takes at a time: some microseconds.
+        /// Points that a thread takes at a time: a few microseconds.
         const POINTS: usize = 512;
         let nothing = || Self { low: [f64::INFINITY; 16], high: [f64::NEG_INFINITY; 16] };
-        let of_some = call.each(1, points.chunks(POINTS), |some| {
+        let pieces = call.each(1, points.chunks(POINTS), |some| {
             let mut hull = nothing();
             widest(
                 #[inline(always)]
@@ -78,7 +78,7 @@ impl Hull {
             hull
         });
         let mut hull = nothing();
-        of_some.iter().for_each(|Self { low, high }| hull.extend(low, high));
+        pieces.iter().for_each(|Self { low, high }| hull.extend(low, high));
         hull
     }
 
@@ -225,7 +225,7 @@ fn polygon(part: &PreparedPart, uses: &[EdgeUse]) -> Vec<DVec2> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::{Alone, Control};
+    use crate::control::{Alone, Control, Jobs, Threads};
     use crate::model::shapes;
     use crate::prepare::{PrepareOptions, prepare};
 
@@ -243,13 +243,16 @@ mod tests {
 
     #[test]
     fn hulls_of_pieces_hold_all_points_and_no_more() {
-        let points: Vec<DVec3> = (0..2000).map(|k| DVec3::new(1.0, 0.3, -0.7) * f64::from(k % 1777)).collect();
+        let points: Vec<DVec3> = (0..2000).map(|k| DVec3::new(1.0, 0.3, -0.7) * f64::from(k)).collect();
         let control = Control::default();
-        let hull = Hull::of(Call::new(&Alone, &control), &points);
-        assert!(hull.holds(points.iter().copied()));
-        assert!(!hull.holds([DVec3::new(1776.1, 532.8, -1243.2)]) && !hull.holds([DVec3::NEG_X]));
-        assert_eq!(hull.size(), 1776.0);
-        assert_eq!(Hull::of(Call::new(&Alone, &control), &[]).size(), f64::NEG_INFINITY);
+        for jobs in [&Alone as &dyn Jobs, &Threads::start(3).expect("threads")] {
+            let call = Call::new(jobs, &control);
+            let hull = Hull::of(call, &points);
+            assert!(hull.holds(points.iter().copied()));
+            assert!(!hull.holds([DVec3::new(1999.1, 599.7, -1399.3)]) && !hull.holds([DVec3::NEG_X]));
+            assert_eq!(hull.size(), 1999.0);
+            assert_eq!(Hull::of(call, &[]).size(), f64::NEG_INFINITY);
+        }
     }
 
     #[test]

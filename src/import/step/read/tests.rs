@@ -2,14 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use super::super::text::PIECE;
-use super::{FAR, about_its_centre, in_stretches, read, read_file, read_in_pieces};
+use super::{FAR, about_its_centre, read, read_file, read_in_pieces};
 use crate::control::{Alone, Call, Control, Threads, assert_each_cancels};
 use crate::import::step::{StepError, StepOptions};
 use crate::model::{Model, Part};
 use crate::sequence::random::SplitMix;
 use glam::DVec3;
-use std::fs::{self, File};
-use std::io::Read as _;
+use std::fs;
 use std::path::{Path, PathBuf};
 
 /// STEP files of a folder of the checkout, with their texts.
@@ -253,12 +252,14 @@ fn reads_are_cancelled_wherever_they_look() {
 #[test]
 #[cfg(unix)]
 fn stretches_of_a_file_are_what_it_holds() {
+    use super::in_stretches;
+    use std::io::Read as _;
     let path = std::env::temp_dir().join(format!("trimtess-stretches-{}.step", std::process::id()));
     let bytes: Vec<u8> = (0..1_000_003_u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     fs::write(&path, &bytes).unwrap();
     for threads in [1, 3] {
         let (pool, control) = (Threads::start(threads).unwrap(), Control::default());
-        let file = File::open(&path).unwrap();
+        let file = fs::File::open(&path).unwrap();
         let first = in_stretches(Call::new(&pool, &control), &file, 1_000_000).unwrap().unwrap();
         assert!(first == bytes[..1_000_000]);
         let mut rest = Vec::new();
@@ -275,15 +276,20 @@ fn stretches_of_a_file_are_what_it_holds() {
 #[test]
 fn long_files_are_read_to_the_end() {
     let path = std::env::temp_dir().join(format!("trimtess-long-{}.step", std::process::id()));
-    let points: String = (10..40_000).map(|id| format!("#{id}=CARTESIAN_POINT('',(0.,0.,{id}.));\n")).collect();
-    let text = format!(
-        "ISO-10303-21;HEADER;FILE_DESCRIPTION((''),'');FILE_NAME('','',(''),(''),'','','');\
-         FILE_SCHEMA(('CONFIG_CONTROL_DESIGN'));ENDSEC;DATA;\n{points}ENDSEC;END-ISO-10303-21;\n"
-    );
+    let points: String =
+        (0..40_000).map(|k| format!("#{}=CARTESIAN_POINT('',(0.,0.,{k}.));\n", 1_000_000 + k)).collect();
+    let cube =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/red_cube_blue_cylinder.step")).unwrap();
+    let text = cube.replacen("DATA;", &format!("DATA;\n{points}"), 1);
     fs::write(&path, &text).unwrap();
     let options = StepOptions::DEFAULT;
     let [file, bytes] = [read_file(&path, &options).unwrap(), read(text.as_bytes(), &options).unwrap()];
-    assert_eq!((file.parts, &file.diagnostics), (bytes.parts, &bytes.diagnostics));
+    assert_eq!((file.parts.len(), &file.parts), (2, &bytes.parts));
+    assert_eq!(file.diagnostics, bytes.diagnostics);
+    let length = text.len() as u64;
+    assert!(read_file(&path, &options.clone().with_max_bytes(length)).is_ok());
+    let refused = read_file(&path, &options.clone().with_max_bytes(length - 1));
+    assert!(matches!(refused, Err(StepError::TooLarge { .. })), "{refused:?}");
     // Without its end, it is cut.
     fs::write(&path, &text[..text.len() - 20]).unwrap();
     assert_ne!(read_file(&path, &options).unwrap().diagnostics, bytes.diagnostics);
