@@ -23,16 +23,19 @@ use nowhere::Nowhere;
 const PICTURE: Picture = Picture { size: (1920, 1080), deviation_px: 0.5, size_px: None, angle: 0.5 };
 
 /// A pool of an engine, which has one way to run a job.
-struct Engine(rayon::ThreadPool);
+struct Engine {
+    pool: rayon::ThreadPool,
+    /// As many threads as the others have: the caller's, and those of the pool.
+    width: usize,
+}
 
 impl Jobs for Engine {
     fn width(&self) -> usize {
-        // The caller is none of them.
-        self.0.current_num_threads() + 1
+        self.width
     }
 
     fn spawn(&self, _: Priority, job: Job) {
-        self.0.spawn(job);
+        self.pool.spawn(job);
     }
 }
 
@@ -84,7 +87,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let threads = Rayon.width();
     let options = SessionOptions::DEFAULT.with_edge_lines(false).with_threads(threads);
     let on = |jobs: Arc<dyn Jobs>| Session::start_on(jobs, Arc::clone(&prepared), &options);
-    let engine = Engine(rayon::ThreadPoolBuilder::new().num_threads((threads - 1).max(1)).build()?);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads((threads - 1).max(1)).build()?;
+    let engine = Engine { pool, width: threads };
     let mut columns: [Column; COLUMNS] = [
         Column::of("own threads", Session::start(Arc::clone(&prepared), &options)?, frames),
         Column::of("an engine's", on(Arc::new(engine)), frames),

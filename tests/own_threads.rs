@@ -38,13 +38,13 @@ fn threads() -> usize {
 
 #[test]
 fn threads_are_those_of_pools_and_of_sessions_alive() {
-    let prepared = no_thread_is_started_beside_an_engines_pool();
+    let prepared = assert_no_thread_beside_an_engines_pool();
     for cancel in [cancelled, replaced, cancelled_by_an_observer, dropped] {
-        cancelled_sessions_leave_no_thread(&prepared, cancel);
+        assert_cancelled_sessions_leave_no_thread(&prepared, cancel);
     }
 }
 
-fn no_thread_is_started_beside_an_engines_pool() -> Arc<Prepared> {
+fn assert_no_thread_beside_an_engines_pool() -> Arc<Prepared> {
     let text = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/nist_ctc05.step")).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
     // Threads are counted once they have begun.
@@ -64,12 +64,12 @@ fn no_thread_is_started_beside_an_engines_pool() -> Arc<Prepared> {
     assert_eq!((most.load(Ordering::Relaxed), threads()), (before, before));
     drop(session);
     // Its pool goes with the session, at its own time.
-    wait_for(before - 2);
+    assert_soon(before - 2);
     prepared
 }
 
-/// Waits until there are so many threads: a thread that was joined is listed for a moment.
-fn wait_for(count: usize) {
+/// Waits until there are so many threads: a thread that was joined is listed for a moment. Panics if they do not come.
+fn assert_soon(count: usize) {
     for _ in 0..1000 {
         if threads() == count {
             return;
@@ -117,12 +117,12 @@ fn dropped(session: &mut Session) {
     session.begin(&views(session.prepared())).unwrap();
 }
 
-fn cancelled_sessions_leave_no_thread(prepared: &Arc<Prepared>, cancel: fn(&mut Session)) {
+fn assert_cancelled_sessions_leave_no_thread(prepared: &Arc<Prepared>, cancel: fn(&mut Session)) {
     let (before, options) = (threads(), SessionOptions::DEFAULT.with_threads(3).with_workers(8));
     let mut session = Session::start(Arc::clone(prepared), &options).unwrap();
     cancel(&mut session);
     // The third is the caller's.
-    wait_for(before + 2);
+    assert_soon(before + 2);
     drop(session);
-    wait_for(before);
+    assert_soon(before);
 }

@@ -176,8 +176,11 @@ impl WithCaller {
     /// # Errors
     /// When the system refuses a thread.
     pub(crate) fn start(count: usize) -> Result<Self, StartError> {
-        let width = if count > 0 { count } else { default_count() };
-        Ok(Self { others: Threads::start((width - 1).max(1))?, width })
+        let asked = if count > 0 { count } else { default_count() };
+        let others = Threads::start((asked - 1).max(1))?;
+        // A pool may have fewer than were asked for.
+        let width = asked.min(others.width() + 1);
+        Ok(Self { others, width })
     }
 }
 

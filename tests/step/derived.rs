@@ -292,7 +292,7 @@ fn trimmed_surfaces_without_faces_end_where_they_are_trimmed() {
 }
 
 /// Corners of a rectangle over the surface #61 in degrees, compared with `at` at the stated parameters.
-fn corners_at(surface: &str, trims: [f64; 4], at: impl Fn(f64, f64) -> DVec3) {
+fn assert_corners_at(surface: &str, trims: [f64; 4], at: impl Fn(f64, f64) -> DVec3) {
     let [u0, u1, v0, v1] = trims;
     let found = corners(&rectangle(2, surface, &format!("{u0:?},{u1:?},{v0:?},{v1:?},.T.,.T.")));
     for (p, (u, v)) in found.into_iter().zip([(u0, v0), (u1, v0), (u0, v1), (u1, v1)]) {
@@ -319,18 +319,18 @@ const RING: &str = "#62=CIRCLE('',#74,1.);#61=SURFACE_OF_REVOLUTION('',#62,#71);
 #[test]
 fn parameters_on_swept_curves_are_those_of_the_curve() {
     let arc = |of: String| of + "#64=CIRCLE('',#20,2.);" + EXTRUSION;
-    corners_at(&arc(trimmed(30.0, 150.0, 'T')), [10.0, 70.0, 0.0, 4.0], |u, v| on_circle(30.0 + u, 2.0, v));
-    corners_at(&arc(trimmed(150.0, 30.0, 'F')), [10.0, 70.0, 0.0, 4.0], |u, v| on_circle(150.0 - u, 2.0, v));
+    assert_corners_at(&arc(trimmed(30.0, 150.0, 'T')), [10.0, 70.0, 0.0, 4.0], |u, v| on_circle(30.0 + u, 2.0, v));
+    assert_corners_at(&arc(trimmed(150.0, 30.0, 'F')), [10.0, 70.0, 0.0, 4.0], |u, v| on_circle(150.0 - u, 2.0, v));
     let line = |of: String| of + "#64=LINE('',#21,#65);#65=VECTOR('',#23,3.);" + EXTRUSION;
     let along = |u: f64, v: f64| DVec3::new(3.0 * u, 0.0, v);
-    corners_at(&line(trimmed(1.0, 5.0, 'T')), [1.0, 3.0, 0.0, 4.0], |u, v| along(1.0 + u, v));
-    corners_at(&line(trimmed(5.0, 1.0, 'F')), [1.0, 3.0, 0.0, 4.0], |u, v| along(5.0 - u, v));
+    assert_corners_at(&line(trimmed(1.0, 5.0, 'T')), [1.0, 3.0, 0.0, 4.0], |u, v| along(1.0 + u, v));
+    assert_corners_at(&line(trimmed(5.0, 1.0, 'F')), [1.0, 3.0, 0.0, 4.0], |u, v| along(5.0 - u, v));
     let torus = |u: f64, v: f64| {
         let (sin, cos) = v.to_radians().sin_cos();
         on_circle(u, 5.0 + cos, sin)
     };
-    corners_at(RING, [20.0, 50.0, 100.0, 130.0], torus);
-    corners_at(RING, [20.0, 50.0, 370.0, 430.0], torus);
+    assert_corners_at(RING, [20.0, 50.0, 100.0, 130.0], torus);
+    assert_corners_at(RING, [20.0, 50.0, 370.0, 430.0], torus);
 }
 
 #[test]
@@ -342,10 +342,10 @@ fn a_turned_curve_without_ends_is_cut_at_the_trims() {
         )
     };
     let line = turned("#62=LINE('',#64,#65);#65=VECTOR('',#66,2.);#66=DIRECTION('',(3.,0.,4.));");
-    corners_at(&line, [20.0, 50.0, -1.0, 4.0], |u, v| on_circle(u, 5.0 + 1.2 * v, 1.0 + 1.6 * v));
+    assert_corners_at(&line, [20.0, 50.0, -1.0, 4.0], |u, v| on_circle(u, 5.0 + 1.2 * v, 1.0 + 1.6 * v));
     let parabola =
         turned("#62=PARABOLA('',#65,0.5);#65=AXIS2_PLACEMENT_3D('',#64,#66,#23);#66=DIRECTION('',(0.,-1.,0.));");
-    corners_at(&parabola, [20.0, 50.0, -1.0, 2.0], |u, v| on_circle(u, 5.0 + 0.5 * v * v, 1.0 + v));
+    assert_corners_at(&parabola, [20.0, 50.0, -1.0, 2.0], |u, v| on_circle(u, 5.0 + 0.5 * v * v, 1.0 + v));
 }
 
 #[test]
@@ -353,10 +353,10 @@ fn a_swept_line_keeps_the_units_of_both_directions() {
     let skew = "#61=SURFACE_OF_LINEAR_EXTRUSION('',#62,#63);#62=LINE('',#21,#64);#64=VECTOR('',#23,3.);\
                 #63=VECTOR('',#65,2.);#65=DIRECTION('',(3.,0.,4.));";
     let at = |u: f64, v: f64| DVec3::new(3.0 * u + 1.2 * v, 0.0, 1.6 * v);
-    corners_at(skew, [-1.0, 5.0, 2.0, 4.0], at);
+    assert_corners_at(skew, [-1.0, 5.0, 2.0, 4.0], at);
     assert_near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,-2.,5.);{skew}")), at(-2.0, 5.0));
     let nested = skew.replace("#61=", "#66=") + "#61=RECTANGULAR_TRIMMED_SURFACE('',#66,-1.,5.,2.,4.,.T.,.T.);";
-    corners_at(&nested, [1.0, 2.0, 0.5, 1.0], |u, v| at(u - 1.0, v + 2.0));
+    assert_corners_at(&nested, [1.0, 2.0, 0.5, 1.0], |u, v| at(u - 1.0, v + 2.0));
 }
 
 #[test]
@@ -367,7 +367,7 @@ fn parameters_on_derived_surfaces_are_those_of_their_basis() {
         assert!(p.distance(on_circle(u, 3.0, v)) < 2e-3, "{p}");
     }
     let nested = circle + "#61=RECTANGULAR_TRIMMED_SURFACE('',#66,20.,100.,1.,5.,.T.,.T.);";
-    corners_at(&nested, [10.0, 70.0, 1.0, 2.0], |u, v| on_circle(20.0 + u, 2.0, v + 1.0));
+    assert_corners_at(&nested, [10.0, 70.0, 1.0, 2.0], |u, v| on_circle(20.0 + u, 2.0, v + 1.0));
     let back = nested.replace("20.,100.,1.,5.,.T.,.T.", "100.,20.,5.,1.,.F.,.F.");
     let found = corners(&rectangle(2, &back, "10.,70.,1.,2.,.T.,.T."));
     assert_near(found[0], on_circle(30.0, 2.0, 3.0));
@@ -377,7 +377,7 @@ fn parameters_on_derived_surfaces_are_those_of_their_basis() {
         let (sin, cos) = v.to_radians().sin_cos();
         on_circle(u, 1.0 + 2.0 * cos, 2.0 * sin)
     };
-    corners_at(spindle, [20.0, 50.0, -70.0, 25.0], at);
+    assert_corners_at(spindle, [20.0, 50.0, -70.0, 25.0], at);
     assert_near(vertex_at(2, &format!("#40=POINT_ON_SURFACE('',#61,20.,25.);{spindle}")), at(20.0, 25.0));
 }
 

@@ -257,21 +257,24 @@ fn foreign_files(table: &Table, has_bare: bool) -> Option<Diagnostic> {
     (!names.is_empty()).then(|| Diagnostic::new(severity, StepOutcome::ForeignFiles { count: names.len(), first }))
 }
 
+/// The box around a part. `None` as soon as some of its points tell that it is near the origin for its size: nearly all
+/// parts are, and a box stays so as it grows.
+fn box_unless_near(part: &Part) -> Option<[DVec3; 2]> {
+    let mut seen = around([]);
+    for point in part.points_of_edges().chain(part.faces_without_edges().flat_map(surface_points)) {
+        seen = point.added(seen);
+        let [low, high] = seen;
+        if low.length() <= 0.5 * FAR * (high - low).length() {
+            return None;
+        }
+    }
+    Some(seen)
+}
+
 /// Moves a part further than [`FAR`] from the origin to it, with what was said of it, and reports that. Returns where
 /// its centre was. Otherwise every surface would be computed in numbers that have few digits for it.
 fn about_its_centre(part: &mut Part, found: &mut Vec<Diagnostic>) -> Option<DVec3> {
-    // Nearly all parts are told by a few points: where a box is near the origin for its size, a larger one is, too.
-    let mut seen = around([]);
-    let points = part.points_of_edges().chain(part.faces_without_edges().flat_map(surface_points));
-    let is_near = { points }.any(|point| {
-        seen = point.added(seen);
-        let [low, high] = seen;
-        low.length() <= 0.5 * FAR * (high - low).length()
-    });
-    if is_near {
-        return None;
-    }
-    let [low, high] = seen;
+    let [low, high] = box_unless_near(part)?;
     let (centre, size_mm) = (0.5 * low + 0.5 * high, (high - low).length());
     let distance_mm = centre.length();
     if !(size_mm > 0.0 && distance_mm.is_finite() && distance_mm > FAR * size_mm) {
