@@ -9,13 +9,17 @@ mod pools;
 use common::prepared;
 use pools::{Engine, Shuffled};
 use std::collections::HashSet;
+use std::slice::Iter;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, mpsc};
+use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::thread::{self, ThreadId};
+use std::time::Duration;
 use trimtess::control::{Alone, Job, Jobs, Priority, Threads};
 use trimtess::frame::{PlanLimits, Tolerance, plan_for_view_within, plan_within};
 use trimtess::glam::DVec3;
-use trimtess::mesh::{Batch, MemorySink};
+use trimtess::mesh::{
+    Batch, MemorySink, MeshSink, Scene, SceneChanges, SinkError, TileMemory, VertexLayout, WrittenTile,
+};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::{Camera, Projection, View};
@@ -64,6 +68,60 @@ fn views(prepared: &Prepared) -> Vec<View> {
         View { camera, size: (960, 540), deviation_px: 0.5, size_px: None, angle: 0.5 }
     };
     (0..8).map(at).collect()
+}
+
+/// Tells who writes, and holds up all threads but the caller until that writes, too.
+struct Together {
+    caller: ThreadId,
+    seen: Mutex<HashSet<ThreadId>>,
+    more: Condvar,
+}
+
+impl Together {
+    /// Waits until as many threads have written.
+    fn wait_for(&self, threads: usize) {
+        let seen = self.seen.lock().unwrap();
+        let fewer = |seen: &mut HashSet<ThreadId>| seen.len() < threads;
+        let (seen, waited) = self.more.wait_timeout_while(seen, Duration::from_secs(60), fewer).unwrap();
+        assert!(!waited.timed_out(), "only {seen:?} wrote");
+    }
+}
+
+impl TileMemory for Together {
+    fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError> {
+        fill(&mut vec![0; tile.vertex_bytes()], &mut vec![0; tile.index_bytes()]);
+        self.seen.lock().unwrap().insert(thread::current().id());
+        self.more.notify_all();
+        if thread::current().id() != self.caller {
+            self.wait_for(2);
+        }
+        Ok(0)
+    }
+
+    fn release(&self, _: &WrittenTile) {}
+}
+
+/// Counts written tiles.
+#[derive(Default)]
+struct Count(usize);
+
+impl MeshSink for Count {
+    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
+        self.0 += tiles.count();
+        Ok(())
+    }
 }
 
 type Frames = Vec<(Vec<Batch>, usize)>;
@@ -180,6 +238,24 @@ fn frames_begun_in_one_job_and_finished_in_another_do_not_deadlock() {
         drop(send);
         assert_eq!(ended.iter().filter(Result::is_ok).count(), 48, "{threads} threads");
     }
+}
+
+/// The session has one thread besides the caller, which makes the frame that was begun.
+#[test]
+fn a_caller_who_waits_for_a_frame_helps_to_make_it() {
+    let prepared = model();
+    let options = SessionOptions::DEFAULT.with_threads(2);
+    let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
+    let caller = thread::current().id();
+    let memory = Arc::new(Together { caller, seen: Mutex::default(), more: Condvar::new() });
+    session.write_into(VertexLayout::COMPACT, Arc::<Together>::clone(&memory));
+    session.begin(&views(&prepared)[..1]).unwrap();
+    memory.wait_for(1);
+    let mut sink = Count::default();
+    let report = session.finish(&mut sink).unwrap();
+    assert!(sink.0 > 0 && report.tiles == sink.0, "{} of {}", sink.0, report.tiles);
+    let seen = memory.seen.lock().unwrap();
+    assert!(seen.len() == 2 && seen.contains(&caller), "{seen:?}");
 }
 
 #[test]

@@ -26,7 +26,7 @@ pub type tt_body = extern "C" fn(of: *mut c_void, number: u32);
 pub struct tt_jobs {
     /// `sizeof(tt_jobs)`.
     pub size: u32,
-    /// How many threads can work at the same time, the caller's included while it makes a frame, 1 to 1024.
+    /// How many threads can work at the same time, the caller's included while it makes a frame or helps, 1 to 1024.
     pub width: u32,
     /// Passed to the functions. Valid until the session is freed, or the call returns.
     pub user: *mut c_void,

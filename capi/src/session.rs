@@ -15,7 +15,7 @@ use crate::sink::{Lists, Sink, tt_sink};
 use crate::status::{self, Failure, tt_status};
 use crate::view::{tt_view, view};
 use std::sync::{Arc, Mutex};
-use trimtess::control::{Alone, Threads};
+use trimtess::control::Alone;
 use trimtess::mesh::{InstanceKey, SceneInstance};
 use trimtess::model::PartId;
 use trimtess::parallel::{EditError, FrameReport, Session};
@@ -75,8 +75,7 @@ pub unsafe extern "C" fn tt_session_new(
             }
             Some(jobs) => Session::start_on(jobs, prepared, &options),
             None if no_threads => Session::start_on(Arc::new(Alone), prepared, &options),
-            // All of them work: a caller who begins a frame does something else meanwhile.
-            None => Session::start_on(Arc::new(Threads::start(options.threads)?), prepared, &options),
+            None => Session::start(prepared, &options)?,
         };
         out.give(tt_session { id: SESSIONS.add(Mutex::new(Some(Row { session, lists, diagonal }))) });
         Ok(())
@@ -155,8 +154,7 @@ fn frame(
     })
 }
 
-/// Waits for the frame that was begun, and brings the sink up to date. Makes the frame itself if no thread has begun
-/// it. Without a frame that was begun, does nothing. `report` may be null.
+/// Makes the frame that was begun, or helps those that make it, and brings the sink up to date. Without a frame that was begun, does nothing. `report` may be null.
 ///
 /// The sink must be that of the frames before; after another one, or an emptied one, call `tt_session_forget`.
 #[unsafe(no_mangle)]
@@ -172,7 +170,8 @@ pub unsafe extern "C" fn tt_session_finish(
 }
 
 /// As `tt_session_finish`, but waits no longer than so many seconds: TT_PENDING if the frame is not made by then, and
-/// the sink keeps the last one. Never makes the frame itself.
+/// the sink keeps the last one. Does no work
+/// before that.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_finish_within(
     session: tt_session,

@@ -14,7 +14,7 @@ pub type Job = Box<dyn FnOnce() + Send>;
 /// Reading and preparing are loops ([`for_each`](Self::for_each)), frames are jobs ([`spawn`](Self::spawn)). Results
 /// never depend on the number of threads, nor on when and in which order they do what.
 ///
-/// A job waits only for work that another thread has begun, and runs no other job meanwhile. So a pool of one thread
+/// A job waits only for work that another thread has begun, and meanwhile runs at most helpers of that work. So a pool of one thread
 /// suffices, and pools may run jobs while a job or a loop of the caller's waits.
 ///
 /// ```
@@ -49,7 +49,7 @@ pub type Job = Box<dyn FnOnce() + Send>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Jobs: Send + Sync {
-    /// How many threads can work at the same time, the caller's included while it makes a frame. 0 counts as 1.
+    /// How many threads can work at the same time, the caller's included while it makes a frame or helps. 0 counts as 1.
     ///
     /// A pool of one thread per core has that number. One that leaves a core to the caller has one more than it has
     /// threads.
@@ -162,8 +162,8 @@ impl Jobs for Threads {
     }
 }
 
-/// Threads of a session whose caller makes frames, as one of them. So one less is started, but at least one, for frames
-/// that are begun. One more would look for work on a core that another one needs (decision 084).
+/// Threads of a session whose caller makes frames, or helps, as one of them. So one less is started, but at least one,
+/// for frames that are begun. One more would look for work on a core that another one needs (decision 084).
 #[derive(Debug)]
 pub(crate) struct WithCaller {
     others: Threads,

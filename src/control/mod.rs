@@ -4,6 +4,9 @@ mod jobs;
 pub use jobs::{Alone, Job, Jobs, Priority, Rayon, StartError, Threads};
 pub(crate) use jobs::{WithCaller, width};
 
+mod helpers;
+pub(crate) use helpers::{Helped, Helpers};
+
 mod map;
 pub(crate) use map::{chunks, drop_later, map, map_with};
 

@@ -1,11 +1,11 @@
 //! Work that runs somewhere else, its orders and its result. Whoever needs the result does the work, if no thread has
-//! begun it: so nobody waits for a thread that is itself waiting.
+//! begun it: so nobody waits for a thread that is itself waiting. Whoever waits helps meanwhile.
 
-use crate::control::{Jobs, Priority};
+use crate::control::{Helpers, Jobs, Priority};
 use crate::prepare::internals::panic_message;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// What has become of work. The lock of one is held for as long as it takes to look, never while work runs.
@@ -19,7 +19,8 @@ enum Stage<T> {
 /// Work and its result.
 struct Slot<T> {
     stage: Mutex<Stage<T>>,
-    landed: Condvar,
+    /// Of the work.
+    helpers: Arc<Helpers>,
 }
 
 impl<T> Slot<T> {
@@ -38,32 +39,32 @@ impl<T> Slot<T> {
         if let Stage::Unclaimed(work) = claimed {
             let result = catch_unwind(AssertUnwindSafe(work)).map_err(|payload| panic_message(&*payload));
             *self.lock() = Stage::Landed(result);
-            self.landed.notify_all();
+            self.helpers.look_again();
         }
     }
 
-    /// Waits for the result, which is there once.
+    fn has_landed(&self) -> bool {
+        matches!(*self.lock(), Stage::Landed(_))
+    }
+
+    /// Waits for the result, which is there once, and helps meanwhile.
     fn take(&self) -> Result<T, String> {
-        let stage = self.landed.wait_while(self.lock(), is_awaited);
-        let mut stage = stage.unwrap_or_else(PoisonError::into_inner);
-        match std::mem::replace(&mut *stage, Stage::Running) {
+        self.helpers.help_until(|| self.has_landed());
+        match std::mem::replace(&mut *self.lock(), Stage::Running) {
             Stage::Landed(result) => result,
             Stage::Unclaimed(_) | Stage::Running => Err("a result that was taken".into()),
         }
     }
 }
 
-fn is_awaited<T>(stage: &mut Stage<T>) -> bool {
-    !matches!(stage, Stage::Landed(_))
-}
-
 /// Work on its way.
 pub(super) struct Flight<T>(Arc<Slot<T>>);
 
 impl<T: Send + 'static> Flight<T> {
-    /// Keeps `work` until [`spawn`](Self::spawn) or [`land`](Self::land).
-    pub(super) fn of(work: impl FnOnce() -> T + Send + 'static) -> Self {
-        Self(Arc::new(Slot { stage: Mutex::new(Stage::Unclaimed(Box::new(work))), landed: Condvar::new() }))
+    /// Keeps `work` until [`spawn`](Self::spawn) or [`land`](Self::land). `helpers`: those that it spawns.
+    pub(super) fn of(helpers: &Arc<Helpers>, work: impl FnOnce() -> T + Send + 'static) -> Self {
+        let (stage, helpers) = (Mutex::new(Stage::Unclaimed(Box::new(work))), Arc::clone(helpers));
+        Self(Arc::new(Slot { stage, helpers }))
     }
 
     /// Spawns the work on `jobs`, unless they have it or someone has begun it.
@@ -78,18 +79,15 @@ impl<T: Send + 'static> Flight<T> {
     /// asks would wait for ever.
     pub(super) fn has_landed(&self, jobs: &dyn Jobs) -> bool {
         self.spawn(jobs);
-        !is_awaited(&mut self.0.lock())
+        self.0.has_landed()
     }
 
     /// As [`has_landed`](Self::has_landed), after waiting at most so long. Does no work.
     pub(super) fn lands_within(&self, jobs: &dyn Jobs, at_most: Duration) -> bool {
-        self.has_landed(jobs) || {
-            let waited = self.0.landed.wait_timeout_while(self.0.lock(), at_most, is_awaited);
-            !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
-        }
+        self.has_landed(jobs) || self.0.helpers.wait_until(|| self.0.has_landed(), at_most)
     }
 
-    /// The result. Does the work here if no thread has begun it, else waits. The message of a panic instead, if it
+    /// The result. Does the work here if no thread has begun it, else helps. The message of a panic instead, if it
     /// panicked.
     pub(super) fn land(self) -> Result<T, String> {
         self.0.claim();
@@ -132,7 +130,7 @@ mod tests {
     use crate::control::{Alone, Job, Threads};
 
     fn start<T: Send + 'static>(jobs: &dyn Jobs, work: impl FnOnce() -> T + Send + 'static) -> Flight<T> {
-        let flight = Flight::of(work);
+        let flight = Flight::of(&Arc::default(), work);
         flight.spawn(jobs);
         flight
     }
@@ -156,7 +154,7 @@ mod tests {
     fn work_is_done_once_whoever_begins_it() {
         for jobs in [&Alone as &dyn Jobs, &Threads::start(2).expect("threads")] {
             assert_eq!(start(jobs, || 7).land(), Ok(7));
-            assert_eq!(Flight::of(|| 7).land(), Ok(7));
+            assert_eq!(Flight::of(&Arc::default(), || 7).land(), Ok(7));
         }
         for keeps in [true, false] {
             let jobs = Holding(Mutex::default(), keeps);

@@ -9,7 +9,7 @@ use super::flight::{Flight, Orders};
 use super::handoff::DegradedTile;
 use super::metrics::SessionMemory;
 use super::scene_keys::SceneKeys;
-use crate::control::{Control, Jobs, StartError, WithCaller};
+use crate::control::{Control, Helped, Jobs, StartError, WithCaller};
 use crate::frame::internals::{InstanceLook, Levels, add_level, completed};
 use crate::frame::{Plan, PlanLimits, Shortfall, Tolerance, plan_for_view_on, plan_on};
 use crate::mesh::{InstanceKey, MeshSink, Scene, TileMemory, VertexLayout};
@@ -75,7 +75,7 @@ pub struct Session {
     prepared: Arc<Prepared>,
     /// The same with those that came since, once someone asks for it.
     pub(super) grown: OnceLock<Arc<Prepared>>,
-    jobs: Arc<dyn Jobs>,
+    jobs: Arc<Helped>,
     /// Without them.
     pub(super) model: Arc<Prepared>,
     pub(super) scene: Scene,
@@ -114,8 +114,8 @@ struct FrameOrder {
 
 impl Session {
     /// Deals the tiles, and starts threads for them, one less than [`SessionOptions::threads`], but at least one. They
-    /// end when the session is dropped. A caller who [begins](Self::begin) frames and does something else meanwhile lets
-    /// all of them work: [`start_on`](Self::start_on) with [`Threads`](crate::control::Threads).
+    /// end when the session is dropped. A caller who never waits for a frame ([`finish_within`](Self::finish_within))
+    /// takes as many as are to work: [`start_on`](Self::start_on) with [`Threads`](crate::control::Threads).
     ///
     /// # Errors
     /// When the system refuses a thread.
@@ -132,7 +132,8 @@ impl Session {
     pub fn start_on(jobs: Arc<dyn Jobs>, prepared: Arc<Prepared>, options: &SessionOptions) -> Self {
         let model = prepared;
         let (prepared, levels) = Levels::of(&model, options.levels);
-        let engine = Engine::new(Arc::clone(&prepared), levels, Arc::clone(&jobs), options);
+        let jobs = Arc::new(Helped::by(jobs));
+        let engine = Engine::new(Arc::clone(&prepared), levels, Arc::<Helped>::clone(&jobs), options);
         let mut scene = prepared.scene.clone();
         let keys = SceneKeys::of(&mut scene);
         let edits = Edits::of(&scene, BTreeMap::new());
@@ -420,7 +421,7 @@ impl Session {
             }
             (engine, frame)
         };
-        self.engine = EngineState::Busy(Flight::of(make), control);
+        self.engine = EngineState::Busy(Flight::of(self.jobs.helpers(), make), control);
         Ok(())
     }
 
@@ -458,7 +459,7 @@ impl Session {
         }
     }
 
-    /// Waits for the frame that was begun and updates `sink` as [`view`](Self::view) does. Without one, does nothing.
+    /// Helps to make the frame that was begun, and updates `sink` as [`view`](Self::view) does. Without one, does nothing.
     ///
     /// # Errors
     /// * [`FrameError::Sink`] if the sink [reads](MeshSink::reads) more than was made: it was not touched, and the next
@@ -504,7 +505,7 @@ impl Session {
         self.finish(sink).map(Some)
     }
 
-    /// Waits for the engine. A frame that was cancelled while it was made is discarded.
+    /// Waits for the engine, and helps meanwhile. A frame that was cancelled while it was made is discarded.
     fn wait(&mut self) -> Result<(&mut Engine, &mut Option<FinishedFrame>), Lost> {
         if matches!(self.engine, EngineState::Busy(..))
             && let EngineState::Busy(flight, control) =
