@@ -392,7 +392,7 @@ fn runs(region: &FreeRegion, arc: &FreeArc) -> Vec<Vec<StretchPart>> {
 /// A curve in space.
 struct Course<'a> {
     point: &'a dyn Fn(f64) -> DVec3,
-    /// `slope(s, inside)` is the derivative at `s` by the parameter, from the surface's derivatives at `inside`.
+    /// `slope(s, inside)` is the derivative at `s` by the parameter, of the piece of the surface that has `inside`.
     slope: &'a dyn Fn(f64, f64) -> DVec3,
     /// The parameter of the cubics at `s`.
     parameter: &'a dyn Fn(f64) -> f64,
@@ -409,43 +409,111 @@ struct Fit {
     points: Vec<DVec3>,
 }
 
+/// A place of a [`Course`].
+#[derive(Clone, Copy)]
+struct Place {
+    at: f64,
+    point: DVec3,
+    slope: DVec3,
+}
+
 impl Fit {
     /// Appends pieces between `stops`, between which the course is smooth.
     fn follow(&mut self, course: &Course, stops: &[f64]) {
+        /// Slopes at stops are those this share inside the stretch: on a knot they would be those of the next one.
+        const INSIDE: f64 = 1e-8;
         let points: Vec<DVec3> = stops.iter().map(|&s| (course.point)(s)).collect();
         for (w, p) in stops.windows(2).zip(points.windows(2)) {
-            self.follow_between(course, [w[0], w[1]], [p[0], p[1]], 0);
+            let step = INSIDE * (w[1] - w[0]);
+            let inside = [w[0] + step, w[1] - step];
+            let ends = [0, 1].map(|k| Place { at: w[k], point: p[k], slope: (course.slope)(w[k], inside[k]) });
+            // Unless the piece is so short that its slopes may be those of its neighbours.
+            if course.is_cubic && inside[0] > w[0] && inside[1] < w[1] {
+                self.push(&Cubic::of(course, ends));
+            } else {
+                self.follow_between(course, ends, 0);
+            }
         }
     }
 
-    /// Appends pieces from `p` to `q`, the course's points at `from` and `to`.
-    fn follow_between(&mut self, course: &Course, [from, to]: [f64; 2], [p, q]: [DVec3; 2], depth: u32) {
-        /// Tangents are taken this share inside the piece: on a knot they would be those of the next piece.
-        const INSIDE: f64 = 1e-8;
-        let step = INSIDE * (to - from);
-        let (d, e) = ((course.slope)(from, from + step), (course.slope)(to, to - step));
-        let [a, b] = [from, to].map(course.parameter);
-        let third = (b - a) / 3.0;
-        let (r, s) = (p + d * third, q - e * third);
-        let follows = |x: f64| {
-            let y = 1.0 - x;
-            let cubic = p * (y * y * y) + (r * (3.0 * y) + s * (3.0 * x)) * (x * y) + q * (x * x * x);
-            cubic.distance((course.point)(from + (to - from) * x)) <= course.tolerance
+    /// Appends pieces between two places.
+    fn follow_between(&mut self, course: &Course, ends: [Place; 2], depth: u32) {
+        let cubic = Cubic::of(course, ends);
+        let [from, to] = ends.map(|end| end.at);
+        let at = 0.5 * (from + to);
+        let point = (course.point)(at);
+        let follows = |x: f64, point: DVec3| cubic.point(x).distance(point) <= course.tolerance;
+        // The middle first: a cubic with these ends and slopes is farthest off there.
+        let fits = || {
+            follows(0.5, point) && [0.25, 0.75].into_iter().all(|x| follows(x, (course.point)(from + (to - from) * x)))
         };
-        // Unless the piece is so short that its slopes may be those of its neighbours.
-        let fits_at_once = course.is_cubic && from + step > from && to - step < to;
-        if fits_at_once || depth == MAX_DEPTH || [0.25, 0.5, 0.75].into_iter().all(follows) {
-            if self.ts.is_empty() {
-                self.ts.push(a);
-                self.points.push(p);
-            }
-            self.ts.push(b);
-            self.points.extend([r, s, q]);
+        if depth == MAX_DEPTH || fits() {
+            self.push(&cubic);
             return;
         }
-        let middle = 0.5 * (from + to);
-        let m = (course.point)(middle);
-        self.follow_between(course, [from, middle], [p, m], depth + 1);
-        self.follow_between(course, [middle, to], [m, q], depth + 1);
+        let middle = Place { at, point, slope: (course.slope)(at, at) };
+        self.follow_between(course, [ends[0], middle], depth + 1);
+        self.follow_between(course, [middle, ends[1]], depth + 1);
+    }
+
+    fn push(&mut self, cubic: &Cubic) {
+        let Cubic { range: [a, b], points: [p, r, s, q] } = *cubic;
+        if self.ts.is_empty() {
+            self.ts.push(a);
+            self.points.push(p);
+        }
+        self.ts.push(b);
+        self.points.extend([r, s, q]);
+    }
+}
+
+/// The cubic Bézier piece between two places that has their slopes.
+struct Cubic {
+    range: [f64; 2],
+    points: [DVec3; 4],
+}
+
+impl Cubic {
+    fn of(course: &Course, [p, q]: [Place; 2]) -> Self {
+        let range = [p.at, q.at].map(course.parameter);
+        let third = (range[1] - range[0]) / 3.0;
+        Self { range, points: [p.point, p.point + p.slope * third, q.point - q.slope * third, q.point] }
+    }
+
+    fn point(&self, x: f64) -> DVec3 {
+        let ([p, r, s, q], y) = (self.points, 1.0 - x);
+        p * (y * y * y) + (r * (3.0 * y) + s * (3.0 * x)) * (x * y) + q * (x * x * x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    #[test]
+    fn curves_are_followed_with_one_slope_per_halving() {
+        const TOLERANCE: f64 = 1e-6;
+        let slopes = Cell::new(0);
+        let point = |t: f64| DVec3::new(t.cos(), t.sin(), t);
+        let slope = |t: f64, _: f64| {
+            slopes.set(slopes.get() + 1);
+            DVec3::new(-t.sin(), t.cos(), 1.0)
+        };
+        let course = Course { point: &point, slope: &slope, parameter: &|t| t, tolerance: TOLERANCE, is_cubic: false };
+        let stops = [0.0, 2.0, 3.0];
+        let mut fit = Fit::default();
+        fit.follow(&course, &stops);
+        let pieces = fit.ts.len() - 1;
+        assert!(pieces > 10, "{pieces}");
+        assert_eq!(slopes.get(), 2 * (stops.len() - 1) + pieces - (stops.len() - 1));
+        for (k, range) in fit.ts.windows(2).enumerate() {
+            let cubic = Cubic { range: [range[0], range[1]], points: [0, 1, 2, 3].map(|i| fit.points[3 * k + i]) };
+            for j in 0..=10 {
+                let x = 0.1 * f64::from(j);
+                let off = cubic.point(x).distance(point(range[0] + (range[1] - range[0]) * x));
+                assert!(off <= 1.01 * TOLERANCE, "piece {k} at {x}: {off:e}");
+            }
+        }
     }
 }
