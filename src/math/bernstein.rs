@@ -1,6 +1,7 @@
 //! Bernstein polynomials on [0, 1]: basis values, derivatives, restriction to a sub-interval, by de Casteljau's
 //! triangle.
 
+use super::lanes::{Lanes, Work, in_fours};
 use smallvec::{SmallVec, smallvec};
 use std::ops::{Add, Mul};
 
@@ -40,6 +41,7 @@ pub fn basis(x: f64, n: &mut [f64]) {
         2 => fill_basis(x, &mut n[..2]),
         3 => fill_basis(x, &mut n[..3]),
         4 => fill_basis(x, &mut n[..4]),
+        length if (LANES_FROM + 1..=STACK_DEGREE + 1).contains(&length) => raise_in_lanes(length - 1, x, n),
         _ => fill_basis(x, n),
     }
 }
@@ -144,11 +146,22 @@ fn differences<const L: usize>(degree: usize, n: &[[f64; L]], slopes: &mut [[f64
 /// Writes the basis with its first and second derivatives to `rows`, three rows of `degree + 1` numbers.
 #[inline]
 pub fn basis_with_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
+    raise_piece::<3>(degree, x, 1.0, rows);
+}
+
+/// [`raise_all`] of a Bézier piece, all of whose terms have the same quotient.
+#[inline(always)]
+pub fn raise_piece<const ROWS: usize>(degree: usize, x: f64, width: f64, rows: &mut [f64]) {
     match degree {
-        1 => raise_all::<3>(1, rows, |_, _| (x, 1.0)),
-        2 => raise_all::<3>(2, rows, |_, _| (x, 1.0)),
-        3 => raise_all::<3>(3, rows, |_, _| (x, 1.0)),
-        _ => raise_all::<3>(degree, rows, |_, _| (x, 1.0)),
+        1 => raise_all::<ROWS>(1, rows, |_, _| (x, width)),
+        2 => raise_all::<ROWS>(2, rows, |_, _| (x, width)),
+        3 => raise_all::<ROWS>(3, rows, |_, _| (x, width)),
+        LANES_FROM..=STACK_DEGREE => {
+            let below = degree + 1 - ROWS;
+            raise_in_lanes(below, x, rows);
+            raise_from::<ROWS>(below + 1, degree, rows, |_, _| (x, width));
+        }
+        _ => raise_all::<ROWS>(degree, rows, |_, _| (x, width)),
     }
 }
 
@@ -159,10 +172,21 @@ pub fn basis_with_derivatives(degree: usize, x: f64, rows: &mut [f64]) {
 /// A share by a true division is exactly 0 and 1 at the ends, so end points are exact to the last bit.
 #[inline(always)]
 pub fn raise_all<const ROWS: usize>(degree: usize, rows: &mut [f64], term: impl Fn(usize, usize) -> (f64, f64)) {
+    rows[0] = 1.0;
+    raise_from::<ROWS>(1, degree, rows, term);
+}
+
+/// The last steps of [`raise_all`], from degree `first` on. `rows` begins with the basis of the degree below.
+#[inline(always)]
+fn raise_from<const ROWS: usize>(
+    first: usize,
+    degree: usize,
+    rows: &mut [f64],
+    term: impl Fn(usize, usize) -> (f64, f64),
+) {
     let (n, rest) = rows[..3 * (degree + 1)].split_at_mut(degree + 1);
     let (d1, d2) = rest.split_at_mut(degree + 1);
-    (n[0], d1[0], d2[0]) = (1.0, 0.0, 0.0);
-    for k in 1..=degree {
+    for k in first..=degree {
         let (mut carry_n, mut carry_1, mut carry_2) = (0.0, 0.0, 0.0);
         let raise = k as f64;
         let terms = n[..k].iter_mut().zip(&mut d1[..k]).zip(&mut d2[..k]).enumerate();
@@ -186,6 +210,47 @@ pub fn raise_all<const ROWS: usize>(degree: usize, rows: &mut [f64], term: impl 
         d2[k] = carry_2;
         d1[k] = carry_1;
         n[k] = carry_n;
+    }
+}
+
+/// From this degree on, four terms of a basis are raised at once.
+const LANES_FROM: usize = 8;
+
+/// Writes the basis of `degree`, at most [`STACK_DEGREE`], to `n`, with the bits of [`basis`].
+fn raise_in_lanes(degree: usize, x: f64, n: &mut [f64]) {
+    let n = &mut n[..=degree];
+    if degree < 12 { in_fours(Raise::<3> { degree, x, n }) } else { in_fours(Raise::<7> { degree, x, n }) }
+}
+
+/// Work of [`raise_in_lanes`], for up to `4 · STEPS` terms. Lane `l` has `STEPS` terms from `STEPS · l` on: so the next
+/// term is in the same lane, but for one in `STEPS`.
+struct Raise<'a, const STEPS: usize> {
+    degree: usize,
+    x: f64,
+    n: &'a mut [f64],
+}
+
+impl<const STEPS: usize> Work for Raise<'_, STEPS> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Lanes<4>>(self, zero: F) {
+        let mut terms = [zero; STEPS];
+        terms[0] = zero.load(&[1.0, 0.0, 0.0, 0.0]);
+        let (x, y) = (zero.splat(self.x), zero.splat(1.0 - self.x));
+        for _ in 0..self.degree {
+            let [a, b, c, _] = terms[STEPS - 1].to_array();
+            let mut carry = x * zero.load(&[0.0, a, b, c]);
+            for term in &mut terms {
+                let old = *term;
+                *term = carry + y * old;
+                carry = x * old;
+            }
+        }
+        let terms = terms.map(F::to_array);
+        for (lane, n) in self.n.chunks_mut(STEPS).enumerate() {
+            n.iter_mut().zip(&terms).for_each(|(n, term)| *n = term[lane]);
+        }
     }
 }
 
@@ -245,6 +310,19 @@ pub fn restrict_rows<T: Copy + Add<Output = T> + Mul<f64, Output = T>>(c: &mut [
 mod tests {
     use super::*;
     use crate::sequence::random::SplitMix;
+
+    #[test]
+    fn bases_raised_in_lanes_have_the_same_bits() {
+        let bits = |n: &[f64]| n.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        for degree in 0..=STACK_DEGREE {
+            for x in [0.0, 1e-300, 0.1, 0.5, 0.7, 1.0 - f64::EPSILON, 1.0, 1.25] {
+                let [mut plain, mut lanes] = [(); 2].map(|()| vec![f64::NAN; degree + 1]);
+                fill_basis(x, &mut plain);
+                raise_in_lanes(degree, x, &mut lanes);
+                assert_eq!(bits(&lanes), bits(&plain), "degree {degree} at {x}");
+            }
+        }
+    }
 
     #[test]
     fn rows_are_restricted_as_each_of_their_polynomials() {

@@ -3,7 +3,7 @@
 //! Basis: the triangular Cox–de Boor scheme, run once for values and derivatives (Piegl & Tiller, *The NURBS Book*,
 //! ch. 2). Extraction: Bézier points are blossom values (Ramshaw), as one small matrix per span.
 
-use crate::math::bernstein::{raise_all, with_rows};
+use crate::math::bernstein::{raise_all, raise_piece, with_rows};
 use crate::math::boxes::around;
 use glam::DVec4;
 use std::cell::LazyCell;
@@ -111,8 +111,7 @@ fn fill<const ROWS: usize>(degree: usize, around: &[f64], t: f64, rows: &mut [f6
     match piece(degree, around) {
         Some((left, right)) => {
             let width = right - left;
-            let x = (t - left) / width;
-            raise_all::<ROWS>(degree, rows, |_, _| (x, width));
+            raise_piece::<ROWS>(degree, (t - left) / width, width, rows);
         }
         None => raise_all::<ROWS>(degree, rows, |k, i| {
             let (left, right) = (around[degree - k + i], around[degree + i]);
