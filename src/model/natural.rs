@@ -68,7 +68,7 @@ impl Surface {
                 [0, 1].map(|axis| {
                     let across = 1 - axis;
                     let is_periodic = surface.is_closed(axis, SAME_ROW * sizes[axis])
-                        && !surface.samples(across).iter().all(|&t| is_collapsed(across, t))
+                        && !surface.samples(across).all(|t| is_collapsed(across, t))
                         && !is_collapsed(axis, domain[axis].0);
                     is_periodic.then_some(domain[axis].1 - domain[axis].0)
                 })

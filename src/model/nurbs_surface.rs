@@ -244,14 +244,13 @@ impl NurbsSurface {
     pub fn is_closed(&self, axis: usize, tol: f64) -> bool {
         let (a, b) = <[_; 2]>::from(self.domain())[axis];
         let at = |x: f64, t: f64| self.on_line(axis, x, t);
-        self.samples(1 - axis).into_iter().all(|t| at(a, t).distance(at(b, t)) <= tol)
+        self.samples(1 - axis).all(|t| at(a, t).distance(at(b, t)) <= tol)
     }
 
     /// Whether all points with parameter `axis` equal to `at` lie within `tol` of the first.
     pub(super) fn is_collapsed(&self, axis: usize, at: f64, tol: f64) -> bool {
-        let along = self.samples(1 - axis);
-        let place = |t: f64| self.on_line(axis, at, t);
-        along.first().map(|&t| place(t)).is_some_and(|start| along.iter().all(|&t| place(t).distance(start) <= tol))
+        let mut places = self.samples(1 - axis).map(|t| self.on_line(axis, at, t));
+        places.next().is_some_and(|start| places.all(|place| place.distance(start) <= tol))
     }
 
     /// The point with parameter `axis` equal to `at`, and the other one to `t`.
@@ -260,13 +259,11 @@ impl NurbsSurface {
     }
 
     /// Parameters that determine a curve along which parameter `axis` varies: `degree + 1` per span.
-    pub(super) fn samples(&self, axis: usize) -> Vec<f64> {
+    pub(super) fn samples(&self, axis: usize) -> impl Iterator<Item = f64> {
         let (degree, knots) = if axis == 0 { (self.degree_u, &self.knots_u) } else { (self.degree_v, &self.knots_v) };
-        knots::spans(degree, knots)
-            .flat_map(|i| {
-                (0..=degree).map(move |j| knots[i] + (knots[i + 1] - knots[i]) * j as f64 / degree.max(1) as f64)
-            })
-            .collect()
+        knots::spans(degree, knots).flat_map(move |i| {
+            (0..=degree).map(move |j| knots[i] + (knots[i + 1] - knots[i]) * j as f64 / degree.max(1) as f64)
+        })
     }
 
     /// Half the diagonal of the largest box of a line of control points along which parameter `axis` varies. Tolerances
