@@ -3,7 +3,6 @@
 //! Methods: two chains that face each other are zipped, and the in-circle test chooses the side to advance. Others are
 //! swept.
 
-use super::flip::in_circle;
 use super::input::TrimInput;
 use super::levels::Levels;
 use crate::math::lanes::smaller;
@@ -220,6 +219,14 @@ fn quad([a, b, c, d]: [DVec2; 4]) -> Option<[[u32; 3]; 2]> {
         return None;
     }
     Some(if first >= second { [[0, 1, 2], [0, 2, 3]] } else { [[1, 2, 3], [1, 3, 0]] })
+}
+
+/// Positive when `p` lies inside the circle through the counter-clockwise `a`, `b`, `c`. Rounded: it only guides
+/// quality.
+#[inline(always)]
+fn in_circle(a: DVec2, b: DVec2, c: DVec2, p: DVec2) -> f64 {
+    let (a, b, c) = (a - p, b - p, c - p);
+    a.length_squared() * b.perp_dot(c) - b.length_squared() * a.perp_dot(c) + c.length_squared() * a.perp_dot(b)
 }
 
 #[cfg(test)]
