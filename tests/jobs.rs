@@ -70,7 +70,7 @@ fn views(prepared: &Prepared) -> Vec<View> {
     (0..8).map(at).collect()
 }
 
-/// Tells who writes, and holds up all threads but the caller until that writes, too.
+/// Records which threads write. Others than the caller wait until the caller writes, too.
 struct Together {
     caller: ThreadId,
     seen: Mutex<HashSet<ThreadId>>,
@@ -240,7 +240,7 @@ fn frames_begun_in_one_job_and_finished_in_another_do_not_deadlock() {
     }
 }
 
-/// The session has one thread besides the caller, which makes the frame that was begun.
+/// The session has one thread besides the caller, which makes the frame that was begun: tiles of eight workers.
 #[test]
 fn a_caller_who_waits_for_a_frame_helps_to_make_it() {
     let prepared = model();

@@ -639,8 +639,9 @@ typedef struct {
     // and the near plane clips none.
     uint32_t cull_back_faces;
     // Number of threads that make a frame, at most 1024; 0 = one per core, see "Threads" at the head of this file. The
-    // caller is one of them while it waits for the frame: the session starts one less, but at least one. Must be 0 with
-    // jobs, and with `no_threads`.
+    // caller is one of them while it waits for the frame, so the session starts one less, but at least one. A caller
+    // who only polls (`tt_session_finish_within`) does no work, and asks for one more. Must be 0 with jobs, and with
+    // `no_threads`.
     uint32_t threads;
     // Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     // for the next frame. 0 = any.
@@ -1189,16 +1190,14 @@ tt_status tt_session_write_into(tt_session session, const tt_layout *layout, con
 // frame that was begun and not finished; its changes become part of this one.
 tt_status tt_session_begin(tt_session session, const tt_view *views, size_t count);
 
-// Makes the frame that was begun, or helps those that make it, and brings the sink up to date. Without a frame that was begun, does nothing. `report` may be null.
+// Makes the frame that was begun, or helps those that make it, then brings the sink up to date. Without a frame that
+// was begun, does nothing. `report` may be null.
 //
 // The sink must be that of the frames before; after another one, or an emptied one, call `tt_session_forget`.
-tt_status tt_session_finish(tt_session session,
-                            const tt_sink *sink,
-                            tt_report *report);
+tt_status tt_session_finish(tt_session session, const tt_sink *sink, tt_report *report);
 
 // As `tt_session_finish`, but waits no longer than so many seconds: TT_PENDING if the frame is not made by then, and
-// the sink keeps the last one. Does no work
-// before that.
+// the sink keeps the last one. Makes no part of the frame on this thread.
 tt_status tt_session_finish_within(tt_session session, double seconds, const tt_sink *sink, tt_report *report);
 
 // `tt_session_begin` and `tt_session_finish`.

@@ -28,8 +28,9 @@ pub struct tt_session_options {
     /// and the near plane clips none.
     pub cull_back_faces: u32,
     /// Number of threads that make a frame, at most 1024; 0 = one per core, see "Threads" at the head of this file. The
-    /// caller is one of them while it waits for the frame: the session starts one less, but at least one. Must be 0 with
-    /// jobs, and with `no_threads`.
+    /// caller is one of them while it waits for the frame, so the session starts one less, but at least one. A caller
+    /// who only polls (`tt_session_finish_within`) does no work, and asks for one more. Must be 0 with jobs, and with
+    /// `no_threads`.
     pub threads: u32,
     /// Time that the tiles of a frame of views may take, seconds of one worker, as predicted. Changes beyond it wait
     /// for the next frame. 0 = any.

@@ -154,7 +154,8 @@ fn frame(
     })
 }
 
-/// Makes the frame that was begun, or helps those that make it, and brings the sink up to date. Without a frame that was begun, does nothing. `report` may be null.
+/// Makes the frame that was begun, or helps those that make it, then brings the sink up to date. Without a frame that
+/// was begun, does nothing. `report` may be null.
 ///
 /// The sink must be that of the frames before; after another one, or an emptied one, call `tt_session_forget`.
 #[unsafe(no_mangle)]
@@ -170,8 +171,7 @@ pub unsafe extern "C" fn tt_session_finish(
 }
 
 /// As `tt_session_finish`, but waits no longer than so many seconds: TT_PENDING if the frame is not made by then, and
-/// the sink keeps the last one. Does no work
-/// before that.
+/// the sink keeps the last one. Makes no part of the frame on this thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn tt_session_finish_within(
     session: tt_session,

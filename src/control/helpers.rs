@@ -1,19 +1,18 @@
 //! Jobs that help with a frame, for the threads of a pool and for whoever waits for the frame.
 
 use super::jobs::{Job, Jobs, Priority};
-use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 /// A pool whose helpers ([`Priority::Helper`]) are in a list, too. The pool gets a ticket for each, and a thread that
 /// waits for a frame takes them without one.
-pub(crate) struct Helped {
+pub(crate) struct WithHelpers {
     pool: Arc<dyn Jobs>,
     helpers: Arc<Helpers>,
 }
 
-impl Helped {
-    pub(crate) fn by(pool: Arc<dyn Jobs>) -> Self {
+impl WithHelpers {
+    pub(crate) fn of(pool: Arc<dyn Jobs>) -> Self {
         Self { pool, helpers: Arc::default() }
     }
 
@@ -22,18 +21,19 @@ impl Helped {
     }
 }
 
-impl Jobs for Helped {
+impl Jobs for WithHelpers {
     fn width(&self) -> usize {
         self.pool.width()
     }
 
     fn spawn(&self, priority: Priority, job: Job) {
         match priority {
-            Priority::Frame => self.pool.spawn(priority, job),
             Priority::Helper => {
                 let ticket = self.helpers.add(job);
                 self.pool.spawn(priority, Box::new(move || ticket.redeem()));
             }
+            // Who waits for a frame does not free what the one before left.
+            Priority::Frame | Priority::Free => self.pool.spawn(priority, job),
         }
     }
 
@@ -42,7 +42,7 @@ impl Jobs for Helped {
     }
 }
 
-/// Helpers that nobody has begun, in the order of their spawning. There are never more than tickets.
+/// Helpers that nobody has begun. Never more than tickets.
 #[derive(Default)]
 pub(crate) struct Helpers {
     list: Mutex<List>,
@@ -51,9 +51,10 @@ pub(crate) struct Helpers {
 
 #[derive(Default)]
 struct List {
-    jobs: VecDeque<Job>,
-    /// Threads in [`Helpers::help_until`].
-    waiting: usize,
+    /// The newest last. It is begun first: a loop that has ended leaves helpers with nothing to do.
+    jobs: Vec<Job>,
+    /// Threads in [`Helpers::help_until`] that wait for a job.
+    sleeping: usize,
 }
 
 impl Helpers {
@@ -63,34 +64,33 @@ impl Helpers {
 
     fn add(self: &Arc<Self>, job: Job) -> Ticket {
         let mut list = self.lock();
-        list.jobs.push_back(job);
-        // To wake nobody costs a call of the system, too.
-        if list.waiting > 0 {
+        list.jobs.push(job);
+        // A wake-up is a system call even if no thread sleeps.
+        if list.sleeping > 0 {
             self.changed.notify_all();
         }
         Ticket(Some(Arc::clone(self)))
     }
 
     fn take(&self) -> Option<Job> {
-        self.lock().jobs.pop_front()
+        self.lock().jobs.pop()
     }
 
-    /// Waits until `is_over`, and does helpers' jobs meanwhile. Whoever makes it true calls
-    /// [`look_again`](Self::look_again) afterwards.
+    /// Runs helpers until `is_over`, and waits while there are none. Whoever makes it true calls
+    /// [`look_again`](Self::look_again) afterwards. Helpers do not panic: a loop keeps the panics of its calls.
     pub(crate) fn help_until(&self, is_over: impl Fn() -> bool) {
         let mut list = self.lock();
-        list.waiting += 1;
         while !is_over() {
-            list = match list.jobs.pop_front() {
-                Some(job) => {
-                    drop(list);
-                    job();
-                    self.lock()
-                }
-                None => self.changed.wait(list).unwrap_or_else(PoisonError::into_inner),
-            };
+            if let Some(job) = list.jobs.pop() {
+                drop(list);
+                job();
+                list = self.lock();
+            } else {
+                list.sleeping += 1;
+                list = self.changed.wait(list).unwrap_or_else(PoisonError::into_inner);
+                list.sleeping -= 1;
+            }
         }
-        list.waiting -= 1;
     }
 
     /// As [`help_until`](Self::help_until), for at most so long, and without help. Returns whether it is over.
@@ -99,15 +99,15 @@ impl Helpers {
         !waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 
-    /// Has those who wait look whether that is over.
+    /// Wakes the waiting threads, which check again.
     pub(crate) fn look_again(&self) {
-        // Whoever has looked and does not sleep yet has the lock.
+        // A thread between its check and its sleep holds this lock, so it misses no wake-up.
         let _list = self.lock();
         self.changed.notify_all();
     }
 }
 
-/// Stands for one job in a list, which may be begun by then. A pool that drops it drops a job.
+/// A claim to one job of a list, if any is left. Dropping it drops a job.
 struct Ticket(Option<Arc<Helpers>>);
 
 impl Ticket {
@@ -126,6 +126,7 @@ impl Drop for Ticket {
 
 #[cfg(test)]
 mod tests {
+    use super::super::map::drop_later;
     use super::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::sync::mpsc;
@@ -148,7 +149,7 @@ mod tests {
     #[test]
     fn helpers_are_begun_once_by_the_pool_or_by_who_waits() {
         let pool = Arc::new(Holding::default());
-        let (helped, done) = (Helped::by(Arc::<Holding>::clone(&pool)), Arc::new(AtomicUsize::new(0)));
+        let (helped, done) = (WithHelpers::of(Arc::<Holding>::clone(&pool)), Arc::new(AtomicUsize::new(0)));
         let spawn = |count: usize| {
             for _ in 0..count {
                 let done = Arc::clone(&done);
@@ -159,21 +160,22 @@ mod tests {
         let count = || done.load(Ordering::Relaxed);
         spawn(5);
         helped.helpers().help_until(|| count() == 2);
-        // Three are left, one of which is dropped, and two tickets have nothing to do.
+        // Three are left, one of which is dropped. Two tickets have nothing to do.
         let mut held = tickets();
         drop(held.pop());
         assert_eq!((held.len(), count()), (4, 2));
         held.into_iter().for_each(|ticket| ticket());
         assert_eq!(count(), 4);
-        // A frame's job is for the pool alone.
+        // Others are for the pool alone.
         helped.spawn(Priority::Frame, Box::new(|| ()));
-        assert!(helped.helpers().take().is_none() && tickets().len() == 1);
+        drop_later(&helped, vec![0; 64]);
+        assert!(helped.helpers().take().is_none() && tickets().len() > 1);
     }
 
     #[test]
     fn dropped_tickets_leave_no_job() {
         let (pool, owned) = (Arc::new(Holding::default()), Arc::new(()));
-        let helped = Helped::by(Arc::<Holding>::clone(&pool));
+        let helped = WithHelpers::of(Arc::<Holding>::clone(&pool));
         for _ in 0..3 {
             let owned = Arc::clone(&owned);
             helped.spawn(Priority::Helper, Box::new(move || drop(owned)));
@@ -185,7 +187,7 @@ mod tests {
 
     #[test]
     fn who_waits_hears_of_new_jobs_and_of_the_end() {
-        let helped = Arc::new(Helped::by(Arc::new(Holding::default())));
+        let helped = Arc::new(WithHelpers::of(Arc::new(Holding::default())));
         let (ends, told) = (Arc::new(AtomicUsize::new(0)), mpsc::channel());
         let (theirs, seen) = (Arc::clone(&helped), Arc::clone(&ends));
         let waits = thread::spawn(move || theirs.helpers().help_until(|| seen.load(Ordering::Relaxed) > 0));
@@ -195,10 +197,13 @@ mod tests {
             assert_eq!(told.1.recv_timeout(Duration::from_secs(60)), Ok(k));
         }
         let is_over = || ends.load(Ordering::Relaxed) > 0;
-        assert!(!helped.helpers().wait_until(is_over, Duration::from_millis(1)));
         ends.store(1, Ordering::Relaxed);
         helped.helpers().look_again();
         waits.join().expect("no panic");
         assert!(helped.helpers().wait_until(is_over, Duration::ZERO));
+        ends.store(0, Ordering::Relaxed);
+        helped.spawn(Priority::Helper, Box::new(|| ()));
+        assert!(!helped.helpers().wait_until(is_over, Duration::from_millis(1)));
+        assert!(helped.helpers().take().is_some(), "who waits for a while does no work");
     }
 }

@@ -14,8 +14,8 @@ pub type Job = Box<dyn FnOnce() + Send>;
 /// Reading and preparing are loops ([`for_each`](Self::for_each)), frames are jobs ([`spawn`](Self::spawn)). Results
 /// never depend on the number of threads, nor on when and in which order they do what.
 ///
-/// A job waits only for work that another thread has begun, and meanwhile runs at most helpers of that work. So a pool of one thread
-/// suffices, and pools may run jobs while a job or a loop of the caller's waits.
+/// A job waits only for work that another thread has begun, and meanwhile runs at most helpers of its session. So a
+/// pool of one thread suffices, and pools may run jobs while a job or a loop of the caller's waits.
 ///
 /// ```
 /// use trimtess::control::{Control, Job, Jobs, Priority};
@@ -49,7 +49,8 @@ pub type Job = Box<dyn FnOnce() + Send>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub trait Jobs: Send + Sync {
-    /// How many threads can work at the same time, the caller's included while it makes a frame or helps. 0 counts as 1.
+    /// How many threads can work at the same time, the caller's included while it makes a frame or helps. 0 counts
+    /// as 1.
     ///
     /// A pool of one thread per core has that number. One that leaves a core to the caller has one more than it has
     /// threads.
@@ -69,14 +70,15 @@ pub trait Jobs: Send + Sync {
     }
 }
 
-/// What a job is for. A pool that knows priorities runs a `Helper` before a `Frame`, the larger one first.
+/// What a job is for. A pool that knows priorities runs the larger one first: a `Helper` before a `Frame`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Priority {
     /// Begins a frame, ahead of the call that waits for it. That call makes the frame if no thread has begun it.
     Frame,
-    /// Joins in a frame that is being made, and has nothing left to do once it is made; or frees what a frame that was
-    /// taken back leaves.
+    /// Frees what a frame that was taken back leaves. Nobody waits for it.
+    Free,
+    /// Joins in a frame that is being made, and has nothing left to do once it is made.
     Helper,
 }
 

@@ -72,7 +72,7 @@ pub(crate) fn drop_later<T: Send + 'static>(jobs: &dyn Jobs, values: Vec<T>) {
     const SHARES: usize = 16;
     let size = values.len().div_ceil(SHARES * width(jobs));
     let shares = chunks(jobs, values, size).into_iter();
-    shares.for_each(|share| jobs.spawn(Priority::Helper, Box::new(move || drop(share))));
+    shares.for_each(|share| jobs.spawn(Priority::Free, Box::new(move || drop(share))));
 }
 
 /// Items in lists of `size`, for [`map`]; all in one if there is one thread.

@@ -5,7 +5,7 @@ pub use jobs::{Alone, Job, Jobs, Priority, Rayon, StartError, Threads};
 pub(crate) use jobs::{WithCaller, width};
 
 mod helpers;
-pub(crate) use helpers::{Helped, Helpers};
+pub(crate) use helpers::{Helpers, WithHelpers};
 
 mod map;
 pub(crate) use map::{chunks, drop_later, map, map_with};

@@ -19,7 +19,7 @@ enum Stage<T> {
 /// Work and its result.
 struct Slot<T> {
     stage: Mutex<Stage<T>>,
-    /// Of the work.
+    /// The helpers that the work spawns.
     helpers: Arc<Helpers>,
 }
 

@@ -9,7 +9,7 @@ use super::flight::{Flight, Orders};
 use super::handoff::DegradedTile;
 use super::metrics::SessionMemory;
 use super::scene_keys::SceneKeys;
-use crate::control::{Control, Helped, Jobs, StartError, WithCaller};
+use crate::control::{Control, Jobs, StartError, WithCaller, WithHelpers};
 use crate::frame::internals::{InstanceLook, Levels, add_level, completed};
 use crate::frame::{Plan, PlanLimits, Shortfall, Tolerance, plan_for_view_on, plan_on};
 use crate::mesh::{InstanceKey, MeshSink, Scene, TileMemory, VertexLayout};
@@ -68,14 +68,14 @@ use std::time::Duration;
 /// # }
 /// ```
 ///
-/// Frames run on threads of the session's own, and on the caller's in [`view`](Self::view) and [`frame`](Self::frame);
-/// or on a pool ([`start_on`](Self::start_on)).
+/// Frames run on threads of the session's own, or on a pool ([`start_on`](Self::start_on)); and on the caller's in
+/// [`view`](Self::view), [`frame`](Self::frame), [`finish`](Self::finish) and other calls that wait for a frame.
 pub struct Session {
     /// With the parts of all [`Levels`] that the engine had when it landed.
     prepared: Arc<Prepared>,
     /// The same with those that came since, once someone asks for it.
     pub(super) grown: OnceLock<Arc<Prepared>>,
-    jobs: Arc<Helped>,
+    jobs: Arc<WithHelpers>,
     /// Without them.
     pub(super) model: Arc<Prepared>,
     pub(super) scene: Scene,
@@ -114,8 +114,8 @@ struct FrameOrder {
 
 impl Session {
     /// Deals the tiles, and starts threads for them, one less than [`SessionOptions::threads`], but at least one. They
-    /// end when the session is dropped. A caller who never waits for a frame ([`finish_within`](Self::finish_within))
-    /// takes as many as are to work: [`start_on`](Self::start_on) with [`Threads`](crate::control::Threads).
+    /// end when the session is dropped. A caller who never helps ([`finish_within`](Self::finish_within)) gets
+    /// all threads by [`start_on`](Self::start_on) with [`Threads`](crate::control::Threads).
     ///
     /// # Errors
     /// When the system refuses a thread.
@@ -132,8 +132,8 @@ impl Session {
     pub fn start_on(jobs: Arc<dyn Jobs>, prepared: Arc<Prepared>, options: &SessionOptions) -> Self {
         let model = prepared;
         let (prepared, levels) = Levels::of(&model, options.levels);
-        let jobs = Arc::new(Helped::by(jobs));
-        let engine = Engine::new(Arc::clone(&prepared), levels, Arc::<Helped>::clone(&jobs), options);
+        let jobs = Arc::new(WithHelpers::of(jobs));
+        let engine = Engine::new(Arc::clone(&prepared), levels, Arc::<WithHelpers>::clone(&jobs), options);
         let mut scene = prepared.scene.clone();
         let keys = SceneKeys::of(&mut scene);
         let edits = Edits::of(&scene, BTreeMap::new());
@@ -459,7 +459,8 @@ impl Session {
         }
     }
 
-    /// Helps to make the frame that was begun, and updates `sink` as [`view`](Self::view) does. Without one, does nothing.
+    /// Makes the frame that was begun, or helps, then updates `sink` as [`view`](Self::view) does. Without one, does
+    /// nothing.
     ///
     /// # Errors
     /// * [`FrameError::Sink`] if the sink [reads](MeshSink::reads) more than was made: it was not touched, and the next
