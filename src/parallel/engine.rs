@@ -32,8 +32,8 @@ use std::time::Duration;
 pub struct SessionOptions {
     /// Number of threads that make a frame, the caller's included; 0 = one per core, see
     /// [`Threads::start`](crate::control::Threads::start). [`Session::start`](super::Session::start) starts one less,
-    /// but at least one. After [`begin`](super::Session::begin) they make the frame without the caller, until that waits
-    /// for it. [`Session::start_on`](super::Session::start_on) starts none.
+    /// but at least one. After [`begin`](super::Session::begin) these make the frame alone, until the caller waits for
+    /// it. [`Session::start_on`](super::Session::start_on) starts none.
     pub threads: usize,
     /// Number of workers of a session, which own the tiles; more than [`MOST_WORKERS`](Self::MOST_WORKERS) count as
     /// that many. Workers in excess of the tiles stay idle.
