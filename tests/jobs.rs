@@ -2,14 +2,16 @@
 //! in any order; no deadlock from within a job.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+#[path = "common/blocks.rs"]
+mod blocks;
 mod common;
 #[path = "common/pools.rs"]
 mod pools;
 
+use blocks::{BlockSink, Blocks};
 use common::prepared;
 use pools::{Engine, Shuffled};
 use std::collections::HashSet;
-use std::slice::Iter;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, mpsc};
 use std::thread::{self, ThreadId};
@@ -17,9 +19,7 @@ use std::time::Duration;
 use trimtess::control::{Alone, Job, Jobs, Priority, Threads};
 use trimtess::frame::{PlanLimits, Tolerance, plan_for_view_within, plan_within};
 use trimtess::glam::DVec3;
-use trimtess::mesh::{
-    Batch, MemorySink, MeshSink, Scene, SceneChanges, SinkError, TileMemory, VertexLayout, WrittenTile,
-};
+use trimtess::mesh::{Batch, MemorySink, SinkError, TileMemory, VertexLayout, WrittenTile};
 use trimtess::parallel::{Session, SessionOptions};
 use trimtess::prepare::Prepared;
 use trimtess::view::{Camera, Projection, View};
@@ -72,6 +72,7 @@ fn views(prepared: &Prepared) -> Vec<View> {
 
 /// Records which threads write. Others than the caller wait until the caller writes, too.
 struct Together {
+    blocks: Arc<Blocks>,
     caller: ThreadId,
     seen: Mutex<HashSet<ThreadId>>,
     more: Condvar,
@@ -89,38 +90,17 @@ impl Together {
 
 impl TileMemory for Together {
     fn write(&self, tile: &WrittenTile, fill: &mut dyn FnMut(&mut [u8], &mut [u8])) -> Result<u64, SinkError> {
-        fill(&mut vec![0; tile.vertex_bytes()], &mut vec![0; tile.index_bytes()]);
+        let place = self.blocks.write(tile, fill)?;
         self.seen.lock().unwrap().insert(thread::current().id());
         self.more.notify_all();
         if thread::current().id() != self.caller {
             self.wait_for(2);
         }
-        Ok(0)
+        Ok(place)
     }
 
-    fn release(&self, _: &WrittenTile) {}
-}
-
-/// Counts written tiles.
-#[derive(Default)]
-struct Count(usize);
-
-impl MeshSink for Count {
-    fn begin(&mut self, _: &Scene) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn begin_changes(&mut self, _: &Scene, _: &SceneChanges<'_>) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn batch(&mut self, _: &mut Batch) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn written(&mut self, tiles: &mut Iter<'_, WrittenTile>) -> Result<(), SinkError> {
-        self.0 += tiles.count();
-        Ok(())
+    fn release(&self, tile: &WrittenTile) {
+        self.blocks.release(tile);
     }
 }
 
@@ -246,14 +226,14 @@ fn a_caller_who_waits_for_a_frame_helps_to_make_it() {
     let prepared = model();
     let options = SessionOptions::DEFAULT.with_threads(2);
     let mut session = Session::start(Arc::clone(&prepared), &options).unwrap();
-    let caller = thread::current().id();
-    let memory = Arc::new(Together { caller, seen: Mutex::default(), more: Condvar::new() });
+    let (mut sink, caller) = (BlockSink::default(), thread::current().id());
+    let blocks = Arc::clone(&sink.memory);
+    let memory = Arc::new(Together { blocks, caller, seen: Mutex::default(), more: Condvar::new() });
     session.write_into(VertexLayout::COMPACT, Arc::<Together>::clone(&memory));
     session.begin(&views(&prepared)[..1]).unwrap();
     memory.wait_for(1);
-    let mut sink = Count::default();
     let report = session.finish(&mut sink).unwrap();
-    assert!(sink.0 > 0 && report.tiles == sink.0, "{} of {}", sink.0, report.tiles);
+    assert!(report.tiles > 0 && report.tiles == sink.tiles.len(), "{} of {}", sink.tiles.len(), report.tiles);
     let seen = memory.seen.lock().unwrap();
     assert!(seen.len() == 2 && seen.contains(&caller), "{seen:?}");
 }
