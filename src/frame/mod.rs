@@ -35,10 +35,11 @@ pub mod internals {
     pub(crate) use super::live::placed::InstanceLook;
     pub use super::live::placed::PlacedInstances;
     pub use super::live::planner::Planner;
-    pub(crate) use super::plan::make::completed;
+    pub(crate) use super::plan::make::{completed, plan_of_view};
     pub(crate) use super::plan::output::free;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
     pub use super::plan::rows::PlanRows;
+    pub(crate) use super::plan::wanted::PlanModel;
     pub(crate) use super::tile::job::fill_tile;
     pub use super::tile::job::tessellate_tile;
     pub use super::tile::outcome::TileOutcome;

@@ -10,8 +10,8 @@ use super::handoff::DegradedTile;
 use super::metrics::SessionMemory;
 use super::scene_keys::SceneKeys;
 use crate::control::{Control, Jobs, StartError, WithCaller, WithHelpers};
-use crate::frame::internals::{InstanceLook, Levels, add_level, completed};
-use crate::frame::{Plan, PlanLimits, Shortfall, Tolerance, plan_for_view_on, plan_on};
+use crate::frame::internals::{InstanceLook, Levels, PlanModel, add_level, completed, plan_of_view};
+use crate::frame::{Plan, PlanLimits, Shortfall, Tolerance, plan_on};
 use crate::mesh::{InstanceKey, MeshSink, Scene, TileMemory, VertexLayout};
 use crate::model::PartId;
 use crate::prepare::Prepared;
@@ -78,6 +78,8 @@ pub struct Session {
     jobs: Arc<WithHelpers>,
     /// Without them.
     pub(super) model: Arc<Prepared>,
+    /// Of the model, once it is planned for one view.
+    plan_model: OnceLock<Arc<PlanModel>>,
     pub(super) scene: Scene,
     pub(super) keys: SceneKeys,
     workers: usize,
@@ -143,6 +145,7 @@ impl Session {
             grown: OnceLock::new(),
             jobs,
             model,
+            plan_model: OnceLock::new(),
             scene,
             keys,
             workers,
@@ -179,8 +182,10 @@ impl Session {
     /// # Errors
     /// After an internal error: the session is over.
     pub fn memory(&mut self) -> Result<SessionMemory, FrameError> {
+        let of_plans = self.plan_model.get().map_or(0, |model| model.memory());
         let (engine, _) = self.wait()?;
-        Ok(engine.memory())
+        let SessionMemory { plans, scene } = engine.memory();
+        Ok(SessionMemory { plans, scene: scene + of_plans as u64 })
     }
 
     /// The scene of frames of views: the model's parts, then one more part for each further LOD, and the current
@@ -258,7 +263,8 @@ impl Session {
     /// ([`plan_for_view_within`](crate::frame::plan_for_view_within())), made on the session's threads.
     #[must_use]
     pub fn plan_for_view(&self, view: &View, limits: &PlanLimits) -> Plan {
-        plan_for_view_on(&*self.jobs, &self.model, view, limits, &Control::default()).unwrap_or_default()
+        let model = self.plan_model.get_or_init(|| Arc::new(PlanModel::of(&self.model)));
+        plan_of_view(&*self.jobs, model, view, limits, &Control::default()).unwrap_or_default()
     }
 
     /// Switches to another model from the next frame on: usually an [update](Prepared::update) of this one, whose file
@@ -289,6 +295,7 @@ impl Session {
         self.prepared = Arc::clone(&engine.prepared);
         self.grown = OnceLock::new();
         self.model = prepared;
+        self.plan_model = OnceLock::new();
         let before = std::mem::replace(&mut self.scene, self.prepared.scene.clone());
         self.keys.update(&before, &mut self.scene, &from);
         self.edits = Edits::of(&self.scene, parts);

@@ -5,11 +5,10 @@ use super::limits::{Budget, PlanLimits, Shortfall};
 use super::output::{EdgePolyline, LINES_OF_TILE, Made, PartPlan, Plan, TileLattice, cells};
 use super::rows::{BLOCK, Block, PlanRows};
 use super::tessellants::{NarrowestCells, Tessellants, bare, bare_within};
+use super::wanted::{Asked, PlanModel, Wanted};
 use crate::control::{Call, Control, Jobs, Rayon, drop_later, map, width};
-use crate::frame::tolerance::part_camera::PartCamera;
 use crate::frame::tolerance::{BoxTolerances, PartTolerance, Tolerance};
-use crate::math::keyed::Buckets;
-use crate::mesh::{DrawnTiles, Scene, ScenePart};
+use crate::mesh::DrawnTiles;
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{EDGES_PER_BOX, PreparedPart};
@@ -61,11 +60,10 @@ pub fn plan_on(
     control: &Control,
 ) -> Result<Plan, PlanError> {
     let scales = prepared.scene.largest_scales();
-    let of_part =
-        |(part, &scale): (&ScenePart, &f64)| PartTolerance::everywhere(&tolerance.within_part(scale), part.radius);
-    let asked: Vec<PartTolerance> = prepared.scene.parts.iter().zip(&scales).map(of_part).collect();
+    let asked = Asked::Parts(scales.iter().map(|&scale| tolerance.within_part(scale)).collect());
+    let model = PlanModel::of_parts(prepared, Arc::clone(&prepared.parts), 0..prepared.parts.len());
     let held_mib = u32::try_from(prepared.memory().total().div_ceil(1 << 20)).unwrap_or(u32::MAX);
-    let planned = plan_parts(Call::new(jobs, control), Arc::clone(&prepared.parts), asked, limits, held_mib);
+    let planned = plan_parts(Call::new(jobs, control), Wanted { model: Arc::new(model), asked }, limits, held_mib);
     planned.ok_or(PlanError::Cancelled)
 }
 
@@ -111,20 +109,19 @@ pub fn plan_for_view_on(
     limits: &PlanLimits,
     control: &Control,
 ) -> Result<Plan, PlanError> {
-    let (lens, Scene { parts, instances, .. }) = (view.lens(), &prepared.scene);
-    let rows = instances.iter().enumerate().map(|(row, instance)| (instance.part.0, row as u32));
-    let of_parts = Buckets::of(parts.len(), rows);
-    let sights = |lens| of_parts.all().iter().map(|&row| view.sight(lens, &instances[row as usize])).collect();
-    let cameras: Arc<[PartCamera]> = lens.map(sights).unwrap_or_default();
-    let per_pixel = Tolerance { chord: view.deviation_px, angle: view.angle, max_edge: view.size_px };
-    let unseen = Tolerance { chord: f64::INFINITY, angle: view.angle, max_edge: None };
-    let of_part = |(row, part): (usize, &ScenePart)| match of_parts.range(row as u32) {
-        seen if cameras.is_empty() || seen.is_empty() => PartTolerance::everywhere(&unseen, part.radius),
-        seen => PartTolerance::seen(&per_pixel, (Arc::clone(&cameras), seen), (part.centre, part.radius)),
-    };
-    let mut asked: Vec<PartTolerance> = parts.iter().enumerate().map(of_part).collect();
-    asked.iter_mut().for_each(|asked| asked.unusable |= lens.is_none());
-    plan_parts(Call::new(jobs, control), Arc::clone(&prepared.parts), asked, limits, 0).ok_or(PlanError::Cancelled)
+    plan_of_view(jobs, &Arc::new(PlanModel::of(prepared)), view, limits, control)
+}
+
+/// As [`plan_for_view_on`], for what is kept of a model from plan to plan.
+pub(crate) fn plan_of_view(
+    jobs: &dyn Jobs,
+    model: &Arc<PlanModel>,
+    view: &View,
+    limits: &PlanLimits,
+    control: &Control,
+) -> Result<Plan, PlanError> {
+    let wanted = Wanted { model: Arc::clone(model), asked: Asked::View(*view, view.lens()) };
+    plan_parts(Call::new(jobs, control), wanted, limits, 0).ok_or(PlanError::Cancelled)
 }
 
 /// The coarsest plan of some parts within limits, in their order. `None` once cancelled.
@@ -135,9 +132,10 @@ pub(crate) fn coarsest(
     limits: &PlanLimits,
 ) -> Option<Vec<PartPlan>> {
     let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
-    let asked = rows.iter().map(|&row| PartTolerance::everywhere(&coarsest, prepared.scene.parts[row].radius));
-    let parts = rows.iter().map(|&row| Arc::clone(&prepared.parts[row]));
-    Some(plan_parts(call, Arc::new(parts.collect()), asked.collect(), limits, 0)?.parts)
+    let parts = Arc::new(rows.iter().map(|&row| Arc::clone(&prepared.parts[row])).collect());
+    let model = Arc::new(PlanModel::of_parts(prepared, parts, rows.iter().copied()));
+    let asked = Asked::Parts(vec![coarsest; rows.len()]);
+    Some(plan_parts(call, Wanted { model, asked }, limits, 0)?.parts)
 }
 
 /// The plan, with the coarsest rows for parts of `prepared` that it has none of, also those after its last.
@@ -162,20 +160,11 @@ pub(crate) fn completed(jobs: &dyn Jobs, plan: &Arc<Plan>, prepared: &Prepared, 
 ///
 /// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured. `held_mib`:
 /// memory of the prepared model that counts towards the limits, MiB.
-fn plan_parts(
-    call: Call<'_>,
-    parts: Arc<Vec<Arc<PreparedPart>>>,
-    asked: Vec<PartTolerance>,
-    limits: &PlanLimits,
-    held_mib: u32,
-) -> Option<Plan> {
+fn plan_parts(call: Call<'_>, wanted: Wanted, limits: &PlanLimits, held_mib: u32) -> Option<Plan> {
     /// Steps of 0.75 until every tile has one cell and no plan is smaller: a factor of 1e-12.
     const LOWEST: u32 = 96;
-    let mut shortfall = Shortfall { held_mib, ..Shortfall::none(limits) };
-    // A part without tiles meets any tolerance.
-    let unusable = |(part, asked): (&Arc<PreparedPart>, &PartTolerance)| asked.unusable && !part.tiles.is_empty();
-    shortfall.unusable = parts.iter().zip(&asked).any(unusable);
-    let wanted = Arc::new(Wanted { parts, asked });
+    let shortfall = Shortfall { held_mib, unusable: wanted.is_unusable(), ..Shortfall::none(limits) };
+    let (parts, wanted) = (wanted.model.parts.len(), Arc::new(wanted));
     let attempt = |steps: u32| -> Result<Plan, PlanRequest<'_>> {
         let mut budget = Budget::of(limits, held_mib);
         if steps == LOWEST {
@@ -184,7 +173,7 @@ fn plan_parts(
         let density = libm::pow(0.75, f64::from(steps));
         let asked = PlanRequest { call, wanted: &wanted, density, cells_per_tile: budget.cells_per_tile };
         let mut shortfall = Shortfall { density, ..shortfall.clone() };
-        let parts = asked.plan(0..wanted.parts.len(), &mut budget, &mut shortfall).ok_or(asked)?;
+        let parts = asked.plan(0..parts, &mut budget, &mut shortfall).ok_or(asked)?;
         Ok(Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any(), made: Made(true) })
     };
     let asked = match attempt(0) {
@@ -214,12 +203,6 @@ fn plan_parts(
     Some(plan)
 }
 
-/// Parts, and the tolerance of each.
-struct Wanted {
-    parts: Arc<Vec<Arc<PreparedPart>>>,
-    asked: Vec<PartTolerance>,
-}
-
 /// What to plan, and where.
 #[derive(Clone, Copy)]
 struct PlanRequest<'a> {
@@ -233,7 +216,7 @@ impl PlanRequest<'_> {
     /// Upper bound on the triangles, each tile within its limit.
     fn triangles(&self) -> u64 {
         let mut budget = Budget { left: u64::MAX, cells_per_tile: self.cells_per_tile };
-        for part in 0..self.wanted.parts.len() {
+        for part in 0..self.wanted.model.parts.len() {
             // Keeps the plan of one part at a time in memory. The budget does not run out.
             let _ = self.plan(part..part + 1, &mut budget, &mut Shortfall::none(&PlanLimits::DEFAULT));
         }
@@ -246,28 +229,28 @@ impl PlanRequest<'_> {
         let spent = SharedBudget { cells: AtomicU64::new(0), left: budget.left, control: control.clone() };
         let wanted = Arc::clone(wanted);
         let round = Arc::new(Round { wanted, density, cells_per_tile, spent });
-        let counts =
-            |of: fn(&PreparedPart) -> usize| parts.clone().map(|k| (k, of(&self.wanted.parts[k]))).collect::<Vec<_>>();
-        let (tiles, edges) = (counts(|part| part.tiles.len()), counts(|part| part.edges.len()));
+        let model = &self.wanted.model;
+        let [tiles, edges] = model.counts.each_ref().map(|counts| &counts[parts.clone()]);
 
         let step = tracing::trace_span!("lattices").entered();
         let shared = Arc::clone(&round);
-        let (rows, lists) = stretches(jobs, &tiles);
+        let (rows, lists) = stretches(jobs, tiles);
         let made = map(jobs, lists, move |list| shared.lattices(&rows[list]));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
         // Where the part itself needs as many lines as there may be, they do not follow noise.
-        let mut known = (usize::MAX, [None; 2]);
+        let (mut known, mut asked) = ((usize::MAX, [None; 2]), PartTolerance::default());
         let mut too_small = |part: usize, exact: bool| {
             if known.0 != part {
                 known = (part, [None; 2]);
+                self.wanted.of_part(part, &mut asked);
             }
-            let lines = || self.wanted.asked[part].around(exact);
+            let lines = || asked.around(exact);
             *known.1[usize::from(exact)].get_or_insert_with(lines) >= LINES_OF_TILE as f64
         };
         let mut unusable = false;
         let lattices = together(jobs, made, parts.len(), |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
-            let of_part = &self.wanted.parts[part];
+            let of_part = &model.parts[part];
             let (row, exact) = (&of_part.tiles[tile], is_exact(of_part.face_of(&of_part.tiles[tile])));
             unusable = unusable || !kept.lines && !row.entangled && too_small(part, exact);
             shortfall.tiles.extend((!kept.cells).then_some(id));
@@ -278,7 +261,7 @@ impl PlanRequest<'_> {
         let _step = tracing::trace_span!("tessellants").entered();
         let (shared, first, lattices) = (Arc::clone(&round), parts.start, Arc::new(lattices));
         let beside = Arc::clone(&lattices);
-        let (rows, lists) = stretches(jobs, &edges);
+        let (rows, lists) = stretches(jobs, edges);
         let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
         let lines = together(jobs, made, parts.len(), |part, edge, ()| {
             unusable = unusable || too_small(part, false);
@@ -407,10 +390,11 @@ impl<T, K> Planned<T, K> {
 impl Round {
     /// The lattices of some tiles.
     fn lattices(&self, stretches: &[Stretch]) -> Option<Planned<TileLattice, DensityMet>> {
-        let (mut need, mut lattices) = (BoxTolerances::default(), Lattices::default());
+        let (mut asked, mut need, mut lattices) = <(PartTolerance, BoxTolerances, Lattices)>::default();
         let mut planned = Planned::new();
         for stretch in stretches {
-            let (asked, part) = (&self.wanted.asked[stretch.0], &self.wanted.parts[stretch.0]);
+            let part = &self.wanted.model.parts[stretch.0];
+            self.wanted.of_part(stretch.0, &mut asked);
             planned.plan(stretch, (part.tiles.len(), &self.spent), |row| {
                 let tile = &part.tiles[row];
                 let face = part.face_of(tile);
@@ -431,11 +415,12 @@ impl Round {
         stretches: &[Stretch],
         lattices: impl Fn(usize) -> &'a PlanRows<TileLattice>,
     ) -> Option<Planned<EdgePolyline, ()>> {
-        let (mut need, mut tessellants) = (BoxTolerances::default(), Tessellants::default());
+        let (mut asked, mut need, mut tessellants) = <(PartTolerance, BoxTolerances, Tessellants)>::default();
         let mut planned = Planned::new();
         for stretch in stretches {
-            let (asked, tiles) = (&self.wanted.asked[stretch.0], lattices(stretch.0));
-            let PreparedPart { edges, edge_boxes, .. } = &*self.wanted.parts[stretch.0];
+            let tiles = lattices(stretch.0);
+            let PreparedPart { edges, edge_boxes, .. } = &*self.wanted.model.parts[stretch.0];
+            self.wanted.of_part(stretch.0, &mut asked);
             let (mut strictest, mut cells) = (None, NarrowestCells::of(tiles));
             planned.plan(stretch, (edges.len(), &self.spent), |row| {
                 let edge = &edges[row];

@@ -8,5 +8,6 @@ pub(super) mod directions;
 pub(super) mod lattice;
 pub(super) mod tile_bounds;
 pub(super) mod tessellants;
+pub(super) mod wanted;
 pub(super) mod make;
 pub(super) mod damage;

@@ -7,8 +7,6 @@ use crate::prepare::internals::BoundingBox;
 use glam::DVec3;
 use part_camera::{PartCamera, PixelScale};
 use std::f64::consts::{PI, SQRT_2, TAU};
-use std::ops::Range;
-use std::sync::Arc;
 
 /// Least chord tolerance, as a fraction of the part's radius. Parameters on edges are accurate to about 1e-12 of a
 /// domain: finer meshes would only show rounding.
@@ -121,49 +119,49 @@ impl BoxTolerances {
 
 /// Tolerance of a part: the same everywhere, or in each box by the screen-space error of its instances.
 pub(crate) struct PartTolerance {
-    /// In part coordinates; with `seen`, the tolerance where one millimetre covers one pixel.
+    /// In part coordinates; with cameras, the tolerance where one millimetre covers one pixel.
     tolerance: Tolerance,
-    /// Cameras in the coordinates of all instances, and where those of the part are; none for the same tolerance
-    /// everywhere.
-    cameras: Arc<[PartCamera]>,
-    seen: Range<usize>,
+    /// In the coordinates of each instance; none for the same tolerance everywhere.
+    cameras: Vec<PartCamera>,
     centre: DVec3,
     radius: f64,
-    /// Whether a requested value is invalid or too small to meet.
-    pub(crate) unusable: bool,
+}
+
+impl Default for PartTolerance {
+    /// No limit.
+    fn default() -> Self {
+        let BoxTolerances { tolerance, radius, .. } = BoxTolerances::default();
+        Self { tolerance, cameras: Vec::new(), centre: DVec3::ZERO, radius }
+    }
 }
 
 impl PartTolerance {
-    /// The same tolerance everywhere, for a part of this radius.
-    pub(crate) fn everywhere(tolerance: &Tolerance, radius: f64) -> Self {
-        let usable = tolerance.usable(radius);
-        let unusable = usable != *tolerance;
-        Self { tolerance: usable, cameras: Arc::default(), seen: 0..0, centre: DVec3::ZERO, radius, unusable }
+    /// The same tolerance everywhere, for a part with this centre and radius.
+    pub(crate) fn set(&mut self, tolerance: &Tolerance, (centre, radius): (DVec3, f64)) {
+        self.cameras.clear();
+        (self.tolerance, self.centre, self.radius) = (tolerance.usable(radius), centre, radius);
     }
 
-    /// Screen-space error of a part with this centre and radius: `per_pixel` is the tolerance where one millimetre of
-    /// the part covers one pixel. `seen`: where its cameras are among those of all instances.
-    pub(crate) fn seen(
+    /// Screen-space error of a part with this centre and radius, which these `cameras` see: `per_pixel` is the tolerance
+    /// where one millimetre of the part covers one pixel.
+    pub(crate) fn set_seen(
+        &mut self,
         per_pixel: &Tolerance,
-        (cameras, seen): (Arc<[PartCamera]>, Range<usize>),
+        cameras: impl Iterator<Item = PartCamera>,
         (centre, radius): (DVec3, f64),
-    ) -> Self {
-        let known = |x: f64| x > 0.0;
-        let unusable = !(known(per_pixel.chord) && known(per_pixel.angle) && per_pixel.max_edge.is_none_or(known));
-        Self { tolerance: *per_pixel, cameras, seen, centre, radius, unusable }
-    }
-
-    fn cameras(&self) -> &[PartCamera] {
-        &self.cameras[self.seen.clone()]
+    ) {
+        self.cameras.clear();
+        self.cameras.extend(cameras);
+        (self.tolerance, self.centre, self.radius) = (*per_pixel, centre, radius);
     }
 
     /// See [`Tolerance::around`]; the fewest lines that any place of the part needs. Cost: a look at each camera.
     pub(crate) fn around(&self, exact: bool) -> f64 {
         let least = || {
             let whole = BoundingBox { low: self.centre - self.radius, high: self.centre + self.radius };
-            self.cameras().iter().map(|camera| camera.pixel_scale(&whole).least).fold(0.0, larger)
+            self.cameras.iter().map(|camera| camera.pixel_scale(&whole).least).fold(0.0, larger)
         };
-        let loosest = if self.seen.is_empty() { self.tolerance } else { self.at(least()) };
+        let loosest = if self.cameras.is_empty() { self.tolerance } else { self.at(least()) };
         loosest.around(self.radius, exact)
     }
 
@@ -177,16 +175,16 @@ impl PartTolerance {
         let BoxTolerances { tolerance, shares, radius } = need;
         *radius = self.radius;
         shares.clear();
-        if self.seen.is_empty() {
+        if self.cameras.is_empty() {
             *tolerance = self.tolerance;
             return;
         }
         let whole = places.clone().fold(BoundingBox::EMPTY, |all, place| all.with(place));
-        let scales = self.cameras().iter().map(|camera| camera.pixel_scale(&whole));
+        let scales = self.cameras.iter().map(|camera| camera.pixel_scale(&whole));
         let PixelScale { mut most, least } = scales.fold(PixelScale { most: 0.0, least: 0.0 }, PixelScale::max);
         if least < SAME * most {
             let nearest = |place: &BoundingBox| {
-                self.cameras().iter().map(|camera| camera.pixels_per_length(place)).fold(0.0, |most, x| larger(x, most))
+                self.cameras.iter().map(|camera| camera.pixels_per_length(place)).fold(0.0, |most, x| larger(x, most))
             };
             shares.extend(places.map(nearest));
             most = shares.iter().fold(0.0, |most, &x| larger(x, most));
@@ -201,10 +199,10 @@ impl PartTolerance {
     /// A tolerance that is at most that of any tile or edge with boxes within this one. `None` unless it is certainly
     /// in the picture of each camera, and without cameras.
     pub(crate) fn strictest(&self, whole: &BoundingBox) -> Option<Tolerance> {
-        if self.seen.is_empty() {
+        if self.cameras.is_empty() {
             return None;
         }
-        let scales = self.cameras().iter().map(|camera| camera.look_within(whole));
+        let scales = self.cameras.iter().map(|camera| camera.look_within(whole));
         let most = scales.reduce(|a, b| Some(a?.max(b?)))??.most;
         Some(self.at(most))
     }

@@ -248,16 +248,16 @@ impl View {
         !off
     }
 
-    /// This camera in the coordinates of an instance.
-    pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), instance: &SceneInstance) -> PartCamera {
-        let to_part = instance.transform.matrix3.transpose();
-        let place = instance.transform.translation - self.camera.eye;
-        PartCamera {
-            axes: axes.map(|axis| to_part * axis),
-            origin: DVec3::from(axes.map(|axis| axis.dot(place))),
-            scale: instance.scale(),
-            lens,
-        }
+    /// This camera in the coordinates of an instance with this transform and its scale.
+    pub(crate) fn sight(
+        &self,
+        (axes, lens): ([DVec3; 3], SightLens),
+        (transform, scale): (&DAffine3, f64),
+    ) -> PartCamera {
+        let to_part = transform.matrix3.transpose();
+        let place = transform.translation - self.camera.eye;
+        let origin = DVec3::from(axes.map(|axis| axis.dot(place)));
+        PartCamera { axes: axes.map(|axis| to_part * axis), origin, scale, lens }
     }
 
     /// Where this camera is in the coordinates of an instance.
@@ -287,7 +287,7 @@ mod tests {
 
     fn sight(view: &View, transform: DAffine3) -> PartCamera {
         let lens = view.lens().unwrap_or_else(|| panic!("invalid view: {view:?}"));
-        view.sight(lens, &SceneInstance::new(crate::model::PartId(0), transform))
+        view.sight(lens, (&transform, SceneInstance::new(crate::model::PartId(0), transform).scale()))
     }
 
     /// Projection of a point, pixels.
