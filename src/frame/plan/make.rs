@@ -2,8 +2,9 @@
 
 use super::lattice::{DensityMet, LatticeRequest, Lattices, is_exact, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
+use super::lists::Stretch;
 use super::output::{EdgePolyline, LINES_OF_TILE, Made, PartPlan, Plan, TileLattice, cells};
-use super::rows::{BLOCK, Block, PlanRows};
+use super::rows::{BLOCK, PlanRows};
 use super::tessellants::{NarrowestCells, Tessellants, bare, bare_within};
 use super::wanted::{Asked, PlanModel, Wanted};
 use crate::control::{Call, Control, Jobs, Rayon, drop_later, map, width};
@@ -13,7 +14,6 @@ use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
 use crate::prepare::internals::{EDGES_PER_BOX, PreparedPart};
 use crate::view::View;
-use smallvec::SmallVec;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -227,15 +227,15 @@ impl PlanRequest<'_> {
     fn plan(&self, parts: Range<usize>, budget: &mut Budget, shortfall: &mut Shortfall) -> Option<Vec<PartPlan>> {
         let Self { call: Call { jobs, control }, wanted, density, cells_per_tile } = *self;
         let spent = SharedBudget { cells: AtomicU64::new(0), left: budget.left, control: control.clone() };
-        let wanted = Arc::clone(wanted);
-        let round = Arc::new(Round { wanted, density, cells_per_tile, spent });
-        let model = &self.wanted.model;
+        let (model, wanted) = (&wanted.model, Arc::clone(wanted));
+        let round = Arc::new(Round { wanted, first: parts.start, density, cells_per_tile, spent });
+        let [of_tiles, of_edges] = model.lists(width(jobs), &parts);
         let [tiles, edges] = model.counts.each_ref().map(|counts| &counts[parts.clone()]);
 
         let step = tracing::trace_span!("lattices").entered();
-        let shared = Arc::clone(&round);
-        let (rows, lists) = stretches(jobs, tiles);
-        let made = map(jobs, lists, move |list| shared.lattices(&rows[list]));
+        let (shared, rows) = (Arc::clone(&round), empty(tiles));
+        let theirs = Arc::clone(&rows);
+        let made = map(jobs, of_tiles.numbers(), move |k| shared.lattices(of_tiles.list(k), &theirs));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
         // Where the part itself needs as many lines as there may be, they do not follow noise.
         let (mut known, mut asked) = ((usize::MAX, [None; 2]), PartTolerance::default());
@@ -248,7 +248,7 @@ impl PlanRequest<'_> {
             *known.1[usize::from(exact)].get_or_insert_with(lines) >= LINES_OF_TILE as f64
         };
         let mut unusable = false;
-        let lattices = together(jobs, made, parts.len(), |part, tile, kept: DensityMet| {
+        let lattices = filled(jobs, made, rows, |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
             let of_part = &model.parts[part];
             let (row, exact) = (&of_part.tiles[tile], is_exact(of_part.face_of(&of_part.tiles[tile])));
@@ -259,11 +259,10 @@ impl PlanRequest<'_> {
         drop(step);
 
         let _step = tracing::trace_span!("tessellants").entered();
-        let (shared, first, lattices) = (Arc::clone(&round), parts.start, Arc::new(lattices));
-        let beside = Arc::clone(&lattices);
-        let (rows, lists) = stretches(jobs, edges);
-        let made = map(jobs, lists, move |list| shared.polylines(&rows[list], |part| &beside[part - first]));
-        let lines = together(jobs, made, parts.len(), |part, edge, ()| {
+        let (shared, lattices, rows) = (Arc::clone(&round), Arc::new(lattices), empty(edges));
+        let (beside, theirs) = (Arc::clone(&lattices), Arc::clone(&rows));
+        let made = map(jobs, of_edges.numbers(), move |k| shared.polylines(of_edges.list(k), &beside, &theirs));
+        let lines = filled(jobs, made, rows, |part, edge, ()| {
             unusable = unusable || too_small(part, false);
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
@@ -275,127 +274,74 @@ impl PlanRequest<'_> {
     }
 }
 
-/// The rows of so many parts, from all lists in their order. Calls `short` for each row that limits made coarser than
-/// asked. `None` if the budget did not suffice for a list.
-fn together<T: Send + Sync + 'static, K: Send + 'static>(
+/// Places for the rows of these parts, which threads fill.
+fn empty<T>(counts: &[(usize, usize)]) -> Arc<Vec<PlanRows<T>>> {
+    Arc::new(counts.iter().map(|&(_, count)| PlanRows::empty(count)).collect())
+}
+
+/// Rows that limits made coarser than asked, by part.
+type Short<K> = Vec<(usize, usize, K)>;
+
+/// The rows that all lists have filled. Calls `short` for each row that limits made coarser than asked. `None` if the
+/// budget did not suffice for a list.
+fn filled<T: Send + Sync + 'static, K>(
     jobs: &dyn Jobs,
-    made: Vec<Option<Planned<T, K>>>,
-    parts: usize,
+    made: Vec<Option<Short<K>>>,
+    rows: Arc<Vec<PlanRows<T>>>,
     mut short: impl FnMut(usize, usize, K),
 ) -> Option<Vec<PlanRows<T>>> {
+    let rows = Arc::into_inner(rows)?;
     if made.iter().any(Option::is_none) {
-        drop_later(jobs, made);
+        drop_later(jobs, rows);
         return None;
     }
-    let mut parts: Vec<PlanRows<T>> = Vec::with_capacity(parts);
-    for Planned { more, begun, short: rows } in made.into_iter().flatten() {
-        rows.into_iter().for_each(|(part, row, kept)| short(part, row, kept));
-        for block in more {
-            parts.last_mut().expect("a list before has begun it").push_block(block);
-        }
-        parts.extend(begun);
-    }
-    Some(parts)
+    made.into_iter().flatten().flatten().for_each(|(part, row, kept)| short(part, row, kept));
+    Some(rows)
 }
 
 /// What the jobs of a plan share.
 struct Round {
     wanted: Arc<Wanted>,
+    /// The first part.
+    first: usize,
     density: f64,
     cells_per_tile: u64,
     spent: SharedBudget,
 }
 
-/// A part, and some of its tiles or edges.
-type Stretch = (usize, Range<usize>);
-
-/// The tiles or edges of parts, in lists that become shorter, down to [`BLOCK`]: few lists, and threads that end at
-/// about the same time. Parts are cut between blocks. All in one list if there is one thread.
-///
-/// Returns the stretches, and where each list is among them.
-fn stretches(jobs: &dyn Jobs, counts: &[(usize, usize)]) -> (Vec<Stretch>, Vec<Range<usize>>) {
-    /// Part of a thread's share of what is left that the next list is.
-    const SHARE: usize = 2;
-    let threads = width(jobs);
-    let size = |left: usize| if threads == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * threads)) };
-    let mut left = counts.iter().map(|(_, count)| count).sum();
-    let (mut stretches, mut lists, mut room) = (Vec::with_capacity(2 * counts.len()), Vec::new(), size(left));
-    let mut first = 0;
-    for &(part, count) in counts {
-        let mut from: usize = 0;
-        // A part without rows has an empty stretch.
-        loop {
-            let to = count.min(from.saturating_add(room.div_ceil(BLOCK).saturating_mul(BLOCK)));
-            stretches.push((part, from..to));
-            (room, left) = (room.saturating_sub(to - from), left - (to - from));
-            from = to;
-            if room == 0 {
-                lists.push(first..stretches.len());
-                (first, room) = (stretches.len(), size(left));
-            }
-            if from == count {
-                break;
-            }
+/// Plans a stretch by `row`, which returns the cells or tessellants and what limits made coarser, too: that goes to
+/// `short`, and the blocks to the rows of the part. `None` once there are too many.
+fn fill<T, K>(
+    (part, rows): &Stretch,
+    (of_part, budget): (&PlanRows<T>, &SharedBudget),
+    short: &mut Short<K>,
+    mut row: impl FnMut(usize) -> (T, u64, Option<K>),
+) -> Option<()> {
+    for from in rows.clone().step_by(BLOCK) {
+        let to = rows.end.min(from + BLOCK);
+        let (mut block, mut cells) = (Vec::with_capacity(to - from), 0_u64);
+        for k in from..to {
+            let (made, more, kept) = row(k);
+            cells = cells.saturating_add(more);
+            block.push(Arc::new(made));
+            short.extend(kept.map(|kept| (*part, k, kept)));
         }
+        budget.add(cells)?;
+        // No other list has this block.
+        of_part.fill(from, block);
     }
-    lists.extend((first < stretches.len()).then_some(first..stretches.len()));
-    (stretches, lists)
-}
-
-/// A plan for a list of stretches.
-struct Planned<T, K> {
-    /// Blocks of the part that an earlier list began. Inline, because most lists are short, and one thread reads all.
-    more: SmallVec<[Block<T>; 4]>,
-    /// Rows of the parts that follow. Most lists begin one at most.
-    begun: SmallVec<[PlanRows<T>; 1]>,
-    /// The rows that limits made coarser than asked, by part.
-    short: Vec<(usize, usize, K)>,
-}
-
-impl<T, K> Planned<T, K> {
-    fn new() -> Self {
-        Self { more: SmallVec::new(), begun: SmallVec::new(), short: Vec::new() }
-    }
-
-    /// Plans a stretch by `row`, which returns the cells or tessellants and what limits made coarser, too. `count`:
-    /// rows of the part. `None` once there are too many.
-    fn plan(
-        &mut self,
-        (part, rows): &Stretch,
-        (count, budget): (usize, &SharedBudget),
-        mut row: impl FnMut(usize) -> (T, u64, Option<K>),
-    ) -> Option<()> {
-        if rows.start == 0 {
-            self.begun.push(PlanRows::with_room(count));
-        }
-        for from in rows.clone().step_by(BLOCK) {
-            let mut block = Vec::with_capacity(BLOCK.min(rows.end - from));
-            let mut cells = 0u64;
-            for k in from..rows.end.min(from + BLOCK) {
-                let (made, more, short) = row(k);
-                cells = cells.saturating_add(more);
-                block.push(Arc::new(made));
-                self.short.extend(short.map(|short| (*part, k, short)));
-            }
-            budget.add(cells)?;
-            match self.begun.last_mut() {
-                Some(begun) => begun.push_block(block),
-                None => self.more.push(block),
-            }
-        }
-        Some(())
-    }
+    Some(())
 }
 
 impl Round {
     /// The lattices of some tiles.
-    fn lattices(&self, stretches: &[Stretch]) -> Option<Planned<TileLattice, DensityMet>> {
+    fn lattices(&self, stretches: &[Stretch], filled: &[PlanRows<TileLattice>]) -> Option<Short<DensityMet>> {
         let (mut asked, mut need, mut lattices) = <(PartTolerance, BoxTolerances, Lattices)>::default();
-        let mut planned = Planned::new();
+        let mut short = Vec::new();
         for stretch in stretches {
             let part = &self.wanted.model.parts[stretch.0];
             self.wanted.of_part(stretch.0, &mut asked);
-            planned.plan(stretch, (part.tiles.len(), &self.spent), |row| {
+            fill(stretch, (&filled[stretch.0 - self.first], &self.spent), &mut short, |row| {
                 let tile = &part.tiles[row];
                 let face = part.face_of(tile);
                 asked.over(places(face, tile), &mut need);
@@ -406,23 +352,25 @@ impl Round {
                 (lattice, cells, (!kept.cells || !kept.lines).then_some(kept))
             })?;
         }
-        Some(planned)
+        Some(short)
     }
 
     /// The tessellants of some edges, beside the lattices of their parts.
-    fn polylines<'a>(
+    fn polylines(
         &self,
         stretches: &[Stretch],
-        lattices: impl Fn(usize) -> &'a PlanRows<TileLattice>,
-    ) -> Option<Planned<EdgePolyline, ()>> {
+        lattices: &[PlanRows<TileLattice>],
+        filled: &[PlanRows<EdgePolyline>],
+    ) -> Option<Short<()>> {
         let (mut asked, mut need, mut tessellants) = <(PartTolerance, BoxTolerances, Tessellants)>::default();
-        let mut planned = Planned::new();
+        let mut short = Vec::new();
         for stretch in stretches {
-            let tiles = lattices(stretch.0);
+            let of_plan = stretch.0 - self.first;
+            let tiles = &lattices[of_plan];
             let PreparedPart { edges, edge_boxes, .. } = &*self.wanted.model.parts[stretch.0];
             self.wanted.of_part(stretch.0, &mut asked);
             let (mut strictest, mut cells) = (None, NarrowestCells::of(tiles));
-            planned.plan(stretch, (edges.len(), &self.spent), |row| {
+            fill(stretch, (&filled[of_plan], &self.spent), &mut short, |row| {
                 let edge = &edges[row];
                 // Most edges are one segment at the tolerance where their block is nearest, too.
                 if row % EDGES_PER_BOX == 0 {
@@ -438,7 +386,7 @@ impl Round {
                 (line, tessellants, (!kept).then_some(()))
             })?;
         }
-        Some(planned)
+        Some(short)
     }
 }
 
@@ -465,8 +413,9 @@ impl SharedBudget {
 
 #[cfg(test)]
 mod tests {
+    use super::super::lists::Lists;
     use super::*;
-    use crate::control::{Alone, Threads, assert_each_cancels};
+    use crate::control::{Alone, assert_each_cancels};
     use crate::model::{Frame3, Loop, PartBuilder, ShellKind, Surface, shapes};
     use crate::prepare::{PrepareOptions, prepare};
     use glam::DVec2;
@@ -508,18 +457,20 @@ mod tests {
         let counts: Vec<(usize, usize)> = [0, 5, 0, 700, 64, 0, 1, 65, 0].into_iter().enumerate().collect();
         let budget = SharedBudget { cells: AtomicU64::new(0), left: u64::MAX, control: Control::default() };
         for threads in [1, 2, 3] {
-            let (stretches, lists) = stretches(&Threads::start(threads).expect("threads"), &counts);
-            assert!((lists.len() == 1) == (threads == 1) && lists.iter().all(|list| !list.is_empty()));
-            let made = lists.into_iter().map(|list| {
-                let mut planned = Planned::<(usize, usize), ()>::new();
-                for stretch in &stretches[list] {
-                    let (part, with) = (stretch.0, (counts[stretch.0].1, &budget));
-                    planned.plan(stretch, with, |row| ((part, row), 1, (row % 100 == 7).then_some(())))?;
+            let (lists, rows) = (Lists::of(threads, &counts), empty(&counts));
+            let made = lists.numbers().into_iter().map(|k| {
+                let mut made = Vec::new();
+                assert!(!lists.list(k).is_empty());
+                for stretch in lists.list(k) {
+                    let row = |row| ((stretch.0, row), 1, (row % 100 == 7).then_some(()));
+                    fill(stretch, (&rows[stretch.0], &budget), &mut made, row)?;
                 }
-                Some(planned)
+                Some(made)
             });
+            let made: Vec<_> = made.collect();
+            assert!((made.len() == 1) == (threads == 1));
             let mut short = Vec::new();
-            let rows = together(&Alone, made.collect(), counts.len(), |part, row, ()| short.push((part, row)));
+            let rows = filled(&Alone, made, rows, |part, row, ()| short.push((part, row)));
             let rows: Vec<Vec<_>> =
                 rows.expect("enough").iter().map(|rows| rows.iter().map(|row| **row).collect()).collect();
             let all = |&(part, count): &(usize, usize)| (0..count).map(|row| (part, row)).collect::<Vec<_>>();

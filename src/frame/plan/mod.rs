@@ -8,6 +8,7 @@ pub(super) mod directions;
 pub(super) mod lattice;
 pub(super) mod tile_bounds;
 pub(super) mod tessellants;
+pub(super) mod lists;
 pub(super) mod wanted;
 pub(super) mod make;
 pub(super) mod damage;

@@ -2,10 +2,10 @@
 //! together.
 
 use crate::prepare::internals::EDGES_PER_BOX;
-use std::iter::Flatten;
+use std::iter::{FilterMap, Flatten};
 use std::ops::{Index, IndexMut};
 use std::slice;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Rows of a block, so that each block of edges has one box. The last block of a part may have fewer.
 pub(crate) const BLOCK: usize = EDGES_PER_BOX;
@@ -13,14 +13,33 @@ pub(crate) const BLOCK: usize = EDGES_PER_BOX;
 /// [`BLOCK`] rows, or those that are left.
 pub(crate) type Block<T> = Vec<Arc<T>>;
 
+/// A block, once a thread has filled it.
+pub(crate) type Place<T> = OnceLock<Block<T>>;
+
 /// One row per tile, or per edge, of a part.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlanRows<T>(Vec<Block<T>>);
+pub struct PlanRows<T>(Vec<Place<T>>);
+
+/// References to rows in their order.
+pub(crate) type Rows<'a, T> = Flatten<FilterMap<slice::Iter<'a, Place<T>>, fn(&'a Place<T>) -> Option<&'a Block<T>>>>;
+/// The same, mutable.
+pub(crate) type RowsMut<'a, T> =
+    Flatten<FilterMap<slice::IterMut<'a, Place<T>>, fn(&'a mut Place<T>) -> Option<&'a mut Block<T>>>>;
 
 impl<T> PlanRows<T> {
+    /// Places for the blocks of so many rows, which threads [`fill`](Self::fill).
+    pub(super) fn empty(rows: usize) -> Self {
+        Self((0..rows.div_ceil(BLOCK)).map(|_| OnceLock::new()).collect())
+    }
+
+    /// Fills the place of the block that begins with this row. Does nothing if it is filled.
+    pub(super) fn fill(&self, row: usize, block: Block<T>) {
+        let _ = self.0[row / BLOCK].set(block);
+    }
+
     /// Appends a block. All blocks before it are full.
-    pub(crate) fn push_block(&mut self, block: Block<T>) {
-        debug_assert!(self.0.last().is_none_or(|last| last.len() == BLOCK) && block.len() <= BLOCK);
+    pub(crate) fn push_block(&mut self, block: Place<T>) {
+        debug_assert!(self.len().is_multiple_of(BLOCK));
         self.0.push(block);
     }
 
@@ -30,7 +49,7 @@ impl<T> PlanRows<T> {
     }
 
     /// The blocks in their order.
-    pub(crate) fn blocks(&self) -> &[Block<T>] {
+    pub(crate) fn blocks(&self) -> &[Place<T>] {
         &self.0
     }
 
@@ -42,7 +61,7 @@ impl<T> PlanRows<T> {
     /// Number of rows.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.0.last().map_or(0, |last| BLOCK * (self.0.len() - 1) + last.len())
+        self.0.last().map_or(0, |last| BLOCK * (self.0.len() - 1) + last.get().map_or(0, Vec::len))
     }
 
     /// Whether there are no rows.
@@ -52,26 +71,26 @@ impl<T> PlanRows<T> {
     }
 
     /// The rows in their order.
-    pub fn iter(&self) -> Flatten<slice::Iter<'_, Block<T>>> {
-        self.0.iter().flatten()
+    pub fn iter(&self) -> Rows<'_, T> {
+        self.into_iter()
     }
 }
 
 impl<'a, T> IntoIterator for &'a PlanRows<T> {
     type Item = &'a Arc<T>;
-    type IntoIter = Flatten<slice::Iter<'a, Block<T>>>;
+    type IntoIter = Rows<'a, T>;
 
     fn into_iter(self) -> Self::IntoIter {
-        self.iter()
+        self.0.iter().filter_map(OnceLock::get as fn(_) -> _).flatten()
     }
 }
 
 impl<'a, T> IntoIterator for &'a mut PlanRows<T> {
     type Item = &'a mut Arc<T>;
-    type IntoIter = Flatten<slice::IterMut<'a, Block<T>>>;
+    type IntoIter = RowsMut<'a, T>;
 
     fn into_iter(self) -> Self::IntoIter {
-        self.0.iter_mut().flatten()
+        self.0.iter_mut().filter_map(OnceLock::get_mut as fn(_) -> _).flatten()
     }
 }
 
@@ -84,7 +103,7 @@ impl<T> FromIterator<Arc<T>> for PlanRows<T> {
             if block.is_empty() {
                 return out;
             }
-            out.push_block(block);
+            out.push_block(block.into());
         }
     }
 }
@@ -100,13 +119,13 @@ impl<T> Index<usize> for PlanRows<T> {
 
     #[inline]
     fn index(&self, row: usize) -> &Arc<T> {
-        &self.0[row / BLOCK][row % BLOCK]
+        &self.0[row / BLOCK].get().map_or(&[][..], |block| block)[row % BLOCK]
     }
 }
 
 impl<T> IndexMut<usize> for PlanRows<T> {
     fn index_mut(&mut self, row: usize) -> &mut Arc<T> {
-        &mut self.0[row / BLOCK][row % BLOCK]
+        &mut self.0[row / BLOCK].get_mut().map_or(&mut [][..], |block| block)[row % BLOCK]
     }
 }
 

@@ -1,13 +1,16 @@
 //! A model, and what is asked of it -> the tolerance of each part, for the threads that plan it.
 
+use super::lists::Lists;
 use crate::frame::tolerance::part_camera::SightLens;
 use crate::frame::tolerance::{PartTolerance, Tolerance};
 use crate::math::keyed::Buckets;
+use crate::mesh::SceneInstance;
 use crate::prepare::Prepared;
 use crate::prepare::internals::PreparedPart;
 use crate::view::View;
 use glam::{DAffine3, DVec3};
-use std::sync::Arc;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 /// What plans read of a model before they read its parts, side by side: a frame leaves nothing of it in caches. The
 /// same for all plans of a model.
@@ -20,12 +23,14 @@ pub(crate) struct PlanModel {
     spheres: Vec<(DVec3, f64)>,
     /// Transforms of the instances of each part, and their scales.
     places: Buckets<(DAffine3, f64)>,
+    /// All tiles and edges, for as many threads as the first plan had.
+    lists: OnceLock<(usize, [Arc<Lists>; 2])>,
 }
 
 impl PlanModel {
     /// For plans of views.
     pub(crate) fn of(prepared: &Prepared) -> Self {
-        let place = |instance: &crate::mesh::SceneInstance| (instance.part.0, (instance.transform, instance.scale()));
+        let place = |instance: &SceneInstance| (instance.part.0, (instance.transform, instance.scale()));
         let places = Buckets::of(prepared.parts.len(), prepared.scene.instances.iter().map(place));
         Self { places, ..Self::of_parts(prepared, Arc::clone(&prepared.parts), 0..prepared.parts.len()) }
     }
@@ -40,12 +45,24 @@ impl PlanModel {
         let counts = [count(|part| part.tiles.len()), count(|part| part.edges.len())];
         let of_scene = rows.map(|row| &prepared.scene.parts[row]);
         let spheres = of_scene.map(|part| (part.centre, part.radius)).collect();
-        Self { parts, counts, spheres, places: Buckets::default() }
+        Self { parts, counts, spheres, ..Self::default() }
     }
 
-    /// Bytes, without the parts.
+    /// The tiles, then the edges, of some parts, for so many threads.
+    pub(super) fn lists(&self, threads: usize, parts: &Range<usize>) -> [Arc<Lists>; 2] {
+        let lists = || self.counts.each_ref().map(|counts| Arc::new(Lists::of(threads, &counts[parts.clone()])));
+        if parts.len() < self.parts.len() {
+            return lists();
+        }
+        match self.lists.get_or_init(|| (threads, lists())) {
+            (of, kept) if *of == threads => kept.clone(),
+            _ => lists(),
+        }
+    }
+
+    /// Estimated bytes, without the parts.
     pub(crate) fn memory(&self) -> usize {
-        let Self { parts: _, counts, spheres, places } = self;
+        let Self { counts, spheres, places, .. } = self;
         counts.iter().map(|counts| size_of_val(&counts[..])).sum::<usize>()
             + size_of_val(&spheres[..])
             + size_of_val(places.all())
@@ -53,6 +70,7 @@ impl PlanModel {
 }
 
 /// What is asked of the parts of a model.
+#[allow(clippy::large_enum_variant, reason = "a plan has one")]
 pub(super) enum Asked {
     /// Tolerances of all parts, in their own coordinates.
     Parts(Vec<Tolerance>),
