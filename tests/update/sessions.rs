@@ -8,7 +8,7 @@ use crate::{built, common, edits, models, pool};
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 use trimtess::control::Alone;
-use trimtess::frame::{DamagedPlan, PlanLimits, Tolerance};
+use trimtess::frame::{DamagedPlan, PlanLimits, Tolerance, plan_for_view_within};
 use trimtess::mesh::{
     Batch, DrawnTiles, EdgeLine, MemorySink, MeshSink, Scene, SceneChanges, SceneInstance, SinkError, VertexLayout,
 };
@@ -128,7 +128,7 @@ pub(crate) fn tiles_of_update(prepared: &Arc<Prepared>, next: &Arc<Prepared>, vi
 #[test]
 fn after_random_edits_a_sink_has_what_a_new_session_would_give_it() {
     let models = models();
-    let (count, pool) = (edits() / models.len() as u64, pool());
+    let (count, pool, limits) = (edits() / models.len() as u64, pool(), PlanLimits::DEFAULT);
     let mut tiles = [0, 0];
     for (k, mut model) in models.into_iter().enumerate() {
         let mut draw = SplitMix(100 + k as u64);
@@ -144,6 +144,8 @@ fn after_random_edits_a_sink_has_what_a_new_session_would_give_it() {
             session.update(Arc::clone(&next)).unwrap();
             let report = session.view(&[view], &mut spy).unwrap();
             assert_same(&spy.sink, &next, &view, &what);
+            // What plans of one view read of the model is that of the new one.
+            assert!(session.plan_for_view(&view, &limits) == plan_for_view_within(&next, &view, &limits), "{what}");
             let new = changed(&prepared, &next);
             let part = |row: &PartId| next_part(&spy.sink.scene, *row).index();
             assert!(spy.sent.iter().all(|row| new.contains(&part(row))), "{what}: {:?}, not {new:?}", spy.sent);
