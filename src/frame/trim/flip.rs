@@ -27,8 +27,8 @@ const TINY: f64 = 3e-6;
 /// Exceeds what is lost where products are smaller than the least number, at distances below 1e-72.
 const UNDERFLOW: f64 = 1e-290;
 
-/// Most flips per edge. Long regions between straight borders need more to become Delaunay: the number grows with the
-/// corners.
+/// Most flips per edge, of all edges so far: the last ones join sides of the border, and may need many. Long regions
+/// between straight borders need more to become Delaunay: the number grows with the corners.
 const FLIPS_PER_EDGE: usize = 6;
 
 /// The edges of this many triangles are flipped before the next are looked at: with their points they fit the second
@@ -152,19 +152,24 @@ impl Mesh {
         )
     }
 
-    /// Flips edges until none gains by it, or there were too many flips.
-    pub(crate) fn flip(&mut self, points: &[DVec2]) {
+    /// Flips edges until none gains by it, or there are too many flips. With `may_stop`, returns false as soon as there
+    /// are too many.
+    pub(crate) fn flip(&mut self, points: &[DVec2], may_stop: bool) -> bool {
         let Self { triangles, queue, .. } = self;
         let queue = queue.get_or_insert_with(|| Box::new([0; QUEUE]));
         widest(
             #[inline(always)]
             || {
+                let mut left = 0;
                 for start in (0..triangles.len()).step_by(AT_ONCE) {
                     let end = triangles.len().min(start + AT_ONCE);
-                    flip_some(triangles, points, queue, start..end);
+                    if !flip_some(triangles, points, queue, start..end, &mut left) && may_stop {
+                        return false;
+                    }
                 }
+                true
             },
-        );
+        )
     }
 }
 
@@ -222,11 +227,17 @@ fn insert_ear(triangles: &mut [Triangle], points: &[DVec2], t: usize, around: &m
 }
 
 /// Flips edges among some triangles and those before them. First come first served: it takes three quarters of the
-/// flips that the last first takes.
+/// flips that the last first takes. Returns false if there are too many. `left`: flips that those before have left.
 ///
 /// Numbers of triangles are loaded and stored one by one: a load of a whole triangle would wait for the stores.
 #[inline(always)]
-fn flip_some(triangles: &mut [Triangle], points: &[DVec2], queue: &mut [u32; QUEUE], some: Range<usize>) {
+fn flip_some(
+    triangles: &mut [Triangle],
+    points: &[DVec2],
+    queue: &mut [u32; QUEUE],
+    some: Range<usize>,
+    left: &mut usize,
+) -> bool {
     let mut queue = Queue { sides: queue, head: 0, tail: 0 };
     // Each edge once, when both of its triangles are there.
     for t in some {
@@ -239,13 +250,14 @@ fn flip_some(triangles: &mut [Triangle], points: &[DVec2], queue: &mut [u32; QUE
         }
         triangles[t].corners[WAITS] = waits;
     }
-    let mut left = FLIPS_PER_EDGE * queue.tail;
-    while queue.head < queue.tail && left > 0 {
+    *left += FLIPS_PER_EDGE * queue.tail;
+    while queue.head < queue.tail && *left > 0 {
         let side = queue.pop();
         if flip_edge(triangles, points, side, &mut queue) {
-            left -= 1;
+            *left -= 1;
         }
     }
+    queue.head == queue.tail
 }
 
 /// Sides in order; the oldest are lost when there are too many.

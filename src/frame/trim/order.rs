@@ -27,8 +27,15 @@ impl Order {
     /// least three.
     ///
     /// The line moves along the longer side of their box: the triangles that it leaves are wider that way, and fewer of
-    /// them are flipped.
-    pub(crate) fn sort(&mut self, points: &[DVec2], ids: &[u32], loops: impl Iterator<Item = (u32, u32)> + Clone) {
+    /// them are flipped. It may lean: it meets a point later by `lean` times the point's place across. `lean` is 0 or a
+    /// power of two with any sign, so that the order is exact.
+    pub(crate) fn sort(
+        &mut self,
+        points: &[DVec2],
+        ids: &[u32],
+        loops: impl Iterator<Item = (u32, u32)> + Clone,
+        lean: f64,
+    ) {
         let point = |v: u32| points[ids[v as usize] as usize];
         let bounds = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let (low, high) = (0..ids.len() as u32).map(point).fold(bounds, |(low, high), p| {
@@ -39,18 +46,25 @@ impl Order {
         // Turned by a right angle if it is tall.
         let size = high - low;
         let right = if size.y > size.x { DVec2::Y } else { DVec2::X };
-        self.up = right.perp();
-        let steps = f64::from(u32::MAX) / right.dot(size);
+        let up = right.perp();
+        self.up = up - right * lean;
+        // Rounded, which exchanges no two.
+        let along = |p: DVec2| right.dot(p) + lean * up.dot(p);
+        let leans = [low, high].map(|p| lean * up.dot(p));
+        let first = right.dot(low) + leans[0].min(leans[1]);
+        let steps = f64::from(u32::MAX) / (right.dot(high) + leans[0].max(leans[1]) - first);
         self.keys.clear();
         for (start, end) in loops.clone() {
-            let key = |v: u32| u64::from((right.dot(point(v) - low) * steps) as u32) << 32 | u64::from(v);
+            let key = |v: u32| u64::from(((along(point(v)) - first) * steps) as u32) << 32 | u64::from(v);
             self.keys.extend((start..end).map(key));
         }
         self.keys.sort_unstable();
         // Those of one step.
         let exact = |key: u64| {
             let p = point(key as u32);
-            (right.dot(p), self.up.dot(p), key)
+            let aside = up.dot(p);
+            let (sum, rest) = two_sum(right.dot(p), lean * aside);
+            (sum, rest, aside, key)
         };
         for same in self.keys.chunk_by_mut(|a, b| a >> 32 == b >> 32).filter(|same| same.len() > 1) {
             same.sort_unstable_by(|&a, &b| exact(a).partial_cmp(&exact(b)).unwrap_or(Ordering::Equal));
@@ -58,7 +72,7 @@ impl Order {
         self.ranks.resize(ids.len(), 0);
         self.number();
         if self.keys.len() >= FEW {
-            self.look_ahead(point, right, loops);
+            self.look_ahead(point, right + up * lean, loops);
         }
     }
 
@@ -120,9 +134,17 @@ impl Order {
     }
 }
 
+/// A rounded sum, and what rounding took from it (Knuth, "The Art of Computer Programming", volume 2, section 4.2.2).
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let of_b = sum - a;
+    (sum, (a - (sum - of_b)) + (b - of_b))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sequence::random::SplitMix;
 
     /// A comb of this many teeth that point to the left and rise; it is wider than tall.
     fn comb(teeth: u32, slope: f64) -> Vec<DVec2> {
@@ -136,9 +158,13 @@ mod tests {
 
     /// The order of one loop, and the points in it.
     fn ordered(points: &[DVec2]) -> (Order, Vec<DVec2>) {
+        leaning(points, 0.0)
+    }
+
+    fn leaning(points: &[DVec2], lean: f64) -> (Order, Vec<DVec2>) {
         let mut order = Order::default();
         let ids: Vec<u32> = (0..points.len() as u32).collect();
-        order.sort(points, &ids, std::iter::once((0, points.len() as u32)));
+        order.sort(points, &ids, std::iter::once((0, points.len() as u32)), lean);
         assert!(order.ranks().iter().zip(0..).all(|(&rank, v)| order.vertex(rank) == v));
         let along = (0..points.len() as u32).map(|rank| points[order.vertex(rank) as usize]).collect();
         (order, along)
@@ -188,5 +214,36 @@ mod tests {
         let near = (0..40).map(|k| DVec2::new(1.0 - f64::from(k / 4) * 1e-13, f64::from(k * 7 % 40)));
         let points: Vec<_> = [DVec2::ZERO, DVec2::new(100.0, 0.0)].into_iter().chain(near).collect();
         assert!(ordered(&points).1.is_sorted_by_key(|p| (p.x, p.y)));
+    }
+
+    #[test]
+    fn a_line_that_leans_meets_points_in_exact_order() {
+        // Whole units of 2^-70. Places along a line that leans by a quarter or a half are too long for a number, and
+        // many differ by their last bits only, or not at all.
+        const UNITS: f64 = (1_u128 << 70) as f64;
+        let mut draw = SplitMix(9);
+        for lean in [0.25, -0.25, 0.5, -0.5] {
+            for is_tall in [false, true] {
+                let near = (0..600).map(|_| {
+                    let [part, low, tiny] = [(); 3].map(|()| f64::from((draw.unit() * 8.0) as u32));
+                    let y = (low + 1.0) / 8.0 + tiny / UNITS * 65536.0;
+                    DVec2::new(40.0 - lean * y + part * f64::EPSILON * 16.0, y)
+                });
+                let ends = [DVec2::new(0.0, 0.0), DVec2::new(100.0, 2.0)];
+                let wide = ends.into_iter().chain(near);
+                let points: Vec<_> = wide.map(|p| if is_tall { p.perp() } else { p }).collect();
+                let (_, along) = leaning(&points, lean);
+                let place = |p: &DVec2| {
+                    let [x, y] = if is_tall { [p.y, -p.x] } else { [p.x, p.y] }.map(|x| (x * UNITS) as i128);
+                    (4 * x + (4.0 * lean) as i128 * y, y)
+                };
+                let places: Vec<_> = along.iter().map(place).collect();
+                let (least, most) = (places[0], places[places.len() - 1]);
+                assert!(
+                    places.is_sorted() || places.iter().rev().is_sorted(),
+                    "{lean}, {is_tall}: {least:?}, {most:?}"
+                );
+            }
+        }
     }
 }
