@@ -2,7 +2,7 @@
 //!
 //! * `lattice/*`: 32 x 32 cells, by the length of segments in cells;
 //! * `one_cell/*`: planes (tiles of one cell): discs, stars and combs by the number of tessellants, plates by that of
-//!   their holes, which are alike or scattered;
+//!   their holes, which are round, square or scattered;
 //! * `cylinder/*`: tiles of one row;
 //! * `reference/*`: the whole-tile reference on the first tile, for comparison.
 
@@ -85,6 +85,17 @@ fn plate(cells: (u32, u32), holes: u32) -> Tile {
             let radius = 0.3 * size.min_element() / f64::from(holes);
             tile = tile.with(wavy(centre, radius, TAU * radius / 24.0, -1.0));
         }
+    }
+    tile
+}
+
+/// One cell with `rows` x `rows` square holes, corner by corner in line.
+fn squares(rows: u32) -> Tile {
+    let corners = [[0.25, 0.25], [0.25, 0.75], [0.75, 0.75], [0.75, 0.25]].map(DVec2::from_array);
+    let mut tile = Tile::new((1, 1)).with_border(1.0);
+    for (i, j) in (0..rows).flat_map(|i| (0..rows).map(move |j| (i, j))) {
+        let corner = DVec2::new(f64::from(i), f64::from(j));
+        tile = tile.with(corners.map(|p| (corner + p) / f64::from(rows)));
     }
     tile
 }
@@ -187,6 +198,9 @@ fn bench(c: &mut Criterion) {
     }
     for holes in [1, 4, 16, 64] {
         run("one_cell", BenchmarkId::new("plate", holes * holes), &plate((1, 1), holes));
+    }
+    for rows in [16, 64, 160] {
+        run("one_cell", BenchmarkId::new("squares", rows * rows), &squares(rows));
     }
     for holes in [4, 16, 64] {
         run("one_cell", BenchmarkId::new("scattered", holes * holes), &scattered(holes));
