@@ -76,7 +76,7 @@ pub trait Jobs: Send + Sync {
 pub enum Priority {
     /// Begins a frame, ahead of the call that waits for it. That call makes the frame if no thread has begun it.
     Frame,
-    /// Frees what a frame that was taken back leaves. Nobody waits for it.
+    /// Frees what a plan, or a frame that was taken back, leaves. Nobody waits for it.
     Free,
     /// Joins in a frame that is being made, and has nothing left to do once it is made.
     Helper,

@@ -39,7 +39,7 @@ pub mod internals {
     pub(crate) use super::plan::output::free;
     pub use super::plan::output::{EdgePolyline, PartPlan, TileLattice, cell_coordinate};
     pub use super::plan::rows::PlanRows;
-    pub(crate) use super::plan::wanted::PlanModel;
+    pub(crate) use super::plan::targets::PlanModel;
     pub(crate) use super::tile::job::fill_tile;
     pub use super::tile::job::tessellate_tile;
     pub use super::tile::outcome::TileOutcome;

@@ -28,9 +28,9 @@ impl<T: Copy + Default> Buckets<T> {
         Self { starts, values: sorted }
     }
 
-    /// All values.
-    pub(crate) fn all(&self) -> &[T] {
-        &self.values
+    /// Estimated bytes.
+    pub(crate) fn memory(&self) -> usize {
+        size_of_val(&self.starts[..]) + size_of_val(&self.values[..])
     }
 
     /// Where the values of a key are among all; empty if no key is that large.

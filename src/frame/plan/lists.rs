@@ -1,53 +1,44 @@
-//! Rows of parts -> lists for the threads of a plan.
+//! Numbers of rows of parts -> lists of rows for the threads of a plan.
 
 use super::rows::BLOCK;
 use std::ops::Range;
 
-/// A part, and some of its tiles or edges.
+/// Rows of parts: from a part and the number of its row up to another.
+pub(super) type Span = Range<(usize, usize)>;
+
+/// A part, and some of its rows.
 pub(super) type Stretch = (usize, Range<usize>);
 
-/// The tiles or edges of parts, in lists that become shorter, down to [`BLOCK`]: few lists, and threads that end at
-/// about the same time. Parts are cut between blocks. All in one list if there is one thread.
-#[derive(Debug)]
-pub(super) struct Lists {
-    stretches: Vec<Stretch>,
-    /// Where each list is among them.
-    ranges: Vec<Range<usize>>,
-}
-
-impl Lists {
-    /// Lists for so many threads. `counts`: parts, and their numbers of rows.
-    pub(super) fn of(threads: usize, counts: &[(usize, usize)]) -> Self {
-        /// Part of a thread's share of what is left that the next list is.
-        const SHARE: usize = 2;
-        let size = |left: usize| if threads == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * threads)) };
-        let mut left = counts.iter().map(|(_, count)| count).sum();
-        let (mut stretches, mut ranges, mut room) = (Vec::with_capacity(2 * counts.len()), Vec::new(), size(left));
-        let mut first = 0;
-        for &(part, count) in counts {
-            let mut from: usize = 0;
-            while from < count {
-                let to = count.min(from.saturating_add(room.div_ceil(BLOCK).saturating_mul(BLOCK)));
-                stretches.push((part, from..to));
-                (room, left) = (room.saturating_sub(to - from), left - (to - from));
-                from = to;
-                if room == 0 {
-                    ranges.push(first..stretches.len());
-                    (first, room) = (stretches.len(), size(left));
-                }
+/// All rows of some of the parts in lists that become shorter, down to [`BLOCK`]: few lists, and threads that end at
+/// about the same time. Parts are cut between blocks. All in one list if there is one thread. `counts`: numbers of rows
+/// of all parts.
+pub(super) fn lists(threads: usize, parts: Range<usize>, counts: &[usize]) -> Vec<Span> {
+    /// Part of a thread's share of what is left that the next list is.
+    const SHARE: usize = 2;
+    let size = |left: usize| if threads == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * threads)) };
+    let mut left = counts[parts.clone()].iter().sum();
+    let (mut lists, mut begin, mut room) = (Vec::new(), (parts.start, 0), size(left));
+    for part in parts {
+        let (count, mut from) = (counts[part], 0_usize);
+        while from < count {
+            let to = count.min(from.saturating_add(room.div_ceil(BLOCK).saturating_mul(BLOCK)));
+            (room, left) = (room.saturating_sub(to - from), left - (to - from));
+            from = to;
+            if room == 0 || left == 0 {
+                lists.push(begin..(part, to));
+                (begin, room) = ((part, to), size(left));
             }
         }
-        ranges.extend((first < stretches.len()).then_some(first..stretches.len()));
-        Self { stretches, ranges }
     }
+    lists
+}
 
-    /// Numbers of the lists.
-    pub(super) fn numbers(&self) -> Vec<usize> {
-        (0..self.ranges.len()).collect()
-    }
-
-    /// A list.
-    pub(super) fn list(&self, number: usize) -> &[Stretch] {
-        &self.stretches[self.ranges[number].clone()]
-    }
+/// The rows of a list by part, for the same `counts`.
+pub(super) fn stretches(list: Span, counts: &[usize]) -> impl Iterator<Item = Stretch> {
+    let Range { start, end } = list;
+    let rows = move |part| {
+        let from = if part == start.0 { start.1 } else { 0 };
+        (part, from..if part == end.0 { end.1 } else { counts[part] })
+    };
+    (start.0..=end.0).map(rows).filter(|(_, rows)| !rows.is_empty())
 }

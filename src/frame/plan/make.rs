@@ -2,13 +2,13 @@
 
 use super::lattice::{DensityMet, LatticeRequest, Lattices, is_exact, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
-use super::lists::Stretch;
+use super::lists::{Span, Stretch, lists, stretches};
 use super::output::{EdgePolyline, LINES_OF_TILE, Made, PartPlan, Plan, TileLattice, cells};
 use super::rows::{BLOCK, PlanRows};
+use super::targets::{PlanModel, PlanTargets, Target};
 use super::tessellants::{NarrowestCells, Tessellants, bare, bare_within};
-use super::wanted::{Asked, PlanModel, Wanted};
 use crate::control::{Call, Control, Jobs, Rayon, drop_later, map, width};
-use crate::frame::tolerance::{BoxTolerances, PartTolerance, Tolerance};
+use crate::frame::tolerance::{BoxTolerances, Tolerance};
 use crate::mesh::DrawnTiles;
 use crate::model::{PartId, RowId, TileId};
 use crate::prepare::Prepared;
@@ -60,11 +60,11 @@ pub fn plan_on(
     control: &Control,
 ) -> Result<Plan, PlanError> {
     let scales = prepared.scene.largest_scales();
-    let asked = Asked::Parts(scales.iter().map(|&scale| tolerance.within_part(scale)).collect());
+    let target = Target::Tolerances(scales.iter().map(|&scale| tolerance.within_part(scale)).collect());
     let model = PlanModel::of_parts(prepared, Arc::clone(&prepared.parts), 0..prepared.parts.len());
+    let targets = Arc::new(PlanTargets { model: Arc::new(model), target });
     let held_mib = u32::try_from(prepared.memory().total().div_ceil(1 << 20)).unwrap_or(u32::MAX);
-    let planned = plan_parts(Call::new(jobs, control), Wanted { model: Arc::new(model), asked }, limits, held_mib);
-    planned.ok_or(PlanError::Cancelled)
+    plan_parts(Call::new(jobs, control), &targets, limits, held_mib).ok_or(PlanError::Cancelled)
 }
 
 /// Plans lattice lines and tessellants for one camera, within [`PlanLimits::DEFAULT`].
@@ -120,8 +120,12 @@ pub(crate) fn plan_of_view(
     limits: &PlanLimits,
     control: &Control,
 ) -> Result<Plan, PlanError> {
-    let wanted = Wanted { model: Arc::clone(model), asked: Asked::View(*view, view.lens()) };
-    plan_parts(Call::new(jobs, control), wanted, limits, 0).ok_or(PlanError::Cancelled)
+    let target = Target::of_view(view, model.parts.len());
+    let targets = Arc::new(PlanTargets { model: Arc::clone(model), target });
+    let planned = plan_parts(Call::new(jobs, control), &targets, limits, 0);
+    // The cameras, which are not in this thread's cache.
+    drop_later(jobs, Arc::into_inner(targets).map(|targets| targets.target).into_iter().collect());
+    planned.ok_or(PlanError::Cancelled)
 }
 
 /// The coarsest plan of some parts within limits, in their order. `None` once cancelled.
@@ -134,8 +138,8 @@ pub(crate) fn coarsest(
     let coarsest = Tolerance { chord: f64::INFINITY, angle: f64::INFINITY, max_edge: None };
     let parts = Arc::new(rows.iter().map(|&row| Arc::clone(&prepared.parts[row])).collect());
     let model = Arc::new(PlanModel::of_parts(prepared, parts, rows.iter().copied()));
-    let asked = Asked::Parts(vec![coarsest; rows.len()]);
-    Some(plan_parts(call, Wanted { model, asked }, limits, 0)?.parts)
+    let targets = PlanTargets { model, target: Target::Tolerances(vec![coarsest; rows.len()]) };
+    Some(plan_parts(call, &Arc::new(targets), limits, 0)?.parts)
 }
 
 /// The plan, with the coarsest rows for parts of `prepared` that it has none of, also those after its last.
@@ -160,27 +164,27 @@ pub(crate) fn completed(jobs: &dyn Jobs, plan: &Arc<Plan>, prepared: &Prepared, 
 ///
 /// If the whole does not fit the limits, all densities are lowered by the same factor: no face is favoured. `held_mib`:
 /// memory of the prepared model that counts towards the limits, MiB.
-fn plan_parts(call: Call<'_>, wanted: Wanted, limits: &PlanLimits, held_mib: u32) -> Option<Plan> {
+fn plan_parts(call: Call<'_>, targets: &Arc<PlanTargets>, limits: &PlanLimits, held_mib: u32) -> Option<Plan> {
     /// Steps of 0.75 until every tile has one cell and no plan is smaller: a factor of 1e-12.
     const LOWEST: u32 = 96;
-    let shortfall = Shortfall { held_mib, unusable: wanted.is_unusable(), ..Shortfall::none(limits) };
-    let (parts, wanted) = (wanted.model.parts.len(), Arc::new(wanted));
+    let shortfall = Shortfall { held_mib, unusable: targets.is_unusable(), ..Shortfall::none(limits) };
+    let parts = targets.model.parts.len();
     let attempt = |steps: u32| -> Result<Plan, PlanRequest<'_>> {
         let mut budget = Budget::of(limits, held_mib);
         if steps == LOWEST {
             budget.left = u64::MAX;
         }
         let density = libm::pow(0.75, f64::from(steps));
-        let asked = PlanRequest { call, wanted: &wanted, density, cells_per_tile: budget.cells_per_tile };
+        let request = PlanRequest { call, targets, density, cells_per_tile: budget.cells_per_tile };
         let mut shortfall = Shortfall { density, ..shortfall.clone() };
-        let parts = asked.plan(0..parts, &mut budget, &mut shortfall).ok_or(asked)?;
+        let parts = request.plan(0..parts, &mut budget, &mut shortfall).ok_or(request)?;
         Ok(Plan { parts, drawn: DrawnTiles::default(), shortfall: shortfall.if_any(), made: Made(true) })
     };
-    let asked = match attempt(0) {
+    let request = match attempt(0) {
         Ok(plan) => return Some(plan),
-        Err(asked) => asked,
+        Err(request) => request,
     };
-    let needed = asked.triangles();
+    let needed = request.triangles();
     // Twice as far each time, until a plan fits: the last one has no limit.
     let (mut fails, mut fits) = (0, 1);
     let mut plan = loop {
@@ -207,7 +211,7 @@ fn plan_parts(call: Call<'_>, wanted: Wanted, limits: &PlanLimits, held_mib: u32
 #[derive(Clone, Copy)]
 struct PlanRequest<'a> {
     call: Call<'a>,
-    wanted: &'a Arc<Wanted>,
+    targets: &'a Arc<PlanTargets>,
     density: f64,
     cells_per_tile: u64,
 }
@@ -216,7 +220,7 @@ impl PlanRequest<'_> {
     /// Upper bound on the triangles, each tile within its limit.
     fn triangles(&self) -> u64 {
         let mut budget = Budget { left: u64::MAX, cells_per_tile: self.cells_per_tile };
-        for part in 0..self.wanted.model.parts.len() {
+        for part in 0..self.targets.model.parts.len() {
             // Keeps the plan of one part at a time in memory. The budget does not run out.
             let _ = self.plan(part..part + 1, &mut budget, &mut Shortfall::none(&PlanLimits::DEFAULT));
         }
@@ -225,32 +229,31 @@ impl PlanRequest<'_> {
 
     /// Plans some parts; `None` if the budget does not suffice, or once cancelled.
     fn plan(&self, parts: Range<usize>, budget: &mut Budget, shortfall: &mut Shortfall) -> Option<Vec<PartPlan>> {
-        let Self { call: Call { jobs, control }, wanted, density, cells_per_tile } = *self;
+        let Self { call: Call { jobs, control }, targets, density, cells_per_tile } = *self;
         let spent = SharedBudget { cells: AtomicU64::new(0), left: budget.left, control: control.clone() };
-        let (model, wanted) = (&wanted.model, Arc::clone(wanted));
-        let round = Arc::new(Round { wanted, first: parts.start, density, cells_per_tile, spent });
-        let [of_tiles, of_edges] = model.lists(width(jobs), &parts);
-        let [tiles, edges] = model.counts.each_ref().map(|counts| &counts[parts.clone()]);
+        let first = parts.start;
+        let round = Arc::new(Round { targets: Arc::clone(targets), first, density, cells_per_tile, spent });
+        let PlanModel { parts: prepared, tiles, edges, .. } = &*targets.model;
 
         let step = tracing::trace_span!("lattices").entered();
-        let (shared, rows) = (Arc::clone(&round), empty(tiles));
+        let (shared, rows) = (Arc::clone(&round), empty(&tiles[parts.clone()]));
         let theirs = Arc::clone(&rows);
-        let made = map(jobs, of_tiles.numbers(), move |k| shared.lattices(of_tiles.list(k), &theirs));
+        let lists_of_tiles = lists(width(jobs), parts.clone(), tiles);
+        let made = map(jobs, lists_of_tiles, move |list| shared.lattices(list, &theirs));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
         // Where the part itself needs as many lines as there may be, they do not follow noise.
-        let (mut known, mut asked) = ((usize::MAX, [None; 2]), PartTolerance::default());
+        let mut known = (usize::MAX, [None; 2]);
         let mut too_small = |part: usize, exact: bool| {
             if known.0 != part {
                 known = (part, [None; 2]);
-                self.wanted.of_part(part, &mut asked);
             }
-            let lines = || asked.around(exact);
+            let lines = || targets.of_part(part).around(exact);
             *known.1[usize::from(exact)].get_or_insert_with(lines) >= LINES_OF_TILE as f64
         };
         let mut unusable = false;
-        let lattices = filled(jobs, made, rows, |part, tile, kept: DensityMet| {
+        let lattices = finish_rows(jobs, made, rows, |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
-            let of_part = &model.parts[part];
+            let of_part = &prepared[part];
             let (row, exact) = (&of_part.tiles[tile], is_exact(of_part.face_of(&of_part.tiles[tile])));
             unusable = unusable || !kept.lines && !row.entangled && too_small(part, exact);
             shortfall.tiles.extend((!kept.cells).then_some(id));
@@ -259,10 +262,11 @@ impl PlanRequest<'_> {
         drop(step);
 
         let _step = tracing::trace_span!("tessellants").entered();
-        let (shared, lattices, rows) = (Arc::clone(&round), Arc::new(lattices), empty(edges));
+        let (shared, lattices, rows) = (Arc::clone(&round), Arc::new(lattices), empty(&edges[parts.clone()]));
         let (beside, theirs) = (Arc::clone(&lattices), Arc::clone(&rows));
-        let made = map(jobs, of_edges.numbers(), move |k| shared.polylines(of_edges.list(k), &beside, &theirs));
-        let lines = filled(jobs, made, rows, |part, edge, ()| {
+        let lists_of_edges = lists(width(jobs), parts, edges);
+        let made = map(jobs, lists_of_edges, move |list| shared.polylines(list, &beside, &theirs));
+        let lines = finish_rows(jobs, made, rows, |part, edge, ()| {
             unusable = unusable || too_small(part, false);
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
         })?;
@@ -274,17 +278,17 @@ impl PlanRequest<'_> {
     }
 }
 
-/// Places for the rows of these parts, which threads fill.
-fn empty<T>(counts: &[(usize, usize)]) -> Arc<Vec<PlanRows<T>>> {
-    Arc::new(counts.iter().map(|&(_, count)| PlanRows::empty(count)).collect())
+/// Places for the rows of parts that have so many, which threads fill.
+fn empty<T>(counts: &[usize]) -> Arc<Vec<PlanRows<T>>> {
+    Arc::new(counts.iter().map(|&count| PlanRows::empty(count)).collect())
 }
 
 /// Rows that limits made coarser than asked, by part.
 type Short<K> = Vec<(usize, usize, K)>;
 
-/// The rows that all lists have filled. Calls `short` for each row that limits made coarser than asked. `None` if the
-/// budget did not suffice for a list.
-fn filled<T: Send + Sync + 'static, K>(
+/// Takes the rows once all lists are made. Calls `short` for each row that limits made coarser. `None` if the budget
+/// did not suffice for a list.
+fn finish_rows<T: Send + Sync + 'static, K>(
     jobs: &dyn Jobs,
     made: Vec<Option<Short<K>>>,
     rows: Arc<Vec<PlanRows<T>>>,
@@ -292,7 +296,7 @@ fn filled<T: Send + Sync + 'static, K>(
 ) -> Option<Vec<PlanRows<T>>> {
     let rows = Arc::into_inner(rows)?;
     if made.iter().any(Option::is_none) {
-        drop_later(jobs, rows);
+        drop_later(jobs, rows.into_iter().flat_map(PlanRows::into_blocks).collect());
         return None;
     }
     made.into_iter().flatten().flatten().for_each(|(part, row, kept)| short(part, row, kept));
@@ -301,7 +305,7 @@ fn filled<T: Send + Sync + 'static, K>(
 
 /// What the jobs of a plan share.
 struct Round {
-    wanted: Arc<Wanted>,
+    targets: Arc<PlanTargets>,
     /// The first part.
     first: usize,
     density: f64,
@@ -335,16 +339,16 @@ fn fill<T, K>(
 
 impl Round {
     /// The lattices of some tiles.
-    fn lattices(&self, stretches: &[Stretch], filled: &[PlanRows<TileLattice>]) -> Option<Short<DensityMet>> {
-        let (mut asked, mut need, mut lattices) = <(PartTolerance, BoxTolerances, Lattices)>::default();
+    fn lattices(&self, list: Span, rows: &[PlanRows<TileLattice>]) -> Option<Short<DensityMet>> {
+        let (mut need, mut lattices) = <(BoxTolerances, Lattices)>::default();
         let mut short = Vec::new();
-        for stretch in stretches {
-            let part = &self.wanted.model.parts[stretch.0];
-            self.wanted.of_part(stretch.0, &mut asked);
-            fill(stretch, (&filled[stretch.0 - self.first], &self.spent), &mut short, |row| {
+        let PlanModel { parts, tiles, .. } = &*self.targets.model;
+        for stretch in stretches(list, tiles) {
+            let (part, target) = (&parts[stretch.0], self.targets.of_part(stretch.0));
+            fill(&stretch, (&rows[stretch.0 - self.first], &self.spent), &mut short, |row| {
                 let tile = &part.tiles[row];
                 let face = part.face_of(tile);
-                asked.over(places(face, tile), &mut need);
+                target.over(places(face, tile), &mut need);
                 let (factor, most_cells) = (self.density, self.cells_per_tile);
                 let request = LatticeRequest { face, tile, need: &need, factor, most_cells };
                 let (lattice, kept) = lattices.lattice(&request);
@@ -358,28 +362,29 @@ impl Round {
     /// The tessellants of some edges, beside the lattices of their parts.
     fn polylines(
         &self,
-        stretches: &[Stretch],
+        list: Span,
         lattices: &[PlanRows<TileLattice>],
-        filled: &[PlanRows<EdgePolyline>],
+        rows: &[PlanRows<EdgePolyline>],
     ) -> Option<Short<()>> {
-        let (mut asked, mut need, mut tessellants) = <(PartTolerance, BoxTolerances, Tessellants)>::default();
+        let (mut need, mut tessellants) = <(BoxTolerances, Tessellants)>::default();
         let mut short = Vec::new();
-        for stretch in stretches {
+        let model = &*self.targets.model;
+        for stretch in stretches(list, &model.edges) {
             let of_plan = stretch.0 - self.first;
             let tiles = &lattices[of_plan];
-            let PreparedPart { edges, edge_boxes, .. } = &*self.wanted.model.parts[stretch.0];
-            self.wanted.of_part(stretch.0, &mut asked);
+            let PreparedPart { edges, edge_boxes, .. } = &*model.parts[stretch.0];
+            let target = self.targets.of_part(stretch.0);
             let (mut strictest, mut cells) = (None, NarrowestCells::of(tiles));
-            fill(stretch, (&filled[of_plan], &self.spent), &mut short, |row| {
+            fill(&stretch, (&rows[of_plan], &self.spent), &mut short, |row| {
                 let edge = &edges[row];
                 // Most edges are one segment at the tolerance where their block is nearest, too.
                 if row % EDGES_PER_BOX == 0 {
-                    strictest = asked.strictest(&edge_boxes[row / EDGES_PER_BOX]);
+                    strictest = target.strictest(&edge_boxes[row / EDGES_PER_BOX]);
                 }
-                let bare = if asked.limits_length() { None } else { bare(edge, tiles) };
+                let bare = if target.limits_length() { None } else { bare(edge, tiles) };
                 let bare = bare.or_else(|| bare_within(edge, &mut cells, strictest.as_ref()?, self.density));
                 let (line, kept) = bare.map(|line| (line, true)).unwrap_or_else(|| {
-                    asked.over(edge.bounds.places(), &mut need);
+                    target.over(edge.bounds.places(), &mut need);
                     tessellants.polyline(edge, &mut cells, &need, self.density)
                 });
                 let tessellants = line.ts.len() as u64;
@@ -413,7 +418,6 @@ impl SharedBudget {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lists::Lists;
     use super::*;
     use crate::control::{Alone, assert_each_cancels};
     use crate::model::{Frame3, Loop, PartBuilder, ShellKind, Surface, shapes};
@@ -454,27 +458,31 @@ mod tests {
 
     #[test]
     fn parts_have_all_rows_whatever_the_lists() {
-        let counts: Vec<(usize, usize)> = [0, 5, 0, 700, 64, 0, 1, 65, 0].into_iter().enumerate().collect();
-        let budget = SharedBudget { cells: AtomicU64::new(0), left: u64::MAX, control: Control::default() };
-        for threads in [1, 2, 3] {
-            let (lists, rows) = (Lists::of(threads, &counts), empty(&counts));
-            let made = lists.numbers().into_iter().map(|k| {
-                let mut made = Vec::new();
-                assert!(!lists.list(k).is_empty());
-                for stretch in lists.list(k) {
+        let counts = [0, 5, 0, 700, 64, 0, 1, 65, 0];
+        let row = |part, row| Arc::new((part, row));
+        for (threads, left) in [(1, u64::MAX), (2, u64::MAX), (3, u64::MAX), (1, 500), (3, 500)] {
+            let budget = SharedBudget { cells: AtomicU64::new(0), left, control: Control::default() };
+            let (lists, rows) = (lists(threads, 0..counts.len(), &counts), empty(&counts));
+            assert!((lists.len() == 1) == (threads == 1));
+            let make = |list| {
+                let mut short = Vec::new();
+                assert!(stretches(Range::clone(list), &counts).count() > 0);
+                for stretch in stretches(Range::clone(list), &counts) {
                     let row = |row| ((stretch.0, row), 1, (row % 100 == 7).then_some(()));
-                    fill(stretch, (&rows[stretch.0], &budget), &mut made, row)?;
+                    fill(&stretch, (&rows[stretch.0], &budget), &mut short, row)?;
                 }
-                Some(made)
-            });
-            let made: Vec<_> = made.collect();
-            assert!((made.len() == 1) == (threads == 1));
-            let mut short = Vec::new();
-            let rows = filled(&Alone, made, rows, |part, row, ()| short.push((part, row)));
-            let rows: Vec<Vec<_>> =
-                rows.expect("enough").iter().map(|rows| rows.iter().map(|row| **row).collect()).collect();
-            let all = |&(part, count): &(usize, usize)| (0..count).map(|row| (part, row)).collect::<Vec<_>>();
-            assert_eq!(rows, counts.iter().map(all).collect::<Vec<_>>());
+                Some(short)
+            };
+            let made: Vec<_> = lists.iter().map(make).collect();
+            let (kept, mut short) = (rows.iter().flatten().map(Arc::downgrade).collect::<Vec<_>>(), Vec::new());
+            let rows = finish_rows(&Alone, made, rows, |part, row, ()| short.push((part, row)));
+            if left == 500 {
+                assert!(rows.is_none() && short.is_empty() && kept.len() >= 448);
+                assert!(kept.iter().all(|row| row.strong_count() == 0));
+                continue;
+            }
+            let all = |(part, &count): (usize, &usize)| (0..count).map(|k| row(part, k)).collect();
+            assert_eq!(rows, Some(counts.iter().enumerate().map(all).collect::<Vec<PlanRows<_>>>()));
             let of_long = [7, 107, 207, 307, 407, 507, 607].map(|row| (3, row));
             assert_eq!(short, [&of_long[..], &[(4, 7), (7, 7)]].concat());
         }

@@ -9,6 +9,6 @@ pub(super) mod lattice;
 pub(super) mod tile_bounds;
 pub(super) mod tessellants;
 pub(super) mod lists;
-pub(super) mod wanted;
+pub(super) mod targets;
 pub(super) mod make;
 pub(super) mod damage;

@@ -1,5 +1,5 @@
-//! The rows of a plan, in blocks: threads make and free blocks side by side, and no row moves when they are put
-//! together.
+//! The rows of a plan, in blocks: threads fill places for blocks side by side, free blocks side by side, and no row
+//! moves.
 
 use crate::prepare::internals::EDGES_PER_BOX;
 use std::iter::{FilterMap, Flatten};
@@ -11,10 +11,10 @@ use std::sync::{Arc, OnceLock};
 pub(crate) const BLOCK: usize = EDGES_PER_BOX;
 
 /// [`BLOCK`] rows, or those that are left.
-pub(crate) type Block<T> = Vec<Arc<T>>;
+type Block<T> = Vec<Arc<T>>;
 
 /// A block, once a thread has filled it.
-pub(crate) type Place<T> = OnceLock<Block<T>>;
+type Place<T> = OnceLock<Block<T>>;
 
 /// One row per tile, or per edge, of a part.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,7 +39,8 @@ impl<T> PlanRows<T> {
 
     /// Appends a block. All blocks before it are full.
     pub(crate) fn push_block(&mut self, block: Place<T>) {
-        debug_assert!(self.len().is_multiple_of(BLOCK));
+        let len = |block: &Place<T>| block.get().map_or(0, Vec::len);
+        debug_assert!(self.0.last().is_none_or(|last| len(last) == BLOCK) && (1..=BLOCK).contains(&len(&block)));
         self.0.push(block);
     }
 
@@ -51,6 +52,11 @@ impl<T> PlanRows<T> {
     /// The blocks in their order.
     pub(crate) fn blocks(&self) -> &[Place<T>] {
         &self.0
+    }
+
+    /// The blocks in their order, by value.
+    pub(super) fn into_blocks(self) -> impl Iterator<Item = Place<T>> {
+        self.0.into_iter()
     }
 
     /// Takes the last blocks, so many if there are.

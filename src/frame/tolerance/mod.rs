@@ -118,41 +118,25 @@ impl BoxTolerances {
 }
 
 /// Tolerance of a part: the same everywhere, or in each box by the screen-space error of its instances.
-pub(crate) struct PartTolerance {
+pub(crate) struct PartTolerance<'a> {
     /// In part coordinates; with cameras, the tolerance where one millimetre covers one pixel.
     tolerance: Tolerance,
     /// In the coordinates of each instance; none for the same tolerance everywhere.
-    cameras: Vec<PartCamera>,
+    cameras: &'a [PartCamera],
     centre: DVec3,
     radius: f64,
 }
 
-impl Default for PartTolerance {
-    /// No limit.
-    fn default() -> Self {
-        let BoxTolerances { tolerance, radius, .. } = BoxTolerances::default();
-        Self { tolerance, cameras: Vec::new(), centre: DVec3::ZERO, radius }
-    }
-}
-
-impl PartTolerance {
-    /// The same tolerance everywhere, for a part with this centre and radius.
-    pub(crate) fn set(&mut self, tolerance: &Tolerance, (centre, radius): (DVec3, f64)) {
-        self.cameras.clear();
-        (self.tolerance, self.centre, self.radius) = (tolerance.usable(radius), centre, radius);
+impl<'a> PartTolerance<'a> {
+    /// The same tolerance everywhere, for a part of this radius.
+    pub(crate) fn everywhere(tolerance: &Tolerance, radius: f64) -> Self {
+        Self { tolerance: tolerance.usable(radius), cameras: &[], centre: DVec3::ZERO, radius }
     }
 
-    /// Screen-space error of a part with this centre and radius, which these `cameras` see: `per_pixel` is the tolerance
-    /// where one millimetre of the part covers one pixel.
-    pub(crate) fn set_seen(
-        &mut self,
-        per_pixel: &Tolerance,
-        cameras: impl Iterator<Item = PartCamera>,
-        (centre, radius): (DVec3, f64),
-    ) {
-        self.cameras.clear();
-        self.cameras.extend(cameras);
-        (self.tolerance, self.centre, self.radius) = (*per_pixel, centre, radius);
+    /// Screen-space error for `cameras`, of a part with this centre and radius. `per_pixel`: the tolerance where one
+    /// millimetre of the part covers one pixel.
+    pub(crate) fn seen(per_pixel: &Tolerance, cameras: &'a [PartCamera], (centre, radius): (DVec3, f64)) -> Self {
+        Self { tolerance: *per_pixel, cameras, centre, radius }
     }
 
     /// See [`Tolerance::around`]; the fewest lines that any place of the part needs. Cost: a look at each camera.
@@ -171,7 +155,7 @@ impl PartTolerance {
     }
 
     /// Writes the tolerance of a tile or an edge with these boxes to `need`.
-    pub(crate) fn over<'a>(&self, places: impl Iterator<Item = &'a BoundingBox> + Clone, need: &mut BoxTolerances) {
+    pub(crate) fn over<'b>(&self, places: impl Iterator<Item = &'b BoundingBox> + Clone, need: &mut BoxTolerances) {
         let BoxTolerances { tolerance, shares, radius } = need;
         *radius = self.radius;
         shares.clear();
