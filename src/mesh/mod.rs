@@ -8,6 +8,7 @@ pub use drawn::DrawnTiles;
 pub(crate) use drawn::tiles_of_word;
 
 mod scene;
+pub(crate) use scene::uniform_scale;
 pub use scene::{InstanceKey, PartKey, Scene, SceneChanges, SceneInstance, ScenePart};
 
 mod vertex_layout;

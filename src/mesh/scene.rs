@@ -128,12 +128,7 @@ impl SceneInstance {
     /// Uniform scale of the transform: the cube root of its determinant's absolute value.
     #[must_use]
     pub fn scale(&self) -> f64 {
-        /// Up to here the next term of the series is below half of the last digit.
-        const RIGID: f64 = 1e-8;
-        let volume = self.transform.matrix3.determinant().abs();
-        // Most instances, but for rounding. A frame asks for all of them.
-        let beyond = volume - 1.0;
-        if beyond.abs() <= RIGID { 1.0 + beyond / 3.0 } else { libm::cbrt(volume) }
+        uniform_scale(&self.transform)
     }
 
     /// The number of one of its faces, of those of all instances. Beyond 2³² faces, numbers begin again.
@@ -196,6 +191,16 @@ impl Scene {
         let usable = |scale: f64| if scale > 0.0 && scale.is_finite() { scale } else { 1.0 };
         scales.into_iter().map(usable).collect()
     }
+}
+
+/// See [`SceneInstance::scale`].
+pub(crate) fn uniform_scale(transform: &DAffine3) -> f64 {
+    /// Up to here the next term of the series is below half of the last digit.
+    const RIGID: f64 = 1e-8;
+    let volume = transform.matrix3.determinant().abs();
+    // Most instances, but for rounding. A frame asks for all of them.
+    let beyond = volume - 1.0;
+    if beyond.abs() <= RIGID { 1.0 + beyond / 3.0 } else { libm::cbrt(volume) }
 }
 
 /// What differs between a scene and that of the last completed frame, however many frames were cancelled in between.

@@ -256,8 +256,7 @@ impl PlacedInstances {
             for instance in found.drain(..).map(|number| number as usize) {
                 let placed = &self.instances[instance];
                 let Attributes { tolerance_scale, priority, .. } = *self.attributes.of(instance);
-                let sight = of.sight(lens, (&placed.transform, placed.scale()));
-                let sight = sight.weighed(1.0 / (of.deviation_px * tolerance_scale));
+                let sight = of.sight(lens, &placed.transform).weighed(1.0 / (of.deviation_px * tolerance_scale));
                 if let Some(PixelScale { most, .. }) = sight.look(&self.box_of(placed)) {
                     let eye = cull_back_faces.then(|| of.eye(lens, placed));
                     shown.sights.push(InstanceSight { view, instance, sight, eye, most, priority });

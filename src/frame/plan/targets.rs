@@ -21,14 +21,14 @@ pub(crate) struct PlanModel {
     pub(super) edges: Vec<usize>,
     /// Centre and radius of each part.
     spheres: Vec<(DVec3, f64)>,
-    /// Transforms of the instances of each part, and their scales.
-    places: Buckets<(DAffine3, f64)>,
+    /// Transforms of the instances of each part.
+    places: Buckets<DAffine3>,
 }
 
 impl PlanModel {
     /// For plans of views.
     pub(crate) fn of(prepared: &Prepared) -> Self {
-        let place = |instance: &SceneInstance| (instance.part.0, (instance.transform, instance.scale()));
+        let place = |instance: &SceneInstance| (instance.part.0, instance.transform);
         let places = Buckets::of(prepared.scene.parts.len(), prepared.scene.instances.iter().map(place));
         Self { places, ..Self::of_parts(prepared, Arc::clone(&prepared.parts), 0..prepared.parts.len()) }
     }
@@ -93,7 +93,7 @@ impl PlanTargets {
         match &self.target {
             Target::Tolerances(of) => PartTolerance::everywhere(&of[part], sphere.1),
             Target::View { view, lens: Some(lens), cameras } if !places.is_empty() => {
-                let sight = |(transform, scale): &(DAffine3, f64)| view.sight(*lens, (transform, *scale));
+                let sight = |transform| view.sight(*lens, transform);
                 let cameras = cameras[part].get_or_init(|| places.iter().map(sight).collect());
                 let per_pixel = Tolerance { chord: view.deviation_px, angle: view.angle, max_edge: view.size_px };
                 PartTolerance::seen(&per_pixel, cameras, sphere)

@@ -7,7 +7,7 @@
 
 use crate::math::lanes::{larger, smaller};
 use crate::math::sphere_tree::Sphere;
-use crate::mesh::SceneInstance;
+use crate::mesh::{SceneInstance, uniform_scale};
 use crate::prepare::internals::BoundingBox;
 use crate::view::{Projection, View};
 use glam::{DAffine3, DVec3};
@@ -248,16 +248,12 @@ impl View {
         !off
     }
 
-    /// This camera in the coordinates of an instance with this transform and its scale.
-    pub(crate) fn sight(
-        &self,
-        (axes, lens): ([DVec3; 3], SightLens),
-        (transform, scale): (&DAffine3, f64),
-    ) -> PartCamera {
+    /// This camera in the coordinates of an instance with this transform.
+    pub(crate) fn sight(&self, (axes, lens): ([DVec3; 3], SightLens), transform: &DAffine3) -> PartCamera {
         let to_part = transform.matrix3.transpose();
         let place = transform.translation - self.camera.eye;
         let origin = DVec3::from(axes.map(|axis| axis.dot(place)));
-        PartCamera { axes: axes.map(|axis| to_part * axis), origin, scale, lens }
+        PartCamera { axes: axes.map(|axis| to_part * axis), origin, scale: uniform_scale(transform), lens }
     }
 
     /// Where this camera is in the coordinates of an instance.
@@ -287,7 +283,7 @@ mod tests {
 
     fn sight(view: &View, transform: DAffine3) -> PartCamera {
         let lens = view.lens().unwrap_or_else(|| panic!("invalid view: {view:?}"));
-        view.sight(lens, (&transform, SceneInstance::new(crate::model::PartId(0), transform).scale()))
+        view.sight(lens, &transform)
     }
 
     /// Projection of a point, pixels.
