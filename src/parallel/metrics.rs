@@ -107,7 +107,8 @@ impl Processor {
 pub struct SessionMemory {
     /// Levels and plans of frames of views; 0 before the first.
     pub plans: u64,
-    /// Instances, and which tiles the sink has.
+    /// Instances, which tiles the sink has, and what [`plan_for_view`](super::Session::plan_for_view) reads of the
+    /// model, from its first call on.
     pub scene: u64,
 }
 
