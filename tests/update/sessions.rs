@@ -136,6 +136,8 @@ fn after_random_edits_a_sink_has_what_a_new_session_would_give_it() {
         let view = view_of(&prepared);
         let (mut session, mut spy) = (start(&prepared), Spy::default());
         session.view(&[view], &mut spy).unwrap();
+        // So that the first update has something to invalidate.
+        assert!(session.plan_for_view(&view, &limits) == plan_for_view_within(&prepared, &view, &limits));
         for number in 0..count {
             let edit = Edit::DISTINCT[draw.below(Edit::DISTINCT.len() as u64) as usize];
             edit.apply(&mut model, &pool, &mut draw);
