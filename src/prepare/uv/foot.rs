@@ -172,7 +172,7 @@ impl Seeds {
 mod tests {
     use crate::model::{NurbsSurface, Surface};
     use crate::prepare::uv::projector::Projector;
-    use glam::DVec3;
+    use glam::{DVec2, DVec3};
     use std::f64::consts::FRAC_PI_4;
 
     /// A band along a helix of radius 4 and pitch 0.5, which leaves a gap of 0.05 to the next turn.
@@ -202,5 +202,25 @@ mod tests {
                 assert!(band.point(found.x, found.y).distance(p) < 1e-6, "{turns} turns: {found} instead of {u}, {v}");
             }
         }
+    }
+
+    #[test]
+    fn points_off_a_spring_do_not_end_searches_for_those_on_another_turn() {
+        let band = band(4);
+        let projector = Projector::new(&band, 1e-7);
+        let [_, (_, end)] = band.natural_domain();
+        for k in 0..20 {
+            let [u, v] = [0.5, end * (0.3 + 0.01 * f64::from(k))];
+            let [point, du, dv] = band.tangents(u, v);
+            let off = point + du.cross(dv).normalize() * 1e-3;
+            let found = projector.project(off, Some(DVec2::new(u, v)));
+            assert!(band.point(found.x, found.y).distance(off) < 1.1e-3, "{found} instead of {u}, {v}");
+        }
+        // The next edge.
+        projector.vain.set(0);
+        let [p, next_turn] = [0.4, 0.65].map(|share| share * end);
+        let p = band.point(0.5, p);
+        let found = projector.project(p, Some(DVec2::new(0.5, next_turn)));
+        assert!(band.point(found.x, found.y).distance(p) < 1e-6, "{found}");
     }
 }

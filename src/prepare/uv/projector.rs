@@ -3,6 +3,7 @@
 use super::foot::{Foot, Seeds, newton_step};
 use super::lead::first_parameters;
 use crate::math::boxes::around;
+use crate::math::lanes::larger;
 use crate::math::solve::{bisected, least_squares};
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
@@ -58,6 +59,9 @@ pub(crate) struct Projector<'a> {
     seeds: OnceCell<Seeds>,
     /// Searches without improvement since the last one that improved, or since the edge began.
     pub(super) vain: Cell<u32>,
+    /// The same for all edges of the face, and the largest distance from the surface among these searches. A face whose
+    /// edges lie off its surface has several that do.
+    vain_at_all: Cell<(u32, f64)>,
 }
 
 impl<'a> Projector<'a> {
@@ -80,6 +84,7 @@ impl<'a> Projector<'a> {
             tolerance,
             seeds: OnceCell::new(),
             vain: Cell::new(0),
+            vain_at_all: Cell::new((0, 0.0)),
         }
     }
 
@@ -152,10 +157,18 @@ impl<'a> Projector<'a> {
         if near.off <= self.near() || self.vain.get() >= MAX_VAIN {
             return near;
         }
-        let far = self.search(p);
-        let found = far.off < 0.5 * near.off;
-        self.vain.set(if found { 0 } else { self.vain.get() + 1 });
-        if found { Foot { uv: self.unwrap(far.uv, s), ..far } } else { near }
+        let (count, gap) = self.vain_at_all.get();
+        if count < MAX_VAIN || near.off > gap {
+            let far = self.search(p);
+            if far.off < 0.5 * near.off {
+                self.vain.set(0);
+                self.vain_at_all.set((0, 0.0));
+                return Foot { uv: self.unwrap(far.uv, s), ..far };
+            }
+            self.vain_at_all.set((count + 1, larger(near.off, gap)));
+        }
+        self.vain.set(self.vain.get() + 1);
+        near
     }
 
     /// Distance from the surface within which a point is on it.
