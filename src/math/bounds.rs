@@ -13,7 +13,7 @@
 use super::bernstein::binomials;
 use super::fitted_bounds;
 use super::lanes::{larger, widest};
-use glam::{DVec3, DVec4};
+use glam::DVec4;
 use smallvec::{SmallVec, smallvec};
 
 /// Upper bounds on the lengths of `S_u`, `S_v`, `S_uu`, `S_uv`, `S_vv` over a patch.
@@ -63,14 +63,18 @@ pub fn patch_bounds(points_u: usize, control: &[DVec4], rational: bool) -> NetBo
     // Centre the net: derivatives do not change, but cancellation errors shrink.
     let corner = |k: usize| control[k].truncate() / control[k].w;
     let last = control.len() - 1;
-    let centre = 0.25 * (corner(0) + corner(points_v - 1) + corner(last + 1 - points_v) + corner(last));
-    let p = Poly::scaled(points_u, points_v, control.iter().map(|c| c.truncate() - centre * c.w));
+    let centre = (0.25 * (corner(0) + corner(points_v - 1) + corner(last + 1 - points_v) + corner(last))).extend(0.0);
+    let centred = control.iter().map(|c| *c - centre * c.w);
+    // The cube of the weights, raised by one degree, is the longest product.
+    let row = |degrees: usize| if points_v == 1 { 1 } else { points_v.max(3 * degrees + 1) + 1 };
     if is_product {
-        let a = Poly::row((0..points_u).map(|i| weight(i, 0))).transposed();
-        let b = Poly::row((0..points_v).map(|j| weight(0, j) / weight(0, 0)));
-        separable_bounds(&p, &a, &b)
+        let a = line((0..points_u).map(|i| weight(i, 0)));
+        let b = line((0..points_v).map(|j| weight(0, j) / weight(0, 0)));
+        separable_bounds(&Poly::scaled(points_u, points_v, row(b.len() - 1), centred), &a, &b)
     } else {
-        general_bounds(&p, &Poly::scaled_scalar(points_u, points_v, control.iter().map(|c| c.w)))
+        let row = row(points_v - 1);
+        let p = Poly::scaled(points_u, points_v, row, centred);
+        general_bounds(&p, &Poly::scaled(points_u, points_v, row, control.iter().map(|c| DVec4::X * c.w)))
     }
 }
 
@@ -103,22 +107,22 @@ fn polynomial_bounds(points_u: usize, points_v: usize, control: &[DVec4]) -> Net
 }
 
 /// Bounds of `P / (A(u) B(v))`.
-fn separable_bounds(p: &Poly, a: &Poly, b: &Poly) -> NetBounds {
-    let au = a.by_u();
-    let a2 = sum(&[(1.0, a, a)]);
-    let a3 = sum(&[(1.0, &a2, a)]);
-    let qu = sum(&[(1.0, a, &p.by_u()), (-1.0, &au, p)]);
-    let quu = sum(&[(1.0, a, &qu.by_u()), (-2.0, &au, &qu)]);
+fn separable_bounds(p: &Poly, a: &Line, b: &Line) -> NetBounds {
+    let (au, a2) = (slope(a), product(a, a));
+    let a3 = product(&a2, a);
+    let along_u = |line| -> Grid<'_> { (1, line) };
+    let qu = sum(along_u(a), &p.by_u(), -1.0, along_u(&au), p);
+    let quu = sum(along_u(a), &qu.by_u(), -2.0, along_u(&au), &qu);
     if p.nv == 1 {
         // A curve: there is nothing by v.
         return NetBounds { du: qu.over(&a2, b), duu: quu.over(&a3, b), ..NetBounds::default() };
     }
-    let bv = b.by_v();
-    let b2 = sum(&[(1.0, b, b)]);
-    let b3 = sum(&[(1.0, &b2, b)]);
-    let qv = sum(&[(1.0, b, &p.by_v()), (-1.0, &bv, p)]);
-    let quv = sum(&[(1.0, b, &qu.by_v()), (-1.0, &bv, &qu)]);
-    let qvv = sum(&[(1.0, b, &qv.by_v()), (-2.0, &bv, &qv)]);
+    let (bv, b2) = (slope(b), product(b, b));
+    let b3 = product(&b2, b);
+    let [along_v, slope_v]: [Grid<'_>; 2] = [(b.len(), b), (b.len() - 1, &bv)];
+    let qv = sum(along_v, &p.by_v(), -1.0, slope_v, p);
+    let quv = sum(along_v, &qu.by_v(), -1.0, slope_v, &qu);
+    let qvv = sum(along_v, &qv.by_v(), -2.0, slope_v, &qv);
     NetBounds {
         du: qu.over(&a2, b),
         dv: qv.over(a, &b2),
@@ -128,18 +132,19 @@ fn separable_bounds(p: &Poly, a: &Poly, b: &Poly) -> NetBounds {
     }
 }
 
-/// Bounds of `P / W`.
+/// Bounds of `P / W`. `w`: the weights, as first components.
 fn general_bounds(p: &Poly, w: &Poly) -> NetBounds {
-    let (wu, wv) = (w.by_u(), w.by_v());
-    let w2 = sum(&[(1.0, w, w)]);
-    let w3 = sum(&[(1.0, &w2, w)]);
-    let qu = sum(&[(1.0, w, &p.by_u()), (-1.0, &wu, p)]);
-    let qv = sum(&[(1.0, w, &p.by_v()), (-1.0, &wv, p)]);
-    let quu = sum(&[(1.0, w, &qu.by_u()), (-2.0, &wu, &qu)]);
-    let quv = sum(&[(1.0, w, &qu.by_v()), (-2.0, &wv, &qu)]);
-    let qvv = sum(&[(1.0, w, &qv.by_v()), (-2.0, &wv, &qv)]);
+    let [g, gu, gv] = [w, &w.by_u(), &w.by_v()].map(Poly::first);
+    let [w1, wu, wv]: [Grid<'_>; 3] = [(w.nv, &g), (w.nv, &gu), (w.nv - 1, &gv)];
+    let square = Poly::product(w1, w);
+    let cube = Poly::product((square.nv, &square.first()), w);
+    let qu = sum(w1, &p.by_u(), -1.0, wu, p);
+    let qv = sum(w1, &p.by_v(), -1.0, wv, p);
+    let quu = sum(w1, &qu.by_u(), -2.0, wu, &qu);
+    let quv = sum(w1, &qu.by_v(), -2.0, wv, &qu);
+    let qvv = sum(w1, &qv.by_v(), -2.0, wv, &qv);
     // As `over` raises the product, once for all. Neither direction is constant: the weights would be a product.
-    let [w2, w3] = [w2, w3].map(|w| {
+    let [w2, w3] = [square, cube].map(|w| {
         let (nu, nv) = (w.nu + 1, w.nv + 1);
         w.raised(nu, nv)
     });
@@ -158,153 +163,168 @@ pub fn segment_bounds(control: &[DVec4]) -> (f64, f64) {
     (bounds.du, bounds.duu)
 }
 
-/// A polynomial in two variables with `dim` components, as Bernstein coefficients times binomials: products are
-/// convolutions. The components of a coefficient are adjacent, so a row is contiguous.
-#[derive(Clone)]
+/// A scalar polynomial in one variable, as Bernstein coefficients times binomials: products are convolutions.
+type Line = SmallVec<[f64; 16]>;
+
+/// The polynomial of these Bernstein coefficients; of degree 0 if all are equal.
+fn line(plain: impl ExactSizeIterator<Item = f64> + Clone) -> Line {
+    let mut values = plain.clone();
+    let first = values.next().unwrap_or(1.0);
+    if values.all(|w| (w - first).abs() <= PRODUCT * first) {
+        return smallvec![first];
+    }
+    binomials(plain.len() - 1).iter().zip(plain).map(|(f, w)| f * w).collect()
+}
+
+/// The derivative; empty if `a` is constant.
+fn slope(a: &[f64]) -> Line {
+    let n = a.len() - 1;
+    a.windows(2).enumerate().map(|(j, w)| (j + 1) as f64 * w[1] - (n - j) as f64 * w[0]).collect()
+}
+
+fn product(a: &[f64], b: &[f64]) -> Line {
+    let mut product: Line = smallvec![0.0; a.len() + b.len() - 1];
+    for (i, &value) in a.iter().enumerate() {
+        product[i..][..b.len()].iter_mut().zip(b).for_each(|(to, from)| *to += value * from);
+    }
+    product
+}
+
+/// The same polynomial with at least so many coefficients.
+fn raised_line(a: &Line, n: usize) -> Line {
+    if n <= a.len() { a.clone() } else { product(&binomials(n - a.len()), a) }
+}
+
+/// The coefficients of a scalar polynomial in two variables, u-major, after their number per row.
+type Grid<'a> = (usize, &'a [f64]);
+
+/// A polynomial in two variables, as vectors of Bernstein coefficients times binomials. The fourth component means
+/// nothing; four numbers fill a register.
 struct Poly {
     nu: usize,
     nv: usize,
-    dim: usize,
-    c: Vec<f64>,
+    /// Distance between rows, the same in factors and products. The rest of each row is 0, so that all rows are one run.
+    row: usize,
+    c: Vec<DVec4>,
 }
 
 impl Poly {
-    fn scaled(nu: usize, nv: usize, plain: impl Iterator<Item = DVec3>) -> Self {
-        let scaled = binomial_grid(nu, nv).into_iter().zip(plain).flat_map(|(f, p)| (p * f).to_array());
-        Self { nu, nv, dim: 3, c: scaled.collect() }
-    }
-
-    fn scaled_scalar(nu: usize, nv: usize, plain: impl Iterator<Item = f64>) -> Self {
-        Self { nu, nv, dim: 1, c: binomial_grid(nu, nv).into_iter().zip(plain).map(|(f, w)| f * w).collect() }
-    }
-
-    /// A scalar polynomial in v alone; degree 0 if all coefficients are equal.
-    fn row(plain: impl ExactSizeIterator<Item = f64> + Clone) -> Self {
-        let mut values = plain.clone();
-        let first = values.next().unwrap_or(1.0);
-        if values.all(|w| (w - first).abs() <= PRODUCT * first) {
-            return Self { nu: 1, nv: 1, dim: 1, c: vec![first] };
+    fn scaled(nu: usize, nv: usize, row: usize, plain: impl Iterator<Item = DVec4>) -> Self {
+        let mut scaled = Self::zero(nu, nv, row);
+        let factors = binomial_grid(nu, nv);
+        for (k, (f, p)) in factors.iter().zip(plain).enumerate() {
+            scaled.c[k / nv * row + k % nv] = p * *f;
         }
-        Self::scaled_scalar(1, plain.len(), plain)
+        scaled
     }
 
-    /// Turns a polynomial in v alone into one in u alone.
-    fn transposed(self) -> Self {
-        Self { nu: self.nv, nv: self.nu, ..self }
-    }
-
-    /// The zero polynomial of the given size; without coefficients if `nu` or `nv` is 0.
-    fn zero(nu: usize, nv: usize, dim: usize) -> Self {
-        Self { nu, nv, dim, c: vec![0.0; nu * nv * dim] }
+    fn zero(nu: usize, nv: usize, row: usize) -> Self {
+        Self { nu, nv, row, c: vec![DVec4::ZERO; nu * row] }
     }
 
     fn by_u(&self) -> Self {
-        let mut d = Self::zero(self.nu.saturating_sub(1), self.nv, self.dim);
-        if d.c.is_empty() {
-            return d;
-        }
-        let row = self.nv * self.dim;
-        for (i, out) in d.c.chunks_exact_mut(row).enumerate() {
+        let mut d = Self::zero(self.nu.saturating_sub(1), self.nv, self.row);
+        for (i, out) in d.c.chunks_exact_mut(self.row).enumerate() {
             let (up, down) = ((i + 1) as f64, (self.nu - 1 - i) as f64);
-            for (k, x) in out.iter_mut().enumerate() {
-                *x = up * self.c[(i + 1) * row + k] - down * self.c[i * row + k];
-            }
+            let [here, next] = [i, i + 1].map(|i| &self.c[i * self.row..][..self.nv]);
+            out.iter_mut().zip(here).zip(next).for_each(|((x, here), next)| *x = *next * up - *here * down);
         }
         d
     }
 
     fn by_v(&self) -> Self {
-        let mut d = Self::zero(self.nu, self.nv.saturating_sub(1), self.dim);
-        if d.c.is_empty() {
-            return d;
-        }
-        for (out, row) in d.c.chunks_exact_mut(d.nv * d.dim).zip(self.c.chunks_exact(self.nv * self.dim)) {
-            let next = row[self.dim..].chunks_exact(self.dim);
-            let columns = out.chunks_exact_mut(self.dim).zip(row.chunks_exact(self.dim)).zip(next);
-            for (j, ((out, here), next)) in columns.enumerate() {
+        let mut d = Self::zero(self.nu, self.nv.saturating_sub(1), self.row);
+        for (out, row) in d.c.chunks_exact_mut(self.row).zip(self.c.chunks_exact(self.row)) {
+            for (j, (x, w)) in out.iter_mut().zip(row[..self.nv].windows(2)).enumerate() {
                 let (up, down) = ((j + 1) as f64, (self.nv - 1 - j) as f64);
-                for ((x, here), next) in out.iter_mut().zip(here).zip(next) {
-                    *x = up * next - down * here;
-                }
+                *x = w[1] * up - w[0] * down;
             }
         }
         d
     }
 
-    /// The same polynomial with at least the given numbers of coefficients.
-    fn raised(self, nu: usize, nv: usize) -> Self {
-        if self.c.is_empty() || (nu <= self.nu && nv <= self.nv) {
-            return self;
-        }
-        let (by_u, by_v) = (nu.max(self.nu) - self.nu + 1, nv.max(self.nv) - self.nv + 1);
-        let mut raised = Self::zero(self.nu + by_u - 1, self.nv + by_v - 1, self.dim);
-        raised.add_product(1.0, (by_v, &binomial_grid(by_u, by_v)), &self);
-        raised
-    }
-
-    /// Adds `factor · a · b`, which has the degrees of the sum. `a`: scalar coefficients, `columns` per row.
-    fn add_product(&mut self, factor: f64, (columns, a): (usize, &[f64]), b: &Self) {
-        debug_assert_eq!((self.nu, self.nv), (a.len() / columns + b.nu - 1, columns + b.nv - 1));
-        let (row, row_of_b) = (self.nv * self.dim, b.nv * b.dim);
+    /// Adds `factor · a · b`, which has the degrees of the sum.
+    fn add_product(&mut self, factor: f64, (columns, a): Grid<'_>, b: &Self) {
+        let run = &b.c[..(b.nu - 1) * b.row + b.nv];
         widest(
             #[inline(always)]
             || {
-                let mut padded: SmallVec<[f64; 256]>;
-                let b = if b.nu == 1 || row_of_b == row {
-                    &b.c[..]
-                } else {
-                    // With zeros between its rows, all of `b` is one run.
-                    padded = smallvec![0.0; (b.nu - 1) * row + row_of_b];
-                    let rows = padded.chunks_mut(row).zip(b.c.chunks_exact(row_of_b));
-                    rows.for_each(|(to, from)| to[..row_of_b].copy_from_slice(from));
-                    &padded[..]
-                };
                 for (i, values) in a.chunks_exact(columns).enumerate() {
                     for (j, value) in values.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                        axpy(&mut self.c[i * row + j * self.dim..], factor * value, b);
+                        let factor = factor * value;
+                        let to = &mut self.c[i * self.row + j..][..run.len()];
+                        to.iter_mut().zip(run).for_each(|(to, from)| *to += *from * factor);
                     }
                 }
             },
         );
     }
 
+    /// The same polynomial with at least the given numbers of coefficients.
+    fn raised(self, nu: usize, nv: usize) -> Self {
+        if nu <= self.nu && nv <= self.nv {
+            return self;
+        }
+        let (nu, nv) = (nu.max(self.nu), nv.max(self.nv));
+        let mut raised = Self::zero(nu, nv, self.row);
+        let columns = nv + 1 - self.nv;
+        raised.add_product(1.0, (columns, &binomial_grid(nu + 1 - self.nu, columns)), &self);
+        raised
+    }
+
+    /// The first components, without the rest of each row.
+    fn first(&self) -> Line {
+        self.c.chunks_exact(self.row).flat_map(|row| row[..self.nv].iter().map(|c| c.x)).collect()
+    }
+
+    fn product(a: Grid<'_>, b: &Self) -> Self {
+        let mut product = Self::zero(a.1.len() / a.0 + b.nu - 1, a.0 + b.nv - 1, b.row);
+        product.add_product(1.0, a, b);
+        product
+    }
+
+    fn is_empty(&self) -> bool {
+        self.nu == 0 || self.nv == 0
+    }
+
     /// The largest ratio of a coefficient's length to the same coefficient of `A(u) B(v)`, both raised to the same
     /// degrees; 0 if there are none, as for the derivative of a constant.
-    fn over(self, a: &Self, b: &Self) -> f64 {
-        if self.c.is_empty() {
+    fn over(self, a: &Line, b: &Line) -> f64 {
+        if self.is_empty() {
             return 0.0;
         }
         // Coefficients approach values as the degree rises: one more degree halves the overestimate of low degrees.
-        let more = usize::from(a.nu * b.nv > 1);
+        let more = usize::from(a.len() * b.len() > 1);
         // What is constant stays the same.
         let raised = |n: usize| if n > 1 { n + more } else { n };
-        let (nu, nv) = (raised(self.nu.max(a.nu)), raised(self.nv.max(b.nv)));
+        let (nu, nv) = (raised(self.nu.max(a.len())), raised(self.nv.max(b.len())));
         // Coefficients of `A(u) B(v)` are products of those of `A` and of `B`, raised or not.
-        let (top, a, b) = (self.raised(nu, nv), a.clone().raised(nu, 1), b.clone().raised(1, nv));
+        let (top, a, b) = (self.raised(nu, nv), raised_line(a, nu), raised_line(b, nv));
         let mut most = 0.0_f64;
-        for (row, a) in top.c.chunks_exact(3 * nv).zip(&a.c) {
-            for (n, b) in row.chunks_exact(3).zip(&b.c) {
+        for (row, a) in top.c.chunks_exact(top.row).zip(&a) {
+            for (n, b) in row.iter().zip(&b) {
                 let w = a * b;
-                most = larger((n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / (w * w), most);
+                most = larger(n.truncate().length_squared() / (w * w), most);
             }
         }
         most.sqrt()
     }
 
-    /// The largest ratio of a coefficient's length to the same coefficient of `below`, which has at least as many; 0 if
-    /// there are none.
+    /// The largest ratio of a coefficient's length to the first component of the same coefficient of `below`, which has
+    /// at least as many; 0 if there are none.
     fn ratio(self, below: &Self) -> f64 {
+        if self.is_empty() {
+            return 0.0;
+        }
         let top = self.raised(below.nu, below.nv);
-        let lengths = top.c.chunks_exact(3).map(|n| n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-        lengths.zip(&below.c).fold(0.0_f64, |most, (n, &w)| most.max(n / (w * w))).sqrt()
+        let rows = top.c.chunks_exact(top.row).zip(below.c.chunks_exact(below.row));
+        let all = rows.flat_map(|(row, weights)| row.iter().zip(&weights[..below.nv]));
+        all.fold(0.0_f64, |most, (n, w)| most.max(n.truncate().length_squared() / (w.x * w.x))).sqrt()
     }
 }
 
 /// `C(nu - 1, i) · C(nv - 1, j)`, u-major.
 fn binomial_grid(nu: usize, nv: usize) -> SmallVec<[f64; 16]> {
-    if nu == 0 || nv == 0 {
-        return SmallVec::new();
-    }
     let (in_u, in_v) = (binomials(nu - 1), binomials(nv - 1));
     let mut grid = smallvec![0.0; nu * nv];
     for (row, u) in grid.chunks_exact_mut(nv).zip(&in_u) {
@@ -313,33 +333,14 @@ fn binomial_grid(nu: usize, nv: usize) -> SmallVec<[f64; 16]> {
     grid
 }
 
-/// `to += factor · from`, over the length of `from`. Sixteen numbers at a time, then four, so that runs of a dozen fill
-/// the registers too.
-#[inline(always)]
-fn axpy(to: &mut [f64], factor: f64, from: &[f64]) {
-    let (to, from) = axpy_blocks::<16>(&mut to[..from.len()], factor, from);
-    let (to, from) = axpy_blocks::<4>(to, factor, from);
-    axpy_blocks::<1>(to, factor, from);
-}
-
-/// [`axpy`] for whole blocks of `N` numbers. Returns the rest.
-#[inline(always)]
-fn axpy_blocks<'a, const N: usize>(to: &'a mut [f64], factor: f64, from: &'a [f64]) -> (&'a mut [f64], &'a [f64]) {
-    let (to, rest) = to.as_chunks_mut::<N>();
-    let (from, rest_from) = from.as_chunks::<N>();
-    for (to, from) in to.iter_mut().zip(from) {
-        *to = std::array::from_fn(|k| to[k] + factor * from[k]);
-    }
-    (rest, rest_from)
-}
-
-/// `Σ factor · a · b` with scalar `a`; all products have the same degrees. Terms with a factor without coefficients
-/// (the derivative of a constant) are 0.
-fn sum(terms: &[(f64, &Poly, &Poly)]) -> Poly {
-    let kept = || terms.iter().filter(|(_, a, b)| !a.c.is_empty() && !b.c.is_empty());
-    let Some((_, a, b)) = kept().next() else { return Poly::zero(0, 0, terms[0].2.dim) };
-    let mut total = Poly::zero(a.nu + b.nu - 1, a.nv + b.nv - 1, b.dim);
-    kept().for_each(|(factor, a, b)| total.add_product(*factor, (a.nv, &a.c), b));
+/// `a · b + factor · c · d`; both products have the same degrees. One with a factor without coefficients (the derivative
+/// of a constant) is 0.
+fn sum(a: Grid<'_>, b: &Poly, factor: f64, c: Grid<'_>, d: &Poly) -> Poly {
+    let products = [(1.0, a, b), (factor, c, d)];
+    let kept = || products.iter().filter(|(_, (_, a), b)| !a.is_empty() && !b.is_empty());
+    let Some((_, (columns, a), b)) = kept().next() else { return Poly::zero(0, 0, b.row) };
+    let mut total = Poly::zero(a.len() / columns + b.nu - 1, columns + b.nv - 1, b.row);
+    kept().for_each(|(factor, a, b)| total.add_product(*factor, *a, b));
     total
 }
 
@@ -347,6 +348,7 @@ fn sum(terms: &[(f64, &Poly, &Poly)]) -> Poly {
 mod tests {
     use super::*;
     use crate::sequence::random::SplitMix;
+    use glam::DVec3;
 
     fn net(draw: &mut SplitMix, count: usize, rational: bool) -> Vec<DVec4> {
         (0..count)
