@@ -203,7 +203,7 @@ type Grid<'a> = (usize, &'a [f64]);
 struct Poly {
     nu: usize,
     nv: usize,
-    /// Distance between rows, the same in factors and products. The rest of each row is 0, so that all rows are one run.
+    /// Distance between rows, the same in factors and products. The rest of each row is 0, so that all are one run.
     row: usize,
     c: Vec<DVec4>,
 }
@@ -219,6 +219,7 @@ impl Poly {
     }
 
     fn zero(nu: usize, nv: usize, row: usize) -> Self {
+        debug_assert!(nv <= row, "{nv} coefficients in a row of {row}");
         Self { nu, nv, row, c: vec![DVec4::ZERO; nu * row] }
     }
 
@@ -333,8 +334,8 @@ fn binomial_grid(nu: usize, nv: usize) -> SmallVec<[f64; 16]> {
     grid
 }
 
-/// `a · b + factor · c · d`; both products have the same degrees. One with a factor without coefficients (the derivative
-/// of a constant) is 0.
+/// `a · b + factor · c · d`; both products have the same degrees. One with a factor without coefficients, the
+/// derivative of a constant, is 0.
 fn sum(a: Grid<'_>, b: &Poly, factor: f64, c: Grid<'_>, d: &Poly) -> Poly {
     let products = [(1.0, a, b), (factor, c, d)];
     let kept = || products.iter().filter(|(_, (_, a), b)| !a.is_empty() && !b.is_empty());
@@ -402,7 +403,7 @@ mod tests {
     #[test]
     fn weights_at_the_ends_of_their_range_neither_vanish_nor_overflow() {
         let mut draw = SplitMix(7);
-        for (nu, nv) in [(3, 1), (4, 1), (3, 3), (4, 4), (6, 6)] {
+        for (nu, nv) in [(3, 1), (4, 1), (1, 3), (1, 4), (2, 2), (3, 3), (4, 4), (6, 6), (2, 9)] {
             let control = net(&mut draw, nu * nv, true);
             let bounds = patch_bounds(nu, &control, true);
             for factor in [-99, 98].map(|k| 2.0_f64.powi(k)) {

@@ -216,6 +216,7 @@ mod tests {
             let found = projector.project(off, Some(DVec2::new(u, v)));
             assert!(band.point(found.x, found.y).distance(off) < 1.1e-3, "{found} instead of {u}, {v}");
         }
+        assert_eq!(projector.vain.get(), 8);
         // The next edge.
         projector.vain.set(0);
         let [p, next_turn] = [0.4, 0.65].map(|share| share * end);

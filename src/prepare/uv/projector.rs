@@ -3,7 +3,7 @@
 use super::foot::{Foot, Seeds, newton_step};
 use super::lead::first_parameters;
 use crate::math::boxes::around;
-use crate::math::lanes::larger;
+use crate::math::lanes::smaller;
 use crate::math::solve::{bisected, least_squares};
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
@@ -18,8 +18,12 @@ const MAX_STEPS: u32 = 80;
 const FIRST_STEPS: u32 = 4;
 
 /// Consecutive searches of the whole surface that may fail to improve a projection. After that the march of this edge
-/// goes on without searches: the edge lies off the surface.
+/// goes on without searches: the edge lies off the surface. So do those of the face's other edges, where they lie no
+/// farther off.
 const MAX_VAIN: u32 = 8;
+
+/// None in vain, at any distance.
+const NO_SEARCH: (u32, f64) = (0, f64::INFINITY);
 
 /// Distance between an edge and the surface, in tolerances, beyond which the image is refined only to a share of that
 /// distance. The edges of sound files lie nearer.
@@ -57,11 +61,11 @@ pub(crate) struct Projector<'a> {
     /// Points of this face closer than this are one.
     pub(crate) tolerance: f64,
     seeds: OnceCell<Seeds>,
-    /// Searches without improvement since the last one that improved, or since the edge began.
+    /// Projections off the surface since the edge began, or since a search improved one.
     pub(super) vain: Cell<u32>,
-    /// The same for all edges of the face, and the largest distance from the surface among these searches. A face whose
-    /// edges lie off its surface has several that do.
-    vain_at_all: Cell<(u32, f64)>,
+    /// Searches without improvement since one improved, for all edges of the face, and the least distance among them.
+    /// Where one edge lies off the surface, others usually do.
+    vain_of_face: Cell<(u32, f64)>,
 }
 
 impl<'a> Projector<'a> {
@@ -84,7 +88,7 @@ impl<'a> Projector<'a> {
             tolerance,
             seeds: OnceCell::new(),
             vain: Cell::new(0),
-            vain_at_all: Cell::new((0, 0.0)),
+            vain_of_face: Cell::new(NO_SEARCH),
         }
     }
 
@@ -157,15 +161,15 @@ impl<'a> Projector<'a> {
         if near.off <= self.near() || self.vain.get() >= MAX_VAIN {
             return near;
         }
-        let (count, gap) = self.vain_at_all.get();
+        let (count, gap) = self.vain_of_face.get();
         if count < MAX_VAIN || near.off > gap {
             let far = self.search(p);
             if far.off < 0.5 * near.off {
                 self.vain.set(0);
-                self.vain_at_all.set((0, 0.0));
+                self.vain_of_face.set(NO_SEARCH);
                 return Foot { uv: self.unwrap(far.uv, s), ..far };
             }
-            self.vain_at_all.set((count + 1, larger(near.off, gap)));
+            self.vain_of_face.set((count + 1, smaller(near.off, gap)));
         }
         self.vain.set(self.vain.get() + 1);
         near
