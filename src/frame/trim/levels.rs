@@ -1,9 +1,10 @@
 //! Loops in a plane -> nearly Delaunay triangles with the same boundary, from coarse to fine; or a refusal.
 //!
-//! Method: every other vertex is left out where loops are smooth, again and again, while they have many. The sweep
-//! triangulates the coarsest level. Then the vertices return, level by level. Each comes between its neighbours, and
-//! edges around it are flipped: few, because older vertices lie on all sides of it. If vertices came in the order of a
-//! line, or all at once, each would take flips in proportion to the number of all.
+//! Method: every other vertex is left out where loops are smooth, again and again, while they have many. Where nothing
+//! is smooth, the tips of teeth are left out, and what is below them may be. The sweep triangulates the coarsest level.
+//! Then the vertices return, level by level. Each comes between its neighbours, and edges around it are flipped: few,
+//! because older vertices lie on all sides of it. If vertices came in the order of a line, or all at once, each would
+//! take flips in proportion to the number of all.
 //!
 //! Coarse loops may cross where the loops do not. Nothing has to foresee that. The boundary of the triangles is the
 //! loops all the same. A triangle that cannot be made positive is found at once, and a finer level is swept. Cost: that
@@ -20,6 +21,9 @@ const LEAST: usize = 6;
 
 /// Tangent of the largest turn at a vertex that is left out: circles become hexagons or squares.
 const SMOOTH: f64 = 1.2;
+
+/// Levels with fewer vertices keep their teeth.
+const MANY: usize = 64;
 
 /// A level has at most 7/8 of the vertices of the one before, or it is not worth its pass.
 const SHARE: usize = 8;
@@ -78,6 +82,7 @@ impl Levels {
         self.starts.extend_from_slice(starts);
         let mut level = Level { ids: 0, starts: 0, ears: 0 };
         self.levels.push(level);
+        let mut with_tips = false;
         loop {
             let mut next = Level { ids: self.ids.len(), starts: self.starts.len(), ears: 0 };
             let count = next.ids - level.ids;
@@ -88,21 +93,26 @@ impl Levels {
                 let from = level.ids + self.starts[k] as usize;
                 let to = if k + 1 < next.starts { level.ids + self.starts[k + 1] as usize } else { next.ids };
                 self.starts.push((self.ids.len() - next.ids) as u32);
-                self.thin(points, from, to);
+                self.thin(points, (from, to), with_tips);
             }
             next.ears = self.ears.len();
             self.levels.push(next);
-            if SHARE * (next.ears - level.ears) < count {
-                self.truncate(self.levels.len() - 1);
+            if SHARE * (next.ears - level.ears) >= count {
+                (level, with_tips) = (next, false);
+                continue;
+            }
+            self.truncate(self.levels.len() - 1);
+            if with_tips || count < MANY {
                 return;
             }
-            level = next;
+            with_tips = true;
         }
     }
 
-    /// Appends to the level in the making what it keeps of a loop: no two neighbours are left out.
+    /// Appends to the level in the making what it keeps of a loop: no two neighbours are left out. `with_tips`: also
+    /// leaves out corners that point out of the region, whose triangles add to it when they return.
     #[inline(always)]
-    fn thin(&mut self, points: &[DVec2], from: usize, to: usize) {
+    fn thin(&mut self, points: &[DVec2], (from, to): (usize, usize), with_tips: bool) {
         if to - from < LEAST {
             self.ids.extend_from_within(from..to);
             return;
@@ -115,12 +125,12 @@ impl Levels {
             let after = if at + 1 < to { self.ids[at + 1] } else { first };
             let [a, b, c] = [before, v, after].map(|v| points[v as usize]);
             let (ahead, aside) = ((b - a).dot(c - b), (b - a).perp_dot(c - b));
-            let is_smooth = ahead > 0.0 && aside.abs() <= SMOOTH * ahead;
-            if is_smooth {
+            let is_left_out = ahead > 0.0 && aside.abs() <= SMOOTH * ahead || with_tips && aside > 0.0;
+            if is_left_out {
                 self.ears.push([before, v, after]);
                 at += 1;
             }
-            before = if is_smooth { after } else { v };
+            before = if is_left_out { after } else { v };
             if at < to {
                 self.ids.push(before);
             }
@@ -241,12 +251,21 @@ mod tests {
         let slot = &[[0.125, 0.375], [0.125, 0.625], [0.875, 0.625], [0.875, 0.375]][..];
         let triangle = &[[0.25, 0.25], [0.5, 0.75], [0.75, 0.25]][..];
         for (hole, stagger) in [(square, 0.0), (slot, 0.5), (triangle, 0.0)] {
-            // Columns along a line that does not lean, along that of each lean and their mirror images, and nearly along
-            // a line that does not lean.
+            // Columns along a line that does not lean, along those that do and their mirror images, and nearly along a
+            // line that does not lean.
             for turn in [[1.0, 0.0], [4.0, 1.0], [2.0, -1.0], [4.0, -1.0], [2.0, 1.0], [57.0, 1.0]] {
                 let (points, starts) = rows_of_holes(hole, stagger, turn);
                 assert_shapes_of_delaunay(&points, &starts);
             }
+        }
+    }
+
+    #[test]
+    fn gears_have_the_shapes_of_delaunay() {
+        for (corners_of_tooth, root) in [(2, 0.9), (2, 0.98), (4, 0.98), (10, 0.5), (20, 0.98), (50, 0.98)] {
+            let radius = |k: u32| if 2 * k / corners_of_tooth % 2 == 0 { 1.0 } else { root };
+            let point = |k: u32| DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 2000.0) * radius(k);
+            assert_shapes_of_delaunay(&(0..2000).map(point).collect::<Vec<_>>(), &[0]);
         }
     }
 
@@ -270,8 +289,12 @@ mod tests {
         let delaunay = cdt::triangulate(points, &segments, AtCrossings::Refuse).expect("simple").triangles;
         assert_eq!(ours.len(), delaunay.len());
         let ((ours, length), (theirs, least)) = (shapes(points, &ours), shapes(points, &delaunay));
-        assert!(length <= 1.01 * least, "{}: {length} and {least}", points.len());
-        assert!(ours.iter().zip(&theirs).all(|(a, b)| a >= &(0.95 * b)), "{}: {ours:?} and {theirs:?}", points.len());
+        let last = points[points.len() - 1];
+        assert!(length <= 1.01 * least, "{starts:?} to {last}: {length} and {least}");
+        assert!(
+            ours.iter().zip(&theirs).all(|(a, b)| a >= &(0.95 * b)),
+            "{starts:?} to {last}: {ours:?} and {theirs:?}"
+        );
     }
 
     #[test]
