@@ -27,8 +27,8 @@ const TINY: f64 = 3e-6;
 /// Exceeds what is lost where products are smaller than the least number, at distances below 1e-72.
 const UNDERFLOW: f64 = 1e-290;
 
-/// Most flips per edge, of all edges so far: the last ones join sides of the border, and may need many. Long regions
-/// between straight borders need more to become Delaunay: the number grows with the corners.
+/// Most flips per edge, over all batches so far: the last batch joins sides of the border, and may need many. Long
+/// regions between straight borders need more to become Delaunay: the number grows with the corners.
 const FLIPS_PER_EDGE: usize = 6;
 
 /// The edges of this many triangles are flipped before the next are looked at: with their points they fit the second
@@ -153,7 +153,7 @@ impl Mesh {
     }
 
     /// Flips edges until none gains by it, or there are too many flips. With `may_stop`, returns false as soon as there
-    /// are too many.
+    /// are too many; without, always true.
     pub(crate) fn flip(&mut self, points: &[DVec2], may_stop: bool) -> bool {
         let Self { triangles, queue, .. } = self;
         let queue = queue.get_or_insert_with(|| Box::new([0; QUEUE]));
@@ -227,7 +227,7 @@ fn insert_ear(triangles: &mut [Triangle], points: &[DVec2], t: usize, around: &m
 }
 
 /// Flips edges among some triangles and those before them. First come first served: it takes three quarters of the
-/// flips that the last first takes. Returns false if there are too many. `left`: flips that those before have left.
+/// flips that the last first takes. Returns false if there are too many. `left`: flips left over by earlier batches.
 ///
 /// Numbers of triangles are loaded and stored one by one: a load of a whole triangle would wait for the stores.
 #[inline(always)]

@@ -19,10 +19,10 @@ use super::runs::{Place, Runs};
 use crate::math::predicates::orient2d;
 use glam::DVec2;
 
-/// How the line leans: the second way where the first leaves too many flips. A line along columns of holes meets a
-/// whole column at once. The first vertex gets the triangles of all that is between two columns, and to move these
-/// along takes flips in proportion to the square of their number.
-const LEANS: [f64; 2] = [0.25, -0.5];
+/// How the line leans, and whether another sweep follows where there are too many flips. A line along columns of holes
+/// meets a whole column at once. The first vertex gets the triangles of all that is between two columns, and to move
+/// these along takes flips in proportion to the square of their number.
+const SWEEPS: [(f64, bool); 3] = [(0.25, true), (-0.5, true), (0.25, false)];
 
 /// Work space of [`Sweep::triangulate`].
 #[derive(Default)]
@@ -88,14 +88,12 @@ impl Sweep {
         ids: &[u32],
         starts: &[u32],
     ) -> Result<&mut Mesh, NotSimple> {
-        for (k, &lean) in LEANS.iter().enumerate() {
+        for (lean, may_stop) in SWEEPS {
             self.load(points, ids, starts, lean);
-            for v in 0..self.links.len() as u32 {
-                self.meet(v)?;
-            }
-            let may_stop = k + 1 < LEANS.len();
-            if self.mesh.flip(&self.points, may_stop) {
-                break;
+            match (0..self.links.len() as u32).try_for_each(|v| self.meet(v)) {
+                Ok(()) if self.mesh.flip(&self.points, may_stop) => break,
+                Err(refusal) if lean == SWEEPS[0].0 => return Err(refusal),
+                _ => {}
             }
         }
         self.mesh.rename(|v| ids[self.order.vertex(v) as usize]);
@@ -434,15 +432,19 @@ mod tests {
         hole.reverse();
         assert!(orient2d(hole[0], hole[8], hole[16]) < 0.0);
         points.extend(hole);
-        assert_eq!(sweep(&points, &[0, 24]).ok(), Some(48));
-        // Teeth that end in one column. The line meets all at once if the comb is wide, else one after the other.
-        for (back, count) in [(300.0, 40), (3.0, 40), (300.0, 600)] {
-            let teeth = (0..=count).map(|k| DVec2::new(f64::from(k % 2), f64::from(count - k)));
-            let ends = [DVec2::new(back, 0.0), DVec2::new(back, f64::from(count))];
-            let comb: Vec<_> = ends.into_iter().chain(teeth).collect();
-            let turned: Vec<_> = comb.iter().map(|p| p.perp()).collect();
-            let triangles = count as usize + 1;
-            assert_eq!([comb, turned].map(|comb| sweep(&comb, &[0]).ok()), [Some(triangles); 2]);
+        // Along the line, or across its lean.
+        for lean in [SWEEPS[0].0, 0.0] {
+            let along_line = |points: &[DVec2]| points.iter().map(|p| *p - DVec2::X * lean * p.y).collect::<Vec<_>>();
+            assert_eq!(sweep(&along_line(&points), &[0, 24]).ok(), Some(48));
+            // Teeth that end in one column. The line meets all at once if the comb is wide, else one after the other.
+            for (back, count) in [(300.0, 40), (3.0, 40), (300.0, 600)] {
+                let teeth = (0..=count).map(|k| DVec2::new(f64::from(k % 2), f64::from(count - k)));
+                let ends = [DVec2::new(back, 0.0), DVec2::new(back, f64::from(count))];
+                let comb = along_line(&ends.into_iter().chain(teeth).collect::<Vec<_>>());
+                let turned: Vec<_> = comb.iter().map(|p| p.perp()).collect();
+                let triangles = count as usize + 1;
+                assert_eq!([comb, turned].map(|comb| sweep(&comb, &[0]).ok()), [Some(triangles); 2]);
+            }
         }
     }
 
