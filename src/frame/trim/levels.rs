@@ -263,7 +263,7 @@ mod tests {
     #[test]
     fn gears_have_the_shapes_of_delaunay() {
         for (corners_of_tooth, root) in [(2, 0.9), (2, 0.98), (4, 0.98), (10, 0.5), (20, 0.98), (50, 0.98)] {
-            let radius = |k: u32| if 2 * k / corners_of_tooth % 2 == 0 { 1.0 } else { root };
+            let radius = |k: u32| if (2 * k / corners_of_tooth).is_multiple_of(2) { 1.0 } else { root };
             let point = |k: u32| DVec2::from_angle(std::f64::consts::TAU * f64::from(k) / 2000.0) * radius(k);
             assert_shapes_of_delaunay(&(0..2000).map(point).collect::<Vec<_>>(), &[0]);
         }
