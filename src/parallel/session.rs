@@ -78,7 +78,7 @@ pub struct Session {
     jobs: Arc<WithHelpers>,
     /// Without them.
     pub(super) model: Arc<Prepared>,
-    /// Of `model`, from the first plan for one view on.
+    /// What plans for one view read of `model`; made by the first.
     plan_model: OnceLock<Arc<PlanModel>>,
     pub(super) scene: Scene,
     pub(super) keys: SceneKeys,
@@ -260,8 +260,8 @@ impl Session {
     }
 
     /// A plan for [`frame`](Self::frame), for one view
-    /// ([`plan_for_view_within`](crate::frame::plan_for_view_within())), made on the session's threads. The first call
-    /// stores what plans read of the model: 96 bytes per instance, and 52 per part.
+    /// ([`plan_for_view_within`](crate::frame::plan_for_view_within())), made on the session's threads. The first call,
+    /// and the first after an update, stores what plans read of the model: 96 bytes per instance, and 52 per part.
     #[must_use]
     pub fn plan_for_view(&self, view: &View, limits: &PlanLimits) -> Plan {
         let model = self.plan_model.get_or_init(|| Arc::new(PlanModel::of(&self.model)));

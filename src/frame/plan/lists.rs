@@ -13,7 +13,7 @@ pub(super) type Stretch = (usize, Range<usize>);
 /// about the same time. Parts are cut between blocks. All in one list if there is one thread. `counts`: numbers of rows
 /// of all parts.
 pub(super) fn lists(threads: usize, parts: Range<usize>, counts: &[usize]) -> Vec<Span> {
-    /// Part of a thread's share of what is left that the next list is.
+    /// The next list is one of so many parts of a thread's share of what is left.
     const SHARE: usize = 2;
     let size = |left: usize| if threads == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * threads)) };
     let mut left = counts[parts.clone()].iter().sum();

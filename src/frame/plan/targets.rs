@@ -33,7 +33,7 @@ impl PlanModel {
         Self { places, ..Self::of_parts(prepared, Arc::clone(&prepared.parts), 0..prepared.parts.len()) }
     }
 
-    /// For plans of tolerances: `parts`, which are those in `rows`.
+    /// For plans of tolerances. `rows`: where `parts` are in the scene.
     pub(super) fn of_parts(
         prepared: &Prepared,
         parts: Arc<Vec<Arc<PreparedPart>>>,

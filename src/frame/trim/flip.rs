@@ -153,7 +153,7 @@ impl Mesh {
     }
 
     /// Flips edges until none gains by it, or there are too many flips. With `may_stop`, returns false as soon as there
-    /// are too many; without, always true.
+    /// are too many; without, always true, and edges that wait then are not tested again.
     pub(crate) fn flip(&mut self, points: &[DVec2], may_stop: bool) -> bool {
         let Self { triangles, queue, .. } = self;
         let queue = queue.get_or_insert_with(|| Box::new([0; QUEUE]));

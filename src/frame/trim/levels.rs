@@ -1,10 +1,10 @@
 //! Loops in a plane -> nearly Delaunay triangles with the same boundary, from coarse to fine; or a refusal.
 //!
-//! Method: every other vertex is left out where loops are smooth, again and again, while they have many. Where nothing
-//! is smooth, the tips of teeth are left out, and what is below them may be. The sweep triangulates the coarsest level.
-//! Then the vertices return, level by level. Each comes between its neighbours, and edges around it are flipped: few,
-//! because older vertices lie on all sides of it. If vertices came in the order of a line, or all at once, each would
-//! take flips in proportion to the number of all.
+//! Method: every other vertex is left out where loops are smooth, again and again, while they have many. Where little is
+//! smooth, corners that point out of the region are left out too: without the tips of its teeth a loop may be smooth. The
+//! sweep triangulates the coarsest level. Then the vertices return, level by level. Each comes between its neighbours,
+//! and edges around it are flipped: few, because older vertices lie on all sides of it. If vertices came in the order of
+//! a line, or all at once, each would take flips in proportion to the number of all.
 //!
 //! Coarse loops may cross where the loops do not. Nothing has to foresee that. The boundary of the triangles is the
 //! loops all the same. A triangle that cannot be made positive is found at once, and a finer level is swept. Cost: that
@@ -28,7 +28,7 @@ const MANY: usize = 64;
 /// A level has at most 7/8 of the vertices of the one before, or it is not worth its pass.
 const SHARE: usize = 8;
 
-/// Levels that are given up when the sweep refuses one: the next has about four times the vertices.
+/// Levels that are given up when the sweep refuses one: the next has up to four times the vertices.
 const AT_ONCE: usize = 2;
 
 /// Work space of [`Levels::triangulate`].
@@ -229,8 +229,8 @@ mod tests {
         }
     }
 
-    /// A square plate with rows of equal holes. Every other row is moved by `stagger` steps. All is turned, and scaled,
-    /// as the x axis to `turn`.
+    /// A square plate with rows of equal holes. Every other row is moved by `stagger` steps. The plate is rotated and
+    /// scaled so that the x axis becomes `turn`.
     fn rows_of_holes(hole: &[[f64; 2]], stagger: f64, turn: [f64; 2]) -> (Vec<DVec2>, Vec<u32>) {
         const ROWS: u32 = 40;
         let most = f64::from(ROWS) + 1.0;

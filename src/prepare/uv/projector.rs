@@ -18,11 +18,11 @@ const MAX_STEPS: u32 = 80;
 const FIRST_STEPS: u32 = 4;
 
 /// Consecutive searches of the whole surface that may fail to improve a projection. After that the march of this edge
-/// goes on without searches: the edge lies off the surface. So do those of the face's other edges, where they lie no
-/// farther off.
+/// goes on without searches: the edge lies off the surface. Marches of the face's other edges skip searches too, at
+/// distances up to the least of these failures.
 const MAX_VAIN: u32 = 8;
 
-/// None in vain, at any distance.
+/// No search has failed yet.
 const NO_SEARCH: (u32, f64) = (0, f64::INFINITY);
 
 /// Distance between an edge and the surface, in tolerances, beyond which the image is refined only to a share of that
