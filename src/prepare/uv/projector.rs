@@ -3,7 +3,6 @@
 use super::foot::{Foot, Seeds, newton_step};
 use super::lead::first_parameters;
 use crate::math::boxes::around;
-use crate::math::lanes::smaller;
 use crate::math::solve::{bisected, least_squares};
 use crate::model::{CurveKind, Edge, Pole, Surface, SurfaceDerivatives};
 use glam::{DVec2, DVec3};
@@ -19,11 +18,11 @@ const FIRST_STEPS: u32 = 4;
 
 /// Consecutive searches of the whole surface that may fail to improve a projection. After that the march of this edge
 /// goes on without searches: the edge lies off the surface. Marches of the face's other edges skip searches too, at
-/// distances up to the least of these failures.
+/// distances up to twice the mean of these failures: edges that lie off it do so by all distances from none to theirs.
 const MAX_VAIN: u32 = 8;
 
 /// No search has failed yet.
-const NO_SEARCH: (u32, f64) = (0, f64::INFINITY);
+const NO_SEARCH: (u32, f64) = (0, 0.0);
 
 /// Distance between an edge and the surface, in tolerances, beyond which the image is refined only to a share of that
 /// distance. The edges of sound files lie nearer.
@@ -63,8 +62,8 @@ pub(crate) struct Projector<'a> {
     seeds: OnceCell<Seeds>,
     /// Projections off the surface since the edge began, or since a search improved one.
     pub(super) vain: Cell<u32>,
-    /// Searches without improvement since one improved, for all edges of the face, and the least distance among them.
-    /// Where one edge lies off the surface, others usually do.
+    /// Searches without improvement since one improved, for all edges of the face, and the sum of their distances from
+    /// the surface. Where one edge lies off the surface, others usually do.
     vain_of_face: Cell<(u32, f64)>,
 }
 
@@ -161,15 +160,16 @@ impl<'a> Projector<'a> {
         if near.off <= self.near() || self.vain.get() >= MAX_VAIN {
             return near;
         }
-        let (count, gap) = self.vain_of_face.get();
-        if count < MAX_VAIN || near.off > gap {
+        let (count, sum) = self.vain_of_face.get();
+        let others_failed = count >= MAX_VAIN && near.off <= 2.0 * sum / f64::from(count);
+        if !others_failed {
             let far = self.search(p);
             if far.off < 0.5 * near.off {
                 self.vain.set(0);
                 self.vain_of_face.set(NO_SEARCH);
                 return Foot { uv: self.unwrap(far.uv, s), ..far };
             }
-            self.vain_of_face.set((count + 1, smaller(near.off, gap)));
+            self.vain_of_face.set((count + 1, sum + near.off));
         }
         self.vain.set(self.vain.get() + 1);
         near
