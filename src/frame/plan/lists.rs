@@ -13,9 +13,9 @@ pub(super) type Stretch = (usize, Range<usize>);
 /// about the same time. Parts are cut between blocks. All in one list if there is one thread. `counts`: numbers of rows
 /// of all parts.
 pub(super) fn lists(threads: usize, parts: Range<usize>, counts: &[usize]) -> Vec<Span> {
-    /// The next list is one of so many parts of a thread's share of what is left.
-    const SHARE: usize = 2;
-    let size = |left: usize| if threads == 1 { usize::MAX } else { BLOCK.max(left / (SHARE * threads)) };
+    /// The size of a list: as if the rows left were cut into so many equal lists per thread.
+    const PER_THREAD: usize = 2;
+    let size = |left: usize| if threads == 1 { usize::MAX } else { BLOCK.max(left / (PER_THREAD * threads)) };
     let mut left = counts[parts.clone()].iter().sum();
     let (mut lists, mut begin, mut room) = (Vec::new(), (parts.start, 0), size(left));
     for part in parts {

@@ -3,7 +3,7 @@
 use super::lattice::{DensityMet, LatticeRequest, Lattices, is_exact, places};
 use super::limits::{Budget, PlanLimits, Shortfall};
 use super::lists::{Span, Stretch, lists, stretches};
-use super::output::{EdgePolyline, LINES_OF_TILE, Made, PartPlan, Plan, TileLattice, cells};
+use super::output::{EdgePolyline, LINES_OF_TILE, Made, PartPlan, Plan, TileLattice, cells, free_later};
 use super::rows::{BLOCK, PlanRows};
 use super::targets::{PlanModel, PlanTargets, Target};
 use super::tessellants::{NarrowestCells, Tessellants, bare, bare_within};
@@ -112,7 +112,7 @@ pub fn plan_for_view_on(
     plan_of_view(jobs, &Arc::new(PlanModel::of(prepared)), view, limits, control)
 }
 
-/// As [`plan_for_view_on`], for what is kept of a model from plan to plan.
+/// [`plan_for_view_on`], with a `PlanModel` that the caller keeps between plans.
 pub(crate) fn plan_of_view(
     jobs: &dyn Jobs,
     model: &Arc<PlanModel>,
@@ -237,9 +237,9 @@ impl PlanRequest<'_> {
 
         let step = tracing::trace_span!("lattices").entered();
         let (shared, rows) = (Arc::clone(&round), empty(&tiles[parts.clone()]));
-        let theirs = Arc::clone(&rows);
+        let shared_rows = Arc::clone(&rows);
         let lists_of_tiles = lists(width(jobs), parts.clone(), tiles);
-        let made = map(jobs, lists_of_tiles, move |list| shared.lattices(list, &theirs));
+        let made = map(jobs, lists_of_tiles, move |list| shared.lattices(list, &shared_rows));
         (shortfall.tiles, shortfall.lines, shortfall.edges) = Default::default();
         // Where the part itself needs as many lines as there may be, they do not follow noise.
         let mut known = (usize::MAX, [None; 2]);
@@ -251,30 +251,45 @@ impl PlanRequest<'_> {
             *known.1[usize::from(exact)].get_or_insert_with(lines) >= LINES_OF_TILE as f64
         };
         let mut unusable = false;
-        let lattices = finish_rows(jobs, made, rows, |part, tile, kept: DensityMet| {
+        let lattices = finish_rows(made, rows, |part, tile, kept: DensityMet| {
             let id = (PartId::new(part), TileId(tile as u32));
             let of_part = &prepared[part];
             let (row, exact) = (&of_part.tiles[tile], is_exact(of_part.face_of(&of_part.tiles[tile])));
             unusable = unusable || !kept.lines && !row.entangled && too_small(part, exact);
             shortfall.tiles.extend((!kept.cells).then_some(id));
             shortfall.lines.extend((!kept.lines).then_some(id));
-        })?;
+        });
+        let lattices = match lattices {
+            Ok(lattices) => lattices,
+            Err(some) => {
+                let of_part = |tiles| PartPlan { tiles, ..PartPlan::default() };
+                free_later(jobs, some.into_iter().map(of_part).collect());
+                return None;
+            }
+        };
         drop(step);
 
         let _step = tracing::trace_span!("tessellants").entered();
         let (shared, lattices, rows) = (Arc::clone(&round), Arc::new(lattices), empty(&edges[parts.clone()]));
-        let (beside, theirs) = (Arc::clone(&lattices), Arc::clone(&rows));
+        let (shared_lattices, shared_rows) = (Arc::clone(&lattices), Arc::clone(&rows));
         let lists_of_edges = lists(width(jobs), parts, edges);
-        let made = map(jobs, lists_of_edges, move |list| shared.polylines(list, &beside, &theirs));
-        let lines = finish_rows(jobs, made, rows, |part, edge, ()| {
+        let made = map(jobs, lists_of_edges, move |list| shared.polylines(list, &shared_lattices, &shared_rows));
+        let lines = finish_rows(made, rows, |part, edge, ()| {
             unusable = unusable || too_small(part, false);
             shortfall.edges.push((PartId::new(part), RowId(edge as u32)));
-        })?;
+        });
         shortfall.unusable |= unusable;
-        let lattices = Arc::into_inner(lattices)?;
+        let fits = lines.is_ok();
+        let (Ok(lines) | Err(lines)) = lines;
+        let of_part = |(tiles, edges)| PartPlan { tiles, edges };
+        let plans = Arc::into_inner(lattices)?.into_iter().zip(lines).map(of_part).collect();
+        if !fits {
+            free_later(jobs, plans);
+            return None;
+        }
         // Not more than are left: no list was refused.
         budget.left -= round.spent.cells.load(Ordering::Relaxed);
-        Some(lattices.into_iter().zip(lines).map(|(tiles, edges)| PartPlan { tiles, edges }).collect())
+        Some(plans)
     }
 }
 
@@ -286,21 +301,21 @@ fn empty<T>(counts: &[usize]) -> Arc<Vec<PlanRows<T>>> {
 /// Rows that limits made coarser than asked, by part.
 type Short<K> = Vec<(usize, usize, K)>;
 
-/// Takes the rows once all lists are made. Calls `short` for each row that limits made coarser. `None` if the budget
-/// did not suffice for a list.
-fn finish_rows<T: Send + Sync + 'static, K>(
-    jobs: &dyn Jobs,
+/// Takes the rows once all lists are made. Calls `short` for each row that limits made coarser.
+///
+/// # Errors
+/// If the budget did not suffice for a list: the rows of others.
+fn finish_rows<T, K>(
     made: Vec<Option<Short<K>>>,
     rows: Arc<Vec<PlanRows<T>>>,
     mut short: impl FnMut(usize, usize, K),
-) -> Option<Vec<PlanRows<T>>> {
-    let rows = Arc::into_inner(rows)?;
+) -> Result<Vec<PlanRows<T>>, Vec<PlanRows<T>>> {
+    let rows = Arc::into_inner(rows).ok_or_else(Vec::new)?;
     if made.iter().any(Option::is_none) {
-        drop_later(jobs, rows.into_iter().flat_map(PlanRows::into_blocks).collect());
-        return None;
+        return Err(rows);
     }
     made.into_iter().flatten().flatten().for_each(|(part, row, kept)| short(part, row, kept));
-    Some(rows)
+    Ok(rows)
 }
 
 /// What the jobs of a plan share.
@@ -475,14 +490,17 @@ mod tests {
             };
             let made: Vec<_> = lists.iter().map(make).collect();
             let (kept, mut short) = (rows.iter().flatten().map(Arc::downgrade).collect::<Vec<_>>(), Vec::new());
-            let rows = finish_rows(&Alone, made, rows, |part, row, ()| short.push((part, row)));
+            let rows = finish_rows(made, rows, |part, row, ()| short.push((part, row)));
             if left == 500 {
-                assert!(rows.is_none() && short.is_empty() && kept.len() >= 448);
+                let some = rows.expect_err("too many rows");
+                assert!(short.is_empty() && some.iter().flatten().count() == kept.len() && kept.len() >= 448);
+                // Nothing else has them.
+                drop(some);
                 assert!(kept.iter().all(|row| row.strong_count() == 0));
                 continue;
             }
             let all = |(part, &count): (usize, &usize)| (0..count).map(|k| row(part, k)).collect();
-            assert_eq!(rows, Some(counts.iter().enumerate().map(all).collect::<Vec<PlanRows<_>>>()));
+            assert_eq!(rows, Ok(counts.iter().enumerate().map(all).collect::<Vec<PlanRows<_>>>()));
             let of_long = [7, 107, 207, 307, 407, 507, 607].map(|row| (3, row));
             assert_eq!(short, [&of_long[..], &[(4, 7), (7, 7)]].concat());
         }

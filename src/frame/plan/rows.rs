@@ -54,11 +54,6 @@ impl<T> PlanRows<T> {
         &self.0
     }
 
-    /// The blocks in their order, by value.
-    pub(super) fn into_blocks(self) -> impl Iterator<Item = Place<T>> {
-        self.0.into_iter()
-    }
-
     /// Takes the last blocks, so many if there are.
     pub(super) fn take_last(&mut self, blocks: usize) -> Self {
         Self(self.0.split_off(self.0.len().saturating_sub(blocks)))
