@@ -217,8 +217,11 @@ mod tests {
             assert!(band.point(found.x, found.y).distance(off) < 1.1e-3, "{found} instead of {u}, {v}");
         }
         assert_eq!(projector.vain.get(), 8);
-        // The next edge.
+        // The next edge: no search at the same distance, and one from another turn.
         projector.vain.set(0);
+        let [point, du, dv] = band.tangents(0.5, 0.4 * end);
+        projector.project(point + du.cross(dv).normalize() * 1e-3, Some(DVec2::new(0.5, 0.4 * end)));
+        assert_eq!((projector.vain.get(), projector.vain_of_face.get().0), (1, 8));
         let [p, next_turn] = [0.4, 0.65].map(|share| share * end);
         let p = band.point(0.5, p);
         let found = projector.project(p, Some(DVec2::new(0.5, next_turn)));

@@ -64,7 +64,7 @@ pub(crate) struct Projector<'a> {
     pub(super) vain: Cell<u32>,
     /// Searches without improvement since one improved, for all edges of the face, and the sum of their distances from
     /// the surface. Where one edge lies off the surface, others usually do.
-    vain_of_face: Cell<(u32, f64)>,
+    pub(super) vain_of_face: Cell<(u32, f64)>,
 }
 
 impl<'a> Projector<'a> {
