@@ -51,6 +51,8 @@ pub(crate) trait Lanes<const L: usize>:
     fn load(self, x: &[f64; L]) -> Self;
     fn to_array(self) -> [f64; L];
     fn sqrt(self) -> Self;
+    /// [`larger`] of each lane.
+    fn larger(self, other: Self) -> Self;
     /// The lanes that are less than those of `other`, a bit each.
     fn below(self, other: Self) -> u32;
 }
@@ -91,6 +93,11 @@ impl<const L: usize> Lanes<L> for Plain<L> {
     }
 
     #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        self.with(other, larger)
+    }
+
+    #[inline(always)]
     fn below(self, other: Self) -> u32 {
         (0..L).fold(0, |bits, l| bits | u32::from(self.0[l] < other.0[l]) << l)
     }
@@ -121,6 +128,12 @@ impl Lanes<4> for Wide {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0, self.0.avx._mm256_sqrt_pd(self.1))
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        // The second operand where either is NaN.
+        Self(self.0, self.0.avx._mm256_max_pd(self.1, other.1))
     }
 
     #[inline(always)]

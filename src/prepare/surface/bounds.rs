@@ -8,7 +8,7 @@
 use super::arc_bounds::{self, Strips};
 use super::cuts::{self, Cut, SubNets};
 use super::decompose::{BezierPatches, BezierSpline3};
-use super::samples::{Sampler, sample_rows, tangent_turning};
+use super::samples::{BOXES, Sampler, SurfaceSamples, sample_rows, tangent_turning};
 use super::tables::{Bend, BoundingBox, BoxBounds, CurveBounds, StripBounds, SurfaceBounds};
 use crate::math::bernstein;
 use crate::math::bounds::{patch_bounds, segment_bounds};
@@ -51,46 +51,72 @@ impl SurfaceBounds {
     ) -> (Self, [Vec<bool>; 2]) {
         let breaks_u = cuts::borders(cuts_u, &patches.breaks_u);
         let breaks_v = cuts::borders(cuts_v, &patches.breaks_v);
+        let count = cuts_u.len() * cuts_v.len();
+        let mut bounds =
+            Self { breaks_u, breaks_v, cells: Vec::with_capacity(count), places: Vec::with_capacity(count) };
         let size = patches.control.iter().fold(0.0_f64, |most, c| most.max(c.truncate().length() / c.w));
+        let keep = |x: f64| if x <= ROUNDING * size { 0.0 } else { x };
         let mut nets = SubNets::new(patches, [cuts_u, cuts_v]);
-        let columns = breaks_v.len() - 1;
         let mut asks = [cuts_u, cuts_v].map(|cuts| vec![false; cuts.len()]);
-        let mut cells = Vec::with_capacity((breaks_u.len() - 1) * columns);
-        let mut places = Vec::with_capacity(cells.capacity());
-        for i in 0..breaks_u.len() - 1 {
-            for j in 0..columns {
+        let mut bent = Vec::with_capacity(BOXES);
+        for i in 0..cuts_u.len() {
+            for j in 0..cuts_v.len() {
                 let net = nets.at(i, j);
-                places.push(BoundingBox::of_net(net));
+                bounds.places.push(BoundingBox::of_net(net));
                 let local = patch_bounds(patches.degree_u + 1, net, patches.rational);
-                let (u, v) = (breaks_u[i + 1] - breaks_u[i], breaks_v[j + 1] - breaks_v[j]);
-                let keep = |x: f64| if x <= ROUNDING * size { 0.0 } else { x };
+                let [u, v] = bounds.sides([i, j]);
+                bounds.cells.push(BoxBounds { u: local.du / u, v: local.dv / v, ..BoxBounds::default() });
                 let norms = [local.duu, local.duv, local.dvv].map(keep);
-                if norms == [0.0; 3] {
-                    cells.push(BoxBounds { u: local.du / u, v: local.dv / v, ..BoxBounds::default() });
-                    continue;
+                if norms != [0.0; 3] {
+                    sampler.set(bent.len(), net);
+                    bent.push(([i, j], norms));
                 }
-                let samples = sampler.sample(net);
-                let most = samples.most();
-                let part = |k: usize, part: usize| norms[k].min(keep(most[2 * k + part]));
-                let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
-                let turns @ [turn_u, turn_v] = samples.turns();
-                let far = turns.map(|turn| turn > FRAC_PI_2);
-                if far.contains(&true) && (0..3).any(|k| bend(k).lift > 0.0) && !samples.fold_over() {
-                    asks[0][i] |= far[0];
-                    asks[1][j] |= far[1];
+                if bent.len() == BOXES {
+                    bounds.bend(bent.drain(..), sampler.sample(), keep, &mut asks);
                 }
-                cells.push(BoxBounds {
-                    uu: bend(0).scaled(1.0 / (u * u)),
-                    uv: bend(1).scaled(1.0 / (u * v)),
-                    vv: bend(2).scaled(1.0 / (v * v)),
-                    u: local.du / u,
-                    v: local.dv / v,
-                    turn_u,
-                    turn_v,
-                });
             }
         }
-        (Self { breaks_u, breaks_v, cells, places }, asks)
+        if !bent.is_empty() {
+            bounds.bend(bent.drain(..), sampler.sample(), keep, &mut asks);
+        }
+        (bounds, asks)
+    }
+
+    /// Sets the second derivatives and turnings of sub-boxes, with their norms over local parameters, by their samples.
+    fn bend(
+        &mut self,
+        boxes: impl Iterator<Item = ([usize; 2], [f64; 3])>,
+        samples: &SurfaceSamples,
+        keep: impl Fn(f64) -> f64,
+        asks: &mut [Vec<bool>; 2],
+    ) {
+        let (most, turns) = (samples.most(), samples.turns());
+        for (lane, ([i, j], norms)) in boxes.enumerate() {
+            let part = |k: usize, part: usize| norms[k].min(keep(most[2 * k + part][lane]));
+            let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
+            let [turn_u, turn_v] = turns.map(|turn| turn[lane]);
+            let far = [turn_u, turn_v].map(|turn| turn > FRAC_PI_2);
+            if far.contains(&true) && (0..3).any(|k| bend(k).lift > 0.0) && !samples.fold_over(lane) {
+                asks[0][i] |= far[0];
+                asks[1][j] |= far[1];
+            }
+            let [u, v] = self.sides([i, j]);
+            let columns = self.breaks_v.len() - 1;
+            let cell = &mut self.cells[i * columns + j];
+            *cell = BoxBounds {
+                uu: bend(0).scaled(1.0 / (u * u)),
+                uv: bend(1).scaled(1.0 / (u * v)),
+                vv: bend(2).scaled(1.0 / (v * v)),
+                turn_u,
+                turn_v,
+                ..*cell
+            };
+        }
+    }
+
+    /// Lengths of the sides of a sub-box.
+    fn sides(&self, [i, j]: [usize; 2]) -> [f64; 2] {
+        [self.breaks_u[i + 1] - self.breaks_u[i], self.breaks_v[j + 1] - self.breaks_v[j]]
     }
 
     /// Whether it is one parallelogram, with even parameters.

@@ -1,21 +1,23 @@
 //! Nets of sub-boxes and segments -> how derivatives lie to the normal, and how far directions turn, at evenly spaced
 //! samples.
 //!
-//! A row of samples along v is evaluated at once, in lanes. Every lane does the arithmetic of a single point, in the
-//! same order.
+//! Four sub-boxes are evaluated at once, one per lane. Every lane does the arithmetic of a single point, in the same
+//! order.
 
 use crate::math::bernstein;
-use crate::math::lanes::widest;
+use crate::math::lanes::{Lanes, Work, in_fours};
 use glam::{DVec3, DVec4};
 
 /// Intervals between samples, per sub-box and direction; even.
 const SAMPLES: usize = 4;
 const COUNT: usize = SAMPLES + 1;
+/// Sub-boxes that are evaluated at once.
+pub(super) const BOXES: usize = 4;
 
-/// The samples of a row.
-type Lanes<const L: usize = COUNT> = [f64; L];
-/// Vectors, by coordinate.
-type Vectors = [Lanes; 3];
+/// A number of each sub-box.
+type Numbers = [f64; BOXES];
+/// What there is at each sample, row by row along v.
+type Grid<T> = [[T; COUNT]; COUNT];
 /// Directions at the samples of a line; `None` where there is none.
 type Directions = [Option<DVec3>; COUNT];
 
@@ -43,22 +45,24 @@ pub(super) fn sample_rows(degree: usize) -> Vec<Vec<f64>> {
     (0..COUNT).map(row).collect()
 }
 
-/// Basis rows at the samples of a net, shared by all sub-boxes.
+/// Samples the sub-boxes of a surface, [`BOXES`] at once.
 pub(super) struct Sampler {
     rational: bool,
-    /// By control point: its basis function and two derivatives at the samples of a line.
-    rows_u: Vec<[Lanes; 3]>,
-    rows_v: Vec<[Lanes; 3]>,
-    /// The columns of the net at all samples of u, with their derivatives.
-    columns: Vec<[[Lanes; 4]; 3]>,
+    /// By sample and control point of a line: its basis function and two derivatives.
+    rows_u: [Vec<[f64; 3]>; COUNT],
+    rows_v: [Vec<[f64; 3]>; COUNT],
+    /// The control points of the sub-boxes, u-major, by coordinate.
+    nets: Vec<[Numbers; 4]>,
+    /// The columns of the nets at a sample of u, with their derivatives.
+    columns: Vec<[[Numbers; 4]; 3]>,
     samples: SurfaceSamples,
 }
 
-/// A sub-box's samples, row by row along v. Where the surface has no normal, all numbers are NaN.
+/// The samples of [`BOXES`] sub-boxes. Where a surface has no normal, all numbers are NaN.
 pub(super) struct SurfaceSamples {
-    normals: [Vectors; COUNT],
+    normals: Grid<[Numbers; 3]>,
     /// For each of `S_uu`, `S_uv`, `S_vv`: signed part along the normal, and length of the rest.
-    bends: [[Lanes; 6]; COUNT],
+    bends: Grid<[Numbers; 6]>,
 }
 
 impl Sampler {
@@ -66,106 +70,161 @@ impl Sampler {
     pub(super) fn new(degree_u: usize, degree_v: usize, rational: bool) -> Self {
         let rows = |degree: usize| {
             let rows = sample_rows(degree);
-            let at = |b: usize| [0, 1, 2].map(|order| lanes(|k| rows[k][order * (degree + 1) + b]));
-            (0..=degree).map(at).collect()
+            let at = |k: usize, b: usize| [0, 1, 2].map(|order| rows[k][order * (degree + 1) + b]);
+            std::array::from_fn(|k| (0..=degree).map(|b| at(k, b)).collect())
         };
+        const NONE: Numbers = [0.0; BOXES];
         Self {
             rational,
             rows_u: rows(degree_u),
             rows_v: rows(degree_v),
-            columns: vec![[[[0.0; COUNT]; 4]; 3]; degree_v + 1],
-            samples: SurfaceSamples { normals: [[[0.0; COUNT]; 3]; COUNT], bends: [[[0.0; COUNT]; 6]; COUNT] },
+            nets: vec![[NONE; 4]; (degree_u + 1) * (degree_v + 1)],
+            columns: vec![[[NONE; 4]; 3]; degree_v + 1],
+            samples: SurfaceSamples { normals: [[[NONE; 3]; COUNT]; COUNT], bends: [[[NONE; 6]; COUNT]; COUNT] },
         }
     }
 
-    /// Evaluates a net, u-major, at all samples.
-    pub(super) fn sample(&mut self, net: &[DVec4]) -> &SurfaceSamples {
-        widest(
-            #[inline(always)]
-            || if self.rational { self.evaluate::<4>(net) } else { self.evaluate::<3>(net) },
-        );
+    /// Sets the net, u-major, of the sub-boxes in `lane` and after it.
+    pub(super) fn set(&mut self, lane: usize, net: &[DVec4]) {
+        for (points, point) in self.nets.iter_mut().zip(net) {
+            points.iter_mut().zip(point.to_array()).for_each(|(to, x)| to[lane..].fill(x));
+        }
+    }
+
+    /// Evaluates the nets at all samples.
+    pub(super) fn sample(&mut self) -> &SurfaceSamples {
+        if self.rational {
+            in_fours(Sample::<4>(self))
+        } else {
+            in_fours(Sample::<3>(self))
+        }
         &self.samples
     }
+}
 
-    /// Evaluates all samples with the first `N` coordinates of the net: the weights are the fourth.
+/// Evaluates all samples with the first `N` coordinates of the nets: the weights are the fourth.
+struct Sample<'a, const N: usize>(&'a mut Sampler);
+
+impl<const N: usize> Work for Sample<'_, N> {
+    type Output = ();
+
     #[inline(always)]
-    fn evaluate<const N: usize>(&mut self, net: &[DVec4]) {
-        let Self { rows_u, rows_v, columns, samples: SurfaceSamples { normals, bends }, .. } = self;
-        let (nu, nv) = (rows_u.len(), rows_v.len());
-        // First each column of the net with all orders in u, then the columns with the orders in v.
-        for (b, column) in columns.iter_mut().enumerate() {
-            // Higher orders are 0.
-            for (order, column) in column.iter_mut().enumerate().take(nu) {
-                let mut sums = [[0.0; COUNT]; N];
-                for (points, row) in net.chunks_exact(nv).zip(&*rows_u) {
-                    for (sum, x) in sums.iter_mut().zip(points[b].to_array()) {
-                        *sum = lanes(|l| sum[l] + x * row[order][l]);
+    fn run<F: Lanes<BOXES>>(self, zero: F) {
+        let Sampler { rows_u, rows_v, nets, columns, samples: SurfaceSamples { normals, bends }, .. } = self.0;
+        for ((row_u, normals), bends) in rows_u.iter().zip(normals).zip(bends) {
+            // First each column of the nets with all orders in u, then the columns with the orders in v.
+            for (b, column) in columns.iter_mut().enumerate() {
+                let mut sums = [[zero; N]; 3];
+                for (points, row) in nets.chunks_exact(rows_v[0].len()).zip(row_u) {
+                    for c in 0..N {
+                        let x = zero.load(&points[b][c]);
+                        for (sums, row) in sums.iter_mut().zip(row) {
+                            sums[c] = sums[c] + x * zero.splat(*row);
+                        }
                     }
                 }
-                column[..N].copy_from_slice(&sums);
+                for (column, sums) in column.iter_mut().zip(sums) {
+                    column.iter_mut().zip(sums).for_each(|(to, sum)| *to = sum.to_array());
+                }
             }
-        }
-        for (i, (normals, bends)) in normals.iter_mut().zip(bends).enumerate() {
-            (*normals, *bends) = combine::<N>((columns, rows_v), (nu, nv), i);
+            for ((row_v, normal), bend) in rows_v.iter().zip(normals).zip(bends) {
+                let at = (&**columns, &**row_v);
+                let sums: [[F; N]; 6] = [
+                    sum(zero, at, (0, 0)),
+                    sum(zero, at, (1, 0)),
+                    sum(zero, at, (0, 1)),
+                    sum(zero, at, (2, 0)),
+                    sum(zero, at, (1, 1)),
+                    sum(zero, at, (0, 2)),
+                ];
+                let d = if N == 4 { quotient(zero, &sums) } else { plain(&sums) };
+                let (n, [a, b, c, d, e, f]) = split(zero, d);
+                *normal = [n[0].to_array(), n[1].to_array(), n[2].to_array()];
+                *bend = [a.to_array(), b.to_array(), c.to_array(), d.to_array(), e.to_array(), f.to_array()];
+            }
         }
     }
 }
 
 impl SurfaceSamples {
-    /// The largest magnitude of each of its bends, with a margin for maxima between samples: for each of `S_uu`,
-    /// `S_uv`, `S_vv`, the part along the normal and the rest.
+    /// The largest magnitude of each bend of each sub-box, with a margin for maxima between samples: for each of
+    /// `S_uu`, `S_uv`, `S_vv`, the part along the normal and the rest.
     ///
     /// A parabola exceeds its samples by at most an eighth of the second difference; the margin is twice that, along u
     /// and v.
-    pub(super) fn most(&self) -> [f64; 6] {
-        widest(
-            #[inline(always)]
-            || {
-                let mut all = [0.0; 6];
-                for (k, all) in all.iter_mut().enumerate() {
-                    let at = |i: usize, l: usize| self.bends[i][k][l];
-                    let (mut most, mut by_u, mut by_v) = ([0.0; COUNT], [0.0; COUNT], [0.0; COUNT - 2]);
-                    for i in 0..COUNT {
-                        raise(&mut most, |l| at(i, l));
-                        raise(&mut by_v, |l| at(i, l) - 2.0 * at(i, l + 1) + at(i, l + 2));
-                    }
-                    for i in 1..SAMPLES {
-                        raise(&mut by_u, |l| at(i - 1, l) - 2.0 * at(i, l) + at(i + 1, l));
-                    }
-                    *all = largest(&most) + 0.25 * (largest(&by_u) + largest(&by_v));
-                }
-                all
-            },
-        )
+    pub(super) fn most(&self) -> [Numbers; 6] {
+        in_fours(Most(self))
     }
 
-    /// The largest turning of the normal along a line of samples in u, and in v, with a margin for what lines miss: the
+    /// The largest turning of each normal along a line of samples in u, and in v, with a margin for what lines miss: the
     /// overshoot of a parabola through neighbours.
-    pub(super) fn turns(&self) -> [f64; 2] {
-        let [by_u, by_v] = widest(
-            #[inline(always)]
-            || {
-                let row = |j: usize| vectors(|c| lanes(|l| self.normals[l][c][j]));
-                [turnings(&self.normals), turnings(&[row(0), row(1), row(2), row(3), row(4)])]
-            },
-        );
-        [by_u, by_v].map(|turning| {
-            let most = turning.iter().copied().fold(0.0_f64, f64::max);
-            let bend = turning.windows(3).map(|t| (t[0] - 2.0 * t[1] + t[2]).abs()).fold(0.0_f64, f64::max);
-            (most + 0.125 * bend) * TO_ENDS
-        })
+    pub(super) fn turns(&self) -> [Numbers; 2] {
+        in_fours(Turns(self))
     }
 
-    /// Whether the normal changes its side between neighbours. Halves of such a box turn as far.
-    pub(super) fn fold_over(&self) -> bool {
+    /// Whether the normal of a sub-box changes its side between neighbours. Halves of such a box turn as far.
+    pub(super) fn fold_over(&self, lane: usize) -> bool {
         /// The angle between neighbours is above 120 degrees. Smooth surfaces that turn so far between samples turn by
         /// more than 360 degrees in the box.
         const OTHER_SIDE: f64 = -0.5;
         let dot = |(i, j): (usize, usize), (k, l): (usize, usize)| -> f64 {
-            (0..3).map(|c| self.normals[i][c][j] * self.normals[k][c][l]).sum()
+            (0..3).map(|c| self.normals[i][j][c][lane] * self.normals[k][l][c][lane]).sum()
         };
         let mut pairs = (0..COUNT).flat_map(|i| (1..COUNT).map(move |k| (i, k)));
         pairs.any(|(i, k)| dot((i, k - 1), (i, k)) < OTHER_SIDE || dot((k - 1, i), (k, i)) < OTHER_SIDE)
+    }
+}
+
+/// What [`SurfaceSamples::most`] does.
+struct Most<'a>(&'a SurfaceSamples);
+
+impl Work for Most<'_> {
+    type Output = [Numbers; 6];
+
+    #[inline(always)]
+    fn run<F: Lanes<BOXES>>(self, zero: F) -> [Numbers; 6] {
+        let (two, quarter) = (zero.splat(2.0), zero.splat(0.25));
+        let mut all = [[0.0; BOXES]; 6];
+        for (k, all) in all.iter_mut().enumerate() {
+            let at = |i: usize, j: usize| zero.load(&self.0.bends[i][j][k]);
+            let (mut most, mut by_u, mut by_v) = (zero, zero, zero);
+            for a in 0..COUNT {
+                for b in 0..COUNT {
+                    most = raised(zero, most, at(a, b));
+                }
+                for b in 1..SAMPLES {
+                    by_u = raised(zero, by_u, at(b - 1, a) - two * at(b, a) + at(b + 1, a));
+                    by_v = raised(zero, by_v, at(a, b - 1) - two * at(a, b) + at(a, b + 1));
+                }
+            }
+            *all = (most + quarter * (by_u + by_v)).to_array();
+        }
+        all
+    }
+}
+
+/// What [`SurfaceSamples::turns`] does.
+struct Turns<'a>(&'a SurfaceSamples);
+
+impl Work for Turns<'_> {
+    type Output = [Numbers; 2];
+
+    #[inline(always)]
+    fn run<F: Lanes<BOXES>>(self, zero: F) -> [Numbers; 2] {
+        let n = &self.0.normals;
+        let mut turns = [[0.0; BOXES]; 2];
+        for (axis, turns) in turns.iter_mut().enumerate() {
+            let mut by_line = [zero; COUNT];
+            for (k, by_line) in by_line.iter_mut().enumerate() {
+                let at = |i: usize| if axis == 0 { &n[i][k] } else { &n[k][i] };
+                *by_line = turnings(zero, [at(0), at(1), at(2), at(3), at(4)]);
+            }
+            let most = by_line.iter().fold(zero, |most, turn| raised(zero, most, *turn));
+            let bend =
+                by_line.windows(3).fold(zero, |most, t| raised(zero, most, t[0] - zero.splat(2.0) * t[1] + t[2]));
+            *turns = ((most + zero.splat(0.125) * bend) * zero.splat(TO_ENDS)).to_array();
+        }
+        turns
     }
 }
 
@@ -181,176 +240,137 @@ pub(super) fn tangent_turning(net: &[DVec4], rows: &[Vec<f64>]) -> f64 {
     turning(&tangents) * TO_ENDS
 }
 
+/// `most` or the magnitude of `x`, which counts as nothing where it is NaN.
 #[inline(always)]
-fn lanes<const L: usize>(of: impl Fn(usize) -> f64) -> Lanes<L> {
-    let mut out = [0.0; L];
-    for (l, out) in out.iter_mut().enumerate() {
-        *out = of(l);
-    }
-    out
-}
-
-/// Vectors by coordinate.
-#[inline(always)]
-fn vectors(of: impl Fn(usize) -> Lanes) -> Vectors {
-    [of(0), of(1), of(2)]
-}
-
-/// Raises `most` to the magnitude of `x`, which counts as nothing where it is NaN.
-#[inline(always)]
-fn raise<const L: usize>(most: &mut Lanes<L>, x: impl Fn(usize) -> f64) {
-    *most = lanes(|l| {
-        let x = x(l).abs();
-        if x > most[l] { x } else { most[l] }
-    });
-}
-
-/// The largest of numbers.
-#[inline(always)]
-fn largest(of: &[f64]) -> f64 {
-    let mut most = 0.0;
-    for &x in of {
-        most = if x > most { x } else { most };
-    }
-    most
+fn raised<F: Lanes<BOXES>>(zero: F, most: F, x: F) -> F {
+    x.larger((zero - x).larger(most))
 }
 
 #[inline(always)]
-fn times(a: &Vectors, factor: &Lanes) -> Vectors {
-    // Three closures in one are not inlined, and leave the wide registers.
-    let [x, y, z] = a;
-    [lanes(|l| x[l] * factor[l]), lanes(|l| y[l] * factor[l]), lanes(|l| z[l] * factor[l])]
+fn times<F: Lanes<BOXES>>([x, y, z]: [F; 3], factor: F) -> [F; 3] {
+    [x * factor, y * factor, z * factor]
 }
 
 #[inline(always)]
-fn minus(a: &Vectors, b: &Vectors) -> Vectors {
-    [lanes(|l| a[0][l] - b[0][l]), lanes(|l| a[1][l] - b[1][l]), lanes(|l| a[2][l] - b[2][l])]
+fn minus<F: Lanes<BOXES>>(a: [F; 3], b: [F; 3]) -> [F; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-fn dot(a: &Vectors, b: &Vectors) -> Lanes {
-    lanes(|l| a[0][l] * b[0][l] + a[1][l] * b[1][l] + a[2][l] * b[2][l])
+fn dot<F: Lanes<BOXES>>(a: [F; 3], b: [F; 3]) -> F {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-fn length(a: &Vectors) -> Lanes {
-    let square = dot(a, a);
-    lanes(|l| square[l].sqrt())
+fn length<F: Lanes<BOXES>>(a: [F; 3]) -> F {
+    dot(a, a).sqrt()
 }
 
 #[inline(always)]
-fn cross(a: &Vectors, b: &Vectors) -> Vectors {
-    let minor = |c: usize, d: usize| lanes(|l| a[c][l] * b[d][l] - b[c][l] * a[d][l]);
-    [minor(1, 2), minor(2, 0), minor(0, 1)]
+fn cross<F: Lanes<BOXES>>(a: [F; 3], b: [F; 3]) -> [F; 3] {
+    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
 }
 
-/// Of each column of a net, its sums at all samples of u, and its basis in v.
-type Terms<'a> = (&'a [[[Lanes; 4]; 3]], &'a [[Lanes; 3]]);
+/// The columns of nets at a sample of u, and their basis at a sample of v.
+type Terms<'a> = (&'a [[[Numbers; 4]; 3]], &'a [[f64; 3]]);
 
-/// The normals, and the parts of the second derivatives along and across them, at row `i` of samples. `orders`: numbers
-/// of derivatives in u and v that are not 0, with the point.
+/// The derivative of the orders `of` of the weighted points and, if `N` is 4, of their weights.
 #[inline(always)]
-fn combine<const N: usize>(terms: Terms<'_>, orders: (usize, usize), i: usize) -> (Vectors, [Lanes; 6]) {
-    let none = [[0.0; COUNT]; N];
-    let sums = [
-        sum::<N>(terms, i, (0, 0)),
-        sum(terms, i, (1, 0)),
-        sum(terms, i, (0, 1)),
-        if orders.0 > 2 { sum(terms, i, (2, 0)) } else { none },
-        sum(terms, i, (1, 1)),
-        if orders.1 > 2 { sum(terms, i, (0, 2)) } else { none },
-    ];
-    let [_, du, dv, duu, duv, dvv] = if N == 4 { quotient(&sums) } else { plain(&sums) };
-    split([&du, &dv], [&duu, &duv, &dvv])
-}
-
-/// The derivative of the orders `of` of the weighted point and, if `N` is 4, of its weight, for [`combine`].
-#[inline(always)]
-fn sum<const N: usize>((columns, rows): Terms<'_>, i: usize, of: (usize, usize)) -> [Lanes; N] {
-    let mut sum = [[0.0; COUNT]; N];
-    for (column, row) in columns.iter().zip(rows) {
-        for (sum, column) in sum.iter_mut().zip(&column[of.0]) {
-            *sum = lanes(|l| sum[l] + column[i] * row[of.1][l]);
+fn sum<F: Lanes<BOXES>, const N: usize>(zero: F, (columns, row): Terms<'_>, of: (usize, usize)) -> [F; N] {
+    let mut sum = [zero; N];
+    for (column, row) in columns.iter().zip(row) {
+        let factor = zero.splat(row[of.1]);
+        for (sum, x) in sum.iter_mut().zip(&column[of.0]) {
+            *sum = *sum + zero.load(x) * factor;
         }
     }
     sum
 }
 
+#[inline(always)]
+fn less<F: Lanes<BOXES>>(a: [F; 3], b: [F; 3], factor: F) -> [F; 3] {
+    minus(a, times(b, factor))
+}
+
 /// Derivatives of `P / W` from those of `P` and `W`, as [`quotient`](crate::model::quotient) has them.
 #[inline(always)]
-fn quotient<const N: usize>(sums: &[[Lanes; N]; 6]) -> [Vectors; 6] {
+fn quotient<F: Lanes<BOXES>, const N: usize>(zero: F, sums: &[[F; N]; 6]) -> [[F; 3]; 6] {
     let p = plain(sums);
-    let w = |k: usize| &sums[k][N - 1];
-    let twice = |a: &Lanes| lanes(|l| 2.0 * a[l]);
-    let per = lanes(|l| 1.0 / w(0)[l]);
-    let point = times(&p[0], &per);
-    let less = |a: &Vectors, b: &Vectors, factor: &Lanes| minus(a, &times(b, factor));
-    let du = times(&less(&p[1], &point, w(1)), &per);
-    let dv = times(&less(&p[2], &point, w(2)), &per);
-    let duu = times(&less(&less(&p[3], &du, &twice(w(1))), &point, w(3)), &per);
-    let duv = times(&less(&less(&less(&p[4], &du, w(2)), &dv, w(1)), &point, w(4)), &per);
-    let dvv = times(&less(&less(&p[5], &dv, &twice(w(2))), &point, w(5)), &per);
+    let w = [sums[0][N - 1], sums[1][N - 1], sums[2][N - 1], sums[3][N - 1], sums[4][N - 1], sums[5][N - 1]];
+    let (per, two) = (zero.splat(1.0) / w[0], zero.splat(2.0));
+    let point = times(p[0], per);
+    let du = times(less(p[1], point, w[1]), per);
+    let dv = times(less(p[2], point, w[2]), per);
+    let duu = times(less(less(p[3], du, two * w[1]), point, w[3]), per);
+    let duv = times(less(less(less(p[4], du, w[2]), dv, w[1]), point, w[4]), per);
+    let dvv = times(less(less(p[5], dv, two * w[2]), point, w[5]), per);
     [point, du, dv, duu, duv, dvv]
 }
 
 /// Derivatives where all weights are 1.
 #[inline(always)]
-fn plain<const N: usize>(sums: &[[Lanes; N]; 6]) -> [Vectors; 6] {
-    sums.map(|sums| [sums[0], sums[1], sums[2]])
+fn plain<F: Lanes<BOXES>, const N: usize>(sums: &[[F; N]; 6]) -> [[F; 3]; 6] {
+    let of = |k: usize| [sums[k][0], sums[k][1], sums[k][2]];
+    [of(0), of(1), of(2), of(3), of(4), of(5)]
 }
 
 /// The normals, and the parts of the second derivatives along and across them.
 #[inline(always)]
-fn split([du, dv]: [&Vectors; 2], [duu, duv, dvv]: [&Vectors; 3]) -> (Vectors, [Lanes; 6]) {
+fn split<F: Lanes<BOXES>>(zero: F, [_, du, dv, duu, duv, dvv]: [[F; 3]; 6]) -> ([F; 3], [F; 6]) {
     let normal = cross(du, dv);
-    let (all, of_u, of_v) = (length(&normal), length(du), length(dv));
-    // One comparison at a time, which registers have instructions for.
-    let mut per = lanes(|l| 1.0 / all[l]);
-    per = lanes(|l| if all[l] > 1e-10 * of_u[l] * of_v[l] { per[l] } else { f64::NAN });
-    per = lanes(|l| if per[l] < f64::INFINITY { per[l] } else { f64::NAN });
-    per = lanes(|l| if per[l] > 0.0 { per[l] } else { f64::NAN });
-    let normal = times(&normal, &per);
-    let ([a, b], [c, d], [e, f]) = (parts(duu, &normal), parts(duv, &normal), parts(dvv, &normal));
+    let (all, of_u, of_v) = (length(normal), length(du), length(dv));
+    let mut per = zero.splat(1.0) / all;
+    let exist = (zero.splat(1e-10) * of_u * of_v).below(all) & per.below(zero.splat(f64::INFINITY)) & zero.below(per);
+    if exist != (1 << BOXES) - 1 {
+        let mut each = per.to_array();
+        (0..BOXES).filter(|l| exist >> l & 1 == 0).for_each(|l| each[l] = f64::NAN);
+        per = zero.load(&each);
+    }
+    let normal = times(normal, per);
+    let ([a, b], [c, d], [e, f]) = (parts(duu, normal), parts(duv, normal), parts(dvv, normal));
     (normal, [a, b, c, d, e, f])
 }
 
 /// The part of a vector along the normal, and the length of the rest.
 #[inline(always)]
-fn parts(x: &Vectors, normal: &Vectors) -> [Lanes; 2] {
+fn parts<F: Lanes<BOXES>>(x: [F; 3], normal: [F; 3]) -> [F; 2] {
     let along = dot(x, normal);
-    [along, length(&minus(x, &times(normal, &along)))]
+    [along, length(minus(x, times(normal, along)))]
 }
 
-/// [`turning`] of the normals from row to row, by lane.
+/// [`turning`] of normals along a line, by lane.
 #[inline(always)]
-fn turnings(rows: &[Vectors; COUNT]) -> Lanes {
-    let fine = angles(rows, [(0, 1), (1, 2), (2, 3), (3, 4)]);
-    let coarse = angles(rows, [(0, 2), (2, 4)]);
-    let mut all = lanes(|l| fine[l] + (fine[l] - coarse[l]).max(0.0));
-    for (l, turn) in all.iter_mut().enumerate() {
-        if fine[l].is_nan() {
-            *turn = turning(&rows.map(|row| Some(DVec3::from_array(row.map(|c| c[l]))).filter(|n| !n.is_nan())));
-        }
+fn turnings<F: Lanes<BOXES>>(zero: F, line: [&[Numbers; 3]; COUNT]) -> F {
+    let n = [load(zero, line[0]), load(zero, line[1]), load(zero, line[2]), load(zero, line[3]), load(zero, line[4])];
+    let fine =
+        angles(zero, n[0], n[1]) + angles(zero, n[1], n[2]) + angles(zero, n[2], n[3]) + angles(zero, n[3], n[4]);
+    let coarse = angles(zero, n[0], n[2]) + angles(zero, n[2], n[4]);
+    let all = fine + (fine - coarse).larger(zero);
+    if fine.below(zero.splat(f64::INFINITY)) == (1 << BOXES) - 1 {
+        return all;
     }
-    all
+    let (mut each, fine) = (all.to_array(), fine.to_array());
+    for (l, turn) in each.iter_mut().enumerate().filter(|(l, _)| fine[*l].is_nan()) {
+        *turn = turning(&line.map(|n| Some(DVec3::from_array(n.map(|c| c[l]))).filter(|n| !n.is_nan())));
+    }
+    zero.load(&each)
 }
 
-/// The sums of [`chord_angle`] over pairs of rows, by lane.
 #[inline(always)]
-fn angles<const K: usize>(rows: &[Vectors; COUNT], pairs: [(usize, usize); K]) -> Lanes {
-    let mut sum = [0.0; COUNT];
-    for (a, b) in pairs {
-        let chord = length(&minus(&rows[b], &rows[a]));
-        let mut angle: Lanes = lanes(|l| short_angle(chord[l]));
-        if largest(&chord) >= SHORT {
-            // NaN stays: it marks lines that lack a direction.
-            for (angle, &chord) in angle.iter_mut().zip(&chord).filter(|(_, chord)| **chord >= SHORT) {
-                *angle = chord_angle(chord);
-            }
-        }
-        sum = lanes(|l| sum[l] + angle[l]);
+fn load<F: Lanes<BOXES>>(zero: F, [x, y, z]: &[Numbers; 3]) -> [F; 3] {
+    [zero.load(x), zero.load(y), zero.load(z)]
+}
+
+/// The angles between unit vectors.
+#[inline(always)]
+fn angles<F: Lanes<BOXES>>(zero: F, a: [F; 3], b: [F; 3]) -> F {
+    let chord = length(minus(b, a));
+    if zero.splat(SHORT).below(chord) == 0 {
+        let square = chord * chord;
+        chord * (zero.splat(1.0) + square * (zero.splat(1.0 / 24.0) + square * zero.splat(3.0 / 640.0)))
+    } else {
+        zero.load(&chord.to_array().map(chord_angle))
     }
-    sum
 }
 
 /// The turning along a line, with a margin for what samples miss: the growth of the sum of angles when the samples were
@@ -368,17 +388,14 @@ fn path(directions: &[Option<DVec3>]) -> f64 {
     pairs.fold(0.0, |sum, (before, here)| sum + chord_angle(here.distance(*before)))
 }
 
-/// Chords below this have their angle by a series.
+/// Chords up to this have their angle by a series.
 const SHORT: f64 = 0.1;
 
-/// The angle subtended by a chord of the unit circle.
+/// The angle subtended by a chord of the unit circle, to 10⁻⁹. NaN stays: it marks lines that lack a direction.
 fn chord_angle(chord: f64) -> f64 {
-    if chord < SHORT { short_angle(chord) } else { 2.0 * libm::asin((0.5 * chord).min(1.0)) }
-}
-
-/// [`chord_angle`] by a series that is good to 10⁻⁹ below [`SHORT`].
-#[inline(always)]
-fn short_angle(chord: f64) -> f64 {
+    if chord > SHORT {
+        return 2.0 * libm::asin((0.5 * chord).min(1.0));
+    }
     let square = chord * chord;
     chord * (1.0 + square * (1.0 / 24.0 + square * (3.0 / 640.0)))
 }
@@ -409,49 +426,66 @@ mod tests {
         Some((normal, [a, b, c, d, e, f]))
     }
 
+    /// A net whose weights differ if it is rational. With a pole it is a single point: no sample has a normal.
+    fn net(draw: &mut SplitMix, points: usize, (rational, pole): (bool, bool)) -> Vec<DVec4> {
+        let mut point = || {
+            let point = DVec3::from_array([(); 3].map(|()| draw.range(-5.0, 5.0)));
+            let weight = if rational { draw.range(0.3, 3.0) } else { 1.0 };
+            (point * weight).extend(weight)
+        };
+        if pole { vec![point(); points] } else { (0..points).map(|_| point()).collect() }
+    }
+
     #[test]
     fn lanes_have_the_bits_of_single_points() {
         let mut draw = SplitMix(7);
         for (degree_u, degree_v) in [(1, 1), (1, 3), (2, 2), (3, 3), (5, 2), (4, 6)] {
-            for (rational, pole) in [(false, false), (true, false), (false, true), (true, true)] {
-                let mut coordinate = |low: f64, high: f64| draw.range(low, high);
-                let mut net: Vec<DVec4> = (0..(degree_u + 1) * (degree_v + 1))
-                    .map(|_| {
-                        let point = DVec3::from_array([(); 3].map(|()| coordinate(-5.0, 5.0)));
-                        let weight = if rational { coordinate(0.3, 3.0) } else { 1.0 };
-                        (point * weight).extend(weight)
-                    })
-                    .collect();
-                if pole {
-                    // All of it: no sample has a normal.
-                    let point = net[0];
-                    net.fill(point);
-                }
-                let (rows_u, rows_v) = (sample_rows(degree_u), sample_rows(degree_v));
+            let (rows_u, rows_v) = (sample_rows(degree_u), sample_rows(degree_v));
+            for rational in [false, true] {
                 let mut sampler = Sampler::new(degree_u, degree_v, rational);
-                let samples = sampler.sample(&net);
-                let expected: [[_; COUNT]; COUNT] =
-                    std::array::from_fn(|i| std::array::from_fn(|j| single(&net, [&rows_u[i], &rows_v[j]], rational)));
-                for (i, row) in expected.iter().enumerate() {
-                    for (j, expected) in row.iter().enumerate() {
-                        let normal = DVec3::from_array(samples.normals[i].map(|c| c[j]));
-                        let bends = samples.bends[i].map(|bend| bend[j]);
-                        match expected {
-                            Some(expected) => assert_eq!((normal, bends), *expected, "{degree_u} {degree_v} {i} {j}"),
+                // A pole beside others does not change their bits.
+                let nets: [_; BOXES] =
+                    std::array::from_fn(|lane| net(&mut draw, (degree_u + 1) * (degree_v + 1), (rational, lane == 2)));
+                nets.iter().enumerate().for_each(|(lane, net)| sampler.set(lane, net));
+                let samples = sampler.sample();
+                let (turns, most) = (samples.turns(), samples.most());
+                for (lane, net) in nets.iter().enumerate() {
+                    let expected: Grid<_> = std::array::from_fn(|i| {
+                        std::array::from_fn(|j| single(net, [&rows_u[i], &rows_v[j]], rational))
+                    });
+                    let all = || (0..COUNT).flat_map(|i| (0..COUNT).map(move |j| (i, j)));
+                    for (i, j) in all() {
+                        let normal = DVec3::from_array(samples.normals[i][j].map(|c| c[lane]));
+                        let bends = samples.bends[i][j].map(|bend| bend[lane]);
+                        match expected[i][j] {
+                            Some(expected) => assert_eq!((normal, bends), expected, "{degree_u} {degree_v} {i} {j}"),
                             None => assert!(normal.is_nan(), "{degree_u} {degree_v} {i} {j}"),
                         }
                     }
+                    let along = |of: &dyn Fn(usize, usize) -> Option<DVec3>| -> f64 {
+                        (0..COUNT).map(|line| turning(&std::array::from_fn(|k| of(line, k)))).fold(0.0, f64::max)
+                    };
+                    let normal = |i: usize, j: usize| expected[i][j].map(|(normal, _)| normal);
+                    let least = [along(&|line, k| normal(k, line)), along(&|line, k| normal(line, k))];
+                    assert!((0..2).all(|k| turns[k][lane] >= least[k] * TO_ENDS), "{turns:?} {least:?}");
+                    let bends = || expected.iter().flatten().flatten().map(|(_, bends)| bends);
+                    assert!(bends().all(|of| (0..6).all(|k| most[k][lane] >= of[k].abs())), "{most:?}");
                 }
-                let along = |of: &dyn Fn(usize, usize) -> Option<DVec3>| -> f64 {
-                    (0..COUNT).map(|line| turning(&std::array::from_fn(|k| of(line, k)))).fold(0.0, f64::max)
-                };
-                let normal = |i: usize, j: usize| expected[i][j].map(|(normal, _)| normal);
-                let least = [along(&|line, k| normal(k, line)), along(&|line, k| normal(line, k))];
-                let turns = samples.turns();
-                assert!((0..2).all(|k| turns[k] >= least[k] * TO_ENDS), "{turns:?} {least:?}");
-                let most = samples.most();
-                let all = || expected.iter().flatten().flatten();
-                assert!(all().all(|(_, bends)| (0..6).all(|k| most[k] >= bends[k].abs())), "{most:?}");
+            }
+        }
+    }
+
+    /// Asserts that turnings in lanes have the bits of single lines.
+    struct Compare([[Numbers; 3]; COUNT]);
+
+    impl Work for Compare {
+        type Output = ();
+
+        fn run<F: Lanes<BOXES>>(self, zero: F) {
+            for (l, turn) in turnings(zero, self.0.each_ref()).to_array().into_iter().enumerate() {
+                let normal = |k: usize| DVec3::from_array(self.0[k].map(|c| c[l]));
+                let single = turning(&std::array::from_fn(|k| Some(normal(k)).filter(|normal| !normal.is_nan())));
+                assert!(turn == single, "{l}: {turn} {single} {:?}", self.0);
             }
         }
     }
@@ -460,20 +494,14 @@ mod tests {
     fn turnings_in_lanes_are_those_of_single_lines() {
         let mut draw = SplitMix(8);
         // Chords below and above `SHORT`, both, and lines without a direction somewhere.
-        for (spread, hole) in [(0.01, None), (0.08, None), (1.0, None), (0.03, Some((2, 1))), (1.0, Some((4, 4)))] {
-            let rows: [Vectors; COUNT] = std::array::from_fn(|k| {
-                let of: [DVec3; COUNT] = std::array::from_fn(|l| {
+        for (spread, hole) in [(0.01, None), (0.08, None), (1.0, None), (0.03, Some((2, 1))), (1.0, Some((4, 3)))] {
+            in_fours(Compare(std::array::from_fn(|k| {
+                let of: [DVec3; BOXES] = std::array::from_fn(|l| {
                     let [x, y] = [(); 2].map(|()| draw.range(-spread, spread));
                     if hole == Some((k, l)) { DVec3::NAN } else { DVec3::new(x, y, 1.0).normalize() }
                 });
-                vectors(|c| lanes(|l| of[l][c]))
-            });
-            let turns = turnings(&rows);
-            for (l, turn) in turns.iter().enumerate() {
-                let normal = |k: usize| DVec3::from_array(rows[k].map(|c| c[l]));
-                let single = turning(&std::array::from_fn(|k| Some(normal(k)).filter(|normal| !normal.is_nan())));
-                assert!(*turn == single, "{spread} {hole:?} {l}: {turn} {single}");
-            }
+                [0, 1, 2].map(|c| of.map(|n| n[c]))
+            })));
         }
     }
 }
