@@ -72,12 +72,13 @@ impl SurfaceBounds {
                     bent.push(([i, j], norms));
                 }
                 if bent.len() == BOXES {
-                    bounds.bend(bent.drain(..), sampler.sample(), keep, &mut asks);
+                    bounds.bend(bent.drain(..), sampler.sample(BOXES), keep, &mut asks);
                 }
             }
         }
         if !bent.is_empty() {
-            bounds.bend(bent.drain(..), sampler.sample(), keep, &mut asks);
+            let count = bent.len();
+            bounds.bend(bent.drain(..), sampler.sample(count), keep, &mut asks);
         }
         (bounds, asks)
     }

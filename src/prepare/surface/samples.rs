@@ -51,8 +51,10 @@ pub(super) struct Sampler {
     /// By sample and control point of a line: its basis function and two derivatives.
     rows_u: [Vec<[f64; 3]>; COUNT],
     rows_v: [Vec<[f64; 3]>; COUNT],
-    /// The control points of the sub-boxes, u-major, by coordinate.
-    nets: Vec<[Numbers; 4]>,
+    /// The control points of the sub-boxes, u-major.
+    nets: Vec<[DVec4; BOXES]>,
+    /// The same, by coordinate.
+    points: Vec<[Numbers; 4]>,
     /// The columns of the nets at a sample of u, with their derivatives.
     columns: Vec<[[Numbers; 4]; 3]>,
     samples: SurfaceSamples,
@@ -78,21 +80,25 @@ impl Sampler {
             rational,
             rows_u: rows(degree_u),
             rows_v: rows(degree_v),
-            nets: vec![[NONE; 4]; (degree_u + 1) * (degree_v + 1)],
+            nets: vec![[DVec4::ZERO; BOXES]; (degree_u + 1) * (degree_v + 1)],
+            points: vec![[NONE; 4]; (degree_u + 1) * (degree_v + 1)],
             columns: vec![[[NONE; 4]; 3]; degree_v + 1],
             samples: SurfaceSamples { normals: [[[NONE; 3]; COUNT]; COUNT], bends: [[[NONE; 6]; COUNT]; COUNT] },
         }
     }
 
-    /// Sets the net, u-major, of the sub-boxes in `lane` and after it.
+    /// Sets the net, u-major, of the sub-box in `lane`.
     pub(super) fn set(&mut self, lane: usize, net: &[DVec4]) {
-        for (points, point) in self.nets.iter_mut().zip(net) {
-            points.iter_mut().zip(point.to_array()).for_each(|(to, x)| to[lane..].fill(x));
-        }
+        self.nets.iter_mut().zip(net).for_each(|(points, point)| points[lane] = *point);
     }
 
-    /// Evaluates the nets at all samples.
-    pub(super) fn sample(&mut self) -> &SurfaceSamples {
+    /// Evaluates the nets that are set, in lanes below `count`, at all samples. Other lanes repeat the last one.
+    pub(super) fn sample(&mut self, count: usize) -> &SurfaceSamples {
+        for (points, point) in self.nets.iter_mut().zip(&mut self.points) {
+            let last = points[count - 1];
+            points[count..].fill(last);
+            *point = [0, 1, 2, 3].map(|c| points.map(|p| p[c]));
+        }
         if self.rational {
             in_fours(Sample::<4>(self))
         } else {
@@ -110,14 +116,14 @@ impl<const N: usize> Work for Sample<'_, N> {
 
     #[inline(always)]
     fn run<F: Lanes<BOXES>>(self, zero: F) {
-        let Sampler { rows_u, rows_v, nets, columns, samples: SurfaceSamples { normals, bends }, .. } = self.0;
+        let Sampler { rows_u, rows_v, points, columns, samples: SurfaceSamples { normals, bends }, .. } = self.0;
         for ((row_u, normals), bends) in rows_u.iter().zip(normals).zip(bends) {
             // First each column of the nets with all orders in u, then the columns with the orders in v.
             for (b, column) in columns.iter_mut().enumerate() {
                 let mut sums = [[zero; N]; 3];
-                for (points, row) in nets.chunks_exact(rows_v[0].len()).zip(row_u) {
+                for (line, row) in points.chunks_exact(rows_v[0].len()).zip(row_u) {
                     for c in 0..N {
-                        let x = zero.load(&points[b][c]);
+                        let x = zero.load(&line[b][c]);
                         for (sums, row) in sums.iter_mut().zip(row) {
                             sums[c] = sums[c] + x * zero.splat(*row);
                         }
@@ -447,7 +453,7 @@ mod tests {
                 let nets: [_; BOXES] =
                     std::array::from_fn(|lane| net(&mut draw, (degree_u + 1) * (degree_v + 1), (rational, lane == 2)));
                 nets.iter().enumerate().for_each(|(lane, net)| sampler.set(lane, net));
-                let samples = sampler.sample();
+                let samples = sampler.sample(BOXES);
                 let (turns, most) = (samples.turns(), samples.most());
                 for (lane, net) in nets.iter().enumerate() {
                     let expected: Grid<_> = std::array::from_fn(|i| {
