@@ -29,6 +29,24 @@ fn orient2d_adaptive(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     robust::orient2d(coord(a), coord(b), coord(c))
 }
 
+/// How far `b` is from `a` to the right of a direction, times the direction's length. The sign is exact, as that of
+/// [`orient2d`].
+#[inline]
+pub(crate) fn across(a: DVec2, b: DVec2, direction: DVec2) -> f64 {
+    let left = (b.x - a.x) * direction.y;
+    let right = (b.y - a.y) * direction.x;
+    let det = left - right;
+    if det.abs() > FILTER * (left.abs() + right.abs()) { det } else { across_adaptive(a, b, direction) }
+}
+
+/// The orientation of two points and the infinite point of the direction, in homogeneous coordinates.
+#[cold]
+#[inline(never)]
+fn across_adaptive(a: DVec2, b: DVec2, direction: DVec2) -> f64 {
+    let coord = |p: DVec2, z: f64| robust::Coord3D { x: p.x, y: p.y, z };
+    robust::orient3d(coord(a, 1.0), coord(b, 1.0), coord(direction, 0.0), coord(DVec2::ZERO, 0.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,6 +83,26 @@ mod tests {
         assert!(orient2d(a, b, DVec2::new(0.3, -1e-300)) < 0.0);
         assert_eq!([DVec2::new(7.0, 0.0), a, b].map(|p| orient2d(a, b, p)), [0.0; 3]);
         assert_eq!(orient2d(a, a, DVec2::Y), 0.0);
+    }
+
+    #[test]
+    fn what_is_to_the_right_of_a_direction_is_exact() {
+        // Whole units: products are of at most 106 bits.
+        let unit = f64::EPSILON / 2.0;
+        let direction = [0.618_033_988_749_894_9, -0.3].map(|x: f64| (x / unit) as i64);
+        let point = |[x, y]: [i64; 2]| DVec2::new(x as f64 * unit, y as f64 * unit);
+        let far = 1i64 << 52;
+        for k in 0..400 {
+            // Far along the direction, and a few units from there.
+            let a = [far / 7 + k % 20, far / 3 - k / 20];
+            let share = |x: i64| (i128::from(x) * i128::from(k) / 400) as i64;
+            let b = [a[0] + share(direction[0]), a[1] + share(direction[1])];
+            let want =
+                i128::from(b[0] - a[0]) * i128::from(direction[1]) - i128::from(b[1] - a[1]) * i128::from(direction[0]);
+            let got = across(point(a), point(b), point(direction));
+            assert_eq!(got.partial_cmp(&0.0), Some(want.cmp(&0)), "{k}");
+        }
+        assert_eq!(across(DVec2::ONE, DVec2::ONE, DVec2::new(-0.3, 0.7)), 0.0);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Loops -> the order in which a sweep line meets their vertices, and the way that it moves.
 
 use crate::math::lanes::{larger, smaller};
+use crate::math::predicates::across;
 use glam::DVec2;
 use std::cmp::Ordering;
 
@@ -27,8 +28,8 @@ impl Order {
     /// least three.
     ///
     /// The line moves along the longer side of their box: the triangles that it leaves are wider that way, and fewer of
-    /// them are flipped. It may lean: it meets a point later by `lean` times the point's place along `up`. `lean` is 0
-    /// or a power of two with any sign, so that the order is exact, but for underflow.
+    /// them are flipped. It may lean: it meets a point later by `lean` times the point's place along `up`. The order is
+    /// exact, but for underflow.
     pub(crate) fn sort(
         &mut self,
         points: &[DVec2],
@@ -48,31 +49,30 @@ impl Order {
         let right = if size.y > size.x { DVec2::Y } else { DVec2::X };
         let up = right.perp();
         self.up = up - right * lean;
-        // Rounding is monotone: no two points change places.
-        let along = |p: DVec2| right.dot(p) + lean * up.dot(p);
-        let leans = [low, high].map(|p| lean * up.dot(p));
-        let first = right.dot(low) + leans[0].min(leans[1]);
-        let steps = f64::from(u32::MAX) / (right.dot(high) + leans[0].max(leans[1]) - first);
+        let way = right + up * lean;
+        // Differences from a corner of the box are rounded to a share of its size, wherever it is: places are wrong by
+        // a millionth of a step at most.
+        let most = (way * size).max(DVec2::ZERO).element_sum();
+        let least = (way * size).min(DVec2::ZERO).element_sum();
+        let steps = f64::from(u32::MAX) / (most - least);
         self.keys.clear();
         for (start, end) in loops.clone() {
-            let key = |v: u32| u64::from(((along(point(v)) - first) * steps) as u32) << 32 | u64::from(v);
+            let key = |v: u32| u64::from(((way.dot(point(v) - low) - least) * steps) as u32) << 32 | u64::from(v);
             self.keys.extend((start..end).map(key));
         }
         self.keys.sort_unstable();
-        // Those of one step.
-        let exact = |key: u64| {
-            let p = point(key as u32);
-            let aside = up.dot(p);
-            let (sum, rest) = two_sum(right.dot(p), lean * aside);
-            (sum, rest, aside, key)
-        };
-        for same in self.keys.chunk_by_mut(|a, b| a >> 32 == b >> 32).filter(|same| same.len() > 1) {
-            same.sort_unstable_by(|&a, &b| exact(a).partial_cmp(&exact(b)).unwrap_or(Ordering::Equal));
+        // Those of one step, and of steps that follow each other: rounding may have put neighbours there.
+        for near in self.keys.chunk_by_mut(|a, b| (b >> 32) - (a >> 32) < 2).filter(|near| near.len() > 1) {
+            near.sort_unstable_by(|&a, &b| {
+                let [p, q] = [a, b].map(|key| point(key as u32));
+                let (along, aside) = (across(q, p, self.up), up.dot(p) - up.dot(q));
+                (along, aside, a).partial_cmp(&(0.0, 0.0, b)).unwrap_or(Ordering::Equal)
+            });
         }
         self.ranks.resize(ids.len(), 0);
         self.number();
         if self.keys.len() >= FEW {
-            self.look_ahead(point, right + up * lean, loops);
+            self.look_ahead(point, way, loops);
         }
     }
 
@@ -134,16 +134,10 @@ impl Order {
     }
 }
 
-/// A rounded sum, and what rounding took from it (Knuth, "The Art of Computer Programming", volume 2, section 4.2.2).
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let of_b = sum - a;
-    (sum, (a - (sum - of_b)) + (b - of_b))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::trim::sweep::SWEEPS;
     use crate::sequence::random::SplitMix;
 
     /// A comb of this many teeth that point to the left and rise; it is wider than tall.
@@ -219,24 +213,28 @@ mod tests {
 
     #[test]
     fn a_line_that_leans_meets_points_in_exact_order() {
-        // Whole units of 2^-70. Places along a line that leans by a quarter or a half are too long for an `f64`, and
-        // many differ by their last bits only, or not at all.
-        const UNITS: f64 = (1_u128 << 70) as f64;
+        // Whole units of 2^-54. Places along the line are too long for an `f64`, and many differ by their last bits
+        // only, or not at all.
+        const UNITS: f64 = (1_u64 << 54) as f64;
         let mut draw = SplitMix(9);
-        for lean in [0.25, -0.25, 0.5, -0.5] {
+        for lean in SWEEPS.iter().flat_map(|&(lean, _)| [lean, -lean, 0.25]) {
             for is_tall in [false, true] {
-                let near = (0..600).map(|_| {
+                // By eights where a step ends. They are far from the corner of the box and near zero: rounding puts
+                // points on both sides of it.
+                let step = (100.0 + 2.0 * f64::abs(lean)) / f64::from(u32::MAX);
+                let end = |k: u32| f64::from(k / 8 * 100_000 + 2_850_000_000) * step + f64::min(2.0 * lean, 0.0) - 64.0;
+                let near = (0..1600).map(|k| {
                     let [part, low, tiny] = [(); 3].map(|()| f64::from((draw.unit() * 8.0) as u32));
-                    let y = (low + 1.0) / 8.0 + tiny / UNITS * 65536.0;
-                    DVec2::new(40.0 - lean * y + part * f64::EPSILON * 16.0, y)
+                    let y = (low + 1.0) / 8.0 + tiny / UNITS;
+                    DVec2::new(end(k) - lean * y + (part - 4.0) * f64::EPSILON * 16.0, y)
                 });
-                let ends = [DVec2::new(0.0, 0.0), DVec2::new(100.0, 2.0)];
+                let ends = [DVec2::new(-64.0, 0.0), DVec2::new(36.0, 2.0)];
                 let wide = ends.into_iter().chain(near);
                 let points: Vec<_> = wide.map(|p| if is_tall { p.perp() } else { p }).collect();
                 let (_, along) = leaning(&points, lean);
                 let place = |p: &DVec2| {
                     let [x, y] = if is_tall { [p.y, -p.x] } else { [p.x, p.y] }.map(|x| (x * UNITS) as i128);
-                    (4 * x + (4.0 * lean) as i128 * y, y)
+                    (((x << 54) + (lean * UNITS) as i128 * y), y)
                 };
                 let places: Vec<_> = along.iter().map(place).collect();
                 let first_is_least = places[0] < places[places.len() - 1];

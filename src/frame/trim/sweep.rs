@@ -21,9 +21,14 @@ use glam::DVec2;
 
 /// How the line leans, and whether another sweep follows where there are too many flips. A line along columns of holes
 /// meets a whole column at once. The first vertex gets the triangles of all that is between two columns, and to move
-/// these along takes flips in proportion to the square of their number. No lattice of holes that was tried has long
-/// columns along both lines.
-const SWEEPS: [(f64, bool); 2] = [(0.25, true), (-0.5, false)];
+/// these along takes flips in proportion to the square of their number.
+///
+/// Fractions approximate the golden ratio worse than any other number. So no line along which a lattice has many holes
+/// is near these lines, if it has rows and columns at simple ratios, and hardly any two vertices are met at once.
+pub(super) const SWEEPS: [(f64, bool); 2] = [(1.0 - GOLDEN, true), (-GOLDEN, false)];
+
+/// The golden ratio, less one.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Work space of [`Sweep::triangulate`].
 #[derive(Default)]
