@@ -10,8 +10,8 @@ const MOST: usize = 64;
 /// Each number has a key, which says about where it is. A search begins with the keys, which are close together in
 /// memory, and asks about numbers themselves only to prove the place, or to find it if the keys are wrong.
 pub(crate) struct Runs {
-    /// The runs, by their place in the list: the key of the first number, and an index into `runs`.
-    order: Vec<(f32, u32)>,
+    /// The runs, by their place in the list.
+    order: Vec<u32>,
     runs: Vec<Run>,
     /// By number, its run, or [`NONE`] if it is not in the list.
     run_of: Vec<u32>,
@@ -36,7 +36,7 @@ pub(crate) struct Place {
 
 impl Default for Runs {
     fn default() -> Self {
-        Self { order: vec![(0.0, 0)], runs: vec![Run::EMPTY], run_of: Vec::new(), recent: Place { run: 0, at: 0 } }
+        Self { order: vec![0], runs: vec![Run::EMPTY], run_of: Vec::new(), recent: Place { run: 0, at: 0 } }
     }
 }
 
@@ -71,7 +71,7 @@ impl Run {
 impl Runs {
     pub(crate) fn clear(&mut self) {
         self.order.truncate(1);
-        self.order[0] = (0.0, 0);
+        self.order[0] = 0;
         self.runs.truncate(1);
         self.runs[0].count = 0;
         self.run_of.clear();
@@ -79,7 +79,7 @@ impl Runs {
     }
 
     fn run(&self, place: usize) -> &Run {
-        &self.runs[self.order[place].1 as usize]
+        &self.runs[self.order[place] as usize]
     }
 
     /// The place after the numbers that are `below`, which are the first of the list, and about where numbers have
@@ -94,7 +94,7 @@ impl Runs {
         if is_after && next.is_none_or(|number| !below(number)) {
             return Place { run, at };
         }
-        let run = self.order[1..].partition_point(|&(_, run)| below(self.runs[run as usize].entries[0].1));
+        let run = self.order[1..].partition_point(|&run| below(self.runs[run as usize].entries[0].1));
         Place { run, at: self.run(run).entries().partition_point(|&(_, number)| below(number)) }
     }
 
@@ -102,16 +102,17 @@ impl Runs {
     #[inline(always)]
     fn by_keys(&self, key: f32) -> Place {
         let Place { run, at } = self.recent;
-        if let Some(&(_, index)) = self.order.get(run) {
+        if let Some(&index) = self.order.get(run) {
             let entries = self.runs[index as usize].entries();
             let at = at + usize::from(entries.get(at).is_some_and(|&(other, _)| other < key));
             let low = if at > 0 { entries.get(at - 1).map(|e| e.0) } else { (run == 0).then_some(f32::NEG_INFINITY) };
-            let next = entries.get(at).or_else(|| self.order.get(run + 1));
+            let next =
+                entries.get(at).or_else(|| self.order.get(run + 1).map(|&run| &self.runs[run as usize].entries[0]));
             if low.is_some_and(|low| low < key) && next.is_none_or(|&(high, _)| key <= high) {
                 return Place { run, at };
             }
         }
-        let run = self.order[1..].partition_point(|&(first, _)| first < key);
+        let run = self.order[1..].partition_point(|&run| self.runs[run as usize].entries[0].0 < key);
         Place { run, at: self.run(run).entries().partition_point(|&(other, _)| other < key) }
     }
 
@@ -122,13 +123,13 @@ impl Runs {
 
     /// Inserts a number that the list does not have, at a place of this list.
     pub(crate) fn insert(&mut self, Place { mut run, mut at }: Place, number: u32, key: f32) {
-        let mut index = self.order[run].1;
+        let mut index = self.order[run];
         if self.runs[index as usize].count == MOST {
             let rest = self.runs[index as usize].split();
             let new = self.runs.len() as u32;
             rest.entries().iter().for_each(|&(_, number)| self.run_of[number as usize] = new);
             self.runs.push(rest);
-            self.order.insert(run + 1, (rest.entries[0].0, new));
+            self.order.insert(run + 1, new);
             if at > MOST / 2 {
                 (run, at, index) = (run + 1, at - MOST / 2, new);
             }
@@ -138,9 +139,6 @@ impl Runs {
             self.run_of.resize(number as usize + 1, NONE);
         }
         self.run_of[number as usize] = index;
-        if at == 0 {
-            self.order[run].0 = key;
-        }
         self.recent = Place { run, at };
     }
 
@@ -156,7 +154,7 @@ impl Runs {
             run.remove(at);
         }
         if run.count == 0 && self.order.len() > 1 {
-            self.order.retain(|&(_, other)| other != index);
+            self.order.retain(|&other| other != index);
         }
     }
 }
