@@ -199,7 +199,7 @@ fn bench(c: &mut Criterion) {
     for holes in [1, 4, 16, 64] {
         run("one_cell", BenchmarkId::new("plate", holes * holes), &plate((1, 1), holes));
     }
-    for rows in [16, 64, 160] {
+    for rows in [16, 64, 160, 640] {
         run("one_cell", BenchmarkId::new("squares", rows * rows), &squares(rows));
     }
     for holes in [4, 16, 64] {

@@ -179,7 +179,7 @@ impl Levels {
 mod tests {
     use super::*;
     use crate::frame::trim::cdt::{self, AtCrossings, Segment};
-    use crate::frame::trim::sweep::{prove, rounds};
+    use crate::frame::trim::sweep::{SWEEPS, prove, rounds};
     use crate::sequence::random::SplitMix;
 
     fn proven(points: &[DVec2], starts: &[u32]) -> Result<Vec<[u32; 3]>, NotSimple> {
@@ -253,8 +253,9 @@ mod tests {
         for (hole, stagger) in [(square, 0.0), (slot, 0.5), (triangle, 0.0)] {
             // Columns along a line that does not lean, along those that do and their mirror images, and nearly along a
             // line that does not lean.
-            for turn in [[1.0, 0.0], [4.0, 1.0], [2.0, -1.0], [4.0, -1.0], [2.0, 1.0], [57.0, 1.0]] {
-                let (points, starts) = rows_of_holes(hole, stagger, turn);
+            let [first, second] = SWEEPS.map(|(lean, _)| lean);
+            for lean in [0.0, first, second, -first, -second, 1.0 / 57.0] {
+                let (points, starts) = rows_of_holes(hole, stagger, [1.0, lean]);
                 assert_shapes_of_delaunay(&points, &starts);
             }
         }
