@@ -105,6 +105,14 @@ impl<'a> Call<'a> {
         made.into_iter().map(|(_, result)| result).collect()
     }
 
+    /// Makes both calls, on two threads if there are, and returns their results. The first should be the longer one.
+    pub(crate) fn both<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
+        let (mut of_a, mut of_b) = (None, None);
+        let calls: [Box<dyn FnOnce() + Send + '_>; 2] = [Box::new(|| of_a = Some(a())), Box::new(|| of_b = Some(b()))];
+        self.each(1, calls, |call| call());
+        (of_a.expect("was called"), of_b.expect("was called"))
+    }
+
     /// Frees items on all threads.
     pub(crate) fn discard<T: Send>(&self, items: Vec<T>) {
         self.each(16, items, drop);
@@ -188,6 +196,24 @@ mod tests {
         let call = Call::new(&Backwards, &control);
         call.each_by_size([3, 9, 1, 7, 5], |size| *size, |size| lock(&begun).push(size));
         assert_eq!(*lock(&begun), [9, 7, 5, 3, 1]);
+    }
+
+    #[test]
+    fn both_calls_are_made_and_may_loop() {
+        let control = Control::default();
+        for jobs in pools() {
+            let call = Call::new(&*jobs, &control);
+            let mut seen = 0;
+            let (squares, text) = call.both(
+                || call.each(1, 0..9, |k| k * k),
+                || {
+                    seen += 1;
+                    "text".to_owned()
+                },
+            );
+            assert!(squares.into_iter().eq((0..9).map(|k| k * k)));
+            assert_eq!((text.as_str(), seen), ("text", 1));
+        }
     }
 
     #[test]

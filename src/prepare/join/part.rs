@@ -52,8 +52,9 @@ pub(crate) fn prepare_part(
         return PreparedPart::default();
     }
     let (single, repeated) = without_repeats(trimmed);
-    let healed = heal::heal(&single, size, &mut healings);
-    let gap_edges = single.edges.len()..healed.edges.len();
+    let edges = single.edges.len();
+    let healed = heal::heal(single, size, &mut healings);
+    let gap_edges = edges..healed.edges.len();
     let (sewn, borders) = sew(call, healed, &mut free, border_tolerance * size, &mut healings);
     let part = without_slits(sewn, repeated, &free, &mut healings);
     let part = with_turned_wires(part, &free, &mut healings);
@@ -62,7 +63,7 @@ pub(crate) fn prepare_part(
     }
     healings.sort_by_key(|h| h.face);
     // Edges of free trims come after the model's own, and the pieces that sewing makes of them come last.
-    let finely_cut = if single.edges.len() > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
+    let finely_cut = if edges > stated.edges.len() { stated.edges.len() } else { part.edges.len() };
     let mut maker = PartPreparation { call, id, part, free, size, gap_edges, finely_cut, diagnostics: Vec::new() };
     let Drafts { results, cost, kept } = maker.draft(kept, budget);
     if budget.exceeded() {

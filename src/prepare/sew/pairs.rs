@@ -8,6 +8,7 @@
 //! face extends far from the seam, and parts of its boundary have no other edge as near.
 
 use super::overlap::CurveQuery;
+use crate::control::Call;
 use crate::math::boxes::{Aabb, BoxTree, around};
 use crate::math::keyed::summed_by_pair;
 use crate::model::{Edge, Part};
@@ -102,11 +103,18 @@ pub(crate) struct LeftOut {
     pub(crate) count: usize,
 }
 
+/// Edges that a thread measures at a time: less than a microsecond each.
+const MEASURED: usize = 64;
+
 /// The pairs of candidates to compare, and what was left out, by shell.
 ///
 /// Of identical candidates, pairs the first with each other one. Of all others, pairs those that may share a stretch:
 /// two distinct ends lie in both boxes, or one end does and a curve has knots at which they may part.
-pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, BTreeMap<u32, LeftOut>) {
+pub(crate) fn pairs(
+    call: Call<'_>,
+    part: &Part,
+    candidates: &[Candidate],
+) -> (Vec<[usize; 2]>, BTreeMap<u32, LeftOut>) {
     let edge = |k: usize| &part.edges[candidates[k].used.edge as usize];
     // Trims of one face are distinct in its domain. Only sides of the domain may meet in space.
     let trims = |a: usize, b: usize| {
@@ -127,15 +135,13 @@ pub(crate) fn pairs(part: &Part, candidates: &[Candidate]) -> (Vec<[usize; 2]>, 
         }
     }
     firsts.sort_unstable();
-    let box_of = |&k: &usize| {
+    let box_and_ends = |&k: &usize| -> (Aabb, [DVec3; 2]) {
         let [low, high] = around(edge(k).curve.points.iter().copied());
         // Half the tolerance for each of two boxes, along each axis.
         let slack = DVec3::splat(0.5 * candidates[k].tolerance);
-        [low - slack, high + slack]
+        ([low - slack, high + slack], <[f64; 2]>::from(edge(k).range).map(|t| edge(k).curve.point(t)))
     };
-    let boxes: Vec<Aabb> = firsts.iter().map(box_of).collect();
-    let ends_of = |&k: &usize| <[f64; 2]>::from(edge(k).range).map(|t| edge(k).curve.point(t));
-    let ends: Vec<[DVec3; 2]> = firsts.iter().map(ends_of).collect();
+    let (boxes, ends): (Vec<_>, Vec<_>) = call.each(MEASURED, &firsts, box_and_ends).into_iter().unzip();
     let mut partners = vec![0; firsts.len()];
     let mut left_out = BTreeMap::new();
     let mut compare = |a: usize, b: usize| {

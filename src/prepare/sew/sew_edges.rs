@@ -20,7 +20,6 @@ use crate::prepare::wires::heal::{Healing, end_at_roots};
 use glam::DVec3;
 use std::borrow::Cow;
 use std::collections::BTreeSet;
-use std::sync::OnceLock;
 
 /// A shell is sewn within this part of the least distance between the ends of an edge, so that none vanishes.
 const OF_SHORTEST: f64 = 0.125;
@@ -34,7 +33,7 @@ const OF_ONE_FACE: usize = 8;
 /// Maximum rounds of passing the cuts of an edge on to the edges along it.
 const ROUNDS: usize = 16;
 
-/// Pairs that a thread takes at a time: about 10 µs each.
+/// Pairs, or curves of them, that a thread takes at a time: about 10 µs each.
 const SHARE: usize = 8;
 
 /// Edges that a thread checks at a time: less than a microsecond each.
@@ -82,9 +81,14 @@ pub(crate) fn sew<'a>(
     done: &mut Vec<Healing>,
 ) -> (Cow<'a, Part>, SewSummary) {
     let candidates = candidates(call, &part, free, reach);
-    let courses: Vec<OnceLock<CurveQuery>> = candidates.iter().map(|_| OnceLock::new()).collect();
-    let course = |k: usize| courses[k].get_or_init(|| CurveQuery::new(&part.edges[candidates[k].used.edge as usize]));
-    let (pairs, left_out) = pairs(&part, &candidates);
+    let (pairs, left_out) = pairs(call, &part, &candidates);
+    let mut is_paired = vec![false; candidates.len()];
+    pairs.iter().flatten().for_each(|&k| is_paired[k] = true);
+    let courses: Vec<Option<CurveQuery>> =
+        call.each(SHARE, candidates.iter().zip(is_paired), |(candidate, is_paired)| {
+            is_paired.then(|| CurveQuery::new(&part.edges[candidate.used.edge as usize]))
+        });
+    let course = |k: usize| courses[k].as_ref().expect("only candidates of pairs are asked for");
     let contacts: Vec<Vec<Contact>> = call.each(SHARE, pairs, |pair| {
         if call.is_cancelled() {
             return Vec::new();

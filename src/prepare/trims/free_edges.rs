@@ -59,8 +59,7 @@ pub(crate) fn free_faces<'a>(call: Call<'_>, part: &'a Part, size: f64) -> (Cow<
         let trims = trims_of(face).filter(|_| !call.is_cancelled())?;
         Some(guarded(|| EdgeMaker::of(call, face, trims, size)))
     };
-    let made = call.each(1, &part.faces, of_face);
-    let mut whole = part.clone();
+    let (made, mut whole) = call.both(|| call.each(1, &part.faces, of_face), || part.clone());
     let faces = made.into_iter().map(|made| {
         let mut made = match made? {
             Ok(made) => made,

@@ -121,22 +121,26 @@ impl Prepared {
 /// A part of the new model.
 enum Source {
     TakenOver(Arc<PreparedPart>),
-    Changed(ContentHash),
+    /// With its hash, if it was compared.
+    Changed(Option<ContentHash>),
 }
 
-/// Finds the parts of `model` among those `before`.
+/// The hash of a part's content; any, once cancelled.
+fn hash_of(call: Call<'_>, part: &Part, options: &PrepareOptions) -> ContentHash {
+    if call.is_cancelled() { ContentHash::default() } else { ContentHash::of(part, options.border_tolerance) }
+}
+
+/// Finds the parts of `model` among those `before`. Compares nothing if there are none.
 fn compare(call: Call<'_>, before: &[Arc<PreparedPart>], model: &Model, options: &PrepareOptions) -> Vec<Source> {
+    if before.is_empty() {
+        return model.parts.iter().map(|_| Source::Changed(None)).collect();
+    }
     let old: Vec<ContentHash> = before.iter().map(|part| part.facts.hash).collect();
-    let hash = |part: &Part| ContentHash::of(part, options.border_tolerance);
-    let new = call.each_by_size(
-        &model.parts,
-        |part| part.faces.len(),
-        |part| if call.is_cancelled() { ContentHash::default() } else { hash(part) },
-    );
+    let new = call.each_by_size(&model.parts, |part| part.faces.len(), |part| hash_of(call, part, options));
     let rows = matched(&old, &new);
     let source = |((row, hash), part): ((Option<usize>, ContentHash), &Part)| {
         let same = row.and_then(|row| before[row].renumbered(entities(part)));
-        same.map_or(Source::Changed(hash), Source::TakenOver)
+        same.map_or(Source::Changed(Some(hash)), Source::TakenOver)
     };
     call.each(1, rows.into_iter().zip(new).zip(&model.parts), source)
 }
@@ -176,8 +180,12 @@ fn update(
     let kept = (options.keep_faces && some_changed).then(|| kept::by_content(known));
     let of_part = |(k, (part, source)): (usize, (&Part, Source))| match source {
         Source::TakenOver(part) => part,
-        Source::Changed(hash) => {
-            let mut prepared = prepare_part(PartId::new(k), part, options.border_tolerance, kept.as_ref(), &budget);
+        Source::Changed(known) => {
+            // What one thread does alone in preparing a part has the hash beside it.
+            let (mut prepared, hash) = call.both(
+                || prepare_part(PartId::new(k), part, options.border_tolerance, kept.as_ref(), &budget),
+                || known.unwrap_or_else(|| hash_of(call, part, options)),
+            );
             let cloud = if call.is_cancelled() { Vec::new() } else { extent::cloud(call, &prepared) };
             prepared.facts = PartFacts { hash, entities: entities(part), cloud, ..prepared.facts };
             Arc::new(prepared)

@@ -144,22 +144,21 @@ impl Gap {
 }
 
 /// Closes the gaps in the loops of `part`, whose bounding box has the diagonal `size`, and appends what was repaired to
-/// `done`. Copies the part only if there are gaps.
-pub(crate) fn heal<'a>(part: &'a Part, size: f64, done: &mut Vec<Healing>) -> Cow<'a, Part> {
-    tell_ends_off_vertices(part, OFF_VERTEX * size, done);
-    let mut gaps = gaps(part);
+/// `done`. Copies a borrowed part only if there are gaps.
+pub(crate) fn heal<'a>(part: Cow<'a, Part>, size: f64, done: &mut Vec<Healing>) -> Cow<'a, Part> {
+    tell_ends_off_vertices(&part, OFF_VERTEX * size, done);
+    let mut gaps = gaps(&part);
     if gaps.is_empty() {
-        return Cow::Borrowed(part);
+        return part;
     }
     let tolerance = if part.tolerance > 0.0 { part.tolerance } else { FLOOR * size };
     let near = tolerance.max(OFF_VERTEX * size);
-    let sorted = sort(part, &gaps, near, done);
-    let part = sorted.as_ref().unwrap_or(part);
-    if sorted.is_some() {
-        gaps = self::gaps(part);
+    let sorted = sort(&part, &gaps, near, done);
+    if let Some(sorted) = &sorted {
+        gaps = self::gaps(sorted);
     }
     let (narrow, wide): (Vec<Gap>, Vec<Gap>) = gaps.into_iter().partition(|gap| gap.width <= near);
-    let mut healed = part.clone();
+    let mut healed = sorted.unwrap_or_else(|| part.into_owned());
     let wide: Vec<Gap> = wide.into_iter().chain(unite(&mut healed, narrow, tolerance, done)).collect();
     bridge(&mut healed, wide, done);
     Cow::Owned(healed)
