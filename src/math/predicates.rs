@@ -1,4 +1,4 @@
-//! Three points of the plane -> the exact sign of their turn.
+//! Three points of the plane, or two and a direction -> the exact sign of their turn.
 //!
 //! A floating-point filter decides nearly every call. The rest go to the adaptive predicate of Shewchuk, "Adaptive
 //! Precision Floating-Point Arithmetic and Fast Robust Geometric Predicates", 1997, in the crate `robust`.
@@ -103,6 +103,12 @@ mod tests {
             assert_eq!(got.partial_cmp(&0.0), Some(want.cmp(&0)), "{k}");
         }
         assert_eq!(across(DVec2::ONE, DVec2::ONE, DVec2::new(-0.3, 0.7)), 0.0);
+        // Differences of coordinates that are rounded have no sign, or the other one.
+        for tiny in [1e-20, -1e-20] {
+            let (near, sign) = (DVec2::new(tiny, 0.0), tiny.partial_cmp(&0.0));
+            assert_eq!(across(DVec2::ONE, near, DVec2::ONE).partial_cmp(&0.0), sign);
+            assert_eq!((-across(near, DVec2::ONE, DVec2::ONE)).partial_cmp(&0.0), sign);
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use crate::math::lanes::{larger, smaller};
 use crate::math::predicates::across;
 use glam::DVec2;
-use std::cmp::Ordering;
+use std::ops::RangeInclusive;
 
 /// Where vertices are along the way of a line, and where points are on the line.
 #[derive(Default)]
@@ -17,6 +17,9 @@ pub(crate) struct Order {
     up: DVec2,
 }
 
+/// Magnitudes of coordinates, other than 0, with which [`across`] neither overflows nor underflows.
+const SAFE: RangeInclusive<f64> = 1e-140..=1e140;
+
 /// Fewest vertices for which a look at all loops decides which way the line moves, and what heights are.
 const FEW: usize = 500;
 
@@ -29,7 +32,7 @@ impl Order {
     ///
     /// The line moves along the longer side of their box: the triangles that it leaves are wider that way, and fewer of
     /// them are flipped. It may lean: it meets a point later by `lean` times the point's place along `up`. The order is
-    /// exact, but for underflow.
+    /// exact where coordinates are in [`SAFE`].
     pub(crate) fn sort(
         &mut self,
         points: &[DVec2],
@@ -50,8 +53,8 @@ impl Order {
         let up = right.perp();
         self.up = up - right * lean;
         let way = right + up * lean;
-        // Differences from a corner of the box are rounded to a share of its size, wherever it is: places are wrong by
-        // a millionth of a step at most.
+        // Differences from a corner of the box are rounded to a share of its size, wherever it is: places are off by
+        // less than 3e-6 of a step.
         let most = (way * size).max(DVec2::ZERO).element_sum();
         let least = (way * size).min(DVec2::ZERO).element_sum();
         let steps = f64::from(u32::MAX) / (most - least);
@@ -61,12 +64,16 @@ impl Order {
             self.keys.extend((start..end).map(key));
         }
         self.keys.sort_unstable();
-        // Those of one step, and of steps that follow each other: rounding may have put neighbours there.
+        // Vertices of equal and of consecutive steps are sorted exactly: rounding can move a vertex into the next step.
         for near in self.keys.chunk_by_mut(|a, b| (b >> 32) - (a >> 32) < 2).filter(|near| near.len() > 1) {
+            let is_safe = |x: f64| x == 0.0 || SAFE.contains(&x.abs());
+            let safe = near.iter().map(|&key| point(key as u32)).all(|p| is_safe(p.x) && is_safe(p.y));
             near.sort_unstable_by(|&a, &b| {
                 let [p, q] = [a, b].map(|key| point(key as u32));
-                let (along, aside) = (across(q, p, self.up), up.dot(p) - up.dot(q));
-                (along, aside, a).partial_cmp(&(0.0, 0.0, b)).unwrap_or(Ordering::Equal)
+                // Signs that are not exact contradict each other, and then a sort may panic.
+                let along =
+                    if safe { across(q, p, self.up).total_cmp(&0.0) } else { way.dot(p).total_cmp(&way.dot(q)) };
+                along.then_with(|| up.dot(p).total_cmp(&up.dot(q))).then(a.cmp(&b))
             });
         }
         self.ranks.resize(ids.len(), 0);
@@ -193,7 +200,8 @@ mod tests {
 
     #[test]
     fn heights_follow_segments_of_one_slope() {
-        for (slope, lean) in [-0.5, 0.0, 0.3].into_iter().flat_map(|slope| [0.0, 0.25, -0.5].map(|lean| (slope, lean)))
+        for (slope, lean) in
+            [-0.5, 0.0, 0.3].into_iter().flat_map(|slope| [0.0, SWEEPS[0].0, SWEEPS[1].0].map(|lean| (slope, lean)))
         {
             let points = comb(300, slope);
             let (order, _) = leaning(&points, lean);
@@ -209,6 +217,20 @@ mod tests {
         let near = (0..40).map(|k| DVec2::new(1.0 - f64::from(k / 4) * 1e-13, f64::from(k * 7 % 40)));
         let points: Vec<_> = [DVec2::ZERO, DVec2::new(100.0, 0.0)].into_iter().chain(near).collect();
         assert!(ordered(&points).1.is_sorted_by_key(|p| (p.x, p.y)));
+    }
+
+    /// Products of such coordinates are rounded to units of 2^-1074, or infinite. Orders by exact signs of them would
+    /// have cycles.
+    #[test]
+    fn coordinates_at_the_ends_of_their_range_have_some_order() {
+        let mut draw = SplitMix(11);
+        for (size, ends) in [(5e-324, 0.0), (1e-318, 0.0), (5e-324, 1.0), (1e306, 0.0), (5e306, 0.0), (f64::NAN, 1.0)] {
+            let near = (0..2000).map(|_| DVec2::from([(); 2].map(|()| (draw.range(-30.0, 30.0)).round() * size)));
+            let points: Vec<_> = near.chain([DVec2::splat(ends), DVec2::new(-ends, ends)]).collect();
+            for (lean, _) in SWEEPS {
+                assert_eq!(leaning(&points, lean).1.len(), points.len());
+            }
+        }
     }
 
     #[test]

@@ -7,8 +7,9 @@ const MOST: usize = 64;
 
 /// A list of numbers, each once, as runs in the order of the list. There is always a first run, and no other is empty.
 ///
-/// Each number has a key, which says about where it is. A search begins with the keys, which are close together in
-/// memory, and asks about numbers themselves only to prove the place, or to find it if the keys are wrong.
+/// Each number has a key, which says about where it is. A search finds the run by the first keys of runs, and the place
+/// by the keys in it, which are close together in memory. It asks about numbers themselves only to prove the place, or
+/// to find it if the keys are wrong.
 pub(crate) struct Runs {
     /// The runs, by their place in the list.
     order: Vec<u32>,

@@ -23,12 +23,13 @@ use glam::DVec2;
 /// meets a whole column at once. The first vertex gets the triangles of all that is between two columns, and to move
 /// these along takes flips in proportion to the square of their number.
 ///
-/// Fractions approximate the golden ratio worse than any other number. So no line along which a lattice has many holes
-/// is near these lines, if it has rows and columns at simple ratios, and hardly any two vertices are met at once.
-pub(super) const SWEEPS: [(f64, bool); 2] = [(1.0 - GOLDEN, true), (-GOLDEN, false)];
+/// Fractions approximate the golden ratio worse than any other number. If the rows and columns of a lattice are along
+/// the box, at a simple ratio, then no line along which it has many holes is near the line of the sweep. Columns of
+/// other lattices may be along the first line. No lattice that was tried has long columns along both.
+pub(super) const SWEEPS: [(f64, bool); 2] = [(1.0 - PER_GOLDEN, true), (-PER_GOLDEN, false)];
 
-/// The golden ratio, less one.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// One over the golden ratio, which is the golden ratio less one.
+const PER_GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Work space of [`Sweep::triangulate`].
 #[derive(Default)]
@@ -428,7 +429,8 @@ mod tests {
 
     #[test]
     fn columns_and_rows_of_corners_in_line() {
-        // Squares with corners along their sides: the line meets many vertices at once, and many lie on a line.
+        // Squares with corners along their sides: many vertices lie about on a line, and the line meets them at about
+        // one place.
         let side = |a: DVec2, b: DVec2| (0..6).map(move |k| a.lerp(b, f64::from(k) / 8.0));
         let square = |low: f64, high: f64| {
             let corners = [(low, low), (high, low), (high, high), (low, high)].map(DVec2::from);
@@ -439,11 +441,12 @@ mod tests {
         hole.reverse();
         assert!(orient2d(hole[0], hole[8], hole[16]) < 0.0);
         points.extend(hole);
-        // Along the line, or across its lean.
+        // Along the line, but for rounding, or along the box.
         for lean in [SWEEPS[0].0, 0.0] {
             let along_line = |points: &[DVec2]| points.iter().map(|p| *p - DVec2::X * lean * p.y).collect::<Vec<_>>();
             assert_eq!(sweep(&along_line(&points), &[0, 24]).ok(), Some(48));
-            // Teeth that end in one column. The line meets all at once if the comb is wide, else one after the other.
+            // Teeth that end in one column. The line meets all in a few steps if the comb is wide, else one after the
+            // other.
             for (back, count) in [(300.0, 40), (3.0, 40), (300.0, 600)] {
                 let teeth = (0..=count).map(|k| DVec2::new(f64::from(k % 2), f64::from(count - k)));
                 let ends = [DVec2::new(back, 0.0), DVec2::new(back, f64::from(count))];
@@ -453,6 +456,14 @@ mod tests {
                 assert_eq!([comb, turned].map(|comb| sweep(&comb, &[0]).ok()), [Some(triangles); 2]);
             }
         }
+        // Teeth that end exactly along the line, which meets all at once: their heights are powers of two.
+        let tooth = |k: u32| {
+            let height = if k.is_multiple_of(2) { f64::from(1 << (k / 2)) } else { 1.5 * f64::from(1 << (k / 2)) };
+            DVec2::new(f64::from(k % 2) * height - SWEEPS[0].0 * height, height)
+        };
+        let ends = [DVec2::new(9e4, 0.0), DVec2::new(9e4, 5000.0)];
+        let comb: Vec<_> = ends.into_iter().chain((0..=24).rev().map(tooth)).collect();
+        assert_eq!(sweep(&comb, &[0]).ok(), Some(25));
     }
 
     #[test]

@@ -103,8 +103,8 @@ pub(crate) struct LeftOut {
     pub(crate) count: usize,
 }
 
-/// Edges that a thread measures at a time: less than a microsecond each.
-const MEASURED: usize = 64;
+/// Edges that a thread checks, measures or converts at a time: about a microsecond each.
+pub(super) const EDGES_AT_ONCE: usize = 64;
 
 /// The pairs of candidates to compare, and what was left out, by shell.
 ///
@@ -141,7 +141,7 @@ pub(crate) fn pairs(
         let slack = DVec3::splat(0.5 * candidates[k].tolerance);
         ([low - slack, high + slack], <[f64; 2]>::from(edge(k).range).map(|t| edge(k).curve.point(t)))
     };
-    let (boxes, ends): (Vec<_>, Vec<_>) = call.each(MEASURED, &firsts, box_and_ends).into_iter().unzip();
+    let (boxes, ends): (Vec<_>, Vec<_>) = call.each(EDGES_AT_ONCE, &firsts, box_and_ends).into_iter().unzip();
     let mut partners = vec![0; firsts.len()];
     let mut left_out = BTreeMap::new();
     let mut compare = |a: usize, b: usize| {

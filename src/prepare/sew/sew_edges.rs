@@ -5,7 +5,7 @@
 //! Matching pieces become one edge: the first one's curve, with a pcurve on each face. Their vertices merge, too.
 
 use super::overlap::{CurveQuery, Overlap, carry};
-use super::pairs::{Candidate, EdgeInUse, LeftOut, MOST_PARTNERS, SliverCheck, is_sound, pairs, uses};
+use super::pairs::{Candidate, EDGES_AT_ONCE, EdgeInUse, LeftOut, MOST_PARTNERS, SliverCheck, is_sound, pairs, uses};
 use crate::control::Call;
 use crate::math::graph::DisjointSets;
 use crate::model::{
@@ -33,11 +33,8 @@ const OF_ONE_FACE: usize = 8;
 /// Maximum rounds of passing the cuts of an edge on to the edges along it.
 const ROUNDS: usize = 16;
 
-/// Pairs, or curves of them, that a thread takes at a time: about 10 µs each.
+/// Pairs that a thread takes at a time: about 10 µs each.
 const SHARE: usize = 8;
-
-/// Edges that a thread checks at a time: less than a microsecond each.
-const CHECKED: usize = 64;
 
 /// Summary of the merged borders.
 #[derive(Clone, Copy, Debug, Default)]
@@ -85,9 +82,13 @@ pub(crate) fn sew<'a>(
     let mut is_paired = vec![false; candidates.len()];
     pairs.iter().flatten().for_each(|&k| is_paired[k] = true);
     let courses: Vec<Option<CurveQuery>> =
-        call.each(SHARE, candidates.iter().zip(is_paired), |(candidate, is_paired)| {
-            is_paired.then(|| CurveQuery::new(&part.edges[candidate.used.edge as usize]))
+        call.each(EDGES_AT_ONCE, candidates.iter().zip(is_paired), |(candidate, is_paired)| {
+            let edge = &part.edges[candidate.used.edge as usize];
+            (is_paired && !call.is_cancelled()).then(|| CurveQuery::new(edge))
         });
+    if call.is_cancelled() {
+        return (part, SewSummary::default());
+    }
     let course = |k: usize| courses[k].as_ref().expect("only candidates of pairs are asked for");
     let contacts: Vec<Vec<Contact>> = call.each(SHARE, pairs, |pair| {
         if call.is_cancelled() {
@@ -178,7 +179,7 @@ fn candidates(call: Call<'_>, part: &Part, free: &FreeFaces, reach: f64) -> Vec<
             continue;
         }
         let wanted = of_shell.iter().filter(|u| u.count == 1 || u.untold);
-        let usable = call.each(CHECKED, wanted, |u| {
+        let usable = call.each(EDGES_AT_ONCE, wanted, |u| {
             let is_usable = is_sound(part, part.edges.get(u.edge as usize)?);
             is_usable.then_some(Candidate { used: *u, tolerance, open: open && !u.untold })
         });

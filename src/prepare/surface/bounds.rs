@@ -72,19 +72,20 @@ impl SurfaceBounds {
                     bent.push(([i, j], norms));
                 }
                 if bent.len() == BOXES {
-                    bounds.bend(bent.drain(..), sampler.sample(BOXES), keep, &mut asks);
+                    bounds.set_bends(bent.drain(..), sampler.sample(BOXES), keep, &mut asks);
                 }
             }
         }
         if !bent.is_empty() {
             let count = bent.len();
-            bounds.bend(bent.drain(..), sampler.sample(count), keep, &mut asks);
+            bounds.set_bends(bent.drain(..), sampler.sample(count), keep, &mut asks);
         }
         (bounds, asks)
     }
 
-    /// Sets the second derivatives and turnings of sub-boxes, with their norms over local parameters, by their samples.
-    fn bend(
+    /// Fills in the second derivatives and the turning of sampled sub-boxes. `boxes`, by lane: place, and norms of the
+    /// second derivatives by local parameters.
+    fn set_bends(
         &mut self,
         boxes: impl Iterator<Item = ([usize; 2], [f64; 3])>,
         samples: &SurfaceSamples,
@@ -93,8 +94,8 @@ impl SurfaceBounds {
     ) {
         let (most, turns) = (samples.most(), samples.turns());
         for (lane, ([i, j], norms)) in boxes.enumerate() {
-            let part = |k: usize, part: usize| norms[k].min(keep(most[2 * k + part][lane]));
-            let bend = |k: usize| Bend { norm: norms[k], lift: part(k, 0), slide: part(k, 1) };
+            let most = |k: usize| norms[k / 2].min(keep(most[k][lane]));
+            let bend = |k: usize| Bend { norm: norms[k], lift: most(2 * k), slide: most(2 * k + 1) };
             let [turn_u, turn_v] = turns.map(|turn| turn[lane]);
             let far = [turn_u, turn_v].map(|turn| turn > FRAC_PI_2);
             if far.contains(&true) && (0..3).any(|k| bend(k).lift > 0.0) && !samples.fold_over(lane) {

@@ -14,9 +14,9 @@ const COUNT: usize = SAMPLES + 1;
 /// Sub-boxes that are evaluated at once.
 pub(super) const BOXES: usize = 4;
 
-/// A number of each sub-box.
-type Numbers = [f64; BOXES];
-/// What there is at each sample, row by row along v.
+/// A number of each sub-box, by lane.
+type PerBox = [f64; BOXES];
+/// A value at each sample, `[i][j]`: `i` along u, `j` along v.
 type Grid<T> = [[T; COUNT]; COUNT];
 /// Directions at the samples of a line; `None` where there is none.
 type Directions = [Option<DVec3>; COUNT];
@@ -54,17 +54,17 @@ pub(super) struct Sampler {
     /// The control points of the sub-boxes, u-major.
     nets: Vec<[DVec4; BOXES]>,
     /// The same, by coordinate.
-    points: Vec<[Numbers; 4]>,
+    points: Vec<[PerBox; 4]>,
     /// The columns of the nets at a sample of u, with their derivatives.
-    columns: Vec<[[Numbers; 4]; 3]>,
+    columns: Vec<[[PerBox; 4]; 3]>,
     samples: SurfaceSamples,
 }
 
 /// The samples of [`BOXES`] sub-boxes. Where a surface has no normal, all numbers are NaN.
 pub(super) struct SurfaceSamples {
-    normals: Grid<[Numbers; 3]>,
+    normals: Grid<[PerBox; 3]>,
     /// For each of `S_uu`, `S_uv`, `S_vv`: signed part along the normal, and length of the rest.
-    bends: Grid<[Numbers; 6]>,
+    bends: Grid<[PerBox; 6]>,
 }
 
 impl Sampler {
@@ -75,15 +75,15 @@ impl Sampler {
             let at = |k: usize, b: usize| [0, 1, 2].map(|order| rows[k][order * (degree + 1) + b]);
             std::array::from_fn(|k| (0..=degree).map(|b| at(k, b)).collect())
         };
-        const NONE: Numbers = [0.0; BOXES];
+        const ZERO: PerBox = [0.0; BOXES];
         Self {
             rational,
             rows_u: rows(degree_u),
             rows_v: rows(degree_v),
             nets: vec![[DVec4::ZERO; BOXES]; (degree_u + 1) * (degree_v + 1)],
-            points: vec![[NONE; 4]; (degree_u + 1) * (degree_v + 1)],
-            columns: vec![[[NONE; 4]; 3]; degree_v + 1],
-            samples: SurfaceSamples { normals: [[[NONE; 3]; COUNT]; COUNT], bends: [[[NONE; 6]; COUNT]; COUNT] },
+            points: vec![[ZERO; 4]; (degree_u + 1) * (degree_v + 1)],
+            columns: vec![[[ZERO; 4]; 3]; degree_v + 1],
+            samples: SurfaceSamples { normals: [[[ZERO; 3]; COUNT]; COUNT], bends: [[[ZERO; 6]; COUNT]; COUNT] },
         }
     }
 
@@ -92,7 +92,8 @@ impl Sampler {
         self.nets.iter_mut().zip(net).for_each(|(points, point)| points[lane] = *point);
     }
 
-    /// Evaluates the nets that are set, in lanes below `count`, at all samples. Other lanes repeat the last one.
+    /// Evaluates the nets that are set, in lanes below `count` (1 to [`BOXES`]), at all samples. Other lanes repeat the
+    /// last one.
     pub(super) fn sample(&mut self, count: usize) -> &SurfaceSamples {
         for (points, point) in self.nets.iter_mut().zip(&mut self.points) {
             let last = points[count - 1];
@@ -158,13 +159,13 @@ impl SurfaceSamples {
     ///
     /// A parabola exceeds its samples by at most an eighth of the second difference; the margin is twice that, along u
     /// and v.
-    pub(super) fn most(&self) -> [Numbers; 6] {
+    pub(super) fn most(&self) -> [PerBox; 6] {
         in_fours(Most(self))
     }
 
     /// The largest turning of each normal along a line of samples in u, and in v, with a margin for what lines miss: the
     /// overshoot of a parabola through neighbours.
-    pub(super) fn turns(&self) -> [Numbers; 2] {
+    pub(super) fn turns(&self) -> [PerBox; 2] {
         in_fours(Turns(self))
     }
 
@@ -185,10 +186,10 @@ impl SurfaceSamples {
 struct Most<'a>(&'a SurfaceSamples);
 
 impl Work for Most<'_> {
-    type Output = [Numbers; 6];
+    type Output = [PerBox; 6];
 
     #[inline(always)]
-    fn run<F: Lanes<BOXES>>(self, zero: F) -> [Numbers; 6] {
+    fn run<F: Lanes<BOXES>>(self, zero: F) -> [PerBox; 6] {
         let (two, quarter) = (zero.splat(2.0), zero.splat(0.25));
         let mut all = [[0.0; BOXES]; 6];
         for (k, all) in all.iter_mut().enumerate() {
@@ -213,10 +214,10 @@ impl Work for Most<'_> {
 struct Turns<'a>(&'a SurfaceSamples);
 
 impl Work for Turns<'_> {
-    type Output = [Numbers; 2];
+    type Output = [PerBox; 2];
 
     #[inline(always)]
-    fn run<F: Lanes<BOXES>>(self, zero: F) -> [Numbers; 2] {
+    fn run<F: Lanes<BOXES>>(self, zero: F) -> [PerBox; 2] {
         let n = &self.0.normals;
         let mut turns = [[0.0; BOXES]; 2];
         for (axis, turns) in turns.iter_mut().enumerate() {
@@ -278,7 +279,7 @@ fn cross<F: Lanes<BOXES>>(a: [F; 3], b: [F; 3]) -> [F; 3] {
 }
 
 /// The columns of nets at a sample of u, and their basis at a sample of v.
-type Terms<'a> = (&'a [[[Numbers; 4]; 3]], &'a [[f64; 3]]);
+type Terms<'a> = (&'a [[[PerBox; 4]; 3]], &'a [[f64; 3]]);
 
 /// The derivative of the orders `of` of the weighted points and, if `N` is 4, of their weights.
 #[inline(always)]
@@ -293,8 +294,9 @@ fn sum<F: Lanes<BOXES>, const N: usize>(zero: F, (columns, row): Terms<'_>, of: 
     sum
 }
 
+/// `a - factor · b`.
 #[inline(always)]
-fn less<F: Lanes<BOXES>>(a: [F; 3], b: [F; 3], factor: F) -> [F; 3] {
+fn minus_times<F: Lanes<BOXES>>(a: [F; 3], b: [F; 3], factor: F) -> [F; 3] {
     minus(a, times(b, factor))
 }
 
@@ -305,11 +307,11 @@ fn quotient<F: Lanes<BOXES>, const N: usize>(zero: F, sums: &[[F; N]; 6]) -> [[F
     let w = [sums[0][N - 1], sums[1][N - 1], sums[2][N - 1], sums[3][N - 1], sums[4][N - 1], sums[5][N - 1]];
     let (per, two) = (zero.splat(1.0) / w[0], zero.splat(2.0));
     let point = times(p[0], per);
-    let du = times(less(p[1], point, w[1]), per);
-    let dv = times(less(p[2], point, w[2]), per);
-    let duu = times(less(less(p[3], du, two * w[1]), point, w[3]), per);
-    let duv = times(less(less(less(p[4], du, w[2]), dv, w[1]), point, w[4]), per);
-    let dvv = times(less(less(p[5], dv, two * w[2]), point, w[5]), per);
+    let du = times(minus_times(p[1], point, w[1]), per);
+    let dv = times(minus_times(p[2], point, w[2]), per);
+    let duu = times(minus_times(minus_times(p[3], du, two * w[1]), point, w[3]), per);
+    let duv = times(minus_times(minus_times(minus_times(p[4], du, w[2]), dv, w[1]), point, w[4]), per);
+    let dvv = times(minus_times(minus_times(p[5], dv, two * w[2]), point, w[5]), per);
     [point, du, dv, duu, duv, dvv]
 }
 
@@ -346,7 +348,7 @@ fn parts<F: Lanes<BOXES>>(x: [F; 3], normal: [F; 3]) -> [F; 2] {
 
 /// [`turning`] of normals along a line, by lane.
 #[inline(always)]
-fn turnings<F: Lanes<BOXES>>(zero: F, line: [&[Numbers; 3]; COUNT]) -> F {
+fn turnings<F: Lanes<BOXES>>(zero: F, line: [&[PerBox; 3]; COUNT]) -> F {
     let n = [load(zero, line[0]), load(zero, line[1]), load(zero, line[2]), load(zero, line[3]), load(zero, line[4])];
     let fine =
         angles(zero, n[0], n[1]) + angles(zero, n[1], n[2]) + angles(zero, n[2], n[3]) + angles(zero, n[3], n[4]);
@@ -363,7 +365,7 @@ fn turnings<F: Lanes<BOXES>>(zero: F, line: [&[Numbers; 3]; COUNT]) -> F {
 }
 
 #[inline(always)]
-fn load<F: Lanes<BOXES>>(zero: F, [x, y, z]: &[Numbers; 3]) -> [F; 3] {
+fn load<F: Lanes<BOXES>>(zero: F, [x, y, z]: &[PerBox; 3]) -> [F; 3] {
     [zero.load(x), zero.load(y), zero.load(z)]
 }
 
@@ -432,26 +434,31 @@ mod tests {
         Some((normal, [a, b, c, d, e, f]))
     }
 
-    /// A net whose weights differ if it is rational. With a pole it is a single point: no sample has a normal.
-    fn net(draw: &mut SplitMix, points: usize, (rational, pole): (bool, bool)) -> Vec<DVec4> {
-        let mut point = || {
-            let point = DVec3::from_array([(); 3].map(|()| draw.range(-5.0, 5.0)));
-            let weight = if rational { draw.range(0.3, 3.0) } else { 1.0 };
-            (point * weight).extend(weight)
-        };
-        if pole { vec![point(); points] } else { (0..points).map(|_| point()).collect() }
+    /// Nets of random points, but for a single point, which has no normal, and a fold without a normal in its middle.
+    fn nets(draw: &mut SplitMix, [nu, nv]: [usize; 2], rational: bool) -> [Vec<DVec4>; BOXES] {
+        let mut point = |_| DVec3::from_array([(); 3].map(|()| draw.range(-5.0, 5.0)));
+        let mut all = [(); BOXES].map(|()| (0..nu * nv).map(&mut point).collect::<Vec<_>>());
+        let first = all[2][0];
+        all[2].fill(first);
+        for (k, point) in all[1].iter_mut().enumerate() {
+            let (i, j) = (k / nv, k % nv);
+            *point = DVec3::new(i.min(nu - 1 - i) as f64, j as f64, 0.0);
+        }
+        all.map(|net| {
+            let weight = |k: usize| if rational { 1.0 + 0.25 * (k % nv) as f64 } else { 1.0 };
+            net.into_iter().enumerate().map(|(k, point)| (point * weight(k)).extend(weight(k))).collect()
+        })
     }
 
     #[test]
     fn lanes_have_the_bits_of_single_points() {
         let mut draw = SplitMix(7);
+        let mut without_normal = 0;
         for (degree_u, degree_v) in [(1, 1), (1, 3), (2, 2), (3, 3), (5, 2), (4, 6)] {
             let (rows_u, rows_v) = (sample_rows(degree_u), sample_rows(degree_v));
             for rational in [false, true] {
                 let mut sampler = Sampler::new(degree_u, degree_v, rational);
-                // A pole beside others does not change their bits.
-                let nets: [_; BOXES] =
-                    std::array::from_fn(|lane| net(&mut draw, (degree_u + 1) * (degree_v + 1), (rational, lane == 2)));
+                let nets = nets(&mut draw, [degree_u + 1, degree_v + 1], rational);
                 nets.iter().enumerate().for_each(|(lane, net)| sampler.set(lane, net));
                 let samples = sampler.sample(BOXES);
                 let (turns, most) = (samples.turns(), samples.most());
@@ -459,8 +466,9 @@ mod tests {
                     let expected: Grid<_> = std::array::from_fn(|i| {
                         std::array::from_fn(|j| single(net, [&rows_u[i], &rows_v[j]], rational))
                     });
-                    let all = || (0..COUNT).flat_map(|i| (0..COUNT).map(move |j| (i, j)));
-                    for (i, j) in all() {
+                    let exist = expected.iter().flatten().flatten().count();
+                    without_normal += usize::from((1..COUNT * COUNT).contains(&exist));
+                    for (i, j) in (0..COUNT).flat_map(|i| (0..COUNT).map(move |j| (i, j))) {
                         let normal = DVec3::from_array(samples.normals[i][j].map(|c| c[lane]));
                         let bends = samples.bends[i][j].map(|bend| bend[lane]);
                         match expected[i][j] {
@@ -474,15 +482,40 @@ mod tests {
                     let normal = |i: usize, j: usize| expected[i][j].map(|(normal, _)| normal);
                     let least = [along(&|line, k| normal(k, line)), along(&|line, k| normal(line, k))];
                     assert!((0..2).all(|k| turns[k][lane] >= least[k] * TO_ENDS), "{turns:?} {least:?}");
-                    let bends = || expected.iter().flatten().flatten().map(|(_, bends)| bends);
-                    assert!(bends().all(|of| (0..6).all(|k| most[k][lane] >= of[k].abs())), "{most:?}");
+                    for (k, most) in most.iter().enumerate() {
+                        let at = |i: usize, j: usize| expected[i][j].map_or(f64::NAN, |(_, bends)| bends[k]);
+                        let (mut all, mut by_u, mut by_v) = (0.0_f64, 0.0_f64, 0.0_f64);
+                        for (i, j) in (0..COUNT).flat_map(|i| (0..COUNT).map(move |j| (i, j))) {
+                            all = all.max(at(i, j).abs());
+                            if (1..SAMPLES).contains(&i) {
+                                by_u = by_u.max((at(i - 1, j) - 2.0 * at(i, j) + at(i + 1, j)).abs());
+                            }
+                            if (1..SAMPLES).contains(&j) {
+                                by_v = by_v.max((at(i, j - 1) - 2.0 * at(i, j) + at(i, j + 1)).abs());
+                            }
+                        }
+                        assert_eq!(most[lane], all + 0.25 * (by_u + by_v), "{degree_u} {degree_v} {lane} {k}");
+                    }
+                }
+                // Fewer nets after four.
+                for count in 1..BOXES {
+                    (0..count).for_each(|lane| sampler.set(lane, &nets[BOXES - 1 - lane]));
+                    let fewer = sampler.sample(count);
+                    for (of_fewer, of_all) in
+                        [(fewer.most().to_vec(), most.to_vec()), (fewer.turns().to_vec(), turns.to_vec())]
+                    {
+                        for (a, b) in of_fewer.iter().zip(&of_all) {
+                            assert!((0..count).all(|lane| a[lane] == b[BOXES - 1 - lane]), "{count}");
+                        }
+                    }
                 }
             }
         }
+        assert!(without_normal > 0, "folds have normals everywhere");
     }
 
     /// Asserts that turnings in lanes have the bits of single lines.
-    struct Compare([[Numbers; 3]; COUNT]);
+    struct Compare([[PerBox; 3]; COUNT]);
 
     impl Work for Compare {
         type Output = ();

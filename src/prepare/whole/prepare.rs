@@ -181,11 +181,12 @@ fn update(
     let of_part = |(k, (part, source)): (usize, (&Part, Source))| match source {
         Source::TakenOver(part) => part,
         Source::Changed(known) => {
-            // What one thread does alone in preparing a part has the hash beside it.
-            let (mut prepared, hash) = call.both(
-                || prepare_part(PartId::new(k), part, options.border_tolerance, kept.as_ref(), &budget),
-                || known.unwrap_or_else(|| hash_of(call, part, options)),
-            );
+            let prepare = || prepare_part(PartId::new(k), part, options.border_tolerance, kept.as_ref(), &budget);
+            let (mut prepared, hash) = match known {
+                Some(hash) => (prepare(), hash),
+                // Meanwhile: some of the preparation is done by one thread.
+                None => call.both(prepare, || hash_of(call, part, options)),
+            };
             let cloud = if call.is_cancelled() { Vec::new() } else { extent::cloud(call, &prepared) };
             prepared.facts = PartFacts { hash, entities: entities(part), cloud, ..prepared.facts };
             Arc::new(prepared)

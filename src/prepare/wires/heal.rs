@@ -144,7 +144,7 @@ impl Gap {
 }
 
 /// Closes the gaps in the loops of `part`, whose bounding box has the diagonal `size`, and appends what was repaired to
-/// `done`. Copies a borrowed part only if there are gaps.
+/// `done`. Copies a borrowed part only if there are gaps, and any part if a loop is reordered.
 pub(crate) fn heal<'a>(part: Cow<'a, Part>, size: f64, done: &mut Vec<Healing>) -> Cow<'a, Part> {
     tell_ends_off_vertices(&part, OFF_VERTEX * size, done);
     let mut gaps = gaps(&part);
