@@ -32,7 +32,7 @@ impl Order {
     ///
     /// The line moves along the longer side of their box: the triangles that it leaves are wider that way, and fewer of
     /// them are flipped. It may lean: it meets a point later by `lean` times the point's place along `up`. The order is
-    /// exact where coordinates are in [`SAFE`].
+    /// exact where magnitudes of coordinates are 0 or [`SAFE`]. Elsewhere places are rounded.
     pub(crate) fn sort(
         &mut self,
         points: &[DVec2],
@@ -219,8 +219,7 @@ mod tests {
         assert!(ordered(&points).1.is_sorted_by_key(|p| (p.x, p.y)));
     }
 
-    /// Products of such coordinates are rounded to units of 2^-1074, or infinite. Orders by exact signs of them would
-    /// have cycles.
+    /// Products of such coordinates are rounded to units of 2^-1074, or infinite. An order by their signs has cycles.
     #[test]
     fn coordinates_at_the_ends_of_their_range_have_some_order() {
         let mut draw = SplitMix(11);

@@ -23,9 +23,9 @@ use glam::DVec2;
 /// meets a whole column at once. The first vertex gets the triangles of all that is between two columns, and to move
 /// these along takes flips in proportion to the square of their number.
 ///
-/// Fractions approximate the golden ratio worse than any other number. If the rows and columns of a lattice are along
-/// the box, at a simple ratio, then no line along which it has many holes is near the line of the sweep. Columns of
-/// other lattices may be along the first line. No lattice that was tried has long columns along both.
+/// Fractions approximate no number worse than the golden ratio (Hurwitz, 1891). If the rows and columns of a lattice
+/// are along the box, at a simple ratio, then no line along which it has many holes is near the line of the sweep.
+/// Columns of other lattices may be along the first line. No lattice that was tried has long columns along both.
 pub(super) const SWEEPS: [(f64, bool); 2] = [(1.0 - PER_GOLDEN, true), (-PER_GOLDEN, false)];
 
 /// One over the golden ratio, which is the golden ratio less one.
