@@ -59,16 +59,19 @@ pub fn read_file_on(
 }
 
 /// The first `length` bytes of a file, read on all threads, because new pages take longer than the copy into them. The
-/// handle is left behind them. `None` if the file is shorter, not longer than a stretch or above `MOST`, or if the
-/// system cannot read it by position.
+/// handle is left behind them. `None` if one thread reads them as fast, or if the file is shorter, the length above
+/// `MOST`, or the system cannot read it by position.
 ///
 /// One handle reads all: if another file takes the name meanwhile, the old one is read.
 fn in_stretches(call: Call<'_>, mut file: &File, length: u64) -> io::Result<Option<Vec<u8>>> {
     /// Bytes that a thread reads at a time.
     const STRETCH: usize = 1 << 18;
+    /// The program's allocator clears room of at most this length, and so touches all pages on one thread. Without
+    /// that, one thread reads them in the same time.
+    const CLEARED: u64 = 1 << 24;
     /// Larger files are read into room that the system can refuse without an abort.
     const MOST: u64 = 1 << 28;
-    if !cfg!(unix) || length <= STRETCH as u64 || length > MOST {
+    if !cfg!(unix) || width(call.jobs) < 2 || length <= CLEARED || length > MOST {
         return Ok(None);
     }
     // The system's zeros are pages that nobody has touched.

@@ -255,21 +255,22 @@ fn stretches_of_a_file_are_what_it_holds() {
     use super::in_stretches;
     use std::io::Read as _;
     let path = std::env::temp_dir().join(format!("trimtess-stretches-{}.step", std::process::id()));
-    let bytes: Vec<u8> = (0..1_000_003_u32).map(|k| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+    let length: u32 = (1 << 24) + 1000;
+    let bytes: Vec<u8> = (0..length + 3).map(|k: u32| (k.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     fs::write(&path, &bytes).unwrap();
-    for threads in [1, 3] {
-        let (pool, control) = (Threads::start(threads).unwrap(), Control::default());
-        let file = fs::File::open(&path).unwrap();
-        let first = in_stretches(Call::new(&pool, &control), &file, 1_000_000).unwrap().unwrap();
-        assert!(first == bytes[..1_000_000]);
-        let mut rest = Vec::new();
-        (&file).read_to_end(&mut rest).unwrap();
-        assert_eq!(rest, bytes[1_000_000..]);
-        // A file that became shorter, and one that is read as fast by itself.
-        for length in [1_000_004, 1000] {
-            assert_eq!(in_stretches(Call::new(&pool, &control), &file, length).unwrap(), None);
-        }
+    let (pool, control) = (Threads::start(3).unwrap(), Control::default());
+    let file = fs::File::open(&path).unwrap();
+    let first = in_stretches(Call::new(&pool, &control), &file, length.into()).unwrap().unwrap();
+    let (before, after) = bytes.split_at(length as usize);
+    assert!(first == before);
+    let mut rest = Vec::new();
+    (&file).read_to_end(&mut rest).unwrap();
+    assert_eq!(rest, after);
+    // A file that became shorter, and one that one thread reads as fast.
+    for length in [bytes.len() as u64 + 1, 1 << 24] {
+        assert_eq!(in_stretches(Call::new(&pool, &control), &file, length).unwrap(), None);
     }
+    assert_eq!(in_stretches(Call::new(&Alone, &control), &file, length.into()).unwrap(), None);
     fs::remove_file(path).unwrap();
 }
 
