@@ -27,7 +27,7 @@ pub fn read_file(path: &Path, options: &StepOptions) -> Result<Model, StepError>
 }
 
 /// As [`read_file`], on the threads of `jobs`, with progress and cancellation. The bytes are read before the first look
-/// whether the work is cancelled; threads of `jobs` read them, and wait for the disk.
+/// whether the work is cancelled. Threads of `jobs` read files above 16 MiB, and wait for the disk.
 ///
 /// # Errors
 /// As [`read_file`] and [`read_on`].
