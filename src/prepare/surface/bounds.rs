@@ -71,14 +71,12 @@ impl SurfaceBounds {
                     sampler.set(bent.len(), net);
                     bent.push(([i, j], norms));
                 }
-                if bent.len() == BOXES {
-                    bounds.set_bends(bent.drain(..), sampler.sample(BOXES), keep, &mut asks);
+                let is_last = (i + 1, j + 1) == (cuts_u.len(), cuts_v.len());
+                if bent.len() == BOXES || is_last && !bent.is_empty() {
+                    bounds.set_bends(&bent, sampler.sample(bent.len()), keep, &mut asks);
+                    bent.clear();
                 }
             }
-        }
-        if !bent.is_empty() {
-            let count = bent.len();
-            bounds.set_bends(bent.drain(..), sampler.sample(count), keep, &mut asks);
         }
         (bounds, asks)
     }
@@ -87,13 +85,13 @@ impl SurfaceBounds {
     /// second derivatives by local parameters.
     fn set_bends(
         &mut self,
-        boxes: impl Iterator<Item = ([usize; 2], [f64; 3])>,
+        boxes: &[([usize; 2], [f64; 3])],
         samples: &SurfaceSamples,
         keep: impl Fn(f64) -> f64,
         asks: &mut [Vec<bool>; 2],
     ) {
         let (most, turns) = (samples.most(), samples.turns());
-        for (lane, ([i, j], norms)) in boxes.enumerate() {
+        for (lane, &([i, j], norms)) in boxes.iter().enumerate() {
             let most = |k: usize| norms[k / 2].min(keep(most[k][lane]));
             let bend = |k: usize| Bend { norm: norms[k], lift: most(2 * k), slide: most(2 * k + 1) };
             let [turn_u, turn_v] = turns.map(|turn| turn[lane]);

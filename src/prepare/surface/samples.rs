@@ -5,7 +5,7 @@
 //! order.
 
 use crate::math::bernstein;
-use crate::math::lanes::{Lanes, Work, in_fours};
+use crate::math::lanes::{Lanes, Plain, Work, in_fours};
 use glam::{DVec3, DVec4};
 
 /// Intervals between samples, per sub-box and direction; even.
@@ -374,8 +374,7 @@ fn load<F: Lanes<BOXES>>(zero: F, [x, y, z]: &[PerBox; 3]) -> [F; 3] {
 fn angles<F: Lanes<BOXES>>(zero: F, a: [F; 3], b: [F; 3]) -> F {
     let chord = length(minus(b, a));
     if zero.splat(SHORT).below(chord) == 0 {
-        let square = chord * chord;
-        chord * (zero.splat(1.0) + square * (zero.splat(1.0 / 24.0) + square * zero.splat(3.0 / 640.0)))
+        short_angle(zero, chord)
     } else {
         zero.load(&chord.to_array().map(chord_angle))
     }
@@ -404,8 +403,14 @@ fn chord_angle(chord: f64) -> f64 {
     if chord > SHORT {
         return 2.0 * libm::asin((0.5 * chord).min(1.0));
     }
+    short_angle(Plain([0.0]), Plain([chord])).to_array()[0]
+}
+
+/// [`chord_angle`] up to [`SHORT`].
+#[inline(always)]
+fn short_angle<const L: usize, F: Lanes<L>>(zero: F, chord: F) -> F {
     let square = chord * chord;
-    chord * (1.0 + square * (1.0 / 24.0 + square * (3.0 / 640.0)))
+    chord * (zero.splat(1.0) + square * (zero.splat(1.0 / 24.0) + square * zero.splat(3.0 / 640.0)))
 }
 
 #[cfg(test)]
@@ -514,18 +519,14 @@ mod tests {
         assert!(without_normal > 0, "folds have normals everywhere");
     }
 
-    /// Asserts that turnings in lanes have the bits of single lines.
-    struct Compare([[PerBox; 3]; COUNT]);
+    /// The turnings of a line of normals, by lane.
+    struct Turnings<'a>(&'a [[PerBox; 3]; COUNT]);
 
-    impl Work for Compare {
-        type Output = ();
+    impl Work for Turnings<'_> {
+        type Output = PerBox;
 
-        fn run<F: Lanes<BOXES>>(self, zero: F) {
-            for (l, turn) in turnings(zero, self.0.each_ref()).to_array().into_iter().enumerate() {
-                let normal = |k: usize| DVec3::from_array(self.0[k].map(|c| c[l]));
-                let single = turning(&std::array::from_fn(|k| Some(normal(k)).filter(|normal| !normal.is_nan())));
-                assert!(turn == single, "{l}: {turn} {single} {:?}", self.0);
-            }
+        fn run<F: Lanes<BOXES>>(self, zero: F) -> PerBox {
+            turnings(zero, self.0.each_ref()).to_array()
         }
     }
 
@@ -534,13 +535,18 @@ mod tests {
         let mut draw = SplitMix(8);
         // Chords below and above `SHORT`, both, and lines without a direction somewhere.
         for (spread, hole) in [(0.01, None), (0.08, None), (1.0, None), (0.03, Some((2, 1))), (1.0, Some((4, 3)))] {
-            in_fours(Compare(std::array::from_fn(|k| {
+            let line: [[PerBox; 3]; COUNT] = std::array::from_fn(|k| {
                 let of: [DVec3; BOXES] = std::array::from_fn(|l| {
                     let [x, y] = [(); 2].map(|()| draw.range(-spread, spread));
                     if hole == Some((k, l)) { DVec3::NAN } else { DVec3::new(x, y, 1.0).normalize() }
                 });
                 [0, 1, 2].map(|c| of.map(|n| n[c]))
-            })));
+            });
+            for (l, turn) in in_fours(Turnings(&line)).into_iter().enumerate() {
+                let normal = |k: usize| DVec3::from_array(line[k].map(|c| c[l]));
+                let single = turning(&std::array::from_fn(|k| Some(normal(k)).filter(|normal| !normal.is_nan())));
+                assert!(turn == single, "{spread} {hole:?} {l}: {turn} {single}");
+            }
         }
     }
 }
